@@ -10,7 +10,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join(
     filter(None, [str(HERE.parent), os.environ.get("PYTHONPATH")])
 )  # of notebooks
 
-from lwr_dyn.version import VERSION  # noqa: E402
+from lwr_dyn.foundation.version import VERSION  # noqa: E402
 
 project, author, copyright = "lwr_dyn", "The lwr_dyn authors", "The lwr_dyn authors, MIT"
 version = release = VERSION

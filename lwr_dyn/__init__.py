@@ -7,7 +7,7 @@ Names are loaded when they are first used, so importing the package loads no eng
 
 from typing import TYPE_CHECKING, Any
 
-from lwr_dyn.version import VERSION
+from lwr_dyn.foundation.version import VERSION
 
 __version__ = VERSION
 

@@ -9,27 +9,27 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import arm_argument
-from lwr_dyn.errors import OptionError
-from lwr_dyn.loading import FUNCTIONS as FUNCTIONS
-from lwr_dyn.loading import arm_of, load_with_paper
+from lwr_dyn.arms.loading import FUNCTIONS as FUNCTIONS
+from lwr_dyn.arms.loading import arm_of, load_with_paper
+from lwr_dyn.foundation.arrays import arm_argument
+from lwr_dyn.foundation.errors import OptionError
 
 if TYPE_CHECKING:
-    from lwr_dyn.arrays import Array
-    from lwr_dyn.codegen.batch import BatchDynamics
-    from lwr_dyn.comparison.comparison import compare as compare
+    from lwr_dyn.codegen.kernels.batch import BatchDynamics
+    from lwr_dyn.codegen.rollouts.rollouts import rollouts as rollouts
     from lwr_dyn.control.protocol import Controller
     from lwr_dyn.design.margins import margins as margins
     from lwr_dyn.dynamics.protocol import Dynamics
-    from lwr_dyn.explorer.shown import show as show
+    from lwr_dyn.foundation.arrays import Array
     from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
     from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
     from lwr_dyn.krl.robot.kuka_units import KukaUnits
     from lwr_dyn.model.arm import Arm
     from lwr_dyn.model.run import Reference, Run
-    from lwr_dyn.notebook.plot import plot as plot
-    from lwr_dyn.rollout.rollouts import rollouts as rollouts
+    from lwr_dyn.pages.explorer.shown import show as show
+    from lwr_dyn.pages.notebook.plot import plot as plot
     from lwr_dyn.simulation.simulate import simulate as simulate
+    from lwr_dyn.studies.compare.comparison import compare as compare
 
 
 _ELSEWHERE = {
@@ -52,14 +52,14 @@ def __getattr__(name: str) -> Any:
 
 def robots() -> tuple[str, ...]:
     """Names of the robots that come with the package."""
-    from lwr_dyn.papers import catalog
+    from lwr_dyn.arms.papers import catalog
 
     return catalog.robots()
 
 
 def readings(robot: str) -> tuple[str, ...]:
     """Readings of a robot or of a `.toml` file, its default first; raises as `load`."""
-    from lwr_dyn.papers import catalog
+    from lwr_dyn.arms.papers import catalog
 
     return catalog.readings(robot)
 
@@ -118,7 +118,7 @@ def load(
 
 def urdf_text(arm: Arm) -> str:
     """The arm as URDF text; the same arm gives the same bytes."""
-    from lwr_dyn.urdf import writer
+    from lwr_dyn.arms.urdf import writer
 
     return writer.urdf_text(arm_argument(arm))
 
@@ -235,7 +235,7 @@ def replay(
     `ShapeError`.
     """
     from lwr_dyn.model.run import Run
-    from lwr_dyn.viewer.replay_page import write_replay
+    from lwr_dyn.pages.replay.replay_page import write_replay
 
     if not isinstance(runs, (Run, Sequence)):
         raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")

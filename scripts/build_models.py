@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.files import write_folder
-from lwr_dyn.urdf.model_files import model_files
+from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.foundation.files import write_folder
 
 MODELS = Path(__file__).resolve().parent.parent / "models"
 

@@ -1,7 +1,7 @@
 """Makes the explorer's bundle of three.js again: `python scripts/build_three.py FOLDER`, with three and esbuild in it.
 
 FOLDER holds node_modules of `npm install three@0.187.0 esbuild@0.28.2`. The page pastes the file in as it is. Its first
-lines name the version and the licence; lwr_dyn/explorer/bundle/three.sha256 holds its digest, which a test compares.
+lines name the version and the licence; three.sha256 beside it holds its digest, which a test compares.
 """
 
 import hashlib
@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).parent
-BUNDLE = HERE.parent / "lwr_dyn" / "explorer" / "bundle"
+BUNDLE = HERE.parent / "lwr_dyn" / "pages" / "explorer" / "bundle"
 HEAD = """/* three.js {version} with OrbitControls and TransformControls; esbuild {builder}, scripts/build_three.py
 {licence}*/
 """

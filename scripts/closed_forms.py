@@ -1,4 +1,4 @@
-"""Write lwr_dyn/explorer/closed_forms.toml: closed forms of entries of B, C and g that fit on the explorer's page.
+"""Write closed_forms.toml of pages.explorer: closed forms of entries of B, C and g that fit on the page.
 
 python scripts/closed_forms.py lwr4plus kr30ha wam7        # half an hour; entries of the other robots stay
 """
@@ -11,16 +11,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.files import write_file
-from lwr_dyn.loading import load_with_paper
+from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.papers.catalog import readings
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.dynamics.symbolic.dh_matrices import length_letters
+from lwr_dyn.dynamics.symbolic.entry_text import SymbolicEntries, named_entries, symbolic_entries
+from lwr_dyn.dynamics.symbolic.link_motion import SymbolicLink
+from lwr_dyn.foundation.files import write_file
 from lwr_dyn.model.chain import Chain
-from lwr_dyn.papers.catalog import readings
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.symbolic.dh_matrices import length_letters
-from lwr_dyn.symbolic.entry_text import SymbolicEntries, named_entries, symbolic_entries
-from lwr_dyn.symbolic.link_motion import SymbolicLink
 
-TARGET = Path(__file__).parents[1] / "lwr_dyn" / "explorer" / "closed_forms.toml"
+TARGET = Path(__file__).parents[1] / "lwr_dyn" / "pages" / "explorer" / "closed_forms.toml"
 LONGEST = 260
 """[characters]"""
 PATIENCE = 60

@@ -23,9 +23,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from lwr_dyn.errors import LwrDynError
-from lwr_dyn.urdf.parse import parse_urdf
-from lwr_dyn.urdf.tree import position_limits
+from lwr_dyn.arms.urdf.parse import parse_urdf
+from lwr_dyn.arms.urdf.tree import position_limits
+from lwr_dyn.foundation.errors import LwrDynError
 
 LIMIT = 30.0
 """[s] Longest CPU time for one file."""
@@ -33,7 +33,7 @@ BAD_KINDS = {"crashed", "over the limit"}
 _MOVING = re.compile(rb"type\s*=\s*[\"'](revolute|continuous|prismatic|planar|floating)[\"']")
 _WORKER = """
 import json, os, resource, sys, tempfile
-import lwr_dyn.checks.run_checks, lwr_dyn.cli.check, lwr_dyn.urdf.reader, yourdfpy
+import lwr_dyn.checks.arm.run_checks, lwr_dyn.cli.check, lwr_dyn.arms.urdf.reader, yourdfpy
 from lwr_dyn.cli.main import main
 
 def child(arguments, limit, files):

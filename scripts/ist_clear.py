@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.references.ist import CLEAR_SHIFT, ist_reference
 

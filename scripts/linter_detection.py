@@ -19,17 +19,17 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from lwr_dyn.errors import LwrDynError  # noqa: E402
-from lwr_dyn.files import write_file  # noqa: E402
-from tests.audit.urdf import detection_tables as tables  # noqa: E402
-from tests.audit.urdf.detection import Alarm, PlantVerdict, alarms, from_record, to_record, verdicts  # noqa: E402
-from tests.audit.urdf.fault_plants import fault_kinds  # noqa: E402
-from tests.audit.urdf.judged_arms import ARMS_FOLDER, JudgedArm, judged_arms  # noqa: E402
-from tests.audit.urdf.plant_site import sites  # noqa: E402
+from lwr_dyn.foundation.errors import LwrDynError  # noqa: E402
+from lwr_dyn.foundation.files import write_file  # noqa: E402
+from tests.checks.urdf import detection_tables as tables  # noqa: E402
+from tests.checks.urdf.detection import Alarm, PlantVerdict, alarms, from_record, to_record, verdicts  # noqa: E402
+from tests.checks.urdf.fault_plants import fault_kinds  # noqa: E402
+from tests.checks.urdf.judged_arms import ARMS_FOLDER, JudgedArm, judged_arms  # noqa: E402
+from tests.checks.urdf.plant_site import sites  # noqa: E402
 
 HALVES = ("tuning", "unused", "fresh")
 KEPT = ROOT / "out" / "linter_detection"
-SOURCES = ("lwr_dyn/audit/urdf/*.py", "tests/audit/urdf/*.py", "tests/audit/urdf/*.toml")
+SOURCES = ("lwr_dyn/checks/urdf/*.py", "tests/audit/urdf/*.py", "tests/audit/urdf/*.toml")
 
 
 @dataclass(frozen=True, slots=True)

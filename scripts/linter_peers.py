@@ -27,10 +27,10 @@ from random import Random
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from lwr_dyn.version import VERSION  # noqa: E402
-from tests.audit.urdf.detection import findings_of  # noqa: E402
-from tests.audit.urdf.fault_plants import FaultPlant, fault_kinds, plants  # noqa: E402
-from tests.audit.urdf.judged_arms import ARMS_FOLDER, judged_arms  # noqa: E402
+from lwr_dyn.foundation.version import VERSION  # noqa: E402
+from tests.checks.urdf.detection import findings_of  # noqa: E402
+from tests.checks.urdf.fault_plants import FaultPlant, fault_kinds, plants  # noqa: E402
+from tests.checks.urdf.judged_arms import ARMS_FOLDER, judged_arms  # noqa: E402
 
 HALVES = ("tuning", "unused", "fresh")
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(e[-+]?\d+)?", re.IGNORECASE)

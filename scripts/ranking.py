@@ -18,9 +18,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.comparison.cross_table import cross_table
-from lwr_dyn.files import write_file
-from lwr_dyn.version import VERSION
+from lwr_dyn.foundation.files import write_file
+from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.studies.compare.cross_table import cross_table
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE, NUMBERS = ROOT / "docs" / "ranking.md", ROOT / "docs" / "ranking.json"

@@ -24,7 +24,7 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from lwr_dyn import load
-from lwr_dyn.explorer.page import write_explorer
+from lwr_dyn.pages.explorer.page import write_explorer
 from lwr_dyn.reproduction.reproduce import reproduce
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -23,9 +23,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 import robustness_runs as runs  # noqa: E402
 from ranking import folded  # noqa: E402
 
-from lwr_dyn.files import write_file  # noqa: E402
-from lwr_dyn.sweeps.statistics.intervals import quantile_of, share_of  # noqa: E402
-from lwr_dyn.version import VERSION  # noqa: E402
+from lwr_dyn.foundation.files import write_file  # noqa: E402
+from lwr_dyn.foundation.version import VERSION  # noqa: E402
+from lwr_dyn.studies.sweep.statistics.intervals import quantile_of, share_of  # noqa: E402
 
 PAGE, NUMBERS = ROOT / "docs" / "robustness.md", ROOT / "docs" / "robustness.json"
 STUDY = ROOT / "scripts" / "studies" / "robustness.toml"

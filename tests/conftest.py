@@ -88,6 +88,6 @@ def arm():
 @pytest.fixture(scope="session")
 def two_runs(arm):
     """Two short runs of that arm, made without a simulation."""
-    from tests.viewer.replayed import lagging_run
+    from tests.pages.replay.replayed import lagging_run
 
     return (lagging_run(arm, 0.04, "pd-gravity"), lagging_run(arm, 0.01, "inverse-dynamics"))

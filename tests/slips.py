@@ -15,7 +15,7 @@ from types import ModuleType
 
 import numpy as np
 
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
 
 Slip = tuple[str, str]
 """The text that is replaced, which stands in the module once, and what stands there instead."""

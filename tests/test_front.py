@@ -5,9 +5,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn import front
-from lwr_dyn.errors import LwrDynError
-from lwr_dyn.loading import FUNCTIONS
-from lwr_dyn.registry import Registry
+from lwr_dyn.arms.loading import FUNCTIONS
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.registry import Registry
 from lwr_dyn.trajectory.references.joint_moves import hold
 
 ARM = lwr_dyn.load("lwr4plus")

@@ -5,7 +5,7 @@ import pkgutil
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
 
 
 def errors_text(root: Path) -> str:

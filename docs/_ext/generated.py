@@ -16,7 +16,7 @@ from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from study_parts import metrics_text, paths_text, study_text
 
-from lwr_dyn.papers.catalog import template
+from lwr_dyn.arms.papers.catalog import template
 
 PLACE = re.compile(r"^<!-- generated: ([\w-]+) -->$", re.MULTILINE)
 FILE_BLOCK = re.compile(r"^(?P<indent> *)```(?P<language>\w+) file=(?P<name>\S+)$", re.MULTILINE)

@@ -6,7 +6,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 import lwr_dyn
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper
 
 FOLDER = "reports"
 

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from lwr_dyn.sweeps.study.metric_table import METRICS
-from lwr_dyn.sweeps.study.new_study import study_template
-from lwr_dyn.sweeps.study.parameter_paths import PATHS, PathRow
+from lwr_dyn.cli.new_study import study_template
+from lwr_dyn.studies.sweep.study.metric_table import METRICS
+from lwr_dyn.studies.sweep.study.parameter_paths import PATHS, PathRow
 
 
 def study_text(root: Path) -> str:

@@ -1,7 +1,10 @@
-"""Checks of an arm: each gives a verdict, a value against a tolerance.
+"""Checks of published tables and of robots' files.
 
-run_checks   `check_arm`: all checks that the arm's data allow; agreement of the two roads; `CHECKS` of other packages
-identities   identities of B, C and g; energy of a free swing; random states
-feasibility  inertia of each link
-verdict      `Verdict`, `CheckReport` and their table
+- `lint`: faults that need no model to be seen
+- `urdf`: faults in URDF files, each with its place
+- `conventions`: the conventions under which a table can be read
+- `sensitivity`: one task under all readings of a robot
+- `datasheet`: poses, ranges, reach, envelope volume and mass against the maker's data sheet, a check of `lwr-dyn check`
+- `printed_number`, `study_tasks`: numbers as printed; tasks that papers set
+- `envelope`, `envelope_arcs`: section, reach and volume that the wrist centre can reach
 """

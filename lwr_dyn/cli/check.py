@@ -5,12 +5,12 @@ from typing import Any
 
 import click
 
-from lwr_dyn.checks.run_checks import FILE_CHECKS, check_arm
-from lwr_dyn.checks.verdict import CheckReport, FileVerdict
+from lwr_dyn.checks.arm.run_checks import FILE_CHECKS, check_arm
+from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict
 from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, print_json, robot_options
-from lwr_dyn.errors import UrdfError
-from lwr_dyn.files import ends_in
-from lwr_dyn.progress import progress
+from lwr_dyn.foundation.errors import UrdfError
+from lwr_dyn.foundation.files import ends_in
+from lwr_dyn.foundation.progress import progress
 
 
 @click.command("check")

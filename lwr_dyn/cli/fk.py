@@ -3,16 +3,16 @@
 import click
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, positions, print_json, robot_options
-from lwr_dyn.errors import OptionError, UnknownNameError
-from lwr_dyn.files import ends_in
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.front import FUNCTIONS, forward_kinematics, kuka_units
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.installation import names_of_ends
 from lwr_dyn.model.spatial import to_rpy
-from lwr_dyn.papers.catalog import open_paper
 
 
 @click.command("fk")

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.errors import LwrDynError, UnknownNameError
+from lwr_dyn.foundation.errors import LwrDynError, UnknownNameError
 
 ROBOT = "Robot, mount and tool"
 """Heading of the options that load a robot; the last one."""

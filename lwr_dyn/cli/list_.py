@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
+from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.cli.options import print_json
-from lwr_dyn.papers.catalog import open_paper, robots
-from lwr_dyn.tables import aligned
+from lwr_dyn.foundation.tables import aligned
 
 
 @click.command("list")

@@ -9,24 +9,24 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
+from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.cli.help_text import NamedGroup, with_help
 from lwr_dyn.cli.interrupt import interruptible
-from lwr_dyn.errors import LwrDynError, MissingDataError, RatingWarning
-from lwr_dyn.files import reason_of
-from lwr_dyn.papers.catalog import open_paper, robots
-from lwr_dyn.registry import Registry, Row
-from lwr_dyn.version import VERSION
+from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, RatingWarning
+from lwr_dyn.foundation.files import reason_of
+from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.foundation.version import VERSION
 
 COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
         "list": Row("lwr_dyn.cli.list_:command", "Robots, readings and where their numbers come from."),
         "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller, study."),
-        "show": Row("lwr_dyn.explorer.command:command", "An arm or a run in the browser: sliders, inertia, sources."),
+        "show": Row("lwr_dyn.cli.show:command", "An arm or a run in the browser: sliders, inertia, sources."),
         "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
-        "dh": Row("lwr_dyn.export.command:command", "Any arm as a DH table, standard or modified; as a data file."),
+        "dh": Row("lwr_dyn.cli.dh:command", "Any arm as a DH table, standard or modified; as a data file."),
         "parity": Row(
-            "lwr_dyn.parity.command:command",
+            "lwr_dyn.cli.parity:command",
             "What Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy lose of a model, and what restores it.",
             extra="parity",
         ),
@@ -35,50 +35,50 @@ COMMANDS: Registry[click.Command] = Registry(
             "Check a robot's model: each check with value, tolerance and verdict.",
         ),
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
-        "gains": Row("lwr_dyn.design.command:command", "Worst-case inertia of each joint, and gains from it."),
-        "margins": Row("lwr_dyn.design.margins_command:command", "Margins of a sampled loop, over all poses."),
+        "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint, and gains from it."),
+        "margins": Row("lwr_dyn.cli.margins:command", "Margins of a sampled loop, over all poses."),
         "ik": Row(
-            "lwr_dyn.ik_solvers.command:command",
+            "lwr_dyn.cli.ik:command",
             "Joint positions for a pose: all branches, with limits and reach kept apart.",
         ),
         "kernels": Row(
-            "lwr_dyn.emit.command:command",
+            "lwr_dyn.cli.kernels:command",
             "Functions of an arm as C or JavaScript; what batch functions cost.",
             extra="batch",
         ),
         "replay": Row("lwr_dyn.cli.replay:command", "Show runs in the browser: one file without network, or live."),
         "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, audit."),
-        "compare": Row("lwr_dyn.comparison.command:command", "Runs side by side: controllers x plants, or run files."),
-        "sweep": Row("lwr_dyn.sweeps.command:command", "A study of many runs, its cost stated ahead.", extra="sweeps"),
-        "tune": Row("lwr_dyn.sweeps.tuning.command:command", "Gains for a stated aim over a study.", extra="batch"),
+        "compare": Row("lwr_dyn.cli.compare:command", "Runs side by side: controllers x plants, or run files."),
+        "sweep": Row("lwr_dyn.cli.sweep:command", "A study of many runs, its cost stated ahead.", extra="sweeps"),
+        "tune": Row("lwr_dyn.cli.tune:command", "Gains for a stated aim over a study.", extra="batch"),
         "identify": Row(
-            "lwr_dyn.identification.command.group:command",
+            "lwr_dyn.cli.identify.group:command",
             "Friction, or friction and inertia, from logs of an arm that moved.",
             extra="plots",
         ),
         "excite": Row(
-            "lwr_dyn.identification.excitation.command:command",
+            "lwr_dyn.cli.identify.excite:command",
             "A motion that shows an arm's parameters best: fast, inside all limits, clear of everything.",
             extra="batch",
         ),
         "lint": Row(
-            "lwr_dyn.audit.lint.command:command",
+            "lwr_dyn.cli.lint:command",
             "Faults in URDFs and tables, with place and reason.",
         ),
         "krl": Row(
-            "lwr_dyn.krl.command.group:command",
+            "lwr_dyn.cli.krl.group:command",
             "KUKA programs: write, check and run them on a robot's model.",
             extra="krl",
         ),
         "conventions": Row(
-            "lwr_dyn.audit.conventions.command:command",
+            "lwr_dyn.cli.conventions:command",
             "The possible conventions of a table that states none, ranked, with the reasons.",
         ),
         "sensitivity": Row(
-            "lwr_dyn.audit.sensitivity.command:command",
+            "lwr_dyn.cli.sensitivity:command",
             "One task under all readings: which results and conclusions depend on the reading.",
         ),
-        "reproduce": Row("lwr_dyn.reproduction.command:command", "Recompute what a paper prints.", extra="all"),
+        "reproduce": Row("lwr_dyn.cli.reproduce:command", "Recompute what a paper prints.", extra="all"),
     },
 )
 """Subcommands; optional packages bring theirs as rows."""

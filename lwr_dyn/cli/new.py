@@ -6,19 +6,19 @@ from pathlib import Path
 
 import click
 
+from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli.main import RegistryGroup
-from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import write_file
-from lwr_dyn.papers.catalog import template
-from lwr_dyn.registry import Registry, Row
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import write_file
+from lwr_dyn.foundation.registry import Registry, Row
 
 KINDS: Registry[click.Command] = Registry(
     "new",
     {
         "arm": Row("lwr_dyn.cli.new:arm", "A data file for your own arm."),
         "controller": Row("lwr_dyn.cli.new:controller", "A Python file for your own controller."),
-        "cell": Row("lwr_dyn.krl.command.new_cell:command", "What stands around a KRL program.", extra="krl"),
-        "study": Row("lwr_dyn.sweeps.study.new_study:command", "A study of many closed loops."),
+        "cell": Row("lwr_dyn.cli.krl.new_cell:command", "What stands around a KRL program.", extra="krl"),
+        "study": Row("lwr_dyn.cli.new_study:command", "A study of many closed loops."),
     },
 )
 """What `lwr-dyn new` can write; optional packages bring theirs as rows."""

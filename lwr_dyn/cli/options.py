@@ -7,14 +7,14 @@ import click
 import numpy as np
 from click.shell_completion import CompletionItem
 
-from lwr_dyn.arrays import Array, joint_array, number_of
-from lwr_dyn.errors import OptionError, ShapeError, did_you_mean
-from lwr_dyn.loading import load_with_paper, xacro_arguments
+from lwr_dyn.arms.loading import load_with_paper, xacro_arguments
+from lwr_dyn.arms.papers.catalog import robots
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.foundation.arrays import Array, joint_array, number_of
+from lwr_dyn.foundation.errors import OptionError, ShapeError, did_you_mean
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.papers.catalog import robots
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.tables import json_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -69,7 +69,7 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
 NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 
 
-_LOADING = "lwr_dyn.loading"
+_LOADING = "lwr_dyn.arms.loading"
 """Where click's context keeps options of loading."""
 
 

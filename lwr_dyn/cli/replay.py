@@ -5,8 +5,8 @@ from pathlib import Path
 
 import click
 
-from lwr_dyn import loading
-from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.arms import loading
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 
@@ -48,12 +48,12 @@ def command(
     arms = [_arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
     layout = "beside" if beside else "overlaid"
     if html is not None:
-        from lwr_dyn.viewer.replay_page import write_replay
+        from lwr_dyn.pages.replay.replay_page import write_replay
 
         write_replay(html, runs, arms, labels=labels or None, title=title, frames=frames, layout=layout)
         click.echo(f"wrote {html} ({html.stat().st_size / 1e6:.1f} MB, needs no network); open it: xdg-open {html}")
         return
-    from lwr_dyn.viewer import live
+    from lwr_dyn.pages.replay import live
 
     options = {"labels": labels or None, "title": title, "frames": frames, "layout": layout}
     with live.serve(runs, arms, port=live.DEFAULT_PORT if port is None else port, **options) as server:

@@ -8,11 +8,11 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
-from lwr_dyn.arrays import fixed_array
 from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees
-from lwr_dyn.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.arrays import fixed_array
+from lwr_dyn.foundation.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import REQUIRED, Option, Quantity, Registry, options_of
 
 Given = Mapping[str, Any]
 """Values of a command's options by click's names."""

@@ -4,15 +4,15 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.loading import FUNCTIONS
+from lwr_dyn.arms.loading import FUNCTIONS
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.audit import audit_lines
 from lwr_dyn.simulation.events import ACTIVE_FRICTION
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.tables import Heading, Table
-from lwr_dyn.viewer.replayed_runs import facts
 
 
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:

@@ -12,13 +12,13 @@ from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, make_controller, split_name
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
-from lwr_dyn.errors import DivergenceError, FileAccessError, OptionError
-from lwr_dyn.files import check_writable
+from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionError
+from lwr_dyn.foundation.files import check_writable
+from lwr_dyn.foundation.progress import progress
 from lwr_dyn.front import FUNCTIONS, load
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import format_of
-from lwr_dyn.progress import progress
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.options import METHODS
 from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia

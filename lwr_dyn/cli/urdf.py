@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from lwr_dyn.cli.options import load_robot, robot_options
-from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import check_writable, write_file, write_folder
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import check_writable, write_file, write_folder
 from lwr_dyn.front import urdf_text
 
 
@@ -21,7 +21,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     if out is None:
         click.echo(urdf_text(arm), nl=False)
         return
-    from lwr_dyn.urdf.model_files import FORMATS, model_files, weightless_links
+    from lwr_dyn.arms.urdf.model_files import FORMATS, model_files, weightless_links
 
     target = Path(out)
     ending = target.suffix.lower()

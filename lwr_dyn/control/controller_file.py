@@ -11,10 +11,10 @@ from typing import Any, cast
 
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import FileAccessError, LwrDynError
-from lwr_dyn.files import read_text
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
+from lwr_dyn.foundation.files import read_text
+from lwr_dyn.foundation.registry import check_options
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import check_options
 
 NEEDED = "a Python file with controller(t, q, dq, q_ref, dq_ref, ddq_ref), or make(arm, dynamics) that returns one"
 

@@ -8,8 +8,8 @@ from lwr_dyn.control.controller_file import controller_from_file
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Registry, Row
 
 CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
     "controller",
@@ -19,18 +19,21 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
         "inverse-dynamics": Row(
             "lwr_dyn.control.inverse_dynamics:tuned_inverse_dynamics", "inverse dynamics: the model linearises the arm"
         ),
-        "motor-pd": Row("lwr_dyn.feedback.motor_side_pd:tuned_motor_side_pd", "PD on the motor side of elastic joints"),
+        "motor-pd": Row(
+            "lwr_dyn.control.laws.motor_side_pd:tuned_motor_side_pd", "PD on the motor side of elastic joints"
+        ),
         "joint-impedance": Row(
-            "lwr_dyn.feedback.joint_impedance:tuned_joint_impedance", "joints as springs; the damping fits every pose"
+            "lwr_dyn.control.laws.joint_impedance:tuned_joint_impedance",
+            "joints as springs; the damping fits every pose",
         ),
         "cartesian-impedance": Row(
-            "lwr_dyn.feedback.cartesian_impedance:tuned_cartesian_impedance", "the tip as a spring in space"
+            "lwr_dyn.control.laws.cartesian_impedance:tuned_cartesian_impedance", "the tip as a spring in space"
         ),
         "hand-guiding": Row(
-            "lwr_dyn.feedback.hand_guiding:tuned_hand_guiding", "weight and friction carried; a hand moves the arm"
+            "lwr_dyn.control.laws.hand_guiding:tuned_hand_guiding", "weight and friction carried; a hand moves the arm"
         ),
-        "adaptive": Row("lwr_dyn.feedback.adaptive:tuned_adaptive", "Slotine and Li: learns load, and friction"),
-        "robust": Row("lwr_dyn.feedback.robust:tuned_robust", "passivity-based, for a load out of a set"),
+        "adaptive": Row("lwr_dyn.control.laws.adaptive:tuned_adaptive", "Slotine and Li: learns load, and friction"),
+        "robust": Row("lwr_dyn.control.laws.robust:tuned_robust", "passivity-based, for a load out of a set"),
     },
 )
 """Each row makes a controller: `factory(arm, dynamics, **options)`."""
@@ -38,10 +41,12 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
 WRAPPERS: Registry[Callable[..., Controller]] = Registry(
     "controller wrapper",
     {
-        "friction": Row("lwr_dyn.feedback.friction_compensation:with_friction", "friction of dq_ref"),
-        "friction-measured": Row("lwr_dyn.feedback.friction_compensation:with_measured_friction", "friction of dq"),
-        "motor-side": Row("lwr_dyn.feedback.motor_side:on_motor_side", "reads the motor side of elastic joints"),
-        "observer": Row("lwr_dyn.feedback.observed:observed", "external torque and collisions by a momentum observer"),
+        "friction": Row("lwr_dyn.control.laws.friction_compensation:with_friction", "friction of dq_ref"),
+        "friction-measured": Row("lwr_dyn.control.laws.friction_compensation:with_measured_friction", "friction of dq"),
+        "motor-side": Row("lwr_dyn.control.laws.motor_side:on_motor_side", "reads the motor side of elastic joints"),
+        "observer": Row(
+            "lwr_dyn.control.laws.observed:observed", "external torque and collisions by a momentum observer"
+        ),
     },
 )
 """What can be put around any controller, as "pid+friction": `factory(controller, arm, dynamics, **options)`."""

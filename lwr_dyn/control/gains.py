@@ -6,11 +6,11 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, freeze_arrays, real_array
-from lwr_dyn.control.worst_case_inertia import worst_case_inertias
-from lwr_dyn.errors import OptionError
+from lwr_dyn.control.inertia.worst_case import worst_case_inertias
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Option
 
 OMEGA_N, XI = 50.0, 1.0
 """Natural frequency [rad/s] and damping ratio of the LWR 4+ paper."""

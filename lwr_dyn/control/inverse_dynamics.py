@@ -6,13 +6,13 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, second_order_gains
 from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.control.protocol import positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Option
 
 
 class InverseDynamics:

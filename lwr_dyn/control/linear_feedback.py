@@ -5,8 +5,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import Array
 
 STEP = 1e-4
 """[rad or m] of the central differences of g: truncation and rounding both stay below 1e-8 of dg/dq."""

@@ -5,14 +5,14 @@ from typing import Annotated, Any
 
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
 from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
 from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError
+from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Option
 
 OWN_GAINS = "gains of the arm's file"
 OwnGains = Annotated[bool, Option(bool, "The gains of the arm's file.")]

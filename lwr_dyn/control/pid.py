@@ -6,14 +6,14 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, NaturalFrequency, worst_case_gains
 from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
 from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains, saturate
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Option
 
 
 def default_integral_gain(Kp: ArrayLike, omega_n: float = OMEGA_N) -> Array:

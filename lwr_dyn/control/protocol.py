@@ -11,9 +11,9 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, read_only, real_array
-from lwr_dyn.errors import OptionError, ShapeError
-from lwr_dyn.registry import Option
+from lwr_dyn.foundation.arrays import Array, read_only, real_array
+from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.foundation.registry import Option
 
 VelocityError = Annotated[bool, Option(bool, "Kd on dq_ref - dq, not the paper's -dq.")]
 

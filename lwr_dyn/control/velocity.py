@@ -5,8 +5,8 @@ from math import exp, isfinite, pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, joint_array
+from lwr_dyn.foundation.errors import OptionError
 
 
 class FilteredDifference:

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from typing import Any
 
-from lwr_dyn.control.worst_case_inertia import InertiaMaximum
-from lwr_dyn.errors import MissingPackageError, OptionError
-from lwr_dyn.loading import FUNCTIONS
+from lwr_dyn.arms.loading import FUNCTIONS
+from lwr_dyn.control.inertia.worst_case import InertiaMaximum
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.model.arm import Arm
 
 
 def certificates(arm: Arm, maxima: Sequence[InertiaMaximum]) -> Sequence[Any] | None:
-    """A proven bound for each maximum (`lwr_dyn.inertia_bounds.certificate.InertiaCertificate`).
+    """A proven bound for each maximum (`lwr_dyn.control.inertia.bounds.certificate.InertiaCertificate`).
 
     None without the package or its extra, and for an arm with too many joints for it.
     """

@@ -19,14 +19,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import Controller, JointReadings, WithJointSensors
 from lwr_dyn.design.resting_plant import RestingPlant
 from lwr_dyn.design.sampled_loop import RestingLoop
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 from lwr_dyn.model.run import Motion

@@ -6,16 +6,16 @@ from typing import Protocol
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import Controller, describe, reset
 from lwr_dyn.design.elastic_loop import ElasticArm, continuous_poles
 from lwr_dyn.design.joint_box import joint_box, wilson_interval
 from lwr_dyn.design.sampled_loop import GROWS, Sampling
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.run import Reference
-from lwr_dyn.tables import Heading, Table
 
 POSES, SEED = 2000, 0
 GROWTH = 1e-6

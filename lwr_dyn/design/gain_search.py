@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays, joint_array
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
+from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.design.joint_box import climb, joint_box
 from lwr_dyn.design.law_differences import law_at_rest
 from lwr_dyn.design.loop_case import LoopCase, reads_motor
@@ -25,7 +24,8 @@ from lwr_dyn.design.resting_plant import RestingPlant
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, joint_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
 PEAK = 1.7

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback, Linearised
 from lwr_dyn.control.protocol import Controller, WithMemory, label_of
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 
 STEP = 1e-4
 """[rad, m; rad/s, m/s] of the differences."""

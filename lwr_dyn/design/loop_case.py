@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.control.velocity import FilteredDifference
@@ -11,7 +10,8 @@ from lwr_dyn.design.law_differences import law_at_rest
 from lwr_dyn.design.resting_plant import RestingPlant, rigid_plant
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 from lwr_dyn.simulation.setup import ENCODERS

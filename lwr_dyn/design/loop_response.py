@@ -16,10 +16,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.design.resting_plant import RestingPlant
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
+from lwr_dyn.foundation.arrays import Array
 
 Complex = NDArray[np.complexfloating[Any, Any]]
 FREQUENCIES = 160

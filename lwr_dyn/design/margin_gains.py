@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.gains import Gains
 from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
 from lwr_dyn.design.loop_case import LoopCase
 from lwr_dyn.design.sampled_stability import pose_text
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.tables import Heading, Table
 
 LAWS = ("pd-gravity", "pid", "inverse-dynamics")
 OF_INERTIA = LAWS[:2]

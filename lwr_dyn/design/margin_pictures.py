@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.arms.loading import FUNCTIONS
 from lwr_dyn.design.joint_box import joint_box
 from lwr_dyn.design.loop_response import frequency_grid, largest_sensitivity, loop_gain, single_loops
 from lwr_dyn.design.margins import COARSE, MarginReport
 from lwr_dyn.design.sampled_stability import pose_text
-from lwr_dyn.errors import FileAccessError, OptionError, UnknownNameError
-from lwr_dyn.loading import FUNCTIONS
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.model.dh import JointKind
 
 KINDS = ("bode", "nyquist", "sensitivity", "map")

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, arm_argument, joint_array
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.design.gain_search import PEAK
@@ -22,7 +21,8 @@ from lwr_dyn.design.sampled_stability import POSES, SEED, SampledStability, box_
 from lwr_dyn.design.state_spaces import LoopStateSpaces, state_spaces
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.shown import short_repr

@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.design.sampled_stability import pose_text, rate_text
 from lwr_dyn.design.sampled_text import unknown_text
-from lwr_dyn.tables import Heading, Table
+from lwr_dyn.foundation.tables import Heading, Table
 
 if TYPE_CHECKING:
     from lwr_dyn.design.margins import MarginReport

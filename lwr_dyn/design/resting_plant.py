@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import gravity_stiffness
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,8 +13,8 @@ from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.design.sampled_stability import SampledStability, stability_in_box
 from lwr_dyn.design.sampled_text import stability_table
 from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.tables import Table
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,11 +18,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.linear_feedback import LinearFeedback, Linearised, gravity_stiffness
 from lwr_dyn.design.resting_plant import RestingPlant, rigid_plant
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.simulation.options import MOST_DELAY
 
 GROWS = 1.0 + 1e-6

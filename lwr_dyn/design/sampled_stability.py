@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.design.joint_box import climb, joint_box, wilson_interval
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 

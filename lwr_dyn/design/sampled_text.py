@@ -21,10 +21,10 @@ from lwr_dyn.design.sampled_stability import (
     rate_text,
     stability_at,
 )
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.setup import Setup
-from lwr_dyn.tables import Heading, Table
 
 
 def sampling_text(sampling: Sampling) -> str:

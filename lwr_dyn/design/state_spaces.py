@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
-from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 
 if TYPE_CHECKING:
     from control import StateSpace

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, arm_argument, real_array
 from lwr_dyn.design.time_optimal_limits import (
     JointBounds,
     Rows,
@@ -29,7 +28,8 @@ from lwr_dyn.design.time_optimal_profiles import on_samples, profile_of_squares
 from lwr_dyn.design.toppra_solver import fastest_squares
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, arm_argument, real_array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number

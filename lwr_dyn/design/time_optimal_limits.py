@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.design.time_optimal_pieces import PathPiece
 from lwr_dyn.design.time_optimal_profiles import times_at
 from lwr_dyn.design.toppra_solver import LinearLimits
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.trajectory.motion_profile import MotionProfile
 

@@ -13,8 +13,8 @@ from typing import Any, ClassVar, Protocol, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, real_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, real_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.trajectory.motion_profile import MotionProfile, concatenate, constant_speed
 from lwr_dyn.trajectory.pose_path import timed_pose_path

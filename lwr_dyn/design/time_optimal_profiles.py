@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile
 
 NAME = "least time"

@@ -6,10 +6,10 @@ from typing import Annotated, Any
 from numpy.typing import ArrayLike
 
 from lwr_dyn.design.time_optimal import EFFORT_SHARE, RATE, SPEED_SHARE, least_time
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Option, Quantity, options_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
-from lwr_dyn.registry import Option, Quantity, options_of
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 from lwr_dyn.trajectory.timings import MOTION_PROFILES
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import MissingPackageError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingPackageError
 
 INSTEAD = "the timings of the task itself, as --timing smooth-blended"
 FASTEST = 1e8

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Registry, Row
 
 ROTORS = ("armature", "full", "none")
 ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
@@ -22,7 +22,7 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
             facts={"rotors": ROTORS},
         ),
         "kernels": Row(
-            "lwr_dyn.codegen.engine:kernel_engine",
+            "lwr_dyn.codegen.kernels.engine:kernel_engine",
             "generated code, for large batches",
             extra="batch",
             facts={"rotors": ROTORS},

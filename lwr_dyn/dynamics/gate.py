@@ -12,9 +12,9 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array, same_batch
 from lwr_dyn.dynamics.protocol import Dynamics, singular_joint
-from lwr_dyn.errors import SingularMassError
+from lwr_dyn.foundation.arrays import Array, joint_array, same_batch
+from lwr_dyn.foundation.errors import SingularMassError
 
 Ungated = TypeVar("Ungated", covariant=True)
 Call = Callable[..., Any]

@@ -8,7 +8,7 @@ from typing import Any, Protocol, cast, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 
 
 @runtime_checkable

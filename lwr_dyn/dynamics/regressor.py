@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.recursion import LinkConstants, inverse_dynamics, link_constants
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Body, Chain
 from lwr_dyn.model.spatial import steiner
 from lwr_dyn.model.vectors import ZERO, Matrix3, Vector

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.dynamics.regressor import INERTIAL, Regressor
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Chain
 
 STATES = 20

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 from scipy.optimize import lsq_linear
 
-from lwr_dyn.arrays import Array, read_only, real_array
-from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
+from lwr_dyn.foundation.arrays import Array, read_only, real_array
+from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle_search import BranchOptimum, Corridor, largest_margin
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.branches import Branch, JointRanges, joint_ranges, one_turn_note

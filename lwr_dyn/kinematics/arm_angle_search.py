@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry
 from lwr_dyn.kinematics.branches import BRANCHES, TURN, Branch, JointRanges
 from lwr_dyn.kinematics.srs_margins import AngleIntervals, MarginProblem, intervals_at_level, margin_problem, margins

@@ -15,8 +15,8 @@ from typing import Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, read_only
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, read_only
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain

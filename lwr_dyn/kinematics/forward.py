@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array, real_array
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, joint_array, real_array
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import JointKind
 

@@ -7,23 +7,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import arm_argument, fixed_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import arm_argument, fixed_array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.numeric import solve_position
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.registry import Registry, Row
 
 IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
     "solver",
     {
         "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
-        "spherical-wrist": Row("lwr_dyn.ik_solvers.spherical_wrist:SOLVER", "six joints, in closed form"),
-        "three-parallel": Row("lwr_dyn.ik_solvers.three_parallel:SOLVER", "six joints, in closed form, polished"),
-        "rounded-wrist": Row("lwr_dyn.ik_solvers.snapped_arms:SOLVER", "six joints, the nearest closed form, polished"),
+        "spherical-wrist": Row("lwr_dyn.kinematics.six_joints.spherical_wrist:SOLVER", "six joints, in closed form"),
+        "three-parallel": Row(
+            "lwr_dyn.kinematics.six_joints.three_parallel:SOLVER", "six joints, in closed form, polished"
+        ),
+        "rounded-wrist": Row(
+            "lwr_dyn.kinematics.six_joints.snapped_arms:SOLVER", "six joints, the nearest closed form, polished"
+        ),
         "numeric": Row("lwr_dyn.kinematics.numeric:SOLVER", "any arm, by damped least squares from many starts"),
-        "eaik": Row("lwr_dyn.ik_solvers.eaik_solver:SOLVER", "six joints, in closed form by the package EAIK", "eaik"),
+        "eaik": Row(
+            "lwr_dyn.kinematics.six_joints.eaik_solver:SOLVER", "six joints, in closed form by the package EAIK", "eaik"
+        ),
     },
 )
 """Solvers of inverse kinematics, in the order in which they are tried; those after "numeric" only by name."""

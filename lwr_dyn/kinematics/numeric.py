@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.branches import drawing_range, joint_ranges, wrap
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, make_solutions, ranked_result

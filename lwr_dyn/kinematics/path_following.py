@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.errors import OutOfReachError, ShapeError, SingularArmError
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.errors import OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.branches import Branch, joint_ranges
 from lwr_dyn.kinematics.forward import JointAxes, jacobian_at, joint_axes, pose_array, velocity_product_at

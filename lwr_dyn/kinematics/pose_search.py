@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dgesv
 
-from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
+from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.kinematics.branches import TURN
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE, SearchRanges, search_ranges

@@ -13,13 +13,13 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.arrays import Array, arm_argument, joint_array, real_array
-from lwr_dyn.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
+from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array, real_array
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
+from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.branches import drawing_range
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.registry import Registry, Row
 
 FOUND, OUTSIDE, NOT_REACHED, INVALID = range(4)
 """What became of a pose: solved, reached outside the limits only, not reached, no pose or q0 at all."""
@@ -70,7 +70,9 @@ class PoseSearch(Protocol):
 POSE_SEARCHES: Registry[Callable[[Arm, bool, int, int], PoseSearch]] = Registry(
     "pose search",
     {
-        "kernel": Row("lwr_dyn.codegen.pose_kernel:kernel_search", "compiled for the arm when first used", "batch"),
+        "kernel": Row(
+            "lwr_dyn.codegen.kernels.pose_kernel:kernel_search", "compiled for the arm when first used", "batch"
+        ),
         "pinocchio": Row("lwr_dyn.kinematics.pose_search:pinocchio_search", "the same search on Pinocchio"),
     },
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.kinematics.branches import TOUCH, whole_turns
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry
 from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, wrap
 from lwr_dyn.model.spatial import turn_about

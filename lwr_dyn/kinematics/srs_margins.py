@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry
 from lwr_dyn.kinematics.branches import ALIGNED, TOUCH, TURN, JointRanges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, ball_forms, elbow_angle

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, turned_result

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.chain import Body, Chain, lock_joint, with_payload
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.drawing import Drawing

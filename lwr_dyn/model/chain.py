@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.spatial import Pose, rot_z, steiner, symmetric_part
 

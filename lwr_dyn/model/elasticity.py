@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
 
 DAMPING_TIME = 1e-3
 """[s] Damping over stiffness where neither a file nor a caller gives it."""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, joint_array
+from lwr_dyn.foundation.errors import OptionError
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Direction:
         Level of a moving joint at vanishing speed, at least 0 [N m or N].
     viscous : float
         Slope [N m s/rad or N s/m]. May be negative: beyond some speed such friction adds energy
-        (see `lwr_dyn.identification.friction.passivity`).
+        (see `lwr_dyn.model.passivity`).
     static : float, optional
         Largest friction at rest, at least `coulomb` [N m or N]; None is unknown and counts as `coulomb`.
     stribeck_velocity : float, optional

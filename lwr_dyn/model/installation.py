@@ -11,7 +11,7 @@ from typing import Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import Pose, rot_x, rot_y
 

@@ -9,9 +9,9 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays, read_only, real_array
-from lwr_dyn.errors import FileAccessError, MissingPackageError
-from lwr_dyn.files import check_readable, write_file
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only, real_array
+from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
+from lwr_dyn.foundation.files import check_readable, write_file
 from lwr_dyn.model.run_file import LARGEST, check_headers, checked_record
 from lwr_dyn.model.shown import format_of, repr_html, short_repr
 

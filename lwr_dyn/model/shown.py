@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.errors import FileAccessError
-from lwr_dyn.registry import Registry, Row
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.registry import Registry, Row
 
 NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
-    "notebook_form", {"html": Row("lwr_dyn.notebook.forms:html_of", "a result as small HTML")}
+    "notebook_form", {"html": Row("lwr_dyn.pages.notebook.forms:html_of", "a result as small HTML")}
 )
 """How a notebook shows a result."""
 RUN_FORMATS: Registry[Callable[[Any], bytes]] = Registry(
     "run_format",
     {
-        ".csv": Row("lwr_dyn.notebook.run_formats:csv_bytes", "text, every number to its last bit"),
-        ".parquet": Row("lwr_dyn.notebook.run_formats:parquet_bytes", "Parquet", extra="logs"),
-        ".mat": Row("lwr_dyn.notebook.run_formats:matlab_bytes", "MATLAB"),
+        ".csv": Row("lwr_dyn.pages.notebook.run_formats:csv_bytes", "text, every number to its last bit"),
+        ".parquet": Row("lwr_dyn.pages.notebook.run_formats:parquet_bytes", "Parquet", extra="logs"),
+        ".mat": Row("lwr_dyn.pages.notebook.run_formats:matlab_bytes", "MATLAB"),
     },
 )
 """Ending of a file -> a run as its bytes; .npz is `Run.save`'s own."""
@@ -57,5 +57,5 @@ def _shortly(value: Any) -> str:
 
 
 def repr_html(value: Any) -> str | None:
-    """What a notebook shows; None, and so the text, without the package `lwr_dyn.notebook`."""
+    """What a notebook shows; None, and so the text, without the package `lwr_dyn.pages.notebook`."""
     return NOTEBOOK_FORMS.load("html")(value) if NOTEBOOK_FORMS["html"].is_installed else None

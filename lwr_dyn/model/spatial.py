@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 
 SNAP = 1e-15
 """An angle within this [rad] of a multiple of 90 deg counts as that multiple: cos(pi/2) is 6e-17 only because pi is not

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, joint_array, read_only, real_array
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array, read_only, real_array
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import JointFriction, friction_torque
 
 SINGULAR = 1e-12

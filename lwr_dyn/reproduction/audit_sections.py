@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 from typing import Any
 
-from lwr_dyn.audit.conventions.evidence_file import packaged_evidence
-from lwr_dyn.audit.conventions.joint_zero import zero_readings, zero_text
-from lwr_dyn.audit.conventions.printed_table import printed_table
-from lwr_dyn.audit.conventions.ranking import rank_readings
-from lwr_dyn.audit.conventions.ranking_text import ranking_text
-from lwr_dyn.audit.lint.rules import lint, sheets_of_robot
-from lwr_dyn.audit.sensitivity.analysis import sensitivity
-from lwr_dyn.audit.sensitivity.result_tables import error_table, errors_text, gains_table, notes, survival
-from lwr_dyn.audit.study_tasks import printed_task
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, readings
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper, readings
+from lwr_dyn.checks.conventions.evidence_file import packaged_evidence
+from lwr_dyn.checks.conventions.joint_zero import zero_readings, zero_text
+from lwr_dyn.checks.conventions.printed_table import printed_table
+from lwr_dyn.checks.conventions.ranking import rank_readings
+from lwr_dyn.checks.conventions.ranking_text import ranking_text
+from lwr_dyn.checks.sensitivity.analysis import sensitivity
+from lwr_dyn.checks.sensitivity.result_tables import error_table, errors_text, gains_table, notes, survival
+from lwr_dyn.checks.sensitivity.study_tasks import printed_task
+from lwr_dyn.checks.tables.rules import lint, sheets_of_robot
 from lwr_dyn.reproduction.paper_study import PaperStudy
 from lwr_dyn.reproduction.report.content import Section
 

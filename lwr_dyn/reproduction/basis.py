@@ -16,8 +16,8 @@ from math import pi
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.printed_number import last_digit
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, PaperCase, Value
 from lwr_dyn.reproduction.compare import ASSUMED, NOT, ComparedNumber, recomputed
 from lwr_dyn.reproduction.other_numbers import letters_of, numbers_of, with_other_letters, with_other_numbers

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.errata import apply_errata, apply_patch
+from lwr_dyn.arms.papers.reader import paper_of_tables
+from lwr_dyn.arms.papers.schema import Erratum, Paper
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.errata import apply_errata, apply_patch
-from lwr_dyn.papers.reader import paper_of_tables
-from lwr_dyn.papers.schema import Erratum, Paper
 from lwr_dyn.reproduction.results import ResultBlock, Results, results_of_tables
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from lwr_dyn.audit.printed_number import agrees, last_digit
-from lwr_dyn.errors import LwrDynError, PaperError
-from lwr_dyn.papers.schema import Erratum, Paper
+from lwr_dyn.arms.papers.schema import Erratum, Paper
+from lwr_dyn.foundation.errors import LwrDynError, PaperError
+from lwr_dyn.model.printed_number import agrees, last_digit
 from lwr_dyn.reproduction.case import REPEATED, STRUCTURAL, ComparedExpression, PaperCase, PaperFormula, Value
 from lwr_dyn.reproduction.paper_study import PaperStudy
 from lwr_dyn.reproduction.results import PrintedCell, ResultBlock

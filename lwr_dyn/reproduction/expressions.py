@@ -10,8 +10,8 @@ from functools import lru_cache
 
 import sympy as sp
 
-from lwr_dyn.audit.lint import arithmetic
-from lwr_dyn.errors import OptionError
+from lwr_dyn.checks.tables import arithmetic
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.reproduction.case import ComparedExpression
 
 SAME = 1e-9

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.files import read_text, write_folder
-from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.files import read_text, write_folder
+from lwr_dyn.pages.replay.figures import Curve, Figure, Level, Panel, Series
 
 FIGURES = "figures.json"
 FigureFiles = Mapping[str, Sequence[Figure]]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from lwr_dyn.papers.schema import Erratum
+from lwr_dyn.arms.papers.schema import Erratum
 from lwr_dyn.reproduction.case import PaperData
 
 

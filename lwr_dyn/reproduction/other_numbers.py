@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from lwr_dyn.audit.printed_number import printed_number
+from lwr_dyn.model.printed_number import printed_number
 from lwr_dyn.reproduction.case import PaperCase
 
 LEAST, MOST = 0.03, 0.08

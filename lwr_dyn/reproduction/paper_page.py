@@ -8,8 +8,8 @@ from decimal import Decimal
 from pathlib import Path
 from typing import cast
 
-from lwr_dyn.audit.printed_number import last_digit
-from lwr_dyn.checks.verdict import CheckReport
+from lwr_dyn.checks.arm.verdict import CheckReport
+from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.case import REPEATED, STRUCTURAL, ComparedExpression
 from lwr_dyn.reproduction.compare import ASSUMED, DIFFERS, ComparedNumber

@@ -11,20 +11,20 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.files import make_folder
+from lwr_dyn.foundation.files import make_folder
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import repr_html, short_repr
-from lwr_dyn.plotting.plots import save_figure
+from lwr_dyn.pages.plotting.plots import save_figure
+from lwr_dyn.pages.replay.figures import Figure
+from lwr_dyn.pages.replay.replay_page import write_replay
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.case import PaperData, PaperFormula
 from lwr_dyn.reproduction.figure_file import written_figures
 from lwr_dyn.reproduction.ledger import Prove
 from lwr_dyn.reproduction.report.content import Section, Still
 from lwr_dyn.reproduction.results import read_results, results_of_tables, results_text
 from lwr_dyn.reproduction.study import Study, study_of
-from lwr_dyn.tables import Table
-from lwr_dyn.viewer.figures import Figure
-from lwr_dyn.viewer.replay_page import write_replay
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 Progress = Callable[[str], None]
 """Called with the name of each step as it begins."""
@@ -55,7 +55,7 @@ class PaperStudy:
 def paper_study(paper: str) -> PaperStudy:
     """The study of a paper; raises `UnknownNameError` for one that is not reproduced, `PaperError` for bad data."""
     study = study_of(paper)
-    text = resources.files("lwr_dyn.papers").joinpath(f"{paper}.toml").read_text(encoding="utf-8")
+    text = resources.files("lwr_dyn.arms.papers").joinpath(f"{paper}.toml").read_text(encoding="utf-8")
     results = read_results(results_text(paper), f"reproduction/{paper}/results.toml")
     data = PaperData(tomllib.loads(text), results, f"{paper}.toml")
     return PaperStudy(paper, study, data, study.load("formulas"), study.load("proofs") if study.proofs else {})

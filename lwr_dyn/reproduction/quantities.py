@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.reproduction.case import PaperCase, formulas

@@ -7,11 +7,13 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.checks.run_checks import check_arm
-from lwr_dyn.checks.verdict import CheckReport
-from lwr_dyn.files import make_folder, write_folder
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, open_readings
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper, open_readings
+from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.checks.arm.run_checks import check_arm
+from lwr_dyn.checks.arm.verdict import CheckReport
+from lwr_dyn.foundation.files import make_folder, write_folder
+from lwr_dyn.foundation.tables import Table, json_text
 from lwr_dyn.reproduction.audit_sections import audit_sections
 from lwr_dyn.reproduction.basis import with_bases
 from lwr_dyn.reproduction.ledger import ledger
@@ -21,8 +23,6 @@ from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.study import ALL, SENSITIVITY, check_options, studies, study_of, takers
 from lwr_dyn.reproduction.summary import count_table, counts, difference_table, summary_text
 from lwr_dyn.reproduction.verdicts import compare_numbers
-from lwr_dyn.tables import Table, json_text
-from lwr_dyn.urdf.model_files import model_files
 
 INCOMPLETE = "INCOMPLETE.txt"
 """A note in a folder that an interrupt or an error left incomplete."""

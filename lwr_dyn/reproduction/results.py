@@ -12,8 +12,8 @@ from decimal import Decimal, InvalidOperation
 from importlib import resources
 from typing import Any
 
-from lwr_dyn.errors import PaperError
-from lwr_dyn.papers.fields import Fields, choice, parse_toml
+from lwr_dyn.arms.papers.fields import Fields, choice, parse_toml
+from lwr_dyn.foundation.errors import PaperError
 
 SCHEMA = 1
 FORMS = ("table", "figure", "text", "equation", "derived")

@@ -6,8 +6,8 @@ from functools import cache
 from importlib import import_module, resources
 from typing import Any, Literal
 
-from lwr_dyn.errors import OptionError, UnknownNameError
-from lwr_dyn.registry import Registry, Row
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.registry import Registry, Row
 
 ALL = "all"
 """In place of a paper's name: every paper."""

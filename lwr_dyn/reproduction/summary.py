@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, Value
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, NEAR, NOT, REPRODUCED, ComparedNumber
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.verdicts import Verdicts
-from lwr_dyn.tables import Heading, Table
 
 NEARNESS = f"near: within the digits or axes printed, or {NEAR:.0%} of the range printed in the row"
 """What "near" means, for tables and texts."""

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lwr_dyn.errors import PaperError
+from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.reproduction.compare import VERDICTS, BlockComparer, Columns, ComparedNumber
 from lwr_dyn.reproduction.paper_study import PaperStudy
 

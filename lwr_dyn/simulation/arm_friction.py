@@ -7,8 +7,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction, smooth_friction
 from lwr_dyn.simulation.boxed_lcp import Sides

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 
 SIGN = 1e-12
 """Share of the largest datum below which a sign counts as zero: two zeros must not switch each other for ever."""

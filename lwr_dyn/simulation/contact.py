@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.arm_friction import FrictionTorque, Mask
 from lwr_dyn.simulation.boxed_lcp import Sides, boxed_lcp
 from lwr_dyn.simulation.integrators import Accelerate

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.arm_friction import Mask
 from lwr_dyn.simulation.contact import ContactMode
 from lwr_dyn.simulation.integrators import Integrator, Rates

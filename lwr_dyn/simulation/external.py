@@ -5,9 +5,9 @@ from math import isfinite
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import joint_torque
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 
 ExternalTorque = Callable[[float, Array, Array], Array]
 """tau_external(t, q, dq) (n,) [N m; N of a sliding joint]: B ddq + C dq + g = tau - tau_friction + tau_external.

@@ -6,7 +6,7 @@ start to slip or reach a limit is refused, and `Flow` computes it again.
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.contact import ContactMode
 from lwr_dyn.simulation.events import HOLDING, TURN
 from lwr_dyn.simulation.flow import Flow, held_by_stop

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.arm_friction import Mask
 from lwr_dyn.simulation.boxed_lcp import Sides

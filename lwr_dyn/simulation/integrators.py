@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import DOP853
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.arm_friction import FrictionTorque
 from lwr_dyn.simulation.external import ExternalTorque
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import (
     Controller,
     JointReadings,
@@ -18,6 +17,7 @@ from lwr_dyn.control.protocol import (
     joint_torque,
     saturate,
 )
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.run import Reference
 from lwr_dyn.simulation.events import followable
 from lwr_dyn.simulation.fast_step import FastStep

@@ -8,8 +8,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run

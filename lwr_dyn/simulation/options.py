@@ -6,9 +6,9 @@ from math import ceil, isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.control.protocol import Controller, WithMemory
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, joint_array
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
 from lwr_dyn.simulation.plant import Plant

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import FrictionTorque
 from lwr_dyn.simulation.events import ACTIVE_FRICTION

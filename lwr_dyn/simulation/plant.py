@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
-from lwr_dyn.errors import NotPhysicalError, OptionError, RatingWarning, ShapeError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import NotPhysicalError, OptionError, RatingWarning, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import with_bodies, with_payload
 from lwr_dyn.model.feasibility import unphysical_links

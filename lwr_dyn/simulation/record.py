@@ -6,10 +6,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.protocol import mechanical_energy
-from lwr_dyn.errors import DivergenceError, ShapeError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import DivergenceError, ShapeError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.audit import audit

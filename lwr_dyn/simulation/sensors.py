@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.velocity import FilteredDifference
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 
 Sensor = Callable[[Array, Array], tuple[Array, Array]]
 """True (q, dq) -> measured (q, dq); called once a sample, in order."""

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, arm_argument, read_only
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, arm_argument, read_only
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import json_text
+from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
@@ -28,8 +30,6 @@ from lwr_dyn.simulation.options import (
 )
 from lwr_dyn.simulation.plant import Plant, arm_with_payload, plant_of
 from lwr_dyn.simulation.sensors import Encoder, Sensor
-from lwr_dyn.tables import json_text
-from lwr_dyn.version import VERSION
 
 ENCODERS = ("motor", "link")
 

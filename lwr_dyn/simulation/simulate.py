@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.control.protocol import Controller, reset
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.progress import progress as shown_progress
+from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.run import Reference, Run
-from lwr_dyn.progress import progress as shown_progress
-from lwr_dyn.registry import Registry, Row
 from lwr_dyn.simulation.arm_friction import FrictionOption
 from lwr_dyn.simulation.external import ExternalTorque, checked_external
 from lwr_dyn.simulation.flow import Flow
@@ -28,8 +28,10 @@ LOOPS: Registry[Callable[[Setup, Progress | None], Run]] = Registry(
     "loop",
     {
         "rigid": Row("lwr_dyn.simulation.simulate:run_rigid", "sampled or continuous, rigid joints"),
-        "elastic": Row("lwr_dyn.elastic.run:run_elastic", "sampled, elastic joints"),
-        "compiled": Row("lwr_dyn.rollout.compiled_loop:run_compiled", "one kernel, neither stops nor stick", "batch"),
+        "elastic": Row("lwr_dyn.simulation.elastic.run:run_elastic", "sampled, elastic joints"),
+        "compiled": Row(
+            "lwr_dyn.codegen.rollouts.compiled_loop:run_compiled", "one kernel, neither stops nor stick", "batch"
+        ),
     },
 )
 

@@ -9,7 +9,7 @@ from itertools import zip_longest
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 

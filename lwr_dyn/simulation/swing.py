@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array
-from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.foundation.arrays import Array, joint_array
+from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.setup import prepare

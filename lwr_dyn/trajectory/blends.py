@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.path import Path, PathJoint, end_of, path_of, start_of
 from lwr_dyn.trajectory.segments import PathSample, Segment

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile, concatenate, positive_number, stretched
 
 NAME = "double-S"

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile, positive_number
 
 ROUNDING = 1e-12

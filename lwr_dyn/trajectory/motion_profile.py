@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, freeze_arrays, real_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
+from lwr_dyn.foundation.errors import OptionError
 
 DEGREE = 5
 SHORTEST, LONGEST = 1e-9, 1e9

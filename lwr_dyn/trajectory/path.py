@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, real_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, real_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.segments import PathSample, Segment
 
 GAP = 1e-9

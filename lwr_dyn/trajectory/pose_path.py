@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.spatial import turn_about
 from lwr_dyn.trajectory.motion_profile import MotionProfile, ProfileSample, positive_number
 from lwr_dyn.trajectory.path import Path

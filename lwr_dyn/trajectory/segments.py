@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 
 SHORTEST = 1e-6
 """[m] A segment below this has no direction that survives rounding."""

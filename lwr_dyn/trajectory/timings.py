@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from lwr_dyn.registry import Registry, Row
+from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.trajectory.blends import blended
 from lwr_dyn.trajectory.double_s import double_s_in
 from lwr_dyn.trajectory.motion_profile import MotionProfile, concatenate, constant_speed, quintic, stretched

@@ -31,7 +31,7 @@ def control_laws(pairs: int) -> None:
         own = {"friction": arm_friction(arm.n)} if name.endswith("friction") else {}
         try:
             law = make_controller(name, arm, dynamics, **own)
-        except lwr_dyn.errors.LwrDynError as fault:
+        except lwr_dyn.foundation.errors.LwrDynError as fault:
             print(f"({name}: {fault})")
             continue
         ours: Call = lambda law=law: simulate(arm, law, reference, **options)  # noqa: E731

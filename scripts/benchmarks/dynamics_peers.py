@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.timing import Call
-from lwr_dyn.export.mjcf import mjcf_text
+from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.arms.papers.assembly import dh_rows
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
-from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.papers.catalog import open_paper
 
 
 def mujoco_calls(arm: Arm, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> dict[str, tuple]:

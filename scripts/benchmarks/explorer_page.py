@@ -12,9 +12,9 @@ import tempfile
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.explorer.page import write_explorer
-from tests.explorer.explored import opened
+from lwr_dyn.pages.explorer.page import write_explorer
 from tests.headless import browser_window
+from tests.pages.explorer.explored import opened
 
 FRAMES = """const done = arguments[arguments.length - 1], e = lwrExplorer, { q } = e.state;
 const numbers = [], all = [], strip = [];

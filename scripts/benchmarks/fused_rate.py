@@ -8,13 +8,13 @@ from functools import cache
 import numpy as np
 
 from benchmarks.timing import seconds
-from lwr_dyn.codegen.machine_code import compiled, lanes_of, load
+from lwr_dyn.codegen.kernels.machine_code import compiled, lanes_of, load
 
 _CHAINS, _ROUNDS, _TURNS = 16, 8, 2000
 """Chains that do not wait for each other; operations of each chain before it is stored; turns of the loop."""
 _TEXT = """from numba import carray, cfunc, types
 
-from lwr_dyn.codegen.lowering import straight_line
+from lwr_dyn.codegen.kernels.lowering import straight_line
 
 
 @straight_line("float64")

@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
 import lwr_dyn  # noqa: E402
-from lwr_dyn.arrays import Array  # noqa: E402
+from lwr_dyn.foundation.arrays import Array  # noqa: E402
 from lwr_dyn.identification.bodies.consistent import consistent_fit  # noqa: E402
 from lwr_dyn.identification.bodies.constraints import constraints_of  # noqa: E402
 from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies  # noqa: E402

@@ -18,7 +18,7 @@ POSES, STARTS = 20, 300
 def all_solutions(pairs: int) -> None:
     """One pose with all its branches (and whole turns inside +-180 deg, so one copy each), a mean over poses."""
     sys.path.append(str(Path(__file__).resolve().parents[2]))  # the arms are those of `tests`
-    from tests.ik_solvers.six_joint_arms import six_joint_arm
+    from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
     with_eaik, anywhere = installed("eaik"), np.full(6, np.inf)
     head(f"All solutions of one pose (mean of {POSES} poses)")

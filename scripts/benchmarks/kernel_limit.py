@@ -7,9 +7,9 @@ import statistics
 import lwr_dyn
 from benchmarks.fused_rate import fused_rate
 from benchmarks.timing import Call, seconds
-from lwr_dyn.checks.identities import random_states
-from lwr_dyn.codegen.batch import BatchDynamics
-from lwr_dyn.codegen.kernel_spec import FUNCTIONS
+from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.codegen.kernels.batch import BatchDynamics
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 
 _MOST_STATES, _MOST_BYTES = 4096, 1 << 20

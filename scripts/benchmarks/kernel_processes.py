@@ -7,12 +7,12 @@ import subprocess
 import sys
 import tempfile
 
-from lwr_dyn.codegen.kernel_spec import FUNCTIONS
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
 from lwr_dyn.model.arm import Arm
 
 _ONE = """
 import sys, time, lwr_dyn
-from lwr_dyn.codegen.kernel import kernel_of
+from lwr_dyn.codegen.kernels.kernel import kernel_of
 spec = lwr_dyn.batch_dynamics(lwr_dyn.load(sys.argv[1])).spec
 start = time.perf_counter()
 kernel_of(spec, sys.argv[2])
@@ -36,7 +36,7 @@ def compile_times(arm: Arm) -> None:
 _MEMORY = """
 import sys, numpy as np, lwr_dyn
 from pathlib import Path
-from lwr_dyn.codegen.kernel_spec import FUNCTIONS
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
 name, function, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
 arm = lwr_dyn.load(name)
 batch, width = lwr_dyn.batch_dynamics(arm, threads=2), len(FUNCTIONS[function].states)

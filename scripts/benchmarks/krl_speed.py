@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from lwr_dyn.errors import FileAccessError  # noqa: E402
+from lwr_dyn.foundation.errors import FileAccessError  # noqa: E402
 from lwr_dyn.krl.checks.static_checks import static_diagnostics  # noqa: E402
 from lwr_dyn.krl.project.folder import is_program_file, load_project  # noqa: E402
 from lwr_dyn.krl.project.program import program_in  # noqa: E402

@@ -14,8 +14,8 @@ import numpy as np
 import lwr_dyn
 from benchmarks.emitted_code import CALLS, FAST, ROBOTS, STATES, arguments, loops
 from benchmarks.timing import head, paired, row
-from lwr_dyn.codegen.kernel_spec import kernel_spec
-from lwr_dyn.emit.functions import emitted_function
+from lwr_dyn.codegen.emit.functions import emitted_function
+from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
 
 PEERS = {"inverse_dynamics": "rnea", "mass_matrix": "crba", "forward_dynamics": "aba"}
 _DEFINED = ("BOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "BOOST_MPL_LIMIT_LIST_SIZE=30", "BOOST_MPL_LIMIT_VECTOR_SIZE=30",

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import lwr_dyn
 from benchmarks.timing import installed
-from lwr_dyn.errors import PoseNotReachedError
+from lwr_dyn.foundation.errors import PoseNotReachedError
 from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind

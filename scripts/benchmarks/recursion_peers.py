@@ -12,7 +12,7 @@ import numpy as np
 import lwr_dyn
 from benchmarks.kernel_peers import relative_difference
 from benchmarks.timing import Call, head, installed, paired, row
-from lwr_dyn.checks.identities import random_states
+from lwr_dyn.checks.arm.identities import random_states
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics
 from lwr_dyn.model.arm import Arm
@@ -101,8 +101,8 @@ def casadi_call(arm: Arm, x: tuple[np.ndarray, ...]) -> Call:
     """CasADi's own C code for one state, compiled with -O3, mapped over the batch in memory it owns."""
     import casadi
 
-    from lwr_dyn.codegen.kernel_spec import kernel_spec
-    from lwr_dyn.codegen.symbolic_functions import symbolic_function
+    from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
+    from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
 
     function = symbolic_function(kernel_spec(arm), "inverse_dynamics")
     folder = tempfile.mkdtemp()

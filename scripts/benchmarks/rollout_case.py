@@ -10,9 +10,9 @@ import numpy as np
 
 import lwr_dyn
 from benchmarks.timing import Call
-from lwr_dyn.codegen.parameters import inertial_parameters
+from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.codegen.kernels.parameters import inertial_parameters
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.export.mjcf import mjcf_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.run import Motion, Reference
@@ -74,7 +74,7 @@ class RolloutCase:
         """The reference at every sample, the end too."""
         return self.reference.sample(np.arange(round(seconds * RATE) + 1) / RATE)
 
-    def rollouts(self, runs: int, seconds: float, record: int = 0) -> lwr_dyn.rollout.result.Rollouts:
+    def rollouts(self, runs: int, seconds: float, record: int = 0) -> lwr_dyn.codegen.rollouts.result.Rollouts:
         """The first runs, by the kernel."""
         return lwr_dyn.rollouts(
             self.arm, self.law, self.reference, duration=seconds, record=record,

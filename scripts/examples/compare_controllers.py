@@ -9,8 +9,8 @@ from __future__ import annotations
 import argparse
 
 import lwr_dyn
-from lwr_dyn.comparison.plants import plant_case
-from lwr_dyn.comparison.study import ControllerStudy
+from lwr_dyn.studies.compare.plants import plant_case
+from lwr_dyn.studies.compare.study import ControllerStudy
 
 CONTROLLERS = ("pd-gravity", "pid", "inverse-dynamics")
 

@@ -12,7 +12,7 @@ from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.identification.friction.identify_friction import friction_map_figure, identify_friction_files
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.logs.simulated_logs import LogSensors, cruise_logs
-from lwr_dyn.plotting.plots import save_figure
+from lwr_dyn.pages.plotting.plots import save_figure
 
 
 def main(arguments: list[str] | None = None) -> None:

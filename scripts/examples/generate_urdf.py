@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 
 import lwr_dyn
-from lwr_dyn.files import write_folder
-from lwr_dyn.urdf.model_files import model_files
+from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.foundation.files import write_folder
 
 
 def main(arguments: list[str] | None = None) -> None:

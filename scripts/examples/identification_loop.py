@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.checks.run_checks import check_arm
-from lwr_dyn.files import make_folder
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.checks.arm.run_checks import check_arm
+from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.identification.excitation.design import design_excitation
 from lwr_dyn.identification.fitted.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import log_of_run, write_log
@@ -19,7 +20,6 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.friction import symmetric
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.simulation.metrics import metrics
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.checks.run_checks import check_arm
-from lwr_dyn.papers.catalog import template
+from lwr_dyn.arms.papers.catalog import template
+from lwr_dyn.checks.arm.run_checks import check_arm
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.files import make_folder
+from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.metrics import metrics
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.files import make_folder
+from lwr_dyn.foundation.files import make_folder
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arrays import Array
-from lwr_dyn.files import make_folder, write_file
-from lwr_dyn.identification.logs.column_files import table_bytes
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.column_files import table_bytes
+from lwr_dyn.foundation.files import make_folder, write_file
 from lwr_dyn.model.friction import friction_torque, symmetric
 
 MAP = """time = "stamp"

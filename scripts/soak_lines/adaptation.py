@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.tables import aligned
+from lwr_dyn.foundation.tables import aligned
 
 
 def adaptation() -> tuple[str, bool, str]:
     """Second pass of IST with an unknown 3 kg, adaptive beside inverse dynamics; Lyapunov over 14 s."""
-    from tests.feedback.learning import ELASTIC, FRICTION, along_a_continuous_loop, largest_rise, second_pass
-    from tests.feedback.lyapunov import ARM
+    from tests.control.laws.learning import ELASTIC, FRICTION, along_a_continuous_loop, largest_rise, second_pass
+    from tests.control.laws.lyapunov import ARM
 
     rows, holds = [], True
     for reading in ("computed", "physical"):

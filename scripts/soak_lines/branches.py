@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.tables import aligned
+from lwr_dyn.foundation.tables import aligned
 
 POSES, CALIBRATED, COARSE = 30, 1e-4, 1e-3
 SAME = 1e-9
@@ -16,7 +16,7 @@ SAME = 1e-9
 
 def branches() -> tuple[str, bool, str]:
     """All branches of six-joint arms, as the makers' numbers give them and calibrated, against a 300-start search."""
-    from tests.ik_solvers.six_joint_arms import PARALLEL, TABLES
+    from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES
 
     cases = [(name, error) for error in (0.0, CALIBRATED) for name in TABLES]
     cases += [(name, COARSE) for name in ("kr210", "ur10e")]
@@ -35,7 +35,7 @@ def branches() -> tuple[str, bool, str]:
 
 def _counts(name: str, error: float) -> tuple[int, int, int, float, float]:
     """Sums over the poses; each pose of a disturbed arm has a disturbance of its own."""
-    from tests.ik_solvers.six_joint_arms import against_search, six_joint_arm
+    from tests.kinematics.six_joints.six_joint_arms import against_search, six_joint_arm
 
     rng, counts, gap, times = np.random.default_rng(3), np.zeros(3, dtype=int), 0.0, []
     for seed in range(POSES):

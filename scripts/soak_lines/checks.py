@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import lwr_dyn
-from lwr_dyn.checks.run_checks import check_arm
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.trajectory.references.ist import ist_reference
 from lwr_dyn.trajectory.timings import MOTION_PROFILES
 
@@ -60,6 +60,6 @@ def kernels() -> tuple[str, bool]:
 
 def parity() -> tuple[str, bool]:
     """Every committed model in Pinocchio, MuJoCo, Drake and PyBullet against ours (pip install '.[parity]')."""
-    from tests.parity.committed import summary
+    from tests.checks.engines.committed import summary
 
     return summary(states=1000)

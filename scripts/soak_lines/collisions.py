@@ -10,8 +10,8 @@ SHARES = {"flange": (0.9, 0.95, 0.95), "link_3": (0.5, 0.9, 0.9)}
 
 def pushes() -> tuple[str, bool, str]:
     """200 pushes on flange and elbow, wrong load and noise: found while they last."""
-    from tests.feedback.collisions import FORCES, PLACES, table
-    from tests.feedback.collisions import pushes as tried
+    from tests.control.laws.collisions import FORCES, PLACES, table
+    from tests.control.laws.collisions import pushes as tried
 
     found = list(tried(200))
     rows, early = table(found), sum(f.early for f in found)
@@ -25,7 +25,7 @@ def pushes() -> tuple[str, bool, str]:
 
 def false_alarms() -> tuple[str, bool]:
     """3 simulated hours without a push, each 14 s with a load error of its own: no alarm."""
-    from tests.feedback.collisions import alone, quiet
+    from tests.control.laws.collisions import alone, quiet
 
     batch, single = quiet(1, 1.0, noise=0.0).worst, alone(1.0)
     agree = float(np.abs(batch - single).max())

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.feedback.assumed_friction import arm_with_friction
-from lwr_dyn.rollout.laws.forms import LAW_FORMS
+from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS
+from lwr_dyn.control.laws.assumed_friction import arm_with_friction
 from lwr_dyn.simulation.sensors import Encoder
 
 ROUGH = "inverse-dynamics+friction"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lwr_dyn.tables import aligned
+from lwr_dyn.foundation.tables import aligned
 
 ASKED = 1e-4
 """Relative: what the stiffness may be off."""
@@ -13,7 +13,7 @@ SECONDS = 60.0
 
 def impedance() -> tuple[str, bool, str]:
     """Stiffness of the tip under Cartesian impedance, settled: 20 poses; and k/K of a stretched elbow."""
-    from tests.feedback import settled
+    from tests.control.laws import settled
 
     cases = [("regular", q) for q in settled.regular_poses()] + [("singular", q) for q in settled.SINGULAR]
     errors = [settled.stiffness_error(q, seed, settled.SETTLED_S[kind]) for seed, (kind, q) in enumerate(cases)]
@@ -29,7 +29,7 @@ def impedance() -> tuple[str, bool, str]:
 
 def passivity() -> tuple[str, bool]:
     """Law and wall, continuous, pushed for 60 s by a restless hand: energy that either gives out in a sample."""
-    from tests.feedback.passivity import cartesian, jointly
+    from tests.control.laws.passivity import cartesian, jointly
 
     words, holds = [], True
     for law in (cartesian, jointly):

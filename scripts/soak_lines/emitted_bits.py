@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from lwr_dyn.tables import aligned
+from lwr_dyn.foundation.tables import aligned
 
 STATES, IK_STATES = 3000, 500
 COMPILERS = (
@@ -24,10 +24,10 @@ NAMES = (
 
 def emitted_bits() -> tuple[str, bool, str]:
     """Emitted code of 15 functions of 3 arms and inverse kinematics: bits in C, node and Cortex-M7, beside node's."""
-    from tests.emit.cortex import linked, run_lines
-    from tests.emit.digests import C_PRINT, c_functions, c_main, js_program
-    from tests.emit.emitted_robots import ARMS, emitted_robot
-    from tests.emit.programs import output
+    from tests.codegen.emit.cortex import linked, run_lines
+    from tests.codegen.emit.digests import C_PRINT, c_functions, c_main, js_program
+    from tests.codegen.emit.emitted_robots import ARMS, emitted_robot
+    from tests.codegen.emit.programs import output
 
     robots = [emitted_robot(name, NAMES) for name in ARMS]
     rows = []
@@ -59,10 +59,10 @@ def emitted_bits() -> tuple[str, bool, str]:
 
 def _closed_form(folder: Path) -> dict[str, list[str]]:
     """The digests of inverse kinematics in the same builds."""
-    from tests.emit.closed_form_digests import js_program, write_c
-    from tests.emit.cortex import linked, run_lines
-    from tests.emit.emitted_robots import ARMS
-    from tests.emit.programs import output
+    from tests.codegen.emit.closed_form_digests import js_program, write_c
+    from tests.codegen.emit.cortex import linked, run_lines
+    from tests.codegen.emit.emitted_robots import ARMS
+    from tests.codegen.emit.programs import output
 
     script, made = folder / "ik.js", folder / "made_ik"
     lines: dict[str, list[str]] = {}

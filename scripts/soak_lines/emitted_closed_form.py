@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
+from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.tables import aligned
 
 POSES, INTERVALS = 20_000, 500
 ARMS = ("lwr4plus", "wam7", "kr30ha")
@@ -44,11 +44,11 @@ def _singular(arm: Arm) -> np.ndarray:
 
 
 def _compared(arm: Arm, q: np.ndarray, folder: Path, is_random: bool) -> tuple[tuple[str, ...], bool]:
-    from lwr_dyn.emit.closed_form import NAME
-    from lwr_dyn.emit.emission import emitted_arm
+    from lwr_dyn.codegen.emit.closed_form import NAME
+    from lwr_dyn.codegen.emit.emission import emitted_arm
     from lwr_dyn.kinematics.branches import wrap
-    from tests.emit.shared_library import SharedLibrary
-    from tests.emit.test_closed_form import expected_branches
+    from tests.codegen.emit.shared_library import SharedLibrary
+    from tests.codegen.emit.test_closed_form import expected_branches
 
     library = SharedLibrary(emitted_arm(arm, [NAME]), folder)
     T = np.ascontiguousarray(lwr_dyn.forward_kinematics(arm, q))
@@ -72,7 +72,7 @@ def _intervals(library: object, T: np.ndarray) -> tuple[int, int]:
 
     At singular poses an interval of one point, where a joint touches its limit, may be found by one of both alone.
     """
-    from lwr_dyn.emit.closed_form import NAME
+    from lwr_dyn.codegen.emit.closed_form import NAME
     from lwr_dyn.kinematics.arm_geometry import srs_geometry
     from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
     from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem

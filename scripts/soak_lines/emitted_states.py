@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.tables import aligned
+from lwr_dyn.foundation.tables import aligned
 
 STATES, CALLS = 100_000, 20_000
 BUILDS = (("-O2", "-std=c99", "-fno-tree-slp-vectorize"), ("-O2", "-march=native", "-ffp-contract=fast"))
@@ -14,8 +14,8 @@ BUILDS = (("-O2", "-std=c99", "-fno-tree-slp-vectorize"), ("-O2", "-march=native
 
 def emitted_states() -> tuple[str, bool, str]:
     """Emitted C of 11 functions of 3 arms at 100 000 states beside Pinocchio, as a share of the largest number."""
-    from tests.emit.emitted_robots import ARMS
-    from tests.emit.many_states import SHARE, differences
+    from tests.codegen.emit.emitted_robots import ARMS
+    from tests.codegen.emit.many_states import SHARE, differences
 
     rows, worst = [], 0.0
     for arm in ARMS:
@@ -30,10 +30,10 @@ def emitted_states() -> tuple[str, bool, str]:
 
 def emitted_sanitized() -> tuple[str, bool, str]:
     """Every emitted function of 3 arms, 20 000 calls with NaN, inf, 1e300 and denormals, address and UB sanitizers."""
-    from lwr_dyn.emit.emission import emitted_arm
-    from tests.emit.emitted_robots import ARMS
-    from tests.emit.hard_numbers import SANITIZERS, write_program
-    from tests.emit.programs import output
+    from lwr_dyn.codegen.emit.emission import emitted_arm
+    from tests.codegen.emit.emitted_robots import ARMS
+    from tests.codegen.emit.hard_numbers import SANITIZERS, write_program
+    from tests.codegen.emit.programs import output
 
     rows, total = [], 0
     cases = [{}, {"kind": "libm"}, {"dtype": "float32"}, {"inputs": ("payload", "gravity", "friction", "inertia")}]

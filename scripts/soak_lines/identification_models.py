@@ -17,7 +17,7 @@ AGREES = 1e-11
 
 def fitted_models() -> tuple[str, bool, str]:
     """Fits of 60 plants each of LWR and WAM, written as data files and loaded: torques, bodies, validation."""
-    from lwr_dyn.loading import load_with_paper
+    from lwr_dyn.arms.loading import load_with_paper
     from tests.identification.model_study import study
 
     lines, good = [], True

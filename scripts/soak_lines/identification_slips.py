@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper
 
 OFF = (0.0, 0.01, 0.05, 0.2)
 """Shares by which the arm is off its table."""

@@ -23,7 +23,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.cli.main import main
-from lwr_dyn.codegen import cache
+from lwr_dyn.codegen.kernels import cache
 
 ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 24
 """Kills of each job."""

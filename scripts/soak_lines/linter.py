@@ -13,7 +13,7 @@ def linter() -> tuple[str, bool, str]:
     """The 68 kinds of faults planted at every link of the arms judged by hand (LWR_DYN_ARMS: where they lie)."""
     from linter_detection import HALVES, measured
 
-    from tests.audit.urdf.detection_tables import shares
+    from tests.checks.urdf.detection_tables import shares
 
     words, good, tables = [], True, []
     for half in HALVES:
@@ -34,7 +34,7 @@ def linter() -> tuple[str, bool, str]:
 
 def linter_broken() -> tuple[str, bool]:
     """Exceptions of the URDF linter on broken files, seeded: one to four changes each."""
-    from tests.audit.urdf.broken_files import judged
+    from tests.checks.urdf.broken_files import judged
 
     found, stopped = 0, []
     for seed in range(BROKEN_FILES):

@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from lwr_dyn.sweeps.running.sweep import sweep
-from lwr_dyn.sweeps.study.study_file import SweepStudy
-from tests.sweeps.small import contents, small_study
+from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from tests.studies.sweep.small import contents, small_study
 
 ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 27
 CHUNKS = 24

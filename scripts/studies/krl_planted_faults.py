@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT))
 
-from lwr_dyn.errors import FileAccessError  # noqa: E402
+from lwr_dyn.foundation.errors import FileAccessError  # noqa: E402
 from lwr_dyn.krl.diagnostics import Diagnostic  # noqa: E402
 from lwr_dyn.krl.project.folder import load_project  # noqa: E402
 from tests.krl.planting.kinds import KINDS  # noqa: E402

@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 import lwr_dyn  # noqa: E402
-from lwr_dyn.arrays import Array  # noqa: E402
+from lwr_dyn.foundation.arrays import Array  # noqa: E402
 from lwr_dyn.kinematics.inverse import inverse_kinematics  # noqa: E402
 from lwr_dyn.krl.language.plain_values import given_values  # noqa: E402
 from lwr_dyn.krl.project.folder import load_project  # noqa: E402

@@ -9,7 +9,7 @@ from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
 from lwr_dyn.model.dh import Convention, DHRow, JointKind
 from lwr_dyn.model.spatial import Pose, rot_x
-from tests.arms import random_body
+from tests.random_arms import random_body
 from tests.tolerances import EXACT
 
 LETTERS = {"R": JointKind.REVOLUTE, "P": JointKind.PRISMATIC}

@@ -9,8 +9,8 @@ import pytest
 import yourdfpy
 
 import lwr_dyn
-from lwr_dyn.urdf.geometry import primitives
-from lwr_dyn.urdf.model_files import model_files, model_stem
+from lwr_dyn.arms.urdf.geometry import primitives
+from lwr_dyn.arms.urdf.model_files import model_files, model_stem
 from tests.tolerances import EXACT, METRES
 
 STATES = 50
@@ -67,7 +67,7 @@ def test_pinocchio_reads_urdf_and_srdf(moving, stem):
 
 
 def test_mujoco_reads_mjcf(moving, stem):
-    pytest.importorskip("lwr_dyn.export")
+    pytest.importorskip("lwr_dyn.arms.export")
     model = mujoco.MjModel.from_xml_path(f"{stem}.xml")
     data, q, dq = mujoco.MjData(model), *states(moving.n)
     road_b = lwr_dyn.dynamics_of(moving, engine="newton-euler")
@@ -89,7 +89,7 @@ def test_mujoco_reads_mjcf(moving, stem):
 
 
 def test_mujoco_has_the_limits_and_the_shapes(moving, stem):
-    pytest.importorskip("lwr_dyn.export")
+    pytest.importorskip("lwr_dyn.arms.export")
     model = mujoco.MjModel.from_xml_path(f"{stem}.xml")
     for k, limits in enumerate(moving.limits):
         if limits.lower is not None:

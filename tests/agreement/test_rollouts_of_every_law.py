@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.parameters import friction_parameters, inertial_parameters
-from lwr_dyn.rollout.laws.forms import LAW_FORMS, law_form
+from lwr_dyn.codegen.kernels.parameters import friction_parameters, inertial_parameters
+from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS, law_form
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from tests.rollout.laws.beside import ARM, made
+from tests.codegen.rollouts.laws.beside import ARM, made
 
 RUNS = 9
 """One more than a block has lanes."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.cli import fk
+from lwr_dyn.foundation.registry import Row
 from lwr_dyn.front import FUNCTIONS
-from lwr_dyn.registry import Row
 
 HOME = ("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90")
 BAD = {

@@ -10,7 +10,7 @@ import pytest
 
 from lwr_dyn.cli import main
 from lwr_dyn.cli.interrupt import interruptible
-from tests.urdf.small_files import LINK, joint, robot, written
+from tests.arms.urdf.small_files import LINK, joint, robot, written
 
 COMMAND = [sys.executable, "-m", "lwr_dyn"]
 HOOK = """
@@ -29,7 +29,7 @@ main()
 """
 
 
-MODULES = ("click", "lwr_dyn.errors", "numpy", "pinocchio")
+MODULES = ("click", "lwr_dyn.foundation.errors", "numpy", "pinocchio")
 
 
 def interrupted_at(name, words, at_start="default_int_handler"):
@@ -52,7 +52,7 @@ def test_ctrl_c_while_a_module_is_loaded(name):
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "lwr-dyn: stopped")
 
 
-@pytest.mark.parametrize("name", ["lwr_dyn.errors", "lwr_dyn.papers.catalog"])
+@pytest.mark.parametrize("name", ["lwr_dyn.foundation.errors", "lwr_dyn.arms.papers.catalog"])
 def test_where_the_shell_ignores_ctrl_c_it_stays_ignored(name):
     """Before the command begins, and inside it."""
     done = interrupted_at(name, ["list"], at_start="SIG_IGN")

@@ -8,8 +8,8 @@ import warnings
 import pytest
 
 from lwr_dyn.cli import main
-from lwr_dyn.errors import RatingWarning
-from lwr_dyn.registry import Row
+from lwr_dyn.foundation.errors import RatingWarning
+from lwr_dyn.foundation.registry import Row
 
 
 def test_every_command_has_help(lwr_dyn_command):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, load_robot_and_paper, print_json
-from lwr_dyn.errors import OptionError, ShapeError
-from tests.arms import random_arm
+from lwr_dyn.foundation.errors import OptionError, ShapeError
+from tests.random_arms import random_arm
 
 
 def test_numbers_and_named_axes_are_read_and_pass_when_they_are_read_already():

@@ -6,8 +6,8 @@ import pytest
 from click.testing import CliRunner
 
 from lwr_dyn.cli.replay import command
-from lwr_dyn.errors import FileAccessError, LwrDynError, OptionError
-from lwr_dyn.viewer import live
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError
+from lwr_dyn.pages.replay import live
 
 
 @pytest.fixture

@@ -8,8 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
-from lwr_dyn.errors import OptionError
-from lwr_dyn.registry import Option, Quantity, Registry, Row
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
 
 ARM = lwr_dyn.load("lwr4plus")
 Gain = Annotated[float, Option(float, "Gain, 1/s.", unless="auto")]

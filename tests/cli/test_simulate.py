@@ -5,9 +5,9 @@ import json
 import click
 import pytest
 
+from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli import simulate
 from lwr_dyn.model.run import Run
-from lwr_dyn.papers.catalog import template
 
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 FUNCTION = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return {}\n"

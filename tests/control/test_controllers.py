@@ -8,7 +8,7 @@ from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.pid import PID, default_integral_gain
 from lwr_dyn.control.protocol import WithMemory, describe, reset
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 
 ROUNDING = 1e-11
 """[N m] Torques of hundreds of N m, by two orders of summation."""

@@ -3,7 +3,7 @@
 import pytest
 
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 
 
 def test_gains_are_the_second_order_formulas_and_refuse_what_is_not_positive():

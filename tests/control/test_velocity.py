@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.control.velocity import FilteredDifference
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 
 RATE = 1000.0
 

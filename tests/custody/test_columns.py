@@ -2,8 +2,8 @@
 
 import itertools
 
-from lwr_dyn.papers.catalog import open_paper, robots
-from lwr_dyn.papers.schema import KINDS
+from lwr_dyn.arms.papers.catalog import open_paper, robots
+from lwr_dyn.arms.papers.schema import KINDS
 
 SHARED = {("lwr4", "lwr4plus"): {"dh.alpha", "dh.a", "drawing.pedestal"}}
 """One arm in two documents: the twist angles of the exercise serve the paper, which prints none."""

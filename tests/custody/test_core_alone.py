@@ -14,21 +14,21 @@ SHARE = ("papers", "control", "laws", "test_front.py")
 COMMANDS = (
     (("list",), 0, "lwr4plus"),
     (("check", "wam7"), 0, "checks hold. Next: lwr-dyn urdf wam7 --out arm.urdf"),
-    (("check", "kr30ha"), 0, "data-sheet not checked: lwr_dyn.audit.datasheet is not installed"),
+    (("check", "kr30ha"), 0, "data-sheet not checked: lwr_dyn.checks.datasheet.datasheet is not installed"),
     (("gains", "lwr4plus"), 2, "lwr_dyn.design is not installed"),
     (("urdf", "kr30ha", "--out", "x.urdf"), 0, "x.urdf"),
-    (("check", "x.urdf"), 0, "not judged as written: lwr_dyn.audit.urdf.report_text is not installed"),
+    (("check", "x.urdf"), 0, "not judged as written: lwr_dyn.checks.urdf.report_text is not installed"),
     (("fk", "lwr4", "--q-deg", "0,90,90,-90,0,90,0"), 0, "position"),
-    (("ik", "lwr4plus", "--xyz", "-0.05,-0.45,0.55"), 2, "lwr_dyn.ik_solvers is not installed"),
+    (("ik", "lwr4plus", "--xyz", "-0.05,-0.45,0.55"), 2, "lwr_dyn.kinematics.six_joints is not installed"),
     (("fk", "kr30ha", "--axes-deg", "A2=-90,A3=90"), 0, "position  1.34"),
     (("simulate", "lwr4plus", "--controller", "inverse-dynamics", "--out", "x.npz"), 0, "wrote x.npz"),
     (("replay", "x.npz", "--html", "x.html"), 0, "x.html"),
-    (("compare", "x.npz", "x.npz"), 2, "lwr_dyn.comparison is not installed"),
-    (("simulate", "lwr4plus", "--csv", "x.csv"), 2, "lwr_dyn.notebook is not installed"),
+    (("compare", "x.npz", "x.npz"), 2, "lwr_dyn.studies.compare is not installed"),
+    (("simulate", "lwr4plus", "--csv", "x.csv"), 2, "lwr_dyn.pages.notebook is not installed"),
     (("reproduce", "lwr4"), 2, "lwr_dyn.reproduction is not installed; install it with: pip install 'lwr_dyn[all]'"),
     (("fk", "lwr4", "--symbolic"), 2, "pip install 'lwr_dyn[symbolic]'"),
-    (("lint", "wam7"), 2, "lwr_dyn.audit is not installed"),
-    (("show", "wam7"), 2, "lwr_dyn.explorer is not installed"),
+    (("lint", "wam7"), 2, "lwr_dyn.checks is not installed"),
+    (("show", "wam7"), 2, "lwr_dyn.pages.explorer is not installed"),
     (("simulate", "lwr4plus", "--engine", "kernels"), 2, "pip install 'lwr_dyn[batch]'"),
 )
 """In this order: a command, its exit code, a part of its output."""
@@ -64,7 +64,9 @@ def test_help_hides_commands_that_are_not_installed(core):
 def test_functions_of_optional_packages_name_their_extra(core):
     python, folder = core
     code = "import lwr_dyn; lwr_dyn.batch_dynamics(lwr_dyn.load('lwr4plus'))"
-    words = "MissingPackageError: lwr_dyn.codegen is not installed; install it with: pip install 'lwr_dyn[batch]'"
+    words = (
+        "MissingPackageError: lwr_dyn.codegen.kernels is not installed; install it with: pip install 'lwr_dyn[batch]'"
+    )
     assert words in run([str(python), "-c", code], folder).stderr
 
 

@@ -9,25 +9,24 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn import files
-from lwr_dyn.audit.lint import rules
-from lwr_dyn.audit.urdf import meshes
+from lwr_dyn.arms.urdf import foreign_xml
+from lwr_dyn.checks.tables import rules
+from lwr_dyn.checks.urdf import meshes
 from lwr_dyn.cli import main
 from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
-from lwr_dyn.identification.logs import column_files
+from lwr_dyn.foundation import column_files, files
+from lwr_dyn.foundation.registry import Row
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.krl.language import lexer, source
 from lwr_dyn.krl.running import initial, interpreter, motions
 from lwr_dyn.model import run_file
 from lwr_dyn.model.chain import with_payload
-from lwr_dyn.registry import Row
-from lwr_dyn.urdf import foreign_xml
+from tests.cli.test_krl import TASK
 from tests.identification.conftest import START, _fourier
 from tests.identification.elastic_plants import elastic_log
 from tests.identification.plants import perturbed_plant, random_motion
 from tests.identification.simulated import ideal_cruise
-from tests.krl.test_command import TASK
 
 SLOW = {"sensitivity", "reproduce", "sweep", "krl server"}
 """Half a minute and more, or until an editor ends it; tests of their packages run them."""

@@ -16,11 +16,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.units import to_si
+from lwr_dyn.arms.urdf.elements import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
+from lwr_dyn.arms.urdf.model_files import model_files, model_stem
+from lwr_dyn.arms.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z, steiner
-from lwr_dyn.papers.units import to_si
-from lwr_dyn.urdf.elements import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
-from lwr_dyn.urdf.model_files import model_files, model_stem
-from lwr_dyn.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
 from tests.tolerances import EXACT
 
 ROOT = Path(__file__).parents[2]
@@ -176,7 +176,7 @@ def test_every_number_is_what_its_cells_make(arm):
 
 
 def test_every_cell_is_in_the_data_file(arm):
-    raw = tomllib.loads(resources.files("lwr_dyn.papers").joinpath(f"{arm.name}.toml").read_text(encoding="utf-8"))
+    raw = tomllib.loads(resources.files("lwr_dyn.arms.papers").joinpath(f"{arm.name}.toml").read_text(encoding="utf-8"))
     for sources in json.loads(provenance_text(arm))["quantities"].values():
         for source in sources:
             table, column, rest = source["cell"].split(".")
@@ -219,7 +219,7 @@ def test_a_changed_sidecar_is_caught(name):
 
 
 def test_modified_rows_are_split_about_the_joint(tmp_path):
-    text = resources.files("lwr_dyn.papers").joinpath("lwr4plus.toml").read_text(encoding="utf-8")
+    text = resources.files("lwr_dyn.arms.papers").joinpath("lwr4plus.toml").read_text(encoding="utf-8")
     table = text.replace('convention = "standard"', 'convention = "modified"')
     table = table.replace("a = { values = [0, 0,", "a = { values = [0, 0.2,", 1)
     path = tmp_path / "modified.toml"

@@ -9,9 +9,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn import front
-from lwr_dyn.codegen.batch import batch_dynamics
+from lwr_dyn.codegen.kernels.batch import batch_dynamics
+from lwr_dyn.pages.replay.replay_page import replay_html
 from lwr_dyn.simulation.setup import prepare
-from lwr_dyn.viewer.replay_page import replay_html
 
 ROOT = Path(__file__).resolve().parents[2]
 OF_FACTORIES = {"controller", "margins", "reference"}

@@ -7,8 +7,8 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.linear_feedback import LinearFeedback
-from lwr_dyn.control.worst_case_inertia import worst_case_inertias
 from lwr_dyn.design.resting_plant import RestingPlant
 from lwr_dyn.design.sampled_loop import RestingLoop
 

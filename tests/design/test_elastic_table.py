@@ -10,7 +10,7 @@ from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
 from lwr_dyn.design.elastic_loop import ElasticArm
 from lwr_dyn.design.elastic_table import ElasticShares, elastic_shares, elastic_table
 from lwr_dyn.design.sampled_loop import Sampling
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.foundation.errors import MissingDataError
 from tests.design.test_elastic_loop import arm, law
 
 

@@ -6,7 +6,7 @@ import pytest
 from lwr_dyn.design import law_differences
 from lwr_dyn.design.law_differences import law_at_rest
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from tests.design.margin_cases import BENT, dynamics, law
 from tests.slips import uncaught
 

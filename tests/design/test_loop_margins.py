@@ -6,7 +6,7 @@ import pytest
 from lwr_dyn.design import loop_margins, sampled_loop
 from lwr_dyn.design.loop_margins import delay_margin, margins_at
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
-from lwr_dyn.errors import DivergenceError, OptionError
+from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.simulation.simulate import simulate
 from tests.design.margin_cases import BENT, arm, dynamics, law, sliders
 from tests.simulation.sample_runs import StandStill

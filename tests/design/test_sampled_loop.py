@@ -11,7 +11,7 @@ from lwr_dyn.control.linear_feedback import LinearFeedback
 from lwr_dyn.control.pd_gravity import PDGravity
 from lwr_dyn.control.pid import PID
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
-from lwr_dyn.errors import DivergenceError, OptionError
+from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate

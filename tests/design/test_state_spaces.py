@@ -8,7 +8,7 @@ import pytest
 from lwr_dyn.design.loop_response import frequency_grid, loop_gain, sensitivity
 from lwr_dyn.design.margins import margins
 from lwr_dyn.design.sampled_loop import GROWS
-from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from tests.design.margin_cases import BENT, arm, dynamics, law
 
 JOINTS = (0, 1, 3)

@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.design.time_optimal import least_time
 from lwr_dyn.design.time_optimal_pieces import CurveReference, path_of_reference
-from lwr_dyn.errors import MissingDataError, MissingPackageError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, ShapeError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import arm_with_payload

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import LwrDynError, OptionError, UnknownNameError
 
 ARM = lwr_dyn.load("lwr4plus")
 MOVE = {"start": [0.0] * 7, "end": [0.5] * 7}

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.worst_case_inertia import worst_case_inertias
-from lwr_dyn.inertia_bounds.certificate import inertia_certificate
+from lwr_dyn.control.inertia.bounds.certificate import inertia_certificate
+from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))

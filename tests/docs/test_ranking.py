@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.comparison.plants import plant_case
-from lwr_dyn.comparison.study import ControllerStudy
-from lwr_dyn.comparison.tuning import tuned_frequencies
-from lwr_dyn.feedback.assumed_friction import arm_with_friction
-from lwr_dyn.responses.twice import Twice
+from lwr_dyn.control.laws.assumed_friction import arm_with_friction
+from lwr_dyn.studies.compare.plants import plant_case
+from lwr_dyn.studies.compare.study import ControllerStudy
+from lwr_dyn.studies.compare.tuning import tuned_frequencies
+from lwr_dyn.trajectory.references.twice import Twice
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))

@@ -7,8 +7,8 @@ import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.dynamics.gate import FUNCTIONS, Gated
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
-from tests.arms import random_arm
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
+from tests.random_arms import random_arm
 
 METHODS = {
     "mass_matrix": 1,

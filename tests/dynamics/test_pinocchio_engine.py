@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
 from lwr_dyn.kinematics.forward import jacobian
-from tests.arms import random_arm
+from tests.random_arms import random_arm
 from tests.tolerances import METRES
 
 INSTALLED = lwr_dyn.load(

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import Regressor, chain_parameters
-from tests.arms import random_arm
+from tests.random_arms import random_arm
 from tests.tolerances import RANDOM_ARM
 
 

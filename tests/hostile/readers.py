@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
 from tests.hostile.changes import VALUES, changed
 from tests.hostile.recordings import log_csv, log_parquet, motion_csv, run_file, written
 
@@ -35,7 +35,7 @@ def _text(path: str) -> str:
 
 def robot_file(folder: Path, rng: random.Random) -> bool:
     """A robot's TOML, and where its flange is."""
-    seeds = (_own_arm(), _own_arm(), _text("lwr_dyn/papers/lwr4.toml"), _text("lwr_dyn/papers/wam7.toml"))
+    seeds = (_own_arm(), _own_arm(), _text("lwr_dyn/arms/papers/lwr4.toml"), _text("lwr_dyn/arms/papers/wam7.toml"))
     arm = lwr_dyn.load(written(folder, "x.toml", changed(rng.choice(seeds), rng)))
     lwr_dyn.forward_kinematics(arm, np.zeros(arm.n))
     return True
@@ -65,7 +65,7 @@ def urdf(folder: Path, rng: random.Random) -> bool:
 
 def urdf_judged(folder: Path, rng: random.Random) -> bool:
     """A URDF judged link by link."""
-    from lwr_dyn.audit.urdf.lint import lint_file
+    from lwr_dyn.checks.urdf.lint import lint_file
 
     lint_file(written(folder, "x.urdf", changed(rng.choice(_urdfs()), rng)))
     return True
@@ -135,7 +135,7 @@ def cell(folder: Path, rng: random.Random) -> bool:
 
 def sheet(folder: Path, rng: random.Random) -> bool:
     """A table of numbers, CSV or TOML, linted."""
-    from lwr_dyn.audit.lint.rules import lint_file
+    from lwr_dyn.checks.tables.rules import lint_file
 
     name = rng.choice(("sheet.csv", "gains.toml", "rows.toml"))
     lint_file(written(folder, f"x{Path(name).suffix}", changed(_text(f"{GOOD}/{name}"), rng)))
@@ -144,18 +144,18 @@ def sheet(folder: Path, rng: random.Random) -> bool:
 
 @functools.cache
 def _tables() -> dict[str, Any]:
-    from lwr_dyn.audit.conventions.printed_table import printed_table
-    from lwr_dyn.papers.catalog import open_paper
+    from lwr_dyn.arms.papers.catalog import open_paper
+    from lwr_dyn.checks.conventions.printed_table import printed_table
 
     return {name: printed_table(open_paper(name)) for name in ("lwr4plus", "wam7")}
 
 
 def evidence(folder: Path, rng: random.Random) -> bool:
     """Evidence for a table of a paper."""
-    from lwr_dyn.audit.conventions.evidence_file import read_evidence
+    from lwr_dyn.checks.conventions.evidence_file import read_evidence
 
     name = rng.choice(("lwr4plus", "wam7"))
-    text = changed(_text(f"lwr_dyn/papers/evidence/{name}.toml"), rng, "nnnnnnnnvrrwdsx")
+    text = changed(_text(f"lwr_dyn/arms/papers/evidence/{name}.toml"), rng, "nnnnnnnnvrrwdsx")
     read_evidence(written(folder, "x.toml", text), _tables()[name])
     return True
 
@@ -170,7 +170,7 @@ def tool(folder: Path, rng: random.Random) -> bool:
 
 def study(folder: Path, rng: random.Random) -> bool:
     """A study of many runs, and the values of its first and last run."""
-    from lwr_dyn.sweeps.study.read_study import read_study
+    from lwr_dyn.studies.sweep.study.read_study import read_study
 
     read = read_study(written(folder, "x.toml", changed(_text(f"{GOOD}/study.toml"), rng)))
     for first in {0, read.count - 1}:

@@ -37,7 +37,7 @@ def _heads(rng: random.Random) -> list[str]:
 
 def motion_csv(folder: Path, rng: random.Random) -> bool:
     """A motion as CSV, and the reference that it makes."""
-    from lwr_dyn.responses.motion_reference import csv_reference
+    from lwr_dyn.trajectory.recorded.motion_reference import csv_reference
 
     t = np.cumsum(np.full(rng.choice((8, 12, 20)), 0.05))
     joints = rng.random() < 0.6
@@ -103,7 +103,7 @@ def _retyped(pyarrow: Any, column: list[float], rng: random.Random) -> Any:
 
 @functools.cache
 def _run_arrays() -> dict[str, Any]:
-    from tests.viewer.replayed import lagging_run
+    from tests.pages.replay.replayed import lagging_run
 
     with tempfile.TemporaryDirectory() as place:
         lagging_run(lwr_dyn.load("lwr4plus"), 0.04, "pd-gravity", k=20, duration=0.4).save(f"{place}/x.npz")
@@ -113,9 +113,9 @@ def _run_arrays() -> dict[str, Any]:
 
 def run_file(folder: Path, rng: random.Random) -> bool:
     """A run file: its arrays, its record, or its bytes changed; what a page says of it."""
-    from lwr_dyn.loading import arm_of
+    from lwr_dyn.arms.loading import arm_of
     from lwr_dyn.model.run import Run
-    from lwr_dyn.viewer.replayed_runs import facts
+    from lwr_dyn.pages.replay.replayed_runs import facts
 
     arrays = dict(_run_arrays())
     for _ in range(rng.choice((0, 1, 1, 2))):

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.audit.lint.rules import lint_file
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.checks.tables.rules import lint_file
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.krl.project.program import load_program
 from lwr_dyn.model.run import Run

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.audit.lint.rules import sheet_of_file
-from lwr_dyn.errors import FileAccessError, LwrDynError
-from lwr_dyn.files import LARGEST, check_readable, check_writable, read_bytes, write_file
+from lwr_dyn.checks.tables.rules import sheet_of_file
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
+from lwr_dyn.foundation.files import LARGEST, check_readable, check_writable, read_bytes, write_file
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.krl.project.program import load_program
 from lwr_dyn.krl.writing.point_program import read_point_program

@@ -5,7 +5,7 @@ import pyarrow
 import pytest
 from pyarrow import parquet
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.identification.logs.log_columns import LogError
 

@@ -8,10 +8,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import FileAccessError, LwrDynError
-from lwr_dyn.loading import arm_of
+from lwr_dyn.arms.loading import arm_of
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.model.run import Run
-from lwr_dyn.viewer.replay_page import replay_html
+from lwr_dyn.pages.replay.replay_page import replay_html
 
 
 @pytest.fixture

@@ -2,19 +2,19 @@
 
 import pytest
 
-from lwr_dyn.arrays import joint_array
-from lwr_dyn.audit.conventions.evidence_file import parse_evidence
-from lwr_dyn.audit.conventions.printed_table import printed_table
-from lwr_dyn.audit.lint.csv_sheet import sheet_of_csv
-from lwr_dyn.audit.lint.rules import lint
-from lwr_dyn.audit.lint.sentences import equalities
-from lwr_dyn.audit.lint.sheet import TableError
-from lwr_dyn.audit.lint.toml_sheet import sheet_of_toml
-from lwr_dyn.errors import LwrDynError, PaperError, ShapeError
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.fields import parse_toml
+from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.checks.conventions.evidence_file import parse_evidence
+from lwr_dyn.checks.conventions.printed_table import printed_table
+from lwr_dyn.checks.tables.csv_sheet import sheet_of_csv
+from lwr_dyn.checks.tables.rules import lint
+from lwr_dyn.checks.tables.sentences import equalities
+from lwr_dyn.checks.tables.sheet import TableError
+from lwr_dyn.checks.tables.toml_sheet import sheet_of_toml
+from lwr_dyn.foundation.arrays import joint_array
+from lwr_dyn.foundation.errors import LwrDynError, PaperError, ShapeError
 from lwr_dyn.krl.writing.point_program import read_point_program
-from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.papers.fields import parse_toml
-from lwr_dyn.papers.reader import parse_paper
 
 LONG = {"4301 digits": "9" * 4301, "hex of 4000 digits": "0x" + "f" * 4000, "of 65 bits": str(2**64)}
 ROWS = "a,b\n1,2\n3,4\n5,6\n"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import UrdfError
-from lwr_dyn.urdf.parse import parse_urdf
-from tests.urdf.small_files import LINK, joint, robot, written
+from lwr_dyn.arms.urdf.parse import parse_urdf
+from lwr_dyn.foundation.errors import UrdfError
+from tests.arms.urdf.small_files import LINK, joint, robot, written
 
 ARM = robot(joint("j", "a", "b", axis="0 1 0"), a="", b=LINK)
 Q = [0.7]
@@ -56,7 +56,7 @@ def test_elements_nested_without_end_are_refused(inside, tmp_path):
 def test_what_the_second_parser_refuses_is_refused_and_not_guessed_at(tmp_path, monkeypatch):
     """yourdfpy reads on with a parser that leaves out what it does not understand."""
     half = b'<robot name="r"><axis gr&#246;="1"/>'
-    monkeypatch.setattr("lwr_dyn.urdf.parse.ElementTree.tostring", lambda *_, **__: half)
+    monkeypatch.setattr("lwr_dyn.arms.urdf.parse.ElementTree.tostring", lambda *_, **__: half)
     with pytest.raises(UrdfError, match=r"arm\.urdf: XML: .*; allowed: a well-formed URDF"):
         parse_urdf(written(tmp_path, ARM))
 

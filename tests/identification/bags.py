@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 
 FIELDS = ("position", "velocity", "effort")
 

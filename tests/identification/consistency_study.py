@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.model.elasticity import JointElasticity
 from tests.identification.plants import Motion, Plant, torques

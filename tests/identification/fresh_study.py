@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import Information, information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.stribeck import stribeck_search

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.log_faults.column_changes import column_changes
 from lwr_dyn.identification.log_faults.found_faults import log_faults
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arrays import Array
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.fitted.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.missing_motions import SECONDS, MissingMotion
@@ -16,7 +17,6 @@ from lwr_dyn.identification.motion.motion_fit import MotionIdentification, ident
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import friction_torque
-from lwr_dyn.papers.schema import Paper
 from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, simulated_log
 
 

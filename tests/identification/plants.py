@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm, null_space
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.samples import Samples, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -9,9 +9,9 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, joint_array
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, joint_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.friction.identify_friction import (
     DEFAULT_FIT,
     FitOptions,

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.identification.regression.information import Information, information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.slips.exchanges import exchanges
@@ -19,7 +20,6 @@ from lwr_dyn.identification.slips.printed_cells import MASS, ROTOR, Cell, Printe
 from lwr_dyn.identification.slips.shown_cells import ShownCells, shown_cells
 from lwr_dyn.identification.slips.trace import trace_cells
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.schema import Paper
 from tests.identification.plants import Motion, perturbed_plant, random_motion, simulated_samples
 
 WELL_EXCITED = 12

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
 from lwr_dyn.identification.payload.identify_load import identify_load
 from lwr_dyn.identification.regression.information import information_of

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
+from lwr_dyn.arms.urdf.geometry import link_radii
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.excitation.clearance import clearance_of, closest_parts, random_positions
 from lwr_dyn.kinematics.forward import joint_axes
-from lwr_dyn.urdf.geometry import link_radii
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import FileAccessError, LwrDynError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError
 from lwr_dyn.identification.logs.column_map import ColumnMap, column_map
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
 from lwr_dyn.identification.logs.log_columns import LogError

@@ -10,7 +10,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.cli.main import main
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.motion.motion_fit import identify_motion

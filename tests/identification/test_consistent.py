@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, pseudo_inertias

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import LwrDynError, OptionError, UnknownNameError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.constraints import ConstraintError, constrained_prior, constraints_of

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.friction.cruise import CruiseRule, find_cruises, position_noise
 from lwr_dyn.trajectory.lspb import lspb
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.log_faults.found_faults import log_faults
 from lwr_dyn.identification.log_faults.saturation import cut_saturated
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_text
 from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
 from lwr_dyn.identification.logs.joint_log import write_log

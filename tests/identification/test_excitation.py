@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.excitation import design, motion_design
 from lwr_dyn.identification.excitation.clearance import clearance_of
 from lwr_dyn.identification.excitation.design import design_excitation, rows_of
@@ -17,8 +17,8 @@ from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.motion_score import motion_score
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.run import Run
-from lwr_dyn.responses.motion_reference import csv_reference
 from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.trajectory.recorded.motion_reference import csv_reference
 
 pytest.importorskip("numba")
 SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import FileAccessError, MissingDataError
+from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.urdf.model_files import FORMATS
+from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.identification.fitted.fitted_arm import fitted_arm
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.fitted.fitted_values import digest_of, fitted_values
@@ -19,10 +22,7 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_rule import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.loading import load_with_paper
 from lwr_dyn.model.friction import friction_torque
-from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.urdf.model_files import FORMATS
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 NOISE = 0.1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.excitation.fourier import MOST_HARMONICS, fourier_basis
 
 T, H, N = 7.0, 4, 3

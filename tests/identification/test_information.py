@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression import normal_equations as module
 from lwr_dyn.identification.regression.information import information_of, solve

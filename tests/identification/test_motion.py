@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.identification.bodies.constraints import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.motion.motion_pieces import motion_pieces
 from lwr_dyn.identification.motion.parameter_states import (
     FROM_BOTH,

@@ -10,7 +10,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.cli.main import main
-from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.identification.excitation.design import rows_of
 from lwr_dyn.identification.excitation.fourier import fourier_basis
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits

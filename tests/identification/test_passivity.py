@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
-from lwr_dyn.identification.friction.passive_refit import passive_refit
-from lwr_dyn.identification.friction.passivity import SideCurve, certificate, feeds_energy
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction
+from lwr_dyn.model.passive_refit import passive_refit
+from lwr_dyn.model.passivity import SideCurve, certificate, feeds_energy
 from tests.examples import examples
 
 NOTHING = 1e-14

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.friction.torque_model import ModelTorque
 from lwr_dyn.identification.regression.base_parameters import base_parameters
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import FileAccessError, MissingPackageError
+from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.identification.logs.column_map import ColumnMap, column_map
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.identification.logs.log_columns import LogError

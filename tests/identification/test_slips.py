@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.slips.discrepancy import link_discrepancies, table_pseudo_inertias
 from lwr_dyn.identification.slips.exchanges import exchanges
 from lwr_dyn.identification.slips.hypotheses import as_printed
@@ -19,7 +20,6 @@ from lwr_dyn.identification.slips.repairs import of_cells, of_columns
 from lwr_dyn.identification.slips.slip_tables import slip_lines
 from lwr_dyn.identification.slips.table_against_log import OFF, table_against_log
 from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
-from lwr_dyn.papers.catalog import open_paper
 from tests.identification.slip_study import SlipStudy, exchanged_faults, shares, single_faults
 
 READINGS = [("lwr4plus", "printed"), ("lwr4plus", "physical"), ("wam7", None), ("kr30ha", None)]

@@ -38,7 +38,7 @@ def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str])
 
 
 def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
-    source = Path(lwr_dyn.__file__).parent / "papers" / "lwr4plus.toml"
+    source = Path(lwr_dyn.__file__).parent / "arms" / "papers" / "lwr4plus.toml"
     text = source.read_text(encoding="utf-8")
     reading = text[text.index("[reading.physical]") :]
     without = reading.replace('"table2-c5z", ', "")

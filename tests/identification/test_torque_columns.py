@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import Regressor
-from lwr_dyn.errors import MissingPackageError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError, ShapeError
 from lwr_dyn.identification.regression import torque_columns
 from lwr_dyn.identification.regression.joint_columns import JointColumns
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
 from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, PULL, _least_bending, _smooth, best_arm_angle
 from lwr_dyn.kinematics.arm_angle_search import (
     RESOLUTION,

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
-from tests.arms import random_arm
 from tests.kinematics.srs_arms import random_srs_arm
+from tests.random_arms import random_arm
 
 LWR = lwr_dyn.load("lwr4plus")
 

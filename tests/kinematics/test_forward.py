@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.kinematics.forward import jacobian, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.model.chain import link_frames
-from tests.arms import arms, random_arm
+from tests.random_arms import arms, random_arm
 
 STEP = 1e-30
 """A complex step has no cancellation: it is exact to rounding."""

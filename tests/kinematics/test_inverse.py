@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
 from lwr_dyn.kinematics.solution import IkSolver
 from lwr_dyn.model.arm import JointLimits

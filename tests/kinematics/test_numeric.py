@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.numeric import _step
 from lwr_dyn.model.chain import lock_joint
-from lwr_dyn.papers.catalog import template
-from tests.arms import random_arm
+from tests.random_arms import random_arm
 
 NUMERIC = 1e-11
 """The numeric search stops here."""

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
+from lwr_dyn.foundation.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES
 from lwr_dyn.kinematics.forward import jacobian, joint_axes, velocity_product_at
@@ -130,6 +130,6 @@ def test_bad_input_is_named():
 
 
 def _six_joints():
-    from tests.arms import random_arm
+    from tests.random_arms import random_arm
 
     return random_arm(2, "RRRRRR")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, PoseNotReachedError, ShapeError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, PoseNotReachedError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.pose_solver import POSE_SEARCHES, search_ranges
-from tests.arms import random_arm
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.public_arms import random_positions
+from tests.random_arms import random_arm
 
 SEARCHES = tuple(name for name, row in POSE_SEARCHES.rows.items() if row.is_installed)
 

@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.krl.project.program import load_program, parse_program
 from lwr_dyn.krl.running.constants import input_values
 from lwr_dyn.krl.running.controller import MachineData

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.project.folder import load_project
 from lwr_dyn.krl.project.program import load_program, parse_program
 from lwr_dyn.krl.running.run import check_program

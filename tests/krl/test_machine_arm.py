@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.foundation.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, kuka_pose
 from lwr_dyn.krl.robot.machine_arm import load_machine_arm
 from lwr_dyn.krl.robot.machine_data import read_machine_record

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.ik_solvers.spherical_wrist import all_branches
 from lwr_dyn.kinematics.forward import jacobian
+from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose, status, turn
 from lwr_dyn.krl.running.run import check_program, run_program

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lwr_dyn.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.krl.names.known import Function
 from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.krl.names.predefined import CONFIG, ENUMS, FUNCTIONS, STRUCTURES, SYSTEM

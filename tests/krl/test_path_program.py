@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.distance import cdist
 
 import lwr_dyn
-from lwr_dyn.errors import LwrDynError
-from lwr_dyn.ik_solvers.six_joint_geometry import wrist_arm_geometry
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.six_joints.six_joint_geometry import wrist_arm_geometry
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.krl.writing.corners import Approximation
 from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions

@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.project.folder import load_project
 from lwr_dyn.krl.project.program import load_program, program_in

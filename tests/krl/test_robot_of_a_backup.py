@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.run import run_program

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from tests.krl.short_programs import HOME, run_of

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.checks.identities import energy_drift, mass_matrix_rate, potential_gradient, random_states, relative
-from lwr_dyn.checks.run_checks import CHECKS, check_arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper, template
-from lwr_dyn.papers.reader import parse_paper
-from tests.arms import arms, random_arm
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper, template
+from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.checks.arm.identities import energy_drift, mass_matrix_rate, potential_gradient, random_states, relative
+from lwr_dyn.checks.arm.run_checks import CHECKS, check_arm
+from tests.random_arms import arms, random_arm
 from tests.tolerances import RANDOM_ARM
 
 PAPER_ARMS = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]

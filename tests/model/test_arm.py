@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import MissingDataError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.model.friction import symmetric

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import Body, first_links, link_frames, lock_joint, with_bodies, with_payload
-from tests.arms import random_arm, random_body, random_pose
+from tests.random_arms import random_arm, random_body, random_pose
 
 ROUNDING = 1e-12
 """Relative to the largest entry: a dozen products of numbers near one."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 
 ARM = lwr_dyn.load("lwr4plus")

@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.feasibility import is_physical, unphysical_links
 from lwr_dyn.model.spatial import from_rpy
-from tests.arms import arms, random_arm, random_body
+from tests.random_arms import arms, random_arm, random_body
 
 TENSORS = {
     "negative moment": np.diag([-0.1, 1.0, 1.0]),

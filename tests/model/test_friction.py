@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.friction import (
     FRICTIONLESS,

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.model.run import Event, Run
 
 

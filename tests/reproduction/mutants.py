@@ -17,8 +17,8 @@ from decimal import Decimal
 from functools import cache
 from typing import Any
 
-from lwr_dyn.audit.printed_number import last_digit
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.reproduction.case import Value
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.verdicts import Verdicts, compare_numbers

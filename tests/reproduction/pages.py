@@ -6,7 +6,7 @@ from collections import Counter
 from html import unescape
 
 from tests.axe import EACH_ONCE, faint_texts, seen, sideways, violations
-from tests.viewer.driven import opened
+from tests.pages.replay.driven import opened
 
 LARGEST_PAGE = 2_000_000
 """Bytes of a report at most."""

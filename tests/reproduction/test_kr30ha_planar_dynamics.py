@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.dynamics.symbolic.trigonometry import normal_form
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import finished, motion_report
-from lwr_dyn.symbolic.trigonometry import normal_form
 
 RIGHT = {"v_1", "P_1", "P_2"}
 OTHER_MODEL = {"planar-model", "unfinished", "lagrangian-label"}

@@ -4,8 +4,8 @@ import copy
 
 import pytest
 
-from lwr_dyn.errors import LwrDynError
-from lwr_dyn.papers.schema import SEVERITIES
+from lwr_dyn.arms.papers.schema import SEVERITIES
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.ledger import LedgerEntry, Proof, ledger
 from lwr_dyn.reproduction.paper_study import paper_study

@@ -13,8 +13,8 @@ from scripts.readme_images import PICTURES, pictures
 from scripts.readme_images import faults as old_faults
 from tests.headless import logs, opened, screenshot
 from tests.json_schemas import faults as schema_faults
+from tests.pages.replay.driven import opened as report_opened
 from tests.reproduction.pages import faults, lost
-from tests.viewer.driven import opened as report_opened
 
 POSE = 1e-6
 """[m] The page packs joint angles in 32 bits over a turn, 1.5e-9 rad; an arm's length of them is far below this."""

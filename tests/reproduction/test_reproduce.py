@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction import reproduce
 from lwr_dyn.reproduction.paper_study import Reproduction, paper_study
 from lwr_dyn.reproduction.study import studies

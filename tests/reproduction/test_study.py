@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction.case import PaperFormula
 from lwr_dyn.reproduction.study import ALL, check_options, option_keywords, studies, study_of, takers
 

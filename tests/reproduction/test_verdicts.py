@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from lwr_dyn.errors import OptionError, PaperError
+from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, REPRODUCED
 from lwr_dyn.reproduction.expressions import same, value_of
 from lwr_dyn.reproduction.paper_study import paper_study

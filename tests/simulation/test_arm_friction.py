@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.events import ACTIVE_FRICTION

@@ -11,7 +11,7 @@ from lwr_dyn.simulation.contact import contact_mode, impact, resolve_stick_slip
 from lwr_dyn.simulation.plant import plant_of
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import no_torque
-from tests.arms import random_arm
+from tests.random_arms import random_arm
 from tests.simulation.sample_runs import (
     MIDDLE,
     Sinusoids,

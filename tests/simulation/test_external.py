@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.errors import FileAccessError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation import other_road
@@ -169,4 +169,4 @@ def test_bad_ones_are_refused_in_one_line(external, error, words, continuous):
     with pytest.raises(error, match=words) as caught:
         pushed(external, continuous=continuous)
     assert "\n" not in str(caught.value)
-    assert isinstance(caught.value, lwr_dyn.errors.LwrDynError)
+    assert isinstance(caught.value, lwr_dyn.foundation.errors.LwrDynError)

@@ -6,13 +6,13 @@ from hypothesis import given
 
 import lwr_dyn
 from lwr_dyn.control.protocol import joint_torque
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.simulation.audit import TOLERANCE, audit
 from lwr_dyn.simulation.loops import REPORTS
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.swing import free_swing, no_torque
-from tests.arms import arms
 from tests.examples import examples
+from tests.random_arms import arms
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import metrics

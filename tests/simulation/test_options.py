@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.options import (

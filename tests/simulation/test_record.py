@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import DivergenceError
+from lwr_dyn.foundation.errors import DivergenceError
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.simulation.events import ACTIVE_FRICTION
 from lwr_dyn.simulation.record import Log, active_friction

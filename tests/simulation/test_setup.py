@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import (
+from lwr_dyn.foundation.errors import (
     DivergenceError,
     LwrDynError,
     MissingDataError,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.swing import CASES, free_swing
 from tests.simulation.sample_runs import lwr, lwr_dynamics

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.blends import blended
 from lwr_dyn.trajectory.path import path_of
 from lwr_dyn.trajectory.segments import line

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity, trapezoid
 
 ROUNDING = 1e-13

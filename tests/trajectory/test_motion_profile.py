@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.double_s import double_s, double_s_in
 from lwr_dyn.trajectory.motion_profile import concatenate, constant_speed, quintic, stretched
 

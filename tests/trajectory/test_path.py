@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.path import path_of
 from lwr_dyn.trajectory.segments import arc, line
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z
 from lwr_dyn.trajectory.blends import blended
 from lwr_dyn.trajectory.double_s import double_s_in

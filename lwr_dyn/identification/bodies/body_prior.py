@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.dynamics.regressor import INERTIAL
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.identification.bodies.pseudo_inertia import UNITS, are_bodies, inertial_parameters, pseudo_inertias
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.constraints import Constraints, constrained_prior
 from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, pseudo_inertias

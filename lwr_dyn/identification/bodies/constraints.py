@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from lwr_dyn.arrays import Array, freeze_arrays, number_of
-from lwr_dyn.errors import FaultError, OptionError, UnknownNameError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, number_of
+from lwr_dyn.foundation.errors import FaultError, OptionError, UnknownNameError
 from lwr_dyn.identification.bodies.body_prior import BodyPrior
 from lwr_dyn.identification.bodies.pseudo_inertia import inertial_parameters, pseudo_inertia_weights, pseudo_inertias
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from lwr_dyn.arrays import Array, read_only
 from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
 from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

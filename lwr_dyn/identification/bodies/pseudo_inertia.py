@@ -8,8 +8,8 @@ P is linear in the parameters; its eigenvalues are positive exactly if mass in s
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array
 
 
 def pseudo_inertia_weights(c: Array) -> Array:

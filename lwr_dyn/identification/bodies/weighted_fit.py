@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.body_prior import BodyPrior
 from lwr_dyn.identification.bodies.constraints import Constraints
 from lwr_dyn.identification.bodies.newton import NearestBodies, Target, nearest_bodies

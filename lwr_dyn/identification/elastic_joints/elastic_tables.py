@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.identification.elastic_joints.identify_elastic import DRIVE, GEAR, ElasticIdentification
 from lwr_dyn.identification.friction.friction_tables import with_error
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.tables import aligned
 
 SHOWN = ("stiffness", "damping", "armature", "coulomb", "viscous", "offset")
 UNITS = {

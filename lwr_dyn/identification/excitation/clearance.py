@@ -1,7 +1,7 @@
 """Distances of a moving arm from the floor, from the column that it stands on, and of its own links from each other.
 
 A link is a capsule: a ball of the link's radius swept from its joint to the next one. Radii are those with which the
-arm is drawn (`lwr_dyn.urdf.geometry.link_radii`), so that any arm has them. Distances have closed-form gradients in q:
+arm is drawn (`arms.urdf.geometry.link_radii`), so that any arm has them. Distances have closed-form gradients in q:
 the closest points of two capsules are fixed on their links to first order.
 """
 
@@ -11,13 +11,13 @@ from itertools import combinations
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.arms.urdf.geometry import floor_height, link_radii, primitives, stand_foot
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import JointAxes, joint_axes
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.installation import ends_of
-from lwr_dyn.urdf.geometry import floor_height, link_radii, primitives, stand_foot
 
 KEPT = 0.05
 """[m] Distance beyond the radii, where it is not given."""

@@ -7,8 +7,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, freeze_arrays, real_array
-from lwr_dyn.errors import OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.identification.excitation.clearance import Clearance, clearance_of
 from lwr_dyn.identification.excitation.fourier import FourierMotion
 from lwr_dyn.identification.excitation.motion_design import MotionDesign, SearchedMotion, StartSummary

@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.excitation.design import Excitation
 from lwr_dyn.identification.excitation.motion_design import CHECK_RATE, MOST_CHECKS
 from lwr_dyn.identification.excitation.motion_score import SCORE_RATE
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
-from lwr_dyn.tables import Heading, Table
 
 KINDS = {name: "first moments" for name in ("mx", "my", "mz")}
 KINDS |= {name: "tensors" for name in ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")} | {"m": "masses"}

@@ -13,8 +13,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, freeze_arrays, real_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Motion
 from lwr_dyn.model.shown import short_repr
 

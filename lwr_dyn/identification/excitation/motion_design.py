@@ -6,8 +6,8 @@ from time import perf_counter
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import FaultError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import FaultError
 from lwr_dyn.identification.excitation.clearance import Clearance
 from lwr_dyn.identification.excitation.fourier import FourierBasis, FourierMotion, fourier_basis
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits

@@ -6,8 +6,8 @@ from typing import Self
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.excitation.fourier import FourierBasis
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind

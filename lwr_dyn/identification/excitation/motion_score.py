@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.excitation.objectives import LARGE, cond_value, d_value
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.run import Motion

@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.codegen.batch import BatchDynamics
-from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.codegen.kernels.batch import BatchDynamics
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.identification.excitation.fourier import FourierBasis
 from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, TorqueColumns
 

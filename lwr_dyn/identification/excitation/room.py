@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.excitation.clearance import Clearance, random_positions
 from lwr_dyn.identification.excitation.motion_design import HOPELESS, ExcitationError
 from lwr_dyn.kinematics.forward import joint_axes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.excitation.clearance import Clearance
 from lwr_dyn.identification.excitation.fourier import FourierBasis
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.codegen.batch import BatchDynamics, batch_dynamics
+from lwr_dyn.codegen.kernels.batch import BatchDynamics, batch_dynamics
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.excitation.fourier import FourierBasis
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import friction_torque, smooth_friction

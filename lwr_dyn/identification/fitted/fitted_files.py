@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import check_writable, ends_in, write_file, write_folder
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import check_writable, ends_in, write_file, write_folder
 from lwr_dyn.identification.fitted.fitted_arm import fitted_arm
 from lwr_dyn.identification.fitted.fitted_values import fitted_values
 from lwr_dyn.identification.fitted.paper_text import fitted_paper_text
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.urdf.model_files import model_files
 
 ENDINGS = (".toml", ".urdf")
 

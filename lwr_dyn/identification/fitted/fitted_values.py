@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
 from lwr_dyn.model.friction import JointFriction
 

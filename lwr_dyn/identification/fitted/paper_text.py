@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.export.toml_text import ColumnText, literal, quoted, table_text
+from lwr_dyn.arms.export.toml_text import ColumnText, literal, quoted, table_text
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, TABLES, Column, ColumnRule, Paper
+from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.identification.fitted.fitted_arm import READING
 from lwr_dyn.identification.fitted.fitted_values import FittedValues
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import JointFriction
-from lwr_dyn.papers.schema import FRICTION_OF_A_SIDE, SIDES, TABLES, Column, ColumnRule, Paper
-from lwr_dyn.version import VERSION
 
 _FITTED = ("inertial", "rotors", "friction")
 """Tables that are written from the fit; the last two stay where they were fitted to motors."""

@@ -6,8 +6,8 @@ from math import isfinite, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.recordings import recordings
 
 SIGMAS = 5.0

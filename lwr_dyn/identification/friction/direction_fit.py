@@ -7,8 +7,8 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.optimize import least_squares
 
-from lwr_dyn.arrays import Array, read_only
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.friction.friction_map import FrictionPoint
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.least_squares import HUBER, Estimate, has_full_rank, huber, weighted

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.identification.friction.direction_fit import NAMES, DirectionFit
 from lwr_dyn.identification.friction.identify_friction import FitOptions, FrictionIdentification
-from lwr_dyn.tables import aligned
 
 _UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "static": "N m", "stribeck_velocity": "rad/s"}
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.friction.direction_fit import DirectionFit, Model, fit_direction
 from lwr_dyn.identification.friction.friction_map import FrictionPoint, map_points, points_of
@@ -18,7 +18,7 @@ from lwr_dyn.identification.logs.repeated import repeated
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.shown import repr_html, short_repr
-from lwr_dyn.viewer.figures import Curve, Figure, Panel
+from lwr_dyn.pages.replay.figures import Curve, Figure, Panel
 
 BEYOND = "fit, beyond the data"
 

@@ -6,9 +6,9 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.signal import savgol_filter
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.recordings import even_step, recordings

@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.log_faults.log_fault import FaultKind
 
 Side = Literal["q", "tau", "both"]

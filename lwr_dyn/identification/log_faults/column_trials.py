@@ -17,7 +17,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.log_faults.column_changes import ColumnChange, column_changes
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.log_faults.table_spread import table_spread

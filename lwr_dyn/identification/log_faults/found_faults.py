@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.identification.log_faults.column_trials import column_faults, not_tried, trial_samples
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.log_faults.saturation import cut_saturated

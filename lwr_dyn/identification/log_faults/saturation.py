@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.model.arm import Arm

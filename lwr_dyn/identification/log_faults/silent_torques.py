@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.log_faults.still_joints import still_joints
 from lwr_dyn.identification.logs.joint_log import JointLog

@@ -8,7 +8,7 @@ other way). Of a joint that carries no weight nothing can be said.
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.log_faults.log_fault import LogFault
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

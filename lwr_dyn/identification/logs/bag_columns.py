@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, LogError
 from lwr_dyn.identification.logs.recordings import GAP

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 
-from lwr_dyn.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.model.dh import JointKind
 
 _TURN = {"rad": 1.0, "deg": pi / 180}

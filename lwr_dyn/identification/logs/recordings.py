@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.log_columns import LogError
 
 GAP = 3.0

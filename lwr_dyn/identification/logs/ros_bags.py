@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import FileAccessError, MissingPackageError
-from lwr_dyn.files import check_readable
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
+from lwr_dyn.foundation.files import check_readable
 from lwr_dyn.identification.logs.log_columns import LogError
 
 SUFFIXES = (".mcap", ".db3")

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog, log_of_run
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.simulate import simulate

@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.least_squares import SIGMAS
 from lwr_dyn.identification.regression.normal_equations import normal_equations

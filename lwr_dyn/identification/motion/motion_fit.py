@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.bodies.constraints import constraints_of

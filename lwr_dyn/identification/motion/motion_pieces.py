@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.regression.samples import Samples
 
 SEARCHED = 0.3

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.regression.joint_columns import FrictionForm
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import CONFIGURATIONS, BodyVerdict
 from lwr_dyn.identification.friction.friction_tables import with_error
@@ -13,7 +14,6 @@ from lwr_dyn.identification.motion.motion_fit import MotionIdentification
 from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, MEANING
 from lwr_dyn.identification.motion.residuals import LAGS, LEVEL, Whiteness
 from lwr_dyn.identification.motion.validation import Validation
-from lwr_dyn.tables import Heading, Table
 
 NOISE_MODEL = (
     "the errors are those of noise, widened where residuals of neighbouring instants are alike; friction that the "

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.least_squares import (
     IDENTIFIED,

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 

@@ -9,7 +9,7 @@ from operator import add
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.motion.motion_pieces import motion_pieces
 from lwr_dyn.identification.motion.residuals import predicted, residuals_of, rms
 from lwr_dyn.identification.regression.base_parameters import BaseParameters

@@ -9,7 +9,7 @@ one whose expected residual squares are those that neighbouring instants have in
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.regression.normal_equations import NormalEquations
 from lwr_dyn.identification.regression.spectrum import Spectrum

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
 from lwr_dyn.dynamics.regressor import INERTIAL
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.payload.arm_doubt import arm_doubt, model_squares

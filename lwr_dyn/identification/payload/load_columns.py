@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.pseudo_inertia import UNITS, inertial_parameters
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import Pose, steiner, symmetric_part

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.identification.friction.friction_tables import with_error
 from lwr_dyn.identification.payload.identify_load import SYSTEMATIC, LoadIdentification
 from lwr_dyn.identification.payload.load_columns import NAMES as LINEAR
 from lwr_dyn.identification.payload.possible_load import NAMES, PossibleLoad
-from lwr_dyn.tables import aligned
 
 UNITS = ("kg", *("m",) * 3, *("kg m^2",) * 6)
 SIGMAS = 3.0

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.bodies.body_prior import BodyPrior
 from lwr_dyn.identification.bodies.newton import NearestBodies, Target, nearest_bodies
 from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, inertial_parameters

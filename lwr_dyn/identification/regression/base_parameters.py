@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
-from lwr_dyn.arrays import Array, read_only
+from lwr_dyn.foundation.arrays import Array, read_only
 
 RANK = 1e-9
 """Share of the largest diagonal element of R below which a column is a combination of those before it."""

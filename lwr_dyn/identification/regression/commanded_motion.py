@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.information import Information

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.normal_equations import NormalEquations
 from lwr_dyn.identification.regression.spectrum import Spectrum, solved
 

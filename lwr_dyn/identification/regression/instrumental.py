@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.long_run import HANN_BAND, WINDOW, window_sums

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction
 
 FrictionForm = Literal["symmetric", "directions"]

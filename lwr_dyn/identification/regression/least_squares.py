@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 
 SIGMAS = 3.0
 """Half-width of the intervals, as a normal deviation: 99.73 % of Student's t are inside."""

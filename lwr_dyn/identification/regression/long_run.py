@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.signal import oaconvolve
 from scipy.signal.windows import hann
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 
 WINDOW = 0.1
 """[s] Longer than the memory of noise, shorter than a motion. A fit takes up slow noise: from windows of 0.2 s errors

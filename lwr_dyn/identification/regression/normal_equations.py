@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import ShapeError
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, TorqueColumns

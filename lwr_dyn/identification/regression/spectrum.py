@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 
 RANK = 1e-12
 """Eigenvalue, as a share of the largest, below which rounding alone can give it: the direction is not determined."""

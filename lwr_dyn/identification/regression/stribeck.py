@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.information import Information, information_of, solve
 from lwr_dyn.identification.regression.normal_equations import NormalEquations, normal_equations

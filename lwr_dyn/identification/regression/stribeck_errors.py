@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.normal_equations import BLOCK
 from lwr_dyn.identification.regression.samples import Samples

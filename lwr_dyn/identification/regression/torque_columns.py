@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, fixed_array, read_only
-from lwr_dyn.codegen.batch import BatchDynamics
-from lwr_dyn.codegen.kernel import require_packages
-from lwr_dyn.codegen.kernel_spec import KernelSpec
-from lwr_dyn.codegen.parameters import PER_LINK
+from lwr_dyn.codegen.kernels.batch import BatchDynamics
+from lwr_dyn.codegen.kernels.kernel import require_packages
+from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
+from lwr_dyn.codegen.kernels.parameters import PER_LINK
 from lwr_dyn.dynamics.regressor import INERTIAL, Regressor, body_parameters
-from lwr_dyn.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.arrays import Array, fixed_array, read_only
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
 from lwr_dyn.identification.regression.joint_columns import FORMS, FrictionForm, JointColumns
 from lwr_dyn.model.arm import Arm

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.report.inertia_ellipsoids import ellipsoid_matrix
 from lwr_dyn.identification.report.torque_charts import ShownRecording
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.page_parts import generator_line, meshcat_bundle, resource_text, script_safe
-from lwr_dyn.viewer.replay_page import RATE, run_record
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.pages.replay import scene
+from lwr_dyn.pages.replay.page_parts import generator_line, meshcat_bundle, resource_text, script_safe
+from lwr_dyn.pages.replay.replay_page import RATE, run_record
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 
 PACKAGE = "lwr_dyn.identification.report"
 _SCRIPTS = ("numbers.js", "drawing.js", "stage.js")

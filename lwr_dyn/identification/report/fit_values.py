@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

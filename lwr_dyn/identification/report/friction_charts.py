@@ -5,11 +5,11 @@ from html import escape
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.report.line_plane import dots_path, grid_path, line_path, plane_html
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.plotting.axes import axis_of, short
-from lwr_dyn.plotting.charts import tick_marks
+from lwr_dyn.pages.plotting.axes import axis_of, short
+from lwr_dyn.pages.plotting.charts import tick_marks
 
 DOTS = 600
 """Of a map at most, evenly in time."""

@@ -7,7 +7,7 @@ one that can be (P > 0) where all three are real.
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertias
 
 ROUNDING = 1e-9

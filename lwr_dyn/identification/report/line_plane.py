@@ -5,9 +5,9 @@ from html import escape
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.plotting.axes import Axis
-from lwr_dyn.plotting.charts import HEIGHT, WIDTH
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.pages.plotting.axes import Axis
+from lwr_dyn.pages.plotting.charts import HEIGHT, WIDTH
 
 POINTS = 500
 """Stretches of a line; of each its lowest and its highest point are drawn."""

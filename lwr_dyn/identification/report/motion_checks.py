@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
 from lwr_dyn.identification.motion.motion_tables import validation_table
 from lwr_dyn.identification.motion.parameter_states import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
@@ -12,7 +13,6 @@ from lwr_dyn.identification.motion.residuals import LAGS, LEVEL
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.report.parameter_rows import number
 from lwr_dyn.identification.report.shown_fit import Section
-from lwr_dyn.tables import Heading, Table
 
 _MOST = 12
 """Groups and motions that are named."""

@@ -5,7 +5,8 @@ from math import hypot, sqrt
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
 from lwr_dyn.identification.motion.motion_tables import NOISE_MODEL, body_lines
 from lwr_dyn.identification.motion.parameter_states import MEANING
@@ -14,7 +15,6 @@ from lwr_dyn.identification.report.fit_values import drawn_fit, full_parameters,
 from lwr_dyn.identification.report.motion_checks import bodies_section, unknown_section, validation_section
 from lwr_dyn.identification.report.parameter_rows import number
 from lwr_dyn.identification.report.shown_fit import Section, ShownFit
-from lwr_dyn.tables import Heading, Table
 
 
 def motion_shown(

@@ -6,10 +6,10 @@ from html import escape
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.report.inertia_ellipsoids import central_moments, semi_axes
-from lwr_dyn.plotting.axes import short
-from lwr_dyn.tables import Heading, Table
+from lwr_dyn.pages.plotting.axes import short
 
 FAR = 10.0
 """Sigmas at which the bar of a difference is full."""

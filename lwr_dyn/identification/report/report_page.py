@@ -4,17 +4,17 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import check_writable, ends_in, write_file
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import check_writable, ends_in, write_file
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.report.arm_stage import PACKAGE, stage_data, stage_html, stage_scripts
 from lwr_dyn.identification.report.friction_charts import friction_maps_html
 from lwr_dyn.identification.report.parameter_rows import link_table, parameter_table_html
 from lwr_dyn.identification.report.shown_fit import ShownFit
 from lwr_dyn.identification.report.torque_charts import KEY, torque_rows_html
-from lwr_dyn.plotting.document import document_html
-from lwr_dyn.tables import Table
-from lwr_dyn.viewer.page_parts import resource_text
-from lwr_dyn.viewer.replay_page import replay_policy
+from lwr_dyn.pages.plotting.document import document_html
+from lwr_dyn.pages.replay.page_parts import resource_text
+from lwr_dyn.pages.replay.replay_page import replay_policy
 
 _WIDE, _LETTERS, _LONG = 5, 150, 16
 """Columns of a table, or letters of a cell, beyond which it stands alone; rows beyond which it scrolls."""

@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.report.parameter_rows import ShownParameter
 from lwr_dyn.identification.report.torque_charts import ShownRecording
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import JointFriction
-from lwr_dyn.tables import Table
 
 _UNITS = {JointKind.REVOLUTE: ("rad/s", "N m"), JointKind.PRISMATIC: ("m/s", "N")}
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.report.parameter_rows import FAR, number
 from lwr_dyn.identification.report.shown_fit import Section
@@ -17,8 +19,6 @@ from lwr_dyn.identification.slips.table_against_log import (
 )
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.tables import Heading, Table
 
 _SHADE = 0.55
 """Darkness of a cell that is `FAR` sigmas off and more."""

@@ -6,10 +6,10 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.report.line_plane import band_path, grid_path, line_path, plane_html
-from lwr_dyn.plotting.axes import Axis, axis_of, round_length, short
-from lwr_dyn.plotting.charts import tick_marks
+from lwr_dyn.pages.plotting.axes import Axis, axis_of, round_length, short
+from lwr_dyn.pages.plotting.charts import tick_marks
 
 SIGMAS = 3.0
 """Half-width of the band of noise behind what is left."""

@@ -10,8 +10,8 @@ which is delta^2 times the inverse Hessian of -log det P, and asks neither for a
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights, pseudo_inertias
 from lwr_dyn.identification.slips.printed_cells import PrintedCells
 

@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.slips.discrepancy import table_pseudo_inertias
 from lwr_dyn.identification.slips.log_evidence import LogEvidence
 from lwr_dyn.identification.slips.printed_cells import COM, MASS, ROTOR, TENSOR, Cell, PrintedCells

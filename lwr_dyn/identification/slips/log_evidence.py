@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 from scipy.linalg import qr
 
-from lwr_dyn.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.discrepancy import link_discrepancies
 from lwr_dyn.identification.slips.printed_cells import PrintedCells

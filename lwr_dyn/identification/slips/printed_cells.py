@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import OptionError
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.arms.papers.units import to_si
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.papers.units import to_si
 
 QUANTITIES = ("m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "rotor")
 """The cells of a link: mass, centre of mass, tensor row by row, rotor."""

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.slips.printed_cells import (
     COM,
     DIAGONAL,

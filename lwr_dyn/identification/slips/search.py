@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.slips.exchanges import exchanges
 from lwr_dyn.identification.slips.hypotheses import WAYS, Hypothesis, Key, free_cells, freed_repair, repaired
 from lwr_dyn.identification.slips.log_evidence import LogEvidence

@@ -2,13 +2,13 @@
 
 from typing import Any
 
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.slips.hypotheses import Hypothesis
 from lwr_dyn.identification.slips.printed_cells import MASS, PRODUCTS, ROTOR, TENSOR, Cell, PrintedCells
 from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
 from lwr_dyn.identification.slips.table_against_log import HIDDEN, CellAgainstLog
 from lwr_dyn.identification.slips.trace import SlipReport
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.tables import Table
 
 OTHERS = 4
 """Other repairs that are named beside the likeliest."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free_cells
 from lwr_dyn.identification.slips.log_evidence import log_evidence
@@ -11,7 +12,6 @@ from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
 from lwr_dyn.identification.slips.shown_cells import shown_cells
 from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.schema import Paper
 
 AGREES, OFF, HIDDEN, FAINT = "agrees", "off", "no motion shows it", "hardly shown by this log"
 """States of a cell."""

@@ -6,7 +6,8 @@ from math import isfinite
 
 import numpy as np
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.common_factor import common_factor
 from lwr_dyn.identification.slips.hypotheses import FREED, Hypothesis, as_printed, freed_repair, repaired
@@ -16,7 +17,6 @@ from lwr_dyn.identification.slips.repairs import Repair
 from lwr_dyn.identification.slips.search import are_slips, each_once, fits, steps
 from lwr_dyn.identification.slips.shown_cells import ShownCells, shown_cells
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.schema import Paper
 
 DEVIATION = 0.05
 """How far an arm is from a right table of it, unless said otherwise."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.comparing.file_logic import RoutineChange, routine_changes
 from lwr_dyn.krl.comparing.file_values import (
     SAME_DEG,

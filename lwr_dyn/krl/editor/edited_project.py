@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition, sorted_diagnostics
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in

@@ -12,6 +12,7 @@ from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
+from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.editor.edited_project import EditedProject, Session
 from lwr_dyn.krl.editor.hover import hover_text
@@ -21,7 +22,6 @@ from lwr_dyn.krl.editor.referents import LineContext, Referent
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.names.names_file import known_names
-from lwr_dyn.version import VERSION
 
 DEBOUNCE = 0.1
 """[s] After the last change, until the file is checked again."""

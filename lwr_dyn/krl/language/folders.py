@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
-from lwr_dyn.files import reason_of
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import reason_of
 
 ENDINGS = (".src", ".dat", ".sub")
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from lwr_dyn.errors import OptionError
-from lwr_dyn.files import read_bytes, write_file
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.files import read_bytes, write_file
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import LINES, LONGEST_KEPT, parse_line

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.language import declarations as d
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s

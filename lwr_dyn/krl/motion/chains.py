@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.motion.motion_segments import CartesianSegment, PtpSegment
 from lwr_dyn.krl.motion.path_speed import HUGE, PathLimits, with_fine_ends
 from lwr_dyn.krl.motion.pose_paths import STILL

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, MotionSegment, PtpSegment
 from lwr_dyn.krl.motion.pose_paths import STILL

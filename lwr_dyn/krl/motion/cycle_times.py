@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.motion.chains import chains_of, limits_of_chain
 from lwr_dyn.krl.motion.path_speed import fastest_speeds, times_along
 from lwr_dyn.krl.motion.timeline import Timeline, TimelineItem

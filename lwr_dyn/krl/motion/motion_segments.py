@@ -12,9 +12,9 @@ from typing import TypeAlias
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.ik_solvers.spherical_wrist import all_branches
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes, velocity_product_at
+from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.pose_paths import STILL, TURN, PosePath, fastest_on_arc, path_bounds
 from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds

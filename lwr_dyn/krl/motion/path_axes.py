@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.ik_solvers.spherical_wrist import all_branches
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import Report
 from lwr_dyn.krl.motion.pose_paths import TURN
 from lwr_dyn.model.arm import Arm

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile
 
 FINE = np.array([1.0, 4.0, 16.0]) / 64.0

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics, jacobian_at, joint_axes
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
 from lwr_dyn.krl.motion.motion_segments import CartesianSegment, PtpSegment, ptp_bounds

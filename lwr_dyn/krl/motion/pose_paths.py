@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.settings import ProfileBounds, Speeds
 from lwr_dyn.trajectory.pose_path import Orientation, Slerp, slerp

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

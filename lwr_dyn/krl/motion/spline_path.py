@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.motion.orientation_curve import orientation_through
 from lwr_dyn.krl.motion.pose_paths import PosePath, path_between
 from lwr_dyn.krl.motion.settings import Speeds

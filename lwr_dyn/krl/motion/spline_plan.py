@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import Report
 from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, axes_of_poses
 from lwr_dyn.krl.motion.path_axes import axes_along

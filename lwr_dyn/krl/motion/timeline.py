@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.motion.motion_segments import (
     AxisMotion,
     CartesianSegment,

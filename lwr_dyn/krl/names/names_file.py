@@ -10,8 +10,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.files import read_bytes
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.krl.names.known import Function, FunctionParameter, KnownNames, Origin
 from lwr_dyn.krl.names.types import GEOMETRY, Type
 

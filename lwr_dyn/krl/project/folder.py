@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.language.source import read_source
 from lwr_dyn.krl.project.module import ModuleFile, module_file
 from lwr_dyn.krl.project.project import Project, project_of

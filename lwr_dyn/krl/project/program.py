@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.language.blocks import FileOutline, Routine
 from lwr_dyn.krl.language.source import SourceFile, parse_bytes, read_source

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.errors import OptionError
-from lwr_dyn.ik_solvers.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics, joint_axes
+from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.solution import Solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy, rot_z

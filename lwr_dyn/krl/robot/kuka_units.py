@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.solution import Solution
 from lwr_dyn.krl.robot.kuka_pose import (
     KukaPose,

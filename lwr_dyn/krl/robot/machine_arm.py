@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.errors import UnknownNameError
+from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.krl.robot.kuka_pose import KukaPose
 from lwr_dyn.krl.robot.machine_data import MachineRecord, read_machine_record
 from lwr_dyn.model.arm import Arm, JointLimits, Source

@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.errors import PaperError
-from lwr_dyn.files import ends_in, read_bytes, read_text
+from lwr_dyn.arms.papers.fields import Fields, parse_toml
+from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.files import ends_in, read_bytes, read_text
 from lwr_dyn.krl.language.plain_values import given_values
 from lwr_dyn.krl.language.source import parse_bytes
-from lwr_dyn.papers.fields import Fields, parse_toml
 
 NEEDED = "a $machine.dat, or a TOML file with its words"
 FRAME = ("X", "Y", "Z", "A", "B", "C")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.motion.motion_segments import MotionSegment
 from lwr_dyn.krl.motion.timeline import Pause, SlowedPart, Timeline, TimelineItem

@@ -7,8 +7,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeVar
 
-from lwr_dyn.errors import PaperError
-from lwr_dyn.files import read_text
+from lwr_dyn.arms.papers.fields import Fields, parse_toml
+from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.lexer import LineError
@@ -17,7 +18,6 @@ from lwr_dyn.krl.language.statements import Condition, Invoke
 from lwr_dyn.krl.running.cell import Reply, RobotCell, Stub
 from lwr_dyn.krl.running.constants import constant_value, refuse_place
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value
-from lwr_dyn.papers.fields import Fields, parse_toml
 
 T = TypeVar("T")
 AXES = "the six axes in deg"

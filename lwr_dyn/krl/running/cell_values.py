@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from difflib import get_close_matches
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, Report, SourcePosition
 from lwr_dyn.krl.language.declarations import External
 from lwr_dyn.krl.language.line_parser import parse_line

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.lexer import LineError

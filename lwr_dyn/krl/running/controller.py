@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.planner import tool_pose
 from lwr_dyn.krl.motion.settings import Blend, Speeds

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lwr_dyn.arms.papers.fields import parse_toml
 from lwr_dyn.krl.running.constants import constant_value
 from lwr_dyn.krl.running.values import ArrayValue, EnumValue, StructValue, Value, array_of, axes_value, copied
-from lwr_dyn.papers.fields import parse_toml
 
 if TYPE_CHECKING:
     from lwr_dyn.krl.running.controller import ControllerState

@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError

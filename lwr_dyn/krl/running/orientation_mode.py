@@ -1,6 +1,6 @@
 """How the orientation is led along a path: $ORI_TYPE, $CIRC_TYPE, $IPO_MODE, as far as they are modelled."""
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.values import EnumValue
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline

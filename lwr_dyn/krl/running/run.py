@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.errors import LwrDynError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, sorted_diagnostics
 from lwr_dyn.krl.project.program import Program

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.running.motions import ExecutedMotion

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, Report, SourcePosition
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.motion.corner import append_segment

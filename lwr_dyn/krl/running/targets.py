@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError, Report

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.motion.planner import tool_pose

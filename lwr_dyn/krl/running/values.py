@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.names.types import AXES, CARTESIAN, LARGEST, Type
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix

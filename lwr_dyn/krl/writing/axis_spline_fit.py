@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.writing.path_fit import FittedMotion, within
 from lwr_dyn.krl.writing.sampled_path import SampledPath

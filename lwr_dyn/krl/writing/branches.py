@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
-from lwr_dyn.ik_solvers.spherical_wrist import all_branches
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.motion.path_axes import NEAR
 from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.model.arm import Arm

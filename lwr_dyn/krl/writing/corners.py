@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.writing.path_fit import FittedMotion, rotation_angle

@@ -8,10 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
-from lwr_dyn.ik_solvers.spherical_wrist import all_branches
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.path_axes import NEAR
 from lwr_dyn.krl.motion.pose_paths import PosePath, path_between

@@ -9,8 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.krl.running.run import ProgramError, run_program

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError, PaperError
-from lwr_dyn.files import read_text
+from lwr_dyn.arms.papers.fields import Fields, choice, parse_toml
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
@@ -28,7 +29,6 @@ from lwr_dyn.krl.writing.program_lines import (
     program_file,
 )
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.fields import Fields, choice, parse_toml
 
 KINDS = ("PTP", "LIN")
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.krl.writing.path_fit import FittedMotion, Tolerance

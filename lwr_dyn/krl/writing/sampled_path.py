@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from lwr_dyn.arrays import Array, freeze_arrays
-from lwr_dyn.errors import FileAccessError, OptionError
-from lwr_dyn.files import ends_in, read_text
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import rotation_of_abc
 from lwr_dyn.krl.writing.branches import followed

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.motion.settings import Speeds

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array
-from lwr_dyn.audit.envelope import Envelope, working_envelope
-from lwr_dyn.audit.envelope_arcs import EnvelopeArc
+from lwr_dyn.checks.datasheet.envelope import Envelope, working_envelope
+from lwr_dyn.checks.datasheet.envelope_arcs import EnvelopeArc
+from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.plotting.run_figures import torque_figure
+from lwr_dyn.pages.plotting.run_figures import torque_figure
+from lwr_dyn.pages.replay.figures import Curve, Figure, Panel, Series
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
 from lwr_dyn.reproduction.paper_study import Pictures
 from lwr_dyn.reproduction.report.content import Still
-from lwr_dyn.viewer.figures import Curve, Figure, Panel, Series
-from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 TOUCH = 1e-6
 """[m] Ends of arcs this near to each other are one corner of the outline."""

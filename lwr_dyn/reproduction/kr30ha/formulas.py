@@ -5,24 +5,24 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.envelope import working_envelope
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.arms.papers.assembly import dh_rows
+from lwr_dyn.arms.papers.reader import paper_of_tables
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.arms.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, solid_bodies
+from lwr_dyn.checks.datasheet.envelope import working_envelope
+from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, link_frames
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.papers.assembly import dh_rows
-from lwr_dyn.papers.reader import paper_of_tables
-from lwr_dyn.papers.schema import Paper
-from lwr_dyn.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, solid_bodies
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, ComparedExpression, PaperCase, formulas
 from lwr_dyn.reproduction.expressions import compared, same
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import comparisons, planar_equations
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, simplified_solution, wrist_centre_mm
 from lwr_dyn.reproduction.quantities import AXIS, SHARED
 from lwr_dyn.reproduction.results import ResultBlock
-from lwr_dyn.symbolic.dh_matrices import dh_matrices
 
 IN_MM = np.array([[1, 1, 1, 1e3]] * 3 + [[1, 1, 1, 1]])
 """Factors that bring a homogeneous matrix from m to mm."""

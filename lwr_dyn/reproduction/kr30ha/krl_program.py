@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.files import write_folder
+from lwr_dyn.foundation.files import write_folder
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.project.program import Program, parse_program
 from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.krl.running.run import check_program, run_program
 from lwr_dyn.krl.writing.point_program import generate_program, point_program_of
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.pages.replay.replay_page import write_replay
 from lwr_dyn.reproduction.results import printed_tables
-from lwr_dyn.tables import Heading, Table
-from lwr_dyn.viewer.replay_page import write_replay
 
 NAME = "TwoPointMotionPath"
 EXACT_MM = 1e-6

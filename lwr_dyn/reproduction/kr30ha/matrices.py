@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import link_frames
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
-from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.results import printed_tables
-from lwr_dyn.symbolic.dh_matrices import dh_matrices
 
 PLACES = [(r, c) for r in range(4) for c in range(4)]
 HALF_MM = 0.5

@@ -11,13 +11,13 @@ from typing import Any
 
 import sympy as sp
 
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.dynamics.symbolic.arm_equations import ArmEquations, equations_of_motion
+from lwr_dyn.dynamics.symbolic.lagrangian import EquationsOfMotion, euler_lagrange
+from lwr_dyn.dynamics.symbolic.link_motion import SymbolicBody, Variables, link_of_matrix
+from lwr_dyn.dynamics.symbolic.trigonometry import normal_form
 from lwr_dyn.reproduction.results import printed_tables
-from lwr_dyn.symbolic.arm_equations import ArmEquations, equations_of_motion
-from lwr_dyn.symbolic.lagrangian import EquationsOfMotion, euler_lagrange
-from lwr_dyn.symbolic.link_motion import SymbolicBody, Variables, link_of_matrix
-from lwr_dyn.symbolic.trigonometry import normal_form
 
 FIRST_TWO = ("A1", "A2")
 L1, L2, G0 = sp.symbols("l1 l2 g0")

@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.printed_number import agrees
-from lwr_dyn.ik_solvers.six_joint_geometry import require_wrist_arm
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm
 from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_solution
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix, status, turn
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.reproduction.results import printed_tables
 
 POINTS = ("point_1", "point_2", "home")

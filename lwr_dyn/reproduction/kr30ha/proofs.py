@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.printed_number import agrees
+from lwr_dyn.arms.papers.assembly import dh_rows
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import rot_x, rot_z
-from lwr_dyn.papers.assembly import dh_rows
 from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.kr30ha.formulas import envelope, pose_misses, symbolic_matrices
 from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm

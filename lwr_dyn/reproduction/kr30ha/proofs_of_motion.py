@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from functools import cache, partial
 
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.expressions import same
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import (
@@ -16,7 +17,6 @@ from lwr_dyn.reproduction.kr30ha.planar_dynamics import (
     planar_equations,
 )
 from lwr_dyn.reproduction.ledger import Proof, Prove
-from lwr_dyn.symbolic.arm_equations import equations_of_motion
 
 
 @cache

@@ -5,9 +5,9 @@ from functools import partial
 
 import numpy as np
 
-from lwr_dyn.audit.printed_number import agrees
+from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.kinematics.forward import forward_kinematics, frames
-from lwr_dyn.papers.assembly import dh_rows
+from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha.formulas import simplified_point
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, wrist_centre_mm

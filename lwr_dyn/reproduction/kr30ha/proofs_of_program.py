@@ -4,11 +4,11 @@ from functools import cache, partial
 
 import numpy as np
 
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.running.run import check_program
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha.krl_program import corrected_program, printed_program
 from lwr_dyn.reproduction.kr30ha.points import right_points

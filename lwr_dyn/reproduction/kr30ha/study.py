@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
-from lwr_dyn.audit.envelope import working_envelope
-from lwr_dyn.checks.verdict import verdict_table
-from lwr_dyn.files import make_folder, write_folder
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.checks.arm.symbolic_agreement import symbolic_verdicts
+from lwr_dyn.checks.arm.verdict import verdict_table
+from lwr_dyn.checks.datasheet.envelope import working_envelope
+from lwr_dyn.dynamics.symbolic.equation_text import equations_latex, equations_text
+from lwr_dyn.foundation.files import make_folder, write_folder
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.kr30ha.cycle import cycle
 from lwr_dyn.reproduction.kr30ha.figures import pictures
 from lwr_dyn.reproduction.kr30ha.krl_program import program_report, program_tables, write_program
@@ -22,8 +24,6 @@ from lwr_dyn.reproduction.kr30ha.tables import (
     point_tables,
 )
 from lwr_dyn.reproduction.paper_study import Progress, Reproduction
-from lwr_dyn.symbolic.equation_text import equations_latex, equations_text
-from lwr_dyn.symbolic.verdicts import symbolic_verdicts
 
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
 GENERAL = "First two joints of the arm, any links: ten letters a link"

@@ -5,17 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.envelope import SECTION, Envelope
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.checks.datasheet.envelope import SECTION, Envelope
+from lwr_dyn.dynamics.symbolic.equation_text import expression_text
+from lwr_dyn.dynamics.symbolic.trigonometry import readable
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.schema import Paper
 from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, Cycle
 from lwr_dyn.reproduction.kr30ha.matrices import MatrixVerdict, PaperMatrices
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import Comparison, MotionReport
 from lwr_dyn.reproduction.kr30ha.points import PaperPoints
-from lwr_dyn.symbolic.equation_text import expression_text
-from lwr_dyn.symbolic.trigonometry import readable
-from lwr_dyn.tables import Heading, Table
 
 
 def point_tables(points: PaperPoints) -> tuple[Table, ...]:

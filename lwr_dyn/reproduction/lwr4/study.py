@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.dynamics.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
 from lwr_dyn.reproduction.report.content import Still
 from lwr_dyn.reproduction.results import printed_tables
-from lwr_dyn.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,13 +7,13 @@ from functools import cache
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.control.inertia_maxima import diagonal
-from lwr_dyn.control.worst_case_inertia import worst_case_inertia
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_readings
+from lwr_dyn.control.inertia.maxima import diagonal
+from lwr_dyn.control.inertia.worst_case import worst_case_inertia
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.assembly import arm_from_paper
-from lwr_dyn.papers.catalog import open_readings
 
 PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""

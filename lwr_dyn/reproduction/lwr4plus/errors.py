@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.audit.printed_number import agrees
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.compare import NEAR
 from lwr_dyn.reproduction.lwr4plus import TIMINGS
@@ -28,7 +29,6 @@ from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.simulation.stop_contacts import stop_contacts
-from lwr_dyn.tables import Heading, Table
 from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import PosePathReference

@@ -7,17 +7,17 @@ import numpy as np
 
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.plotting.run_figures import (
+from lwr_dyn.pages.plotting.run_figures import (
     error_figure,
     path_figure,
     tip_error_figure,
     torque_figure,
 )
+from lwr_dyn.pages.replay.figures import Figure
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 from lwr_dyn.reproduction.lwr4plus.runs import ControllerRun, ranking_table
 from lwr_dyn.reproduction.paper_study import Pictures
 from lwr_dyn.reproduction.report.content import Section, Still
-from lwr_dyn.viewer.figures import Figure
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 PD, INVERSE, DROOP = 0, 1, 2
 """Places of the runs that are shown: both controllers on the arm as modelled, and what Table VIII seems to be of."""

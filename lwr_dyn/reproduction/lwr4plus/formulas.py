@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.arms.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Body, with_bodies
-from lwr_dyn.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, PaperCase, formulas
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
 from lwr_dyn.reproduction.lwr4plus.errors import COLUMNS, nearest_table, velocity_columns_of

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.audit.printed_number import agrees
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
+from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.ledger import Proof, Prove
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
 from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Body, Chain, Rotor
 from lwr_dyn.reproduction.case import PaperCase, PaperData
 from lwr_dyn.reproduction.ledger import Proof, Prove

@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.audit.printed_number import agrees
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.control.worst_case_inertia import InertiaMaximum, worst_case_inertias
+from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import principal_moments
-from lwr_dyn.papers.catalog import open_paper
 from lwr_dyn.reproduction.lwr4plus.cached_maxima import PAPER_ZERO, arms, at_printed
 from lwr_dyn.reproduction.results import printed_tables
-from lwr_dyn.tables import Heading, Table
 
 READINGS = ("printed", "computed", "physical")
 

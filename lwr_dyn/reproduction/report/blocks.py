@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
+from lwr_dyn.foundation.tables import Table
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.ledger import LedgerEntry
 from lwr_dyn.reproduction.report.content import Check, Fact, FileFact, Section
 from lwr_dyn.reproduction.report.figure_html import figure_html
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, grid, joined
-from lwr_dyn.tables import Table
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 
 def facts_html(facts: Sequence[Fact]) -> Html:

@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, get_args
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.tables import Table
-from lwr_dyn.viewer.figures import Figure
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
+from lwr_dyn.pages.replay.figures import Figure
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 if TYPE_CHECKING:
     from lwr_dyn.reproduction.ledger import LedgerEntry

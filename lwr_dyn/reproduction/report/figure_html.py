@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from lwr_dyn.plotting.axes import apart, power_of_ten, raised, round_length, short
-from lwr_dyn.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
+from lwr_dyn.pages.plotting.axes import apart, power_of_ten, raised, round_length, short
+from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
+from lwr_dyn.pages.replay.figures import Figure
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined
 from lwr_dyn.reproduction.report.plane import HEIGHT, WIDTH, dots_path, line_path, plane_html
-from lwr_dyn.viewer.figures import Figure
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 _MOST_COLUMNS = 7
 _WIDE_NAME, _HIGH_NAME = 20.0, 5.0

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from itertools import count
 
+from lwr_dyn.pages.replay.page_parts import fill_template, generator_line, resource_text
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.report.blocks import (
     checks_html,
     erratum_html,
@@ -18,8 +20,6 @@ from lwr_dyn.reproduction.report.number_map import number_map
 from lwr_dyn.reproduction.report.number_tables import FOLDED, number_table_html
 from lwr_dyn.reproduction.report.run_table import rate_note, run_table_html
 from lwr_dyn.reproduction.report.still_image import still_html
-from lwr_dyn.viewer.page_parts import fill_template, generator_line, resource_text
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 HERE = "lwr_dyn.reproduction.report"
 """The package of the templates, scripts and styles."""

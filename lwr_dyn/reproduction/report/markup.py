@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from lwr_dyn.plotting.axes import raised
+from lwr_dyn.pages.plotting.axes import raised
 
 
 class Html(str):

@@ -6,7 +6,7 @@ Behind each printed number is a popover, which needs no script, with its place i
 import re
 from collections.abc import Iterator, Sequence, Set
 
-from lwr_dyn.plotting.axes import raised, short
+from lwr_dyn.pages.plotting.axes import raised, short
 from lwr_dyn.reproduction.report.content import CellVerdict, ReportCell, ReportTable
 from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined
 from lwr_dyn.reproduction.report.number_map import glyph, word

@@ -9,13 +9,13 @@ import gzip
 import json
 from pathlib import Path
 
-from lwr_dyn.files import write_file
+from lwr_dyn.foundation.files import write_file
+from lwr_dyn.pages.replay.look import font_faces, look_css
+from lwr_dyn.pages.replay.page_parts import PLAYER, fill_template, meshcat_bundle, resource_text
 from lwr_dyn.reproduction.report.content import Page
 from lwr_dyn.reproduction.report.layout import HERE, footer, header, main, parts_of
 from lwr_dyn.reproduction.report.markup import Html, element, joined
 from lwr_dyn.reproduction.report.script_data import script_data
-from lwr_dyn.viewer.look import font_faces, look_css
-from lwr_dyn.viewer.page_parts import PLAYER, fill_template, meshcat_bundle, resource_text
 
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; "

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.plotting.axes import Axis
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.pages.plotting.axes import Axis
 from lwr_dyn.reproduction.report.markup import Html
 
 WIDTH, HEIGHT = 2000, 1000

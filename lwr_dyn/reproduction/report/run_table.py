@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lwr_dyn.plotting.axes import short
-from lwr_dyn.plotting.drawn_panel import run_ink
+from lwr_dyn.pages.plotting.axes import short
+from lwr_dyn.pages.plotting.drawn_panel import run_ink
+from lwr_dyn.pages.replay.replay_page import RATE
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.report.markup import Html, element
-from lwr_dyn.viewer.replay_page import RATE
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 
 def run_table_html(runs: Sequence[ReplayedRun]) -> Html:

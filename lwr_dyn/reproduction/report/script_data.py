@@ -6,14 +6,14 @@ from typing import Any, cast
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.replay import scene
+from lwr_dyn.pages.replay.figures import Curve, Figure, Series, SeriesName, run_series
+from lwr_dyn.pages.replay.page_parts import generator_line, pack_int32, subsample
+from lwr_dyn.pages.replay.replay_page import RATE, run_record
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 from lwr_dyn.reproduction.report.content import Page, Replay, Still
-from lwr_dyn.viewer import scene
-from lwr_dyn.viewer.figures import Curve, Figure, Series, SeriesName, run_series
-from lwr_dyn.viewer.page_parts import generator_line, pack_int32, subsample
-from lwr_dyn.viewer.replay_page import RATE, run_record
-from lwr_dyn.viewer.replayed_runs import ReplayedRun, replayed_runs
 
 LARGEST_CURVE = 1500
 """Points of a curve given as numbers; of longer ones points are left out."""

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.arms.urdf.geometry import floor_height, primitives
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.installation import ends_of
-from lwr_dyn.plotting.drawn_panel import run_ink
+from lwr_dyn.pages.plotting.drawn_panel import run_ink
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.report.content import Replay
 from lwr_dyn.reproduction.report.markup import Html, element
 from lwr_dyn.reproduction.report.plane import simplified
-from lwr_dyn.urdf.geometry import floor_height, primitives
-from lwr_dyn.viewer.replayed_runs import ReplayedRun
 
 COLUMNS, ROWS = 960, 600
 """Pixels of the image."""

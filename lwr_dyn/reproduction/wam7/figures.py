@@ -8,13 +8,13 @@ import numpy as np
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.model.run import Run
-from lwr_dyn.plotting.run_figures import register_figure
+from lwr_dyn.pages.plotting.run_figures import register_figure
+from lwr_dyn.pages.replay.figures import Curve, Figure, Level, Panel
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.paper_study import Pictures, paper_study
 from lwr_dyn.reproduction.report.content import Still
 from lwr_dyn.reproduction.wam7.formulas import caption_motion
 from lwr_dyn.reproduction.wam7.runs import GRAVITIES, Experiment
-from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel
-from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 EVERY = 10
 """Of the samples at 1 kHz one in ten is drawn where curves are given as numbers."""

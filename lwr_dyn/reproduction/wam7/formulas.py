@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import MissingDataError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction import FRICTIONLESS
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, PaperCase, formulas

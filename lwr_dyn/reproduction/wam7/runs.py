@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.audit.study_tasks import study_tasks
+from lwr_dyn.checks.sensitivity.study_tasks import study_tasks
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.errors import MissingDataError
-from lwr_dyn.identification.friction.passivity import SidePassivity, certificate
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS, JointFriction
+from lwr_dyn.model.passivity import SidePassivity, certificate
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.paper_study import Progress
 from lwr_dyn.simulation.simulate import simulate

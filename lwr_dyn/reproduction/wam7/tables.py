@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 
-from lwr_dyn.identification.friction.passive_refit import passive_refit
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.passive_refit import passive_refit
 from lwr_dyn.reproduction.results import printed_tables
 from lwr_dyn.reproduction.wam7.runs import AGREES, GRAVITIES, CruiseError, Experiment, sides_of
-from lwr_dyn.tables import Heading, Table
 
 SIGN = {1: "+", -1: "-"}
 OUTSIDE = "OUTSIDE"

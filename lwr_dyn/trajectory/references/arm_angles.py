@@ -7,8 +7,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
-from lwr_dyn.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError
 from lwr_dyn.kinematics.arm_angle import ArmAngleCurve, best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.branches import BRANCHES, Branch, joint_ranges

@@ -16,12 +16,12 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import fixed_array
-from lwr_dyn.errors import OptionError
+from lwr_dyn.arms.papers.schema import Column
+from lwr_dyn.foundation.arrays import fixed_array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, srs_geometry
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.papers.schema import Column
-from lwr_dyn.registry import Option, Quantity
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.path import Path, path_of
 from lwr_dyn.trajectory.pose_path import TimedPosePath, constant_orientation, timed_pose_path

@@ -7,12 +7,12 @@ from typing import Annotated, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, fixed_array, freeze_arrays, joint_array, real_array
-from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays, joint_array, real_array
+from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
 from lwr_dyn.model.shown import short_repr
-from lwr_dyn.registry import Option
 from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity
 from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number, quintic
 from lwr_dyn.trajectory.references.limits import largest_violation

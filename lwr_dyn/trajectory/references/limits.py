@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lwr_dyn.arrays import Array
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 

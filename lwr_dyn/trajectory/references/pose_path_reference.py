@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arrays import Array, real_array
-from lwr_dyn.errors import OutOfReachError, PathLimitError, SingularArmError
+from lwr_dyn.foundation.arrays import Array, real_array
+from lwr_dyn.foundation.errors import OutOfReachError, PathLimitError, SingularArmError
 from lwr_dyn.kinematics.branches import TURN, joint_ranges
 from lwr_dyn.kinematics.path_following import follow
 from lwr_dyn.model.arm import Arm

@@ -5,8 +5,8 @@ from typing import Annotated
 
 from numpy.typing import ArrayLike
 
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
 from lwr_dyn.model.run import Reference
-from lwr_dyn.registry import Option, Quantity, Registry, Row
 
 REFERENCES: Registry[Callable[..., Reference]] = Registry(
     "reference",
@@ -16,17 +16,26 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
             "lwr_dyn.trajectory.references.ist:ist_clear_reference",
             "IST where every joint of the LWR 4+ keeps 50 deg to its limits",
         ),
-        "ist-clear-twice": Row("lwr_dyn.responses.twice:ist_clear_twice", "ist-clear, back to its start, and again"),
+        "ist-clear-twice": Row(
+            "lwr_dyn.trajectory.references.twice:ist_clear_twice", "ist-clear, back to its start, and again"
+        ),
         "point-to-point": Row("lwr_dyn.trajectory.references.joint_moves:one_move", "a quintic from rest to rest"),
         "lspb": Row("lwr_dyn.trajectory.references.joint_moves:timed_lspb_move", "a move with a trapezoid of speed"),
-        "line": Row("lwr_dyn.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
+        "line": Row("lwr_dyn.trajectory.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
         "waypoints": Row(
-            "lwr_dyn.cartesian.tasks:waypoints_reference", "waypoints in a file, of the tip or the joints"
+            "lwr_dyn.trajectory.cartesian.tasks:waypoints_reference", "waypoints in a file, of the tip or the joints"
         ),
         "least-time": Row("lwr_dyn.design.time_optimal_task:least_time_reference", "paths in the least time", "design"),
-        "csv": Row("lwr_dyn.responses.motion_reference:csv_reference", "a motion from a CSV: joint positions or poses"),
-        "step": Row("lwr_dyn.responses.excitations:step_reference", "a step of one joint, or of each in turn"),
-        "chirp": Row("lwr_dyn.responses.excitations:chirp_reference", "a chirp of one joint, or of each in turn"),
+        "csv": Row(
+            "lwr_dyn.trajectory.recorded.motion_reference:csv_reference",
+            "a motion from a CSV: joint positions or poses",
+        ),
+        "step": Row(
+            "lwr_dyn.trajectory.references.excitations:step_reference", "a step of one joint, or of each in turn"
+        ),
+        "chirp": Row(
+            "lwr_dyn.trajectory.references.excitations:chirp_reference", "a chirp of one joint, or of each in turn"
+        ),
         "hold": Row("lwr_dyn.trajectory.references.joint_moves:hold", "standing still"),
     },
 )

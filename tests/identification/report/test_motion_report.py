@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_rule import MotionRule
@@ -17,7 +18,6 @@ from lwr_dyn.identification.report.motion_report import motion_shown
 from lwr_dyn.identification.report.report_page import report_html
 from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.model.chain import with_bodies
-from lwr_dyn.tables import Table
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log
 
 

@@ -4,7 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.papers.schema import Erratum
+from lwr_dyn.arms.papers.schema import Erratum
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.pages.replay.figures import Curve, Figure, Level, Panel, Series
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.ledger import LedgerEntry, Proof
 from lwr_dyn.reproduction.report.content import (
     Check,
@@ -17,9 +20,6 @@ from lwr_dyn.reproduction.report.content import (
     Section,
     Still,
 )
-from lwr_dyn.tables import Heading, Table
-from lwr_dyn.viewer.figures import Curve, Figure, Level, Panel, Series
-from lwr_dyn.viewer.replayed_runs import replayed_runs
 
 HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
 CONTROLLERS = ("pd-gravity", "inverse-dynamics")

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.headless import logs, screenshot
-from tests.viewer.driven import PHONE, middle, number, opened, screen, until
+from tests.pages.replay.driven import PHONE, middle, number, opened, screen, until
 
 
 def test_a_tap_on_a_phone_shows_the_origin_inside_the_screen(browser, report_path):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.plotting.run_figures import path_figure
+from lwr_dyn.pages.plotting.run_figures import path_figure
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report.content import Page, Replay
 from lwr_dyn.reproduction.report.page import report_html, write_report
-from lwr_dyn.viewer.replayed_runs import replayed_runs
 from tests.headless import logs, screenshot
+from tests.pages.replay.driven import LAPTOP, opened, screen, started, until
+from tests.pages.replay.replayed import lagging_run
 from tests.reproduction.report.reported import CONTROLLERS
-from tests.viewer.driven import LAPTOP, opened, screen, started, until
-from tests.viewer.replayed import lagging_run
 
 POSE = 1e-6
 """[m], and the same for rotation entries: largest difference between the pose on the page and FK."""

@@ -7,8 +7,8 @@ import pytest
 from lwr_dyn.reproduction.report.page import write_report
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot
+from tests.pages.replay.driven import LAPTOP, middle, number, opened, screen, started, until
 from tests.reproduction.report.reported import HOSTILE, report
-from tests.viewer.driven import LAPTOP, middle, number, opened, screen, started, until
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lwr_dyn.errors import OptionError, ShapeError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.spatial import rot_z
 from lwr_dyn.trajectory.references.ist import POINTS, TOOL, ist_path, timed_ist
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming

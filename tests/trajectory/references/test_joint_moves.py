@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.trajectory.references.joint_moves import hold, point_to_point
 
 ARM = lwr_dyn.load("lwr4plus")

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.trajectory.references.joint_moves import lspb_move
 from tests.examples import examples
 

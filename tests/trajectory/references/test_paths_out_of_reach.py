@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import PathLimitError, SingularArmError
+from lwr_dyn.foundation.errors import PathLimitError, SingularArmError
 from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.path import path_of

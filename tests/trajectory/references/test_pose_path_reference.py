@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
 from lwr_dyn.kinematics.branches import Branch
 from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.trajectory.motion_profile import quintic

@@ -1,0 +1,194 @@
+"""Paper -> Arm: columns in SI become DH rows, bodies, rotors and limits; each quantity keeps its source cells."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arms.papers.actuation import (
+    Part,
+    actuation_parts,
+    elasticity_of,
+    friction_per_direction,
+    gains_of,
+    rotor_of,
+    transmission_of,
+)
+from lwr_dyn.arms.papers.schema import UNKNOWN, Column, Paper
+from lwr_dyn.arms.papers.units import to_si
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.arm import Arm, JointLimits, Ratings, Source
+from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.dh import DHRow
+from lwr_dyn.model.drawing import Drawing, DrawnCylinder
+from lwr_dyn.model.spatial import Pose, from_rpy, steiner
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""Gravity [m/s^2] when the file gives none."""
+_RATINGS = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
+
+
+def arm_from_paper(paper: Paper) -> Arm:
+    """The arm that a paper describes under its reading.
+
+    Chain frames are the paper's DH frames. Tensors are brought to the centre of mass (Steiner) with the tensor sign
+    of the products; limits move from the printed to the DH coordinate (q = printed + zero).
+    """
+    columns = paper.columns
+    gravity = columns["base.gravity"].si()[0] if "base.gravity" in columns else np.array(STANDARD_GRAVITY)
+    chain = Chain(links=_links(paper), flange=_pose(paper, "flange"), gravity=gravity)
+    return Arm(
+        name=paper.name, reading=paper.reading.name, title=paper.title, chain=chain, limits=_limits(paper),
+        drawing=_drawing(paper, chain), ratings=Ratings(*(paper.cell(name) for name in _RATINGS)),
+        mastering=paper.numbers("poses.mastering"),
+        sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
+        friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
+        elasticity=elasticity_of(paper),
+    )  # fmt: skip
+
+
+def _si(paper: Paper, name: str, default: float) -> Array:
+    return paper.columns[name].si() if name in paper.columns else np.full(paper.n, default)
+
+
+def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
+    """The DH table in SI units."""
+    names = ("dh.alpha", "dh.a", "dh.d", "dh.theta_offset", "dh.beta")
+    alpha, a, d, theta, beta = (_si(paper, name, 0.0) for name in names)
+    sign = _si(paper, "dh.sign", 1.0)
+    return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i]), beta[i]) for i in range(paper.n))
+
+
+def require_plain_dh(paper: Paper, needed_for: str) -> None:
+    """Raise `OptionError` where the file goes beyond a DH table, as one that was written from a URDF may."""
+    for name in (x for x in ("base.xyz", "base.rpy", "dh.beta") if x in paper.columns):
+        raise OptionError(f"{needed_for} of {paper.file}", name, "a DH table without it")
+
+
+def _links(paper: Paper) -> tuple[ChainLink, ...]:
+    links = []
+    for i, row in enumerate(dh_rows(paper)):
+        before, after = row.fixed_poses(paper.convention)
+        before = _pose(paper, "base") @ before if i == 0 else before
+        link = f"link_{i + 1}"
+        links.append(
+            ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), rotor_of(paper, i))
+        )
+    return tuple(links)
+
+
+def _body(paper: Paper, i: int) -> Body | None:
+    if "inertial.mass" not in paper.columns:
+        return None
+    given = [np.asarray(paper.columns[f"inertial.{name}"].si()[i]) for name in ("mass", "com", "inertia")]
+    if not any(np.isnan(x).any() for x in given):
+        return _body_of(paper, i, *given)
+    fills = np.random.default_rng(0).uniform(0.5, 2.0, 3)
+    filled = [_body_of(paper, i, *(np.where(np.isnan(x), fill, x) for x in given)) for fill in (0.0, *fills)]
+    parameters = np.array([[x.mass, *(x.mass * x.com), *x.inertia_origin()[np.triu_indices(3)]] for x in filled])
+    scale = np.abs(parameters).max(axis=0)
+    open_ones = np.ptp(parameters, axis=0) > 1e-12 * scale  # rounding of Steiner's terms
+    return replace(filled[0], unknown=tuple(int(k) for k in np.flatnonzero(open_ones)))
+
+
+def _body_of(paper: Paper, i: int, mass: Array, com: Array, tensor: Array) -> Body:
+    if paper.inertia_products[i] == "integral":
+        tensor = np.where(np.eye(3, dtype=bool), tensor, -tensor)
+    if paper.inertia_about == "origin":
+        tensor = tensor - steiner(float(mass), com)
+    return Body(float(mass), com, tensor)
+
+
+def _pose(paper: Paper, table: str) -> Pose:
+    zero, names = np.zeros((1, 3)), (f"{table}.xyz", f"{table}.rpy")
+    xyz, rpy = (paper.columns[name].si() if name in paper.columns else zero for name in names)
+    return Pose(from_rpy(rpy[0]), xyz[0])
+
+
+def _limits(paper: Paper) -> tuple[JointLimits, ...]:
+    positions = [_from_printed_zero(paper, f"limits.{side}") for side in ("lower", "upper")]
+    others = ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")
+    unknown: Sequence[None] = [None] * paper.n
+    columns = [column or unknown for column in (*positions, *(paper.numbers(name) for name in others))]
+    rows = zip(*columns, strict=True)
+    return tuple(JointLimits(*(None if x is None or np.isnan(x) else x for x in row)) for row in rows)
+
+
+def _from_printed_zero(paper: Paper, name: str) -> Sequence[float]:
+    """q = printed + zero, added before the conversion if the units are the same: 210 - 90 deg is exactly 120 deg."""
+    if name not in paper.columns or "limits.zero" not in paper.columns:
+        return paper.numbers(name)
+    printed, zero = paper.columns[name], paper.columns["limits.zero"]
+    if zero.unit == printed.unit:
+        sums = [p + z for p, z in zip(printed.values, zero.values, strict=True)]
+        return [to_si(value, unit) for value, unit in zip(sums, printed.unit, strict=True)]
+    return [float(v) for v in printed.si() + zero.si()]
+
+
+def _drawing(paper: Paper, chain: Chain) -> Drawing:
+    return Drawing(
+        pedestal=paper.cell("drawing.pedestal") or 0.0,
+        radius=paper.numbers("drawing.radius"),
+        cylinders=() if paper.solids is None else tuple(_drawn(solid, chain) for solid in paper.solids.cylinders),
+    )
+
+
+def _drawn(solid: DrawnCylinder, chain: Chain) -> DrawnCylinder:
+    """A cylinder moved from the DH frame to the URDF frame of its link."""
+    frame = {"base": Pose.identity()} | {link.link: link.after for link in chain.links}
+    turn, shift = frame[solid.link].rotation, frame[solid.link].position
+    (x0, y0, z0), (x1, y1, z1) = ((turn @ np.array(end) + shift).tolist() for end in (solid.start, solid.end))
+    return replace(solid, start=(x0, y0, z0), end=(x1, y1, z1))
+
+
+def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
+    """Quantity of the arm -> the cells it is computed from."""
+
+    def cells(*parts: Part) -> tuple[Source, ...]:
+        return tuple(_source(paper, paper.columns[c], i, how) for c, i, how in parts if c in paper.columns)
+
+    out: dict[str, tuple[Source, ...]] = {}
+    moved = "moved by q = printed + zero" if "limits.zero" in paper.columns else "to SI"
+    about = "to the centre of mass (Steiner)" if paper.inertia_about == "origin" else "about the centre of mass"
+    for i, joint in enumerate(paper.joints):
+        link = f"link_{i + 1}"
+        names = ("alpha", "a", "d", "theta_offset", "sign", "beta")
+        placed = [(f"base.{name}", 0, "frame 0 in the base") for name in ("xyz", "rpy") if i == 0]
+        out[f"{joint}.dh"] = cells(*((f"dh.{name}", i, "DH row to pose") for name in names), *placed)
+        for side in ("lower", "upper"):
+            out[f"{joint}.{side}"] = cells((f"limits.{side}", i, moved), ("limits.zero", i, moved))
+        for name in ("velocity", "effort"):
+            out[f"{joint}.{name}"] = cells((f"limits.{name}", i, "to SI"))
+        out[f"{link}.mass"] = cells(("inertial.mass", i, "to SI"))
+        out[f"{link}.com"] = cells(("inertial.com", i, "DH frame to URDF frame"))
+        products = paper.inertia_products[i]
+        sign = ", products negated" if products == "integral" else ""
+        tensor = [("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes")]
+        needs = [("inertial.mass", i, about), ("inertial.com", i, about)] if paper.inertia_about == "origin" else []
+        out[f"{link}.inertia"] = cells(*tensor, *needs)
+    out |= {name: sources for name, parts in actuation_parts(paper) if (sources := cells(*parts))}
+    out["flange"] = cells(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
+    out["pedestal"] = cells(("drawing.pedestal", 0, "drawn only"))
+    return out
+
+
+def _said(value: Any) -> Any:
+    """A cell with the word for what is unknown."""
+    if isinstance(value, tuple):
+        return tuple(_said(x) for x in value)
+    return UNKNOWN if isinstance(value, float) and np.isnan(value) else value
+
+
+def _source(paper: Paper, column: Column, row: int, conversion: str) -> Source:
+    """A row of a column; the patch of an erratum may give its cell another kind."""
+    errata = column.errata.get(row, ())
+    patches = [p for e in paper.errata if e.id in errata for p in e.patches]
+    kinds = [p.kind for p in patches if p.kind and p.at.startswith(f"{column.name}.values[{row}]")]
+    cell = f"{column.name}.values[{row}]" if len(column.values) > 1 else f"{column.name}.values"
+    return Source(
+        cell=cell, where=column.where, kind=[column.kind, *kinds][-1], value=_said(column.values[row]),
+        unit=column.unit[row], conversion=conversion, errata=errata,
+        sigma=_said(column.sigma[row]) if column.sigma else None,
+    )  # fmt: skip

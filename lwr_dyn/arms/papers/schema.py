@@ -1,0 +1,250 @@
+"""The schema of a data file (tables, columns, units, shapes) and the records that the reader returns."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arms.papers.units import to_si
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.drawing import DrawnCylinder
+
+SCHEMA = 1
+KINDS = ("printed", "computed", "datasheet", "fitted", "estimated", "assumed")
+ABOUT = ("com", "origin")
+PRODUCTS = ("tensor", "integral")
+STATUSES = ("proven", "likely", "open")
+SEVERITIES = ("model", "result", "text")
+"""What an erratum changes: the model or controller, a printed result only, or text only."""
+RESULTS = "results."
+"""Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
+UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
+PER_JOINT = 0
+"""In the shape of a row: one entry per joint."""
+SIDES = ("positive", "negative")
+"""Directions of motion, for friction that differs between them."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnRule:
+    """What a column may hold: the shape of one row, its quantities, whether it is required."""
+
+    row: tuple[int, ...]
+    quantities: tuple[str, ...]
+    per_joint: bool = True
+    required: bool = False
+    may_be_unknown: bool = False
+    """Whether a row, or a number in it, may be the word "unknown", which is read as NaN."""
+
+
+_SPRING = ("angular stiffness", "stiffness")
+_DAMPING, _FORCE, _SPEED = ("angular damping", "damping"), ("torque", "force"), ("angular velocity", "velocity")
+_POSE = {"xyz": ColumnRule((3,), ("length",), per_joint=False), "rpy": ColumnRule((3,), ("angle",), per_joint=False)}
+FRICTION_OF_A_SIDE = {"coulomb": _FORCE, "viscous": _DAMPING, "static": _FORCE, "stribeck_velocity": _SPEED}
+"""Column of one direction ("positive_coulomb") -> quantities."""
+
+TABLES: dict[str, dict[str, ColumnRule]] = {
+    "base": {
+        "gravity": ColumnRule((3,), ("acceleration",), per_joint=False),
+        "mass": ColumnRule((), ("mass",), per_joint=False),
+        **_POSE,
+    },
+    "dh": {
+        "alpha": ColumnRule((), ("angle",), required=True),
+        "a": ColumnRule((), ("length",), required=True),
+        "d": ColumnRule((), ("length",), required=True),
+        "theta_offset": ColumnRule((), ("angle",)),
+        "beta": ColumnRule((), ("angle",)),
+        "sign": ColumnRule((), ("number",)),
+    },
+    "frames": {"origin": ColumnRule((3,), ("length",))},
+    "flange": _POSE,
+    "limits": {
+        "zero": ColumnRule((), ("angle", "length")),
+        "lower": ColumnRule((), ("angle", "length"), may_be_unknown=True),
+        "upper": ColumnRule((), ("angle", "length"), may_be_unknown=True),
+        "velocity": ColumnRule((), ("angular velocity", "velocity"), may_be_unknown=True),
+        "effort": ColumnRule((), ("torque", "force"), may_be_unknown=True),
+    },
+    "poses": {
+        "mastering": ColumnRule((), ("angle", "length")),
+        "mastering_wrist": ColumnRule((3,), ("length",), per_joint=False),
+        "zero_flange": ColumnRule((3,), ("length",), per_joint=False),
+        "flange_rpy": ColumnRule((3,), ("angle",), per_joint=False),
+        "axis": ColumnRule((3,), ("number",)),
+    },
+    "ratings": {
+        "payload": ColumnRule((), ("mass",), per_joint=False),
+        "mass": ColumnRule((), ("mass",), per_joint=False),
+        "reach": ColumnRule((), ("length",), per_joint=False),
+        "envelope_volume": ColumnRule((), ("volume",), per_joint=False),
+    },
+    "inertial": {
+        "mass": ColumnRule((), ("mass",), required=True, may_be_unknown=True),
+        "com": ColumnRule((3,), ("length",), required=True, may_be_unknown=True),
+        "inertia": ColumnRule((3, 3), ("inertia",), required=True, may_be_unknown=True),
+    },
+    "rotors": {
+        "gear_ratio": ColumnRule((), ("number",), may_be_unknown=True),
+        "inertia": ColumnRule((), ("inertia",), may_be_unknown=True),
+        "armature": ColumnRule((), ("inertia", "mass"), may_be_unknown=True),
+    },
+    "transmission": {
+        "ratio": ColumnRule((), ("number",), required=True),
+        "stage": ColumnRule((), ("number",)),
+        "signs": ColumnRule((PER_JOINT,), ("number",), required=True),
+    },
+    "gains": {
+        "kp": ColumnRule((), _SPRING, required=True),
+        "ki": ColumnRule((), ("angular integral gain", "integral gain")),
+        "kd": ColumnRule((), _DAMPING, required=True),
+        "effort": ColumnRule((), _FORCE),
+    },
+    "elasticity": {x: ColumnRule((), q, required=True) for x, q in (("stiffness", _SPRING), ("damping", _DAMPING))},
+    "friction": {
+        "viscous": ColumnRule((), _DAMPING, may_be_unknown=True),
+        "coulomb": ColumnRule((), _FORCE, may_be_unknown=True),
+        **{f"{s}_{x}": ColumnRule((), quantities) for s in SIDES for x, quantities in FRICTION_OF_A_SIDE.items()},
+        "offset": ColumnRule((), _FORCE),
+        "covered": ColumnRule((), _SPEED),
+    },
+    "drawing": {"pedestal": ColumnRule((), ("length",), per_joint=False), "radius": ColumnRule((), ("length",))},
+}
+"""Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
+
+`base.xyz` and `base.rpy` place DH frame 0 in the base. `rotors` gives gear ratio and inertia of the rotor, or
+`armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j.
+`elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
+per direction that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base:
+joint positions of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in
+both, and each joint's axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """One column of a table: values under the reading, in the printed unit, and their source."""
+
+    name: str
+    values: tuple[Any, ...]
+    unit: tuple[str, ...]
+    where: str
+    kind: str
+    note: str = ""
+    symbols: tuple[str, ...] = ()
+    """The source's own symbols for the entries, if any."""
+    errata: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    """Row -> ids of the errata that changed it."""
+    sigma: tuple[Any, ...] = ()  # standard errors, as `values`, NaN where unknown; empty if not given
+
+    def si(self) -> Array:
+        """The values in SI units."""
+        return np.array([_row_si(row, unit) for row, unit in zip(self.values, self.unit, strict=True)])
+
+
+def _row_si(row: Any, unit: str) -> Any:
+    return [_row_si(cell, unit) for cell in row] if isinstance(row, tuple) else to_si(row, unit)
+
+
+@dataclass(frozen=True, slots=True)
+class Solids:
+    """The drawn cylinders of an arm in the frames of the DH rows, the source of their sizes, and its kind."""
+
+    cylinders: tuple[DrawnCylinder, ...]
+    where: str
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """One cell or field that an erratum changes: `at` is its path in the file."""
+
+    at: str
+    printed: Any
+    read: Any
+    kind: str = ""
+    """The kind of the value read, where it differs from the column's ("fitted")."""
+    fitted_to: tuple[str, ...] = ()
+    """The printed results that a fitted value was chosen to reproduce: they are no evidence for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Erratum:
+    """An error in a source: what is printed, how it is read, why, and what that changes."""
+
+    id: str
+    where: str
+    printed: str
+    read_as: str
+    why: str
+    effect: str
+    status: str
+    patches: tuple[Patch, ...]
+    severity: str = ""  # one of `SEVERITIES`; empty where not given
+
+    def of_results(self) -> tuple[Patch, ...]:
+        """The patches of printed results."""
+        return tuple(p for p in self.patches if p.at.startswith(RESULTS))
+
+    def of_tables(self) -> tuple[Patch, ...]:
+        """The patches of the file's own cells."""
+        return tuple(p for p in self.patches if not p.at.startswith(RESULTS))
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One way to read the tables: the errata it applies."""
+
+    name: str
+    about: str
+    errata: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paper:
+    """A data file under one reading: columns as printed with the reading's errata applied."""
+
+    name: str
+    title: str
+    file: str
+    document: Mapping[str, str]
+    reading: Reading
+    readings: Mapping[str, Reading]
+    default_reading: str
+    errata: tuple[Erratum, ...]
+    joints: tuple[str, ...]
+    kinds: tuple[JointKind, ...]
+    convention: Convention
+    printed: Mapping[str, Any]
+    """The parsed tables as printed, without any erratum."""
+    columns: Mapping[str, Column]
+    inertia_about: str
+    inertia_products: tuple[str, ...]
+    digest: str
+    """SHA-256 of the file's text."""
+    solids: Solids | None = None
+    """What `drawing.solids` lists."""
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joints)
+
+    @property
+    def reading_names(self) -> tuple[str, ...]:
+        """Names of the readings, the default first."""
+        return (self.default_reading, *(name for name in self.readings if name != self.default_reading))
+
+    def cell(self, column: str, row: int = 0) -> float | None:
+        """One number of a column in SI units; None where the file has no such column, or says that it is unknown."""
+        value = float(self.columns[column].si()[row]) if column in self.columns else np.nan
+        return None if np.isnan(value) else value
+
+    def numbers(self, column: str) -> tuple[float, ...]:
+        """The numbers of a column in SI units; empty where the file has no such column."""
+        return tuple(self.columns[column].si().tolist()) if column in self.columns else ()
+
+    def __repr__(self) -> str:
+        return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

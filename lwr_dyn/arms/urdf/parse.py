@@ -1,0 +1,224 @@
+"""URDF file -> parsed URDF by yourdfpy, after checks of our own, with one error that names the faulty element.
+
+Shapes and materials are dropped before parsing, since dynamics needs none: so mesh files need not exist.
+"""
+
+import hashlib
+import math
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arms.urdf.carried import CarriedXml, carried_xml
+from lwr_dyn.arms.urdf.foreign_xml import parse_xml
+from lwr_dyn.arms.urdf.xacro_file import expand_xacro
+from lwr_dyn.arms.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
+from lwr_dyn.foundation.arrays import number_of
+from lwr_dyn.foundation.errors import UrdfError
+from lwr_dyn.foundation.files import ends_in, read_bytes
+from lwr_dyn.model.chain import Rotor
+
+_WIDTHS = {"xyz": 3, "rpy": 3}
+_SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
+_LIMITS = ("lower", "upper", "effort", "velocity")
+_NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
+WORLD = ': write <link name="world"/>, which Drake adds unwritten'
+"""Added to the message on a joint whose parent is not there."""
+_ROTOR = ("gear_ratio", "rotor_inertia")
+_DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UrdfFile:
+    """A parsed URDF: yourdfpy's links and joints, and the parts that yourdfpy does not read."""
+
+    file: str
+    name: str
+    digest: str
+    links: Mapping[str, Any]
+    joints: Mapping[str, Any]
+    rotors: Mapping[str, Rotor]
+    placeholders: frozenset[str]
+    """"joint limit" pairs that our own header lists as unknown."""
+    gravity: tuple[float, ...] | None
+    """Gravity [m/s^2] in our own header."""
+    carried: CarriedXml
+    """Shapes, materials and motors, which no computation uses."""
+
+
+def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
+    """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
+
+    Raises
+    ------
+    FileAccessError, MissingPackageError
+        The file cannot be read; it is a `.xacro` and xacro is not installed.
+    UrdfError
+        What xacro refuses, broken XML, a missing name or attribute, a malformed number, a name used twice.
+    """
+    import yourdfpy
+
+    file = Path(path).name
+    if ends_in(file, ".xacro"):
+        content = expand_xacro(path, xacro_args or {}).encode()
+    else:
+        content = read_bytes(path, "a readable .urdf file")
+    root = parse_xml(content, file)
+    _check(root, file)
+    lines = _own_header(content.decode("utf-8", errors="replace"))
+    rotors = _rotors(root, _named(lines, REFLECTED), file)
+    carried = carried_xml(root)
+    _keep(root, ("link", "joint"))
+    for element in root:
+        _keep(element, _NEEDED[element.tag])
+    bare = ElementTree.tostring(root, encoding="utf-8")
+    _refuse_unreadable(bare, file)
+    parsed = yourdfpy.URDF.load(BytesIO(bare), build_scene_graph=False, load_meshes=False)
+    gravity = [_float(v) for x in lines if x.startswith(GRAVITY) for v in x.removeprefix(GRAVITY).split()]
+    return UrdfFile(
+        file=file, name=root.attrib["name"], digest=hashlib.sha256(content).hexdigest(),
+        links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
+        rotors=rotors, placeholders=_named(lines, UNKNOWN_LIMITS),
+        gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+        carried=carried,
+    )  # fmt: skip
+
+
+def _refuse_unreadable(bare: bytes, file: str) -> None:
+    """Raise `UrdfError` for XML that yourdfpy's parser refuses: yourdfpy would guess at it, with another result."""
+    from lxml import etree
+
+    try:
+        etree.fromstring(bare)
+    except etree.XMLSyntaxError as fault:
+        raise UrdfError(file, "XML", str(fault.msg), "a well-formed URDF") from None
+
+
+def _named(lines: list[str], opening: str) -> frozenset[str]:
+    """The names that a line of our header lists."""
+    names = next((x.removeprefix(opening) for x in lines if x.startswith(opening)), "")
+    return frozenset(names.split(", "))
+
+
+def _keep(parent: ElementTree.Element, tags: tuple[str, ...]) -> None:
+    for child in [c for c in parent if c.tag not in tags]:
+        parent.remove(child)
+
+
+def placeholder_name(joint: str, limit: str) -> str:
+    """How our header names an unknown limit."""
+    return comment(f"{joint} {limit}")
+
+
+def _own_header(text: str) -> list[str]:
+    """The lines of the first comment if this package wrote it."""
+    comments = re.search(r"<!--(.*?)-->", text, re.DOTALL)
+    lines = [line.strip() for line in comments[1].splitlines()] if comments else []
+    return lines if any(line.startswith(WRITTEN_BY) for line in lines) else []
+
+
+def _check(root: ElementTree.Element, file: str) -> None:
+    """Faults that crash yourdfpy or that it accepts silently."""
+    if root.tag != "robot":
+        raise UrdfError(file, f"<{root.tag}>", "the outermost element", "<robot>")
+    if not root.get("name"):
+        raise UrdfError(file, "robot", "no name", "a name")
+    links = _names(root, "link", file)
+    _names(root, "joint", file)
+    for link in root.findall("link"):
+        for inertial in link.findall("inertial"):
+            _numbers(list(inertial), f"link {link.get('name')!r}", file)
+            _inertial(inertial, f"link {link.get('name')!r}", file)
+    for joint in root.findall("joint"):
+        _joint(joint, links, file)
+
+
+def _joint(joint: ElementTree.Element, links: set[str], file: str) -> None:
+    where = f"joint {joint.get('name')!r}"
+    if not joint.get("type"):
+        raise UrdfError(file, where, "no type", "revolute, continuous, prismatic, fixed")
+    for tag in ("parent", "child"):
+        end = joint.find(tag)
+        name = "nothing" if end is None else end.get("link")
+        if name not in links:
+            allowed = "the name of a link of the file" + (WORLD if name == "world" else "")
+            raise UrdfError(file, f"{where} <{tag}>", repr(name), allowed)
+    _numbers(list(joint), where, file)
+
+
+def _inertial(inertial: ElementTree.Element, where: str, file: str) -> None:
+    """A complete inertial: yourdfpy reads a missing moment as 1 kg m^2."""
+    for tag, names in (("mass", ("value",)), ("inertia", ("ixx", "iyy", "izz"))):
+        element = inertial.find(tag)
+        for name in names:
+            if element is None or element.get(name) is None:
+                raise UrdfError(file, f"{where} <{tag}> {name}", "missing", "a number")
+    mass = inertial.find("mass")
+    if mass is not None and float(mass.attrib["value"]) < 0.0:
+        raise UrdfError(file, f"{where} <mass> value", repr(mass.attrib["value"]), "a mass of at least 0")
+
+
+def _names(root: ElementTree.Element, tag: str, file: str) -> set[str]:
+    seen: set[str] = set()
+    for k, element in enumerate(root.findall(tag), start=1):
+        name = element.get("name")
+        if not name or name in seen:
+            raise UrdfError(file, f"{tag} {name or k}", "used twice" if name else "no name", "a name of its own")
+        seen.add(name)
+    return seen
+
+
+def _numbers(elements: list[ElementTree.Element], where: str, file: str) -> None:
+    """Every numeric attribute has its count of finite numbers; limits may be infinite."""
+    for element in elements:
+        for name, text in element.attrib.items():
+            width = _WIDTHS.get(name, 1 if name in (*_SCALARS, *_LIMITS) else 0)
+            if width == 0:
+                continue
+            numbers = [_float(word) for word in text.split()]
+            bounded = [v for v in numbers if not (name in _LIMITS and math.isinf(v))]
+            if len(numbers) != width or not all(math.isfinite(v) for v in bounded):
+                allowed = "a finite number" if width == 1 else f"{width} finite numbers, separated by spaces"
+                allowed += "; expand its ${...} and $(...) with xacro" if "$" in text else ""
+                raise UrdfError(file, f"{where} <{element.tag}> {name}", repr(text), allowed)
+
+
+def _float(word: str) -> float:
+    try:
+        return number_of(word)
+    except ValueError:
+        return math.nan
+
+
+def _rotors(root: ElementTree.Element, reflected: frozenset[str], file: str) -> dict[str, Rotor]:
+    """Rotors from Drake's tags; as in Drake, a missing gear ratio is 1 and a missing inertia 0."""
+    out = {}
+    for transmission in root.findall("transmission"):
+        joint, actuator = transmission.find("joint"), transmission.find("actuator")
+        if joint is None or actuator is None:
+            continue
+        name = joint.get("name", "")
+        ratio, inertia = (_drake(actuator, tag, f"transmission of {name!r}", file) for tag in _ROTOR)
+        if ratio is not None or inertia is not None:
+            at_joint = comment(name) in reflected and ratio == 1.0
+            out[name] = Rotor(1.0 if ratio is None else ratio, 0.0 if inertia is None else inertia, at_joint)
+    return out
+
+
+def _drake(actuator: ElementTree.Element, tag: str, where: str, file: str) -> float | None:
+    elements = [x for space in _DRAKE for x in actuator.findall(space + tag)]
+    if not elements:
+        return None
+    text = elements[0].get("value", "")
+    value = _float(text)
+    reverses = tag == "gear_ratio"  # below 0 the rotor turns the other way round
+    if not (math.isfinite(value) and (reverses or value >= 0.0)):
+        allowed = "a finite number" if reverses else "a finite number of at least 0"
+        raise UrdfError(file, f"{where} <drake:{tag}> value", repr(text), allowed)
+    return value

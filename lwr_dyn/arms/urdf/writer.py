@@ -1,0 +1,187 @@
+"""Arm -> URDF text, together with the source of every number in it.
+
+The text is deterministic; floats are written by repr, which is read back bit-exact. Inertials are about the centre of
+mass with rpy 0. A required number that is unknown is written as a placeholder and marked.
+
+`base` and `flange` have an `<inertial>` of mass 0 and inertia 0: a link without one weighs 1 kg in PyBullet, and as
+much as its shapes in MuJoCo. Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy take the zeros without a word. In ROS,
+`kdl_parser` warns about any root link with an `<inertial>` and ignores it, which changes nothing here. To sdformat
+(Gazebo) mass 0 is no `<inertial>`: it merges `flange` into the last link, but leaves out `base` and all that hangs on
+it, with or without the zeros; for Gazebo give `base` a mass of your own.
+
+An arm from a foreign URDF is written in the file's own links, frames and axes: `continuous` joints, tip and tool
+frames, transmissions and shapes stay (mesh files by name, so a relative name holds only beside the original). Masses of
+links that are fixed to a moving link are joined with it. Of a branched file only the chain and what is fixed to it is
+written. An arm that is mounted has one link more, the root `world`, and one with a tool the link `tool` at its end.
+"""
+
+from xml.sax.saxutils import quoteattr
+
+from lwr_dyn.arms.urdf.carried import write_as_in_file
+from lwr_dyn.arms.urdf.elements import (
+    CHOICE,
+    DRAKE,
+    DRAWN,
+    Attribute,
+    SourcedText,
+    write_inertial,
+    write_limits,
+    write_origin,
+    write_rotor,
+    write_weightless,
+)
+from lwr_dyn.arms.urdf.geometry import COLOURS, Primitive, primitives
+from lwr_dyn.arms.urdf.xml_text import header
+from lwr_dyn.model.arm import Arm, Joint
+from lwr_dyn.model.chain import Body, ChainLink
+from lwr_dyn.model.file_layout import fitting
+from lwr_dyn.model.installation import Installation
+from lwr_dyn.model.spatial import Pose
+
+ENDS = ("base", "flange")
+"""The first and the last link, which carry shapes and no mass."""
+
+
+def urdf_text(arm: Arm) -> str:
+    """The arm as URDF text; the same arm gives the same bytes."""
+    return "\n".join(urdf_with_sources(arm).text) + "\n"
+
+
+def urdf_with_sources(arm: Arm) -> SourcedText:
+    """The URDF's lines and the source of every numeric attribute."""
+    out = SourcedText()
+    out.line(0, '<?xml version="1.0" encoding="utf-8"?>')
+    for line in header(arm):
+        out.line(0, line)
+    out.line(0, f'<robot name={quoteattr(arm.name)} xmlns:drake="{DRAKE}">')
+    bare, there = arm.uninstalled(), arm.installation
+    layout = fitting(bare.layout, bare.chain)
+    if layout is None:
+        _write_as_modelled(out, bare, primitives(arm))
+    else:
+        write_as_in_file(out, bare, layout)
+    if there is not None:
+        _write_installation(out, there, *(ENDS if layout is None else (layout.root, layout.tip)))
+    out.line(0, "</robot>")
+    return out
+
+
+def _write_installation(out: SourcedText, there: Installation, base: str, flange: str) -> None:
+    """Link `world` with the base fixed to it, link `tool` fixed to the flange; the last moving link has its mass."""
+    world, mount, tool, holder = (_free_name(out, x) for x in ("world", "mount", "tool", "tool_joint"))
+    if there.mount is not None:
+        out.line(1, f"<link name={quoteattr(world)}/>")
+        _fixed_joint(out, mount, world, base, there.mount, ("mount",))
+    if not there.tool.frame.is_identity():
+        out.line(1, f"<link name={quoteattr(tool)}>")
+        write_weightless(out, f"/robot/link[@name='{tool}']/inertial")
+        out.line(1, "</link>")
+        _fixed_joint(out, holder, flange, tool, there.tool.frame, ("tool",))
+
+
+def _free_name(out: SourcedText, name: str) -> str:
+    """The name, with underscores where the text has it already."""
+    while any(f"name={quoteattr(name)}" in line for line in out.text):
+        name += "_"
+    return name
+
+
+def _write_as_modelled(out: SourcedText, arm: Arm, shapes: tuple[Primitive, ...]) -> None:
+    """Links base, the arm's own, flange, with z as joint axis and drawn shapes."""
+    for name, rgba in COLOURS.items():
+        out.line(1, f'<material name="{name}">')
+        out.numbers(2, "color", f"/robot/material[@name='{name}']", rgba=Attribute(rgba, word=DRAWN))
+        out.line(1, "</material>")
+    _link(out, "base", shapes)
+    parent, placed = "base", _placed_by(arm)
+    turned = any(not link.after.is_identity() for link in arm.chain.links)
+    for k, (link, joint, body) in enumerate(zip(arm.chain.links, arm.joints(), arm.bodies(), strict=True)):
+        _link(out, link.link, shapes, body, (f"{link.joint}.after",) if turned else ())
+        _joint(out, joint, parent, link.link, placed[k])
+        _transmission(out, link)
+        parent = link.link
+    _link(out, "flange", shapes)
+    fixed = "flange_joint" + "_" * (arm.joint_names.count("flange_joint"))
+    _fixed_joint(out, fixed, parent, "flange", arm.flange(), placed[-1])
+
+
+def _fixed_joint(out: SourcedText, name: str, parent: str, child: str, origin: Pose, placed: tuple[str, ...]) -> None:
+    out.line(1, f'<joint name="{name}" type="fixed">')
+    write_origin(out, f"/robot/joint[@name='{name}']", origin, placed)
+    out.line(2, f"<parent link={quoteattr(parent)}/>")
+    out.line(2, f"<child link={quoteattr(child)}/>")
+    out.line(1, "</joint>")
+
+
+def _placed_by(arm: Arm) -> list[tuple[str, ...]]:
+    """For each joint and the flange, the parts of DH rows that place it: origin_i = after_{i-1} @ before_i.
+
+    In standard DH that is the previous row only, in modified DH parts of both rows; joint 1 of a standard table is in
+    the base by choice of frame 0.
+    """
+    links = arm.chain.links
+    two_sided = any(not link.before.is_identity() for link in links)
+    before = [(f"{link.joint}.before",) if two_sided else () for link in links]
+    after = [(), *((f"{link.joint}.after",) for link in links)]
+    flange = ("flange",) if arm.sources.get("flange") or not arm.chain.flange.is_identity() else ()
+    return [(*a, *b) for a, b in zip(after, [*before, flange], strict=True)]
+
+
+def _link(
+    out: SourcedText,
+    name: str,
+    shapes: tuple[Primitive, ...],
+    body: Body | None = None,
+    frame: tuple[str, ...] = (),
+) -> None:
+    path = f"/robot/link[@name='{name}']"
+    out.line(1, f"<link name={quoteattr(name)}>")
+    if name in ENDS:
+        write_weightless(out, f"{path}/inertial")
+    elif body is not None:
+        write_inertial(out, f"{path}/inertial", name, body, frame)
+    for tag in ("visual", "collision"):
+        mine = [s for s in shapes if s.link == name]
+        for k, shape in enumerate(mine, start=1):
+            _shape(out, tag, shape, f"{path}/{tag}[{k}]")
+    out.line(1, "</link>")
+
+
+def _shape(out: SourcedText, tag: str, shape: Primitive, path: str) -> None:
+    out.line(2, f"<{tag}>")
+    write_origin(out, path, shape.pose, (), DRAWN, depth=3)
+    out.line(3, "<geometry>")
+    sizes = {
+        "radius": Attribute((shape.radius,), word=DRAWN),
+        "length": Attribute((shape.length,), word=DRAWN),
+    }
+    out.numbers(4, "cylinder", f"{path}/geometry", **sizes)
+    out.line(3, "</geometry>")
+    if tag == "visual":
+        out.line(3, f'<material name="{shape.colour}"/>')
+    out.line(2, f"</{tag}>")
+
+
+def _joint(out: SourcedText, joint: Joint, parent: str, child: str, placed: tuple[str, ...]) -> None:
+    path = f"/robot/joint[@name='{joint.name}']"
+    out.line(1, f'<joint name={quoteattr(joint.name)} type="{joint.kind.value}">')
+    write_origin(out, path, joint.origin, placed)
+    out.line(2, f"<parent link={quoteattr(parent)}/>")
+    out.line(2, f"<child link={quoteattr(child)}/>")
+    out.numbers(2, "axis", path, xyz=Attribute((0.0, 0.0, 1.0), word=CHOICE))
+    write_limits(out, path, joint.name, joint.limits)
+    out.line(1, "</joint>")
+
+
+def _transmission(out: SourcedText, link: ChainLink) -> None:
+    """The joint's motor, which Drake needs for an actuator, and its rotor in the tags that Drake reads."""
+    rotor, joint = link.rotor, link.joint
+    path = f"/robot/transmission[@name='{joint}_transmission']/actuator"
+    out.line(1, f"<transmission name={quoteattr(f'{joint}_transmission')}>")
+    out.line(2, "<type>transmission_interface/SimpleTransmission</type>")
+    out.line(2, f"<joint name={quoteattr(joint)}/>")
+    out.line(2, f"<actuator name={quoteattr(f'{joint}_motor')}" + ("/>" if rotor is None else ">"))
+    if rotor is not None:
+        write_rotor(out, path, joint, rotor)
+        out.line(2, "</actuator>")
+    out.line(1, "</transmission>")

@@ -1,0 +1,170 @@
+"""All checks of one arm: frames, feasibility, identities, agreement of the two roads, energy, and those of `CHECKS`.
+
+Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+
+import numpy as np
+
+from lwr_dyn.arms.papers.assembly import dh_rows
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.checks.arm.feasibility import at_rest, feasibility_verdicts, missing_mass, not_judged
+from lwr_dyn.checks.arm.identities import (
+    EXACT,
+    States,
+    box_note,
+    coriolis_floor,
+    gravity_identity,
+    mass_matrix_identities,
+    random_states,
+    relative,
+    swing_verdict,
+    torque_floor,
+    velocity_identities,
+)
+from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict, Verdict
+from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
+from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
+from lwr_dyn.dynamics.protocol import Dynamics, singular_joint
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import SingularMassError
+from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import Convention
+
+CHECKS: Registry[Callable[[Arm, Paper], Iterable[Verdict]]] = Registry(
+    "check",
+    {
+        "data-sheet": Row(
+            "lwr_dyn.checks.datasheet.datasheet:datasheet_verdicts", "poses, ranges, reach, envelope and mass"
+        )
+    },
+)
+"""Checks of optional packages by name; each row is a function of the arm and its paper."""
+FILE_CHECKS: Registry[Callable[[str, Mapping[str, str]], FileVerdict]] = Registry(
+    "file_check",
+    {"as-written": Row("lwr_dyn.checks.urdf.report_text:file_verdict", "each link, joint and shape of a URDF")},
+)
+"""Checks of a `.urdf` or `.xacro` before it is read as a chain: functions of the path and a xacro's arguments."""
+READER_CHECKS: Registry[Callable[[Arm], tuple[list[Verdict], list[str]]]] = Registry(
+    "reader_check",
+    {"pinocchio": Row("lwr_dyn.checks.engines.file_check:file_verdicts", "Pinocchio on a foreign file itself")},
+)
+"""Other readers of an arm's own URDF by name; each gives verdicts against our reading, and what it could not judge."""
+STATES = 1000
+SEED = 20240607
+METRES = 1e-12
+"""Poses [m and entries of R] of an arm of about a metre, each of whose products rounds at 1e-16; times the largest
+position of the flange where that is more."""
+
+
+def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: int = SEED) -> CheckReport:
+    """All checks that the arm's data allow.
+
+    Parameters
+    ----------
+    arm : Arm
+    paper : Paper, optional
+        Adds the checks against the paper's tabulated frames, and those of `CHECKS`.
+    states : int
+        Random states inside the limits.
+    seed : int
+    """
+    x = random_states(arm, states, seed)
+    road_a = None if arm.chain.bodies is None else pinocchio_dynamics(arm)
+    model = pinocchio_model(arm) if road_a is None else road_a.ungated.model
+    verdicts = [frames_agree(arm, flange_poses(model, x.q), x)]
+    notes = [box_note(arm)]
+    if paper is not None:
+        verdicts += tabulated_frames(paper)
+        for name in CHECKS.names:
+            if CHECKS[name].is_installed:
+                verdicts += CHECKS.load(name)(arm, paper)
+            else:
+                notes.append(f"{name} not checked: {CHECKS[name].module} is not installed")
+    verdicts += feasibility_verdicts(arm)
+    left = not_judged(arm)
+    for name in READER_CHECKS.names if arm.file and arm.layout is not None else ():
+        if READER_CHECKS[name].is_installed:
+            found, unjudged = READER_CHECKS.load(name)(arm)
+            verdicts, left = verdicts + found, left + unjudged
+        else:
+            notes.append(f"{READER_CHECKS[name].about} not checked: {READER_CHECKS[name].module} is not installed")
+    if road_a is None:
+        verdicts += missing_mass(arm)
+        left += ["B, C, g, forward dynamics and free swing"] if missing_mass(arm) else []
+    else:
+        road_b = newton_euler_dynamics(arm.chain)
+        verdicts += mass_matrix_identities(road_a, x)
+        verdicts += velocity_identities(road_a, road_b.ungated, x)
+        verdicts.append(gravity_identity(road_a, road_b.ungated, x))
+        verdicts += roads_agree(road_a, road_b, x)
+        joint = singular_joint(road_a.mass_matrix(x.q))
+        if joint is None:
+            verdicts.append(forward_agrees(road_a, road_b, x))
+            verdicts.append(swing_verdict(road_a, x.q[0], 0.5 * x.dq[0]))
+        else:
+            moved = (
+                f"{arm.joint_names[joint]} moves {arm.chain.links[joint].link} and what is beyond it without inertia"
+            )
+            left.append(f"forward dynamics and free swing: B has no inverse; {moved}")
+        notes.append(_rotor_note(arm, road_b, x))
+    notes = [note for note in (*arm.notes, *notes, *at_rest(arm)) if note]
+    return CheckReport(arm.name, arm.reading, tuple(verdicts), tuple(notes), tuple(left))
+
+
+def roads_agree(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> list[Verdict]:
+    """B, C, g and inverse dynamics of both roads over the same states."""
+    q, dq, ddq, recursion = states.q, states.dq, states.ddq, road_b.ungated
+    of_C, of_torque = coriolis_floor(recursion, states), torque_floor(recursion, states)
+    pairs = {
+        "mass matrix": (road_a.mass_matrix(q), road_b.mass_matrix(q), 0.0),
+        "Coriolis matrix": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), of_C),
+        "gravity torque": (road_a.gravity_vector(q), road_b.gravity_vector(q), of_torque),
+        "inverse dynamics": (road_a.inverse_dynamics(q, dq, ddq), road_b.inverse_dynamics(q, dq, ddq), 0.0),
+    }
+    roads = "Pinocchio against our own recursion"
+    return [Verdict(f"{name}: {roads}", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
+
+
+def forward_agrees(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> Verdict:
+    """Road B's torque of road A's accelerations is the torque that these were computed from."""
+    q, dq = states.q, states.dq
+    tau = road_b.inverse_dynamics(q, dq, states.ddq)
+    try:
+        residual = relative(road_b.inverse_dynamics(q, dq, road_a.forward_dynamics(q, dq, tau)), tau)
+    except SingularMassError:
+        residual = float("nan")
+    return Verdict("forward dynamics: our own recursion of Pinocchio's ddq", residual, EXACT, "relative")
+
+
+def frames_agree(arm: Arm, urdf_flange: Array, states: States) -> Verdict:
+    """Flange pose through the URDF frames against the product of the native matrices."""
+    native = forward_kinematics(arm.chain, states.q)
+    size = max(1.0, float(np.abs(native).max()))
+    return Verdict("flange: URDF against DH table", float(np.abs(urdf_flange - native).max()), METRES * size, "m")
+
+
+def tabulated_frames(paper: Paper) -> list[Verdict]:
+    """r_{i-1,i} as a paper tabulates it against its DH rows: (a, d sin alpha, d cos alpha) in frame i."""
+    if "frames.origin" not in paper.columns or paper.convention is not Convention.STANDARD:
+        return []
+    rows = dh_rows(paper)
+    origins = np.array(
+        [after.rotation.T @ after.position for _, after in (r.fixed_poses(paper.convention) for r in rows)]
+    )
+    deviation = float(np.abs(origins - paper.columns["frames.origin"].si()).max())
+    return [Verdict("vectors between frames: as tabulated against DH table", deviation, METRES, "m")]
+
+
+def _rotor_note(arm: Arm, road_b: Gated[Recursion], x: States) -> str:
+    if all(link.rotor is None for link in arm.chain.links):
+        return "no rotor inertia is given"
+    if all(link.rotor is None or link.rotor.reflected for link in arm.chain.links):
+        return "rotor inertia is given at the joints, without gear ratios: no spin couplings to compute"
+    full = newton_euler_dynamics(arm.chain, rotors="full")
+    more = abs(full.inverse_dynamics(x.q, x.dq, x.ddq) - road_b.inverse_dynamics(x.q, x.dq, x.ddq)).max()
+    return f"rotors' spin couplings, which engines drop: at most {more:.2g} N m over these states"

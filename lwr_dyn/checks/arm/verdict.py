@@ -1,0 +1,89 @@
+"""The result of one check: quantity, value, tolerance, pass or fail; all results of an arm; their table."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.model.shown import repr_html, short_repr
+
+Bound = Literal["at most", "above"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One identity or agreement: `value` against `tolerance`, in `unit`."""
+
+    name: str
+    value: float
+    tolerance: float
+    unit: str
+    bound: Bound = "at most"
+
+    @property
+    def holds(self) -> bool:
+        """A value that is not a number never holds.
+
+        >>> Verdict("x", float("nan"), 1.0, "").holds
+        False
+        """
+        return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
+
+
+class FileVerdict(NamedTuple):
+    """What is found in a robot's file as it is written: as text, as records, and whether it holds."""
+
+    text: str
+    records: list[Any]
+    holds: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """All verdicts on an arm, and notes on what could not be checked and why."""
+
+    robot: str
+    reading: str
+    verdicts: tuple[Verdict, ...]
+    notes: tuple[str, ...] = ()
+    not_judged: tuple[str, ...] = ()
+    """What no verdict is about, and why."""
+    __repr__ = short_repr
+    _repr_html_ = repr_html
+
+    @property
+    def holds(self) -> bool:
+        """Every verdict holds."""
+        return all(v.holds for v in self.verdicts)
+
+    def summary(self) -> str:
+        """How many checks hold or fail, and how many things were not judged."""
+        failed, every = sum(not v.holds for v in self.verdicts), len(self.verdicts)
+        left = f", {len(self.not_judged)} not judged" if self.not_judged else ""
+        return (
+            f"{failed} of {every} checks fail{'s' * (failed == 1)}" if failed else f"all {every} checks hold"
+        ) + left
+
+    def table(self) -> Table:
+        """The verdicts under the robot's name."""
+        return verdict_table(f"{self.robot}, reading {self.reading}", self.verdicts)
+
+
+def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
+    """Verdicts as a table.
+
+    >>> print(verdict_table("arm", [Verdict("B symmetric", 2e-16, 1e-12, "relative")]).text())
+    arm
+    check        value  bound    tolerance  unit      verdict
+    -----------  -----  -------  ---------  --------  -------
+    B symmetric  2e-16  at most  1e-12      relative  holds
+    """
+    headings = (
+        Heading("check", key="name"),
+        Heading("value", format=".3g"),
+        Heading("bound"),
+        Heading("tolerance", format=".3g"),
+        Heading("unit"),
+        Heading("verdict", format=lambda holds: "holds" if holds else "FAILS", key="holds"),
+    )
+    return Table(title, headings, [(v.name, v.value, v.bound, v.tolerance, v.unit, v.holds) for v in verdicts])

@@ -1,0 +1,164 @@
+"""Which bodies of the links give the published numbers: a search from the flange inward, one link at a time.
+
+B_ii and g_i depend on the links beyond joint i only, so the last joint's numbers judge the last link alone, the next
+one's two links, and so on. The contribution of a link is one vector over all numbers still to come; options with equal
+contributions are one class (no number distinguishes them); what misses a number is dropped at once. The full product of
+all links' options is never formed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.checks.conventions.choices import LinkOptions
+from lwr_dyn.checks.conventions.contributions import NumberRows
+from lwr_dyn.foundation.arrays import Array
+
+DEVIATIONS = 4.0
+"""Standard deviations of the rounding of the table's cells by which a number may miss beyond half a digit."""
+SAME = 0.02
+"""Two options add the same to a number when they differ by less than this share of its allowed miss."""
+PLAIN = 2
+"""The first two options of a link have its axes as printed, the products with either sign."""
+MOST_STATES = 3000
+"""States kept at most, the plainest first."""
+
+OptionSets = tuple[tuple[int, ...], ...]
+"""Per link the options that remain; every combination of them is a reading of the table."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchResult:
+    """Sets of options that give every number, or the numbers at which the search ended."""
+
+    sets: tuple[OptionSets, ...]
+    matched: int
+    """Numbers matched before the search ended (all of them where some sets remain)."""
+    failed: tuple[int, ...]
+    """Indices into the rows of the numbers that no state matched."""
+    partial: tuple[OptionSets, ...]
+    """Sets for the links beyond the joint at which it ended."""
+    nearest: float
+    """Smallest miss of the failed numbers, in units of the allowed miss."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Class:
+    """Options of one link that add the same to every number."""
+
+    members: tuple[int, ...]
+    adds: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _States:
+    """S states: the sum over the links so far for every row, and the sets of options with that sum."""
+
+    sums: Array
+    """(S, R)"""
+    sets: tuple[tuple[OptionSets, ...], ...]
+
+
+def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Sequence[Sequence[int]]) -> SearchResult:
+    """Every combination of the links' allowed options that gives all the numbers.
+
+    Parameters
+    ----------
+    rows : NumberRows
+        The numbers as linear rows.
+    options : sequence of n LinkOptions
+    allowed : sequence of n sequences of int
+        The options of each link that are considered.
+    """
+    allowance = allowances(rows, options)
+    per_row = np.repeat(allowance, np.diff(rows.start))
+    states = _States(np.zeros((1, len(per_row))), (((),),))
+    matched = 0
+    for link in reversed(range(len(options))):
+        classes = _classes(rows, options[link], allowed[link], link, per_row)
+        grown = _grown(states, classes)
+        numbers = [k for k, joint in enumerate(rows.joint) if joint == link]
+        miss = misses(rows, grown.sums, allowance, numbers)
+        good = np.flatnonzero(miss <= 1.0)
+        if len(good) == 0:
+            partial = tuple(s for equal in states.sets for s in equal)
+            return SearchResult((), matched, tuple(numbers), partial, float(miss.min(initial=np.inf)))
+        matched += len(numbers)
+        states = _merged(rows, grown, good, link, per_row)
+    sets = sorted((s for equal in states.sets for s in equal), key=permuted_axes)
+    return SearchResult(tuple(sets), matched, (), (), 0.0)
+
+
+def misses(rows: NumberRows, sums: Array, allowance: Array, numbers: Sequence[int]) -> Array:
+    """The worst miss of some numbers, (S,), for sums (S, R), in units of the allowed miss."""
+    worst = np.zeros(len(sums))
+    for k in numbers:
+        value = sums[:, rows.start[k] : rows.start[k + 1]].max(axis=-1)
+        worst = np.maximum(worst, np.abs(value - rows.value[k]) / allowance[k])
+    return worst
+
+
+def _grown(states: _States, classes: Sequence[_Class]) -> _States:
+    if not classes:
+        return _States(states.sums[:0], ())
+    sums = states.sums[:, None, :] + np.array([c.adds for c in classes])
+    sets = tuple(tuple((c.members, *s) for s in equal) for equal in states.sets for c in classes)
+    return _States(sums.reshape(len(sets), sums.shape[-1]), sets)
+
+
+def allowances(rows: NumberRows, options: Sequence[LinkOptions]) -> Array:
+    """Allowed miss of each number, (K,): half its last digit and the rounding of the table's cells."""
+    allowed: Array = rows.half * (1.0 + 1e-6) + DEVIATIONS * _deviation(rows, options)
+    return allowed
+
+
+def _deviation(rows: NumberRows, options: Sequence[LinkOptions]) -> Array:
+    """One standard deviation of each number by rounding of the table's cells, (K,)."""
+    deviation = np.array([o.deviation for o in options])
+    per_row = np.sqrt(((rows.coefficients * deviation) ** 2).sum(axis=(1, 2)))
+    return np.array([per_row[a:b].max(initial=0.0) for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
+
+
+def values(rows: NumberRows, options: Sequence[LinkOptions], picked: Sequence[int]) -> Array:
+    """The numbers under one option per link, (K,), less the rotors' share."""
+    sums = sum((rows.coefficients[:, i] @ options[i].parameters[o] for i, o in enumerate(picked)), np.zeros(1))
+    return np.array([sums[a:b].max() for a, b in zip(rows.start[:-1], rows.start[1:], strict=True)])
+
+
+def misfit(rows: NumberRows, options: Sequence[LinkOptions], picked: Sequence[int]) -> float:
+    """Half the chi-square of the numbers under one option per link: minus the log of how likely the misses are."""
+    variance = rows.half**2 / 3.0 + _deviation(rows, options) ** 2
+    return float(((values(rows, options, picked) - rows.value) ** 2 / variance).sum() / 2.0)
+
+
+def _classes(rows: NumberRows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array) -> list[_Class]:
+    adds = rows.coefficients[:, link] @ options.parameters.T
+    classes: list[_Class] = []
+    for o in allowed:
+        for i, known in enumerate(classes):
+            if (np.abs(known.adds - adds[:, o]) <= SAME * per_row).all():
+                classes[i] = _Class((*known.members, o), known.adds)
+                break
+        else:
+            classes.append(_Class((o,), adds[:, o]))
+    return classes
+
+
+def _merged(rows: NumberRows, states: _States, good: NDArray[np.intp], link: int, per_row: Array) -> _States:
+    """The good states; those whose sums agree on every number still to come become one."""
+    blocks = [np.arange(rows.start[k], rows.start[k + 1]) for k, joint in enumerate(rows.joint) if joint < link]
+    ahead = np.concatenate([*blocks, np.zeros(0, dtype=int)])
+    keys = np.round(states.sums[np.ix_(good, ahead)] / (SAME * per_row[ahead])).astype(np.int64)
+    merged: dict[bytes, list[int]] = {}
+    for key, s in zip(keys, good, strict=True):
+        merged.setdefault(key.tobytes(), []).append(int(s))
+    sets = [sorted((s for k in g for s in states.sets[k]), key=permuted_axes)[:MOST_STATES] for g in merged.values()]
+    groups = sorted(zip(merged.values(), sets, strict=True), key=lambda g: permuted_axes(g[1][0]))[:MOST_STATES]
+    return _States(states.sums[[g[0] for g, _ in groups]], tuple(tuple(s) for _, s in groups))
+
+
+def permuted_axes(sets: OptionSets) -> int:
+    """Number of links whose axes must be permuted: options are in order, the plainest first."""
+    return sum(min(options) >= PLAIN for options in sets)

@@ -1,0 +1,150 @@
+"""Loads files in a process of its own: an engine that aborts, crashes or hangs ends that process alone.
+
+`python -m lwr_dyn.checks.engines.child_process ENGINE` reads one job a line on stdin and answers one line each on
+stdout.
+"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.checks.engines.engine import ENGINES, ArmInFile
+from lwr_dyn.checks.engines.engine_prints import one_line, quiet
+from lwr_dyn.foundation.arrays import Array
+
+SECONDS = 180.0
+"""Longest time for all files of one engine, import included."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TriedStates:
+    """q, dq, ddq, (k, n) each [rad or m]."""
+
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """A file to load, as what, and with which options of the engine."""
+
+    path: Path
+    scope: ArmInFile
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loaded:
+    """What an engine makes of a file over the states; without dynamics, `torque` and what is like it are empty."""
+
+    mass: float
+    flange: Array
+    held: dict[str, Array]
+    links: tuple[str, ...]
+    mass_matrix: Array = field(default_factory=lambda: np.zeros(0))
+    velocity_torque: Array = field(default_factory=lambda: np.zeros(0))
+    gravity_torque: Array = field(default_factory=lambda: np.zeros(0))
+    torque: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def has_dynamics(self) -> bool:
+        """Whether the engine computes torques, at every state."""
+        return self.torque.size > 0 and bool(np.isfinite(self.torque).all())
+
+
+def load_all(engine: str, jobs: Sequence[Job], states: TriedStates, seconds: float = SECONDS) -> list[Loaded | str]:
+    """Each file as the engine has it, or its reason why not in one line."""
+    out: list[Loaded | str] = []
+    while len(out) < len(jobs):
+        lines, end = _run(engine, jobs[len(out) :], states, seconds)
+        out += [_answer(line) for line in lines]
+        if len(out) < len(jobs):
+            out.append(end)
+        if end.startswith("no answer"):
+            out += [end] * (len(jobs) - len(out))
+    return out
+
+
+def _run(engine: str, jobs: Sequence[Job], states: TriedStates, seconds: float) -> tuple[list[str], str]:
+    """The answers of one process, and how it ended."""
+    head = {"states": [x.tolist() for x in (states.q, states.dq, states.ddq)]}
+    text = "\n".join([json.dumps(head), *(json.dumps(_plain(job)) for job in jobs)]) + "\n"
+    command = [sys.executable, "-m", "lwr_dyn.checks.engines.child_process", engine]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(x for x in sys.path if x)}
+    environment |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(command, input=text.encode(), capture_output=True, timeout=seconds, env=environment)
+    except subprocess.TimeoutExpired as late:
+        return (late.output or b"").decode().splitlines(), f"no answer within {seconds:g} s"
+    return done.stdout.decode().splitlines(), _end(done.returncode, done.stderr.decode("utf-8", "replace"))
+
+
+def _end(code: int, printed: str) -> str:
+    lines = printed.strip().splitlines() or [""]
+    how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+    return f"{how} {lines[-1][:160]}".strip()
+
+
+def _plain(job: Job) -> dict[str, Any]:
+    scope = asdict(job.scope)
+    return {"path": str(job.path), "scope": scope, "options": dict(job.options)}
+
+
+def _answer(line: str) -> Loaded | str:
+    record = json.loads(line)
+    if "fault" in record:
+        return str(record["fault"])
+    arrays = {name: np.array(value, dtype=float) for name, value in record["arrays"].items()}
+    held = {name: np.array(value, dtype=float) for name, value in record["held"].items()}
+    return Loaded(record["mass"], held=held, links=tuple(record["links"]), **arrays)
+
+
+def main(engine: str) -> None:
+    """Answer the jobs on stdin; prints of the engine go to stderr."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    head, *jobs = [json.loads(line) for line in sys.stdin]
+    states = TriedStates(*(np.array(x) for x in head["states"]))
+    for job in jobs:
+        print(json.dumps(_record(engine, job, states)), file=answers, flush=True)
+
+
+def _record(engine: str, job: Mapping[str, Any], states: TriedStates) -> dict[str, Any]:
+    given = job["scope"]
+    scope = ArmInFile(tuple(given["joints"]), given["tip"], tuple(given["gravity"]), given["held"])
+    try:
+        with quiet() as printed:
+            found = load_here(engine, Job(Path(job["path"]), scope, job["options"]), states)
+    except Exception as fault:
+        return {"fault": one_line(fault, printed)}
+    names = ("flange", "mass_matrix", "velocity_torque", "gravity_torque", "torque")
+    arrays = {name: getattr(found, name).tolist() for name in names if getattr(found, name).size}
+    held = {name: values.tolist() for name, values in found.held.items()}
+    return {"mass": found.mass, "arrays": arrays, "held": held, "links": list(found.links)}
+
+
+def load_here(engine: str, job: Job, states: TriedStates) -> Loaded:
+    """The file in this process; raises what the engine raises."""
+    model: Any = ENGINES.load(engine)(job.path, job.scope, job.options)
+    rows = list(zip(states.q, states.dq, states.ddq, strict=True))
+    torques = {} if ENGINES[engine].facts.get("kinematics") else {
+        "mass_matrix": np.array([model.mass_matrix(q) for q, _, _ in rows]),
+        "velocity_torque": np.array([model.velocity_torque(q, dq) for q, dq, _ in rows]),
+        "gravity_torque": np.array([model.gravity_torque(q) for q, _, _ in rows]),
+        "torque": np.array([model.torque(*row) for row in rows]),
+    }  # fmt: skip
+    flange = np.array([model.flange(q) for q, _, _ in rows])
+    return Loaded(model.mass, flange, model.held(), tuple(model.links()), **torques)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,203 @@
+"""Rules of inertials that need no shape: what is missing, zero, negative, impossible, or a stand-in."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from lwr_dyn.checks.urdf.document import UrdfDocument
+from lwr_dyn.checks.urdf.elements import InertialElement, LinkElement
+from lwr_dyn.checks.urdf.finding import FindingSeverity, UrdfFinding, number_text, vector_text
+from lwr_dyn.checks.urdf.welded_links import has_mass, heavier_beyond, welded_mass
+from lwr_dyn.foundation.arrays import Array
+
+ROUNDING = 1e-9
+"""Smallest principal moment, relative to the largest, that rounding explains."""
+CLEAR = 0.01
+"""Excess over the triangle inequality, relative to the largest moment, that no rounding of digits explains."""
+COARSE = 0.1
+"""Excess, relative to the largest moment, that is worth a warning where the written digits could explain it."""
+
+
+def _inertials(document: UrdfDocument) -> Iterator[tuple[LinkElement, InertialElement]]:
+    """Links with an inertial."""
+    for link in document.links:
+        if link.inertial is not None:
+            yield link, link.inertial
+
+
+def inertials_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A link that a joint moves has no `<inertial>`, or one of zeros, and nothing that is fixed to it has mass. Where
+    links further out have mass it is an error only if it has shapes: a body was drawn. 108 of 353 public arms have such
+    links; without mass at the end of a chain the mass matrix has no inverse.
+
+    A file in which no link has mass describes kinematics only, and is not judged.
+    """
+    if not has_mass(document):
+        return
+    for link in document.links:
+        inertial = link.inertial
+        if link.name not in document.driven or not (inertial is None or inertial.is_zero):
+            continue
+        if inertial is None and any(x.tag.lower().startswith("inert") for x in link.element.children):
+            continue  # misspelt, which has a finding of its own
+        severity: FindingSeverity
+        if welded_mass(document, link.name) > 0.0:
+            severity, why = "note", "its mass is that of links fixed to it"
+        elif heavier_beyond(document, link.name) and not link.shapes:
+            severity, why = "note", "links further out have mass"
+        else:
+            severity, why = "error", "a joint moves it" + (" and it has shapes" if link.shapes else " and nothing else")
+        said = "no <inertial>" if inertial is None else "mass and tensor are 0"
+        yield UrdfFinding(
+            said, why, link.place if inertial is None else inertial.place, link.subject,
+            '<inertial> with <origin>, <mass> and <inertia>', severity=severity, link=link.name,
+            cause="links without mass",
+        )  # fmt: skip
+
+
+def masses_negative(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A mass below 0, which no body has: every torque and energy with it has the wrong sign."""
+    for link, inertial in _inertials(document):
+        if inertial.mass is not None and inertial.mass < 0.0:
+            text = f'<mass value="{number_text(-inertial.mass)}"/>, if only the sign is wrong'
+            yield UrdfFinding(
+                f"mass {number_text(inertial.mass)} kg", "no body has it", inertial.mass_place, link.subject, text,
+                link=link.name,
+            )  # fmt: skip
+
+
+def masses_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A mass of 0 with a tensor that is not 0: inertia is mass times distance squared, so one of the two is wrong."""
+    for link, inertial in _inertials(document):
+        if inertial.mass == 0.0 and inertial.tensor is not None and inertial.tensor.any():
+            yield UrdfFinding(
+                "mass 0 with an inertia that is not 0", "moments of inertia are mass times distance squared",
+                inertial.mass_place, link.subject, '<mass value="..."/>, or no <inertial>', link=link.name,
+            )  # fmt: skip
+
+
+def _written_error(inertial: InertialElement) -> float:
+    """How far the moments may be from what was meant [kg m^2]: half a unit of the last digit of each, added up."""
+    element = inertial.element.child("inertia")
+    cells = [] if element is None else [element.attributes.get(name, "0") for name in ("ixx", "iyy", "izz")]
+    return sum(map(half_digit, cells))
+
+
+def half_digit(text: str) -> float:
+    """Half a unit of the last digit of a number as written.
+
+    >>> half_digit("0.0025"), half_digit("1.2e-3")
+    (5e-05, 5e-05)
+    """
+    mantissa, _, exponent = text.strip().lower().partition("e")
+    decimals = len(mantissa.partition(".")[2])
+    try:
+        return 0.5 * 10.0 ** (int(exponent or 0) - decimals)
+    except (ValueError, OverflowError):
+        return 0.0
+
+
+def _moments(tensor: Array) -> Array:
+    """Principal moments, ascending."""
+    return np.asarray(np.linalg.eigvalsh(tensor))
+
+
+def tensors_not_positive(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A tensor with a principal moment below 0, which no body has: a turn about that axis would release energy, and the
+    mass matrix can lose its inverse. A moment of exactly 0 is a rod without thickness, and only noted.
+    """
+    for link, inertial in _inertials(document):
+        tensor = inertial.tensor
+        if tensor is None or not tensor.any():
+            continue
+        moments = _moments(tensor)
+        if moments[0] < -ROUNDING * abs(moments).max():
+            on_diagonal = np.diag(tensor).min() < 0.0
+            products = np.abs(tensor - np.diag(np.diag(tensor))).max()
+            why = "a diagonal moment is negative" if on_diagonal else f"a product of {number_text(products)} is large"
+            yield UrdfFinding(
+                f"the tensor is not positive definite: principal moments {vector_text(moments)} kg m^2", why,
+                inertial.tensor_place, link.subject, link=link.name,
+            )  # fmt: skip
+        elif moments[0] <= ROUNDING * moments[2]:
+            yield UrdfFinding(
+                f"a principal moment is 0: {vector_text(moments)} kg m^2", "only a rod without thickness has it",
+                inertial.tensor_place, link.subject, "", "possible", severity="note", link=link.name,
+            )  # fmt: skip
+
+
+def tensors_triangle(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The largest principal moment is above the sum of the two others, which no body has: each moment is a sum of two
+    variances of the mass, so none can exceed the sum of the others. An excess that the written digits or 1 % explain
+    is a note. 48 of 353 public arms break it.
+    """
+    for link, inertial in _inertials(document):
+        tensor = inertial.tensor
+        if tensor is None or not tensor.any():
+            continue
+        moments = _moments(tensor)
+        excess = float(moments[2] - moments[0] - moments[1])
+        largest, slack = float(moments[2]), _written_error(inertial)
+        if moments[0] <= -ROUNDING * largest or excess <= ROUNDING * largest:
+            continue
+        doubtful: FindingSeverity = "warning" if excess > COARSE * largest else "note"
+        yield UrdfFinding(
+            f"principal moments {vector_text(moments)} kg m^2 break the triangle inequality",
+            f"{number_text(moments[2])} > {number_text(moments[0])} + {number_text(moments[1])}",
+            inertial.tensor_place, link.subject,
+            severity=None if excess > CLEAR * largest + slack else doubtful, link=link.name,
+        )  # fmt: skip
+
+
+def tensors_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A mass with a tensor of zeros: a point mass, which no link is; the joint before it may have no inertia at all."""
+    for link, inertial in _inertials(document):
+        if inertial.mass and inertial.mass > 0.0 and inertial.tensor is not None and not inertial.tensor.any():
+            yield UrdfFinding(
+                f"a mass of {number_text(inertial.mass)} kg with a tensor of 0", "only a point has no moments",
+                inertial.tensor_place, link.subject, "the link's tensor", link=link.name,
+            )  # fmt: skip
+
+
+def placeholders(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A stand-in: three equal moments that are 1, or a power of ten, without products. A mass of 1 kg with moments of
+    1 kg m^2 is a body of some metres, and an error. 26 of 288 public arms have stand-ins.
+    """
+    for link, inertial in _inertials(document):
+        tensor = inertial.tensor
+        if tensor is None or inertial.mass is None or inertial.mass <= 0.0:
+            continue
+        moment = float(tensor[0, 0])
+        if moment <= 0.0 or not np.array_equal(tensor, moment * np.eye(3)) or not _is_power_of_ten(moment):
+            continue
+        radius = math.sqrt(1.5 * moment / inertial.mass)
+        yield UrdfFinding(
+            f"a stand-in: mass {number_text(inertial.mass)} kg, moments {number_text(moment)} kg m^2",
+            f"three equal round moments; the mass would be {number_text(radius)} m away on average",
+            inertial.tensor_place, link.subject, "the link's mass and tensor",
+            "likely", "stand-ins for unknown inertia", "error" if radius > 1.0 else None, link.name,
+        )  # fmt: skip
+
+
+def _is_power_of_ten(value: float) -> bool:
+    exponent = math.log10(value)
+    return abs(exponent - round(exponent)) < 1e-9
+
+
+def inertials_equal(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A link and the one that carries it have the same mass, centre and tensor to the last digit: perhaps a copy. Some
+    sound files do it, so it is a note.
+    """
+    for link, inertial in _inertials(document):
+        joint = document.joint_into(link.name)
+        parent = None if joint is None else document.link(joint.parent)
+        other = None if parent is None else parent.inertial
+        if parent is None or other is None or not inertial.is_complete or not other.is_complete or not inertial.mass:
+            continue
+        pairs = ((inertial.com, other.com), (inertial.inertia, other.inertia))
+        if inertial.mass == other.mass and all(np.array_equal(np.asarray(a), np.asarray(b)) for a, b in pairs):
+            yield UrdfFinding(
+                f"its inertial is that of link {parent.name}", "mass, centre and tensor are equal to the last digit",
+                inertial.place, link.subject, sure="possible", link=link.name,
+            )  # fmt: skip

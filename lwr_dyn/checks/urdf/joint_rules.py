@@ -1,0 +1,222 @@
+"""Rules of joints: limits, axes, origins."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from lwr_dyn.checks.urdf.document import UrdfDocument
+from lwr_dyn.checks.urdf.elements import JointElement
+from lwr_dyn.checks.urdf.finding import UrdfFinding, number_text, tag_text, vector_text
+
+TWO_TURNS = 4.0 * math.pi
+"""Position limit [rad] that no arm of the corpus with sound limits reaches: two turns to one side."""
+DEGREES = 720.0
+"""Largest angle that is taken for degrees; beyond it a number stands for "no limit"."""
+FAST = 40.0
+"""Joint speed [rad/s] above those of sound arms: up to 37 (a humanoid), 25 (an industrial arm)."""
+LONG_TRAVEL = 20.0
+"""Travel of a slide [m] above which its limits look like millimetres; a gantry has some metres."""
+ENDLESS = 5000.0
+"""Travel of a slide [m] that no unit explains, so that it stands for "no limit"."""
+FAR = 10.0
+"""Distance between two joints [m] that no arm has."""
+RATHER_FAR = 2.0
+"""Distance between two joints [m] that looks wrong where it is many times the others."""
+UNIT = 1e-3
+"""Deviation of an axis' length from 1 that rounding to three digits does not explain."""
+_BOUNDED = ("revolute", "prismatic")
+_MOTORS = (*_BOUNDED, "continuous")
+
+
+def _bounded(document: UrdfDocument) -> Iterator[JointElement]:
+    """Joints that need position limits and have a `<limit>`."""
+    for joint in document.joints:
+        if joint.type in _BOUNDED and joint.limit is not None:
+            yield joint
+
+
+def _limits(joint: JointElement) -> tuple[float | None, float | None]:
+    """Lower and upper limit; not written is 0, as all readers take it; None where it is no finite number."""
+    written = joint.limit.attributes if joint.limit is not None else {}
+    low = joint.lower if "lower" in written else 0.0
+    return low, joint.upper if "upper" in written else 0.0
+
+
+def limits_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A revolute or prismatic joint without `<limit>`: the format requires it, most engines refuse the file."""
+    for joint in document.joints:
+        if joint.type in _BOUNDED and joint.limit is None:
+            yield UrdfFinding(
+                "no <limit>", f"a {joint.type} joint needs one", joint.place, joint.subject,
+                '<limit lower="..." upper="..." effort="..." velocity="..."/>'
+                + (', or type="continuous"' if joint.type == "revolute" else ""),
+            )  # fmt: skip
+
+
+def limits_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A position limit of a revolute joint of more than two turns (12.57 rad) and at most 720: limits are in rad. Of
+    163 joints of arms judged by hand none reaches two turns.
+    """
+    for joint in _bounded(document):
+        values = [v for v in _limits(joint) if v is not None]
+        largest = max(map(abs, values), default=0.0)
+        if joint.type == "revolute" and TWO_TURNS < largest <= DEGREES and joint.limit is not None:
+            changed = {
+                name: number_text(math.radians(v)) for name, v in (("lower", joint.lower), ("upper", joint.upper)) if v
+            }
+            yield UrdfFinding(
+                f"limits {' to '.join(map(number_text, values))} rad", f"{largest / math.tau:.0f} turns to one side",
+                joint.limit.place, joint.subject, tag_text(joint.limit, **changed), "likely",
+                "limits in degrees",
+            )  # fmt: skip
+
+
+def limits_without_bound(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A position limit that stands for "none": more than 720 rad for a revolute joint, which `continuous` says better;
+    or a travel of more than 20 m for a slide, which looks like millimetres (from
+    5 km on it stands for "no limit", and is only noted).
+    """
+    for joint in _bounded(document):
+        largest = max((abs(v) for v in _limits(joint) if v is not None), default=0.0)
+        if joint.limit is None or largest <= (DEGREES if joint.type == "revolute" else LONG_TRAVEL):
+            continue
+        slides = joint.type == "prismatic"
+        yield UrdfFinding(
+            f"a limit of {number_text(largest)} {'m' if slides else 'rad'}",
+            f"no joint {'travels' if slides else 'turns'} so far; sampling and scaling by the range break",
+            joint.limit.place, joint.subject, "limits in m" if slides else 'type="continuous"', "likely",
+            severity="note" if slides and largest > ENDLESS else None,
+        )  # fmt: skip
+
+
+def limits_equal(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """Lower and upper limit are the same number (or neither is written, so both are 0): the joint cannot move."""
+    for joint in _bounded(document):
+        low, up = _limits(joint)
+        if joint.limit is not None and low is not None and low == up:
+            written = "lower" in joint.limit.attributes or "upper" in joint.limit.attributes
+            yield UrdfFinding(
+                f"lower = upper = {number_text(low)}", "the joint cannot move" if written else "neither is written",
+                joint.limit.place, joint.subject, 'the range, or type="fixed"', "likely",
+            )  # fmt: skip
+
+
+def limits_exchanged(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The lower limit is above the upper one: no position is allowed."""
+    for joint in _bounded(document):
+        low, up = _limits(joint)
+        if joint.limit is not None and low is not None and up is not None and low > up:
+            yield UrdfFinding(
+                f"lower {number_text(low)} is above upper {number_text(up)}", "no position is allowed",
+                joint.limit.place, joint.subject,
+                tag_text(joint.limit, lower=number_text(up), upper=number_text(low)),
+            )  # fmt: skip
+
+
+def velocity_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A velocity limit of 0 or less: the joint may not move, so planners and controllers stop or divide by zero."""
+    yield from _not_above_zero(document, "velocity", "the joint may not move")
+
+
+def effort_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An effort limit of 0 or less: the joint has no torque, so controllers hold nothing and some simulators let the
+    arm fall. 94 of 353 public arms have it, most of them from exporters that write 0 for "unknown".
+    """
+    yield from _not_above_zero(document, "effort", "the joint has no torque")
+
+
+def _not_above_zero(document: UrdfDocument, name: str, why: str) -> Iterator[UrdfFinding]:
+    for joint in document.joints:
+        value = joint.effort if name == "effort" else joint.velocity
+        if joint.type in _MOTORS and joint.limit is not None and value is not None and value <= 0.0:
+            yield UrdfFinding(
+                f"{name} limit {number_text(value)}", why, joint.limit.place, joint.subject,
+                f"the motor's {name}, {_units(joint, name)}", cause=f"{name} limits of 0 stand for unknown",
+                severity="note" if joint.mimic is not None else None,
+            )  # fmt: skip
+
+
+def _units(joint: JointElement, name: str) -> str:
+    slides = joint.type == "prismatic"
+    if name == "effort":
+        return "in N" if slides else "in N m"
+    return "in m/s" if slides else "in rad/s"
+
+
+def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A velocity limit above 40 rad/s (sound arms: up to 25, a humanoid 37), which looks like deg/s. Numbers above 1e6
+    stand for "unknown" and are left alone.
+    """
+    for joint in document.joints:
+        speed = joint.velocity
+        if joint.type in ("revolute", "continuous") and joint.limit is not None and speed and FAST < speed < 1e6:
+            turned = math.radians(speed)
+            fits = 0.3 <= turned <= FAST
+            yield UrdfFinding(
+                f"velocity limit {number_text(speed)} rad/s", "arms have up to 25 rad/s, humanoids 37",
+                joint.limit.place, joint.subject,
+                tag_text(joint.limit, velocity=number_text(turned)) if fits else "the joint's speed in rad/s",
+                "likely", "velocity limits in deg/s" if fits else "",
+            )  # fmt: skip
+
+
+def axes_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An axis of length zero: the joint has no direction; engines divide by zero or refuse the file."""
+    for joint in document.joints:
+        if joint.moves and joint.type != "floating" and joint.axis is not None and not joint.axis.any():
+            yield UrdfFinding(
+                "the axis is 0 0 0", "it has no direction", joint.place_of("axis"), joint.subject,
+                '<axis xyz="0 0 1"/>, or the direction that is meant',
+            )  # fmt: skip
+
+
+def axes_not_unit(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An axis whose length is not 1 (by more than 1e-3, which rounding to three digits explains): some engines make it
+    a unit vector, some scale the motion by it.
+    """
+    for joint in document.joints:
+        if not joint.moves or joint.axis is None or joint.type == "floating":
+            continue
+        length = float(np.linalg.norm(joint.axis))
+        if length > 0.0 and abs(length - 1.0) > UNIT:
+            yield UrdfFinding(
+                f"the axis {vector_text(joint.axis)} has length {number_text(length)}",
+                "some engines take its direction only, some scale the motion by it", joint.place_of("axis"),
+                joint.subject, f'<axis xyz="{vector_text(joint.axis / length)}"/>',
+            )  # fmt: skip
+
+
+def origins_in_millimetres(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The origin of a joint is more than 10 m from that of its parent, or more than 2 m and 20 times the median of the
+    others: it looks like millimetres.
+    """
+    lengths = {j: float(np.linalg.norm(j.origin.xyz)) for j in document.joints if j.origin.xyz is not None}
+    others = sorted(v for v in lengths.values() if v > 0.0)
+    median = others[len(others) // 2] if len(others) > 2 else math.inf
+    for joint, length in lengths.items():
+        into = document.joint_into(joint.parent)
+        if length > FAR or (length > RATHER_FAR and length > 20.0 * median):
+            metres = vector_text(np.asarray(joint.origin.xyz) / 1000.0)
+            element = joint.origin.element
+            at_root = into is None and not joint.moves
+            yield UrdfFinding(
+                f"its origin is {number_text(length)} m from its parent",
+                f"the median of the file is {number_text(median)} m" if median < FAR else "no arm is that long",
+                joint.origin.place, joint.subject, "" if element is None else tag_text(element, xyz=metres), "likely",
+                "origins in mm", "note" if at_root else None,
+            )  # fmt: skip
+
+
+def fixed_with_limits(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A fixed joint with `<limit>`: it was meant to move, or the limit is a leftover. All zero is taken for a leftover
+    of an exporter and only noted.
+    """
+    for joint in document.joints:
+        if joint.type == "fixed" and joint.limit is not None:
+            values = (joint.lower, joint.upper, joint.effort, joint.velocity)
+            yield UrdfFinding(
+                "a fixed joint with limits", "a fixed joint has no position", joint.limit.place, joint.subject,
+                'another type, such as type="revolute", or no <limit>', "possible",
+                severity=None if any(values) else "note",
+            )  # fmt: skip

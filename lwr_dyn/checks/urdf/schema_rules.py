@@ -1,0 +1,245 @@
+"""Rules of the format: the outermost element, names, tags, attributes, numbers.
+
+A misspelt tag or attribute is the worst of them: every engine passes over it in silence.
+"""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+
+from lwr_dyn.checks.urdf.attribute_numbers import LARGEST
+from lwr_dyn.checks.urdf.document import UrdfDocument
+from lwr_dyn.checks.urdf.elements import JointElement, LinkElement
+from lwr_dyn.checks.urdf.finding import UrdfFinding, tag_text
+from lwr_dyn.checks.urdf.vocabulary import TAGS, is_alien, nearest
+from lwr_dyn.checks.urdf.xml_tree import XmlElement
+from lwr_dyn.foundation.arrays import number_of
+
+Owned = tuple[XmlElement, str]
+"""An element, and the link or joint that it belongs to in words."""
+_LIMITS = ("lower", "upper", "effort", "velocity")
+_OTHER_FORMATS = {"sdf": "SDF (Gazebo)", "mujoco": "MJCF (MuJoCo)", "html": "a web page", "COLLADA": "a COLLADA mesh"}
+"""Outermost elements of what is taken for a URDF by mistake."""
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_FOREIGN_TYPES = ("ball", "universal", "screw", "spherical")
+"""Joint types of Drake and PyBullet."""
+
+
+@lru_cache(maxsize=4)
+def owned(document: UrdfDocument) -> tuple[Owned, ...]:
+    """The elements of a URDF that are known, each with its link or joint; not what is inside an unknown one."""
+    if document.root is None or document.root.tag != "robot":
+        return ()
+    found: list[Owned] = []
+    waiting: list[Owned] = [(document.root, "")]
+    while waiting:
+        element, owner = waiting.pop()
+        found.append((element, owner))
+        for child in reversed(element.children):
+            if child.tag in TAGS[element.tag].children and child.tag in TAGS:
+                named = child.tag in ("link", "joint", "material") and element.tag == "robot"
+                own = f"{child.tag} {child.attributes.get('name', '')}".strip()
+                waiting.append((child, own if named else owner))
+    return tuple(found)
+
+
+def root_tag(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The outermost element of a URDF is `<robot name="...">`; in a file with another one nothing can be judged."""
+    root = document.root
+    if root is not None and root.tag != "robot":
+        other = _OTHER_FORMATS.get(root.tag)
+        why = f"it is {other}; this command judges URDF and xacro" if other else "a URDF is one <robot>"
+        instead = "" if other else "<robot>"
+        yield UrdfFinding(f"the outermost element is <{root.tag}>", why, root.place, "", instead)
+    elif root is not None and not document.links:
+        macros = any(x.tag.startswith("xacro:") for x in root.children)
+        instead = "the URDF that it expands to; name the file .xacro, or run xacro" if macros else ""
+        yield UrdfFinding("no <link>", "a robot has at least one link", root.place, "", instead)
+
+
+def missing_names(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The robot, every link and every joint need a name: joints refer to links by it, programs to joints."""
+    for element, _ in owned(document):
+        if element.tag in ("robot", "link", "joint") and not element.attributes.get("name"):
+            yield UrdfFinding(
+                f"<{element.tag}> without a name", "nothing can refer to it", element.place, "",
+                tag_text(element, name="..."),
+            )  # fmt: skip
+
+
+def names_twice(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """Two links, or two joints, must not share a name: engines refuse the file, or keep one of the two in silence."""
+    kinds: tuple[tuple[LinkElement | JointElement, ...], ...] = (document.links, document.joints)
+    for parts in kinds:
+        first = {part.name: part for part in reversed(parts)}
+        for part in parts:
+            before = first[part.name]
+            if part.name and part is not before:
+                yield UrdfFinding(
+                    "its name is used twice", f"first in line {before.place.line}", part.place, part.subject,
+                    "another name",
+                )  # fmt: skip
+
+
+def misspelt_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A tag that is one or two letters off a known one: `<intertial>`, `<mas>`. Engines pass over it in silence, so the
+    link has no mass or the joint no limit.
+    """
+    for element, child, owner in _unknown_children(document):
+        meant = nearest(child.tag, TAGS[element.tag].children)
+        if meant and not (meant in TAGS[element.tag].only and element.child(meant)):
+            yield UrdfFinding(
+                f"<{child.tag}> looks like <{meant}>", "engines pass over a tag that they do not know", child.place,
+                owner, f"<{meant}>", "likely",
+            )  # fmt: skip
+
+
+def unknown_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A tag that no URDF reader knows at this place. Those of Drake, Gazebo, ros2_control, MuJoCo and PyBullet, and
+    every tag with a prefix, are known.
+    """
+    for element, child, owner in _unknown_children(document):
+        if not nearest(child.tag, TAGS[element.tag].children):
+            cause = f"<{child.tag}> in <{element.tag}>: no part of a URDF"
+            yield UrdfFinding(
+                f"<{child.tag}> is not known here", f"<{element.tag}> holds {', '.join(TAGS[element.tag].children)}"
+                if TAGS[element.tag].children else f"<{element.tag}> holds no elements", child.place, owner,
+                cause=cause,
+            )  # fmt: skip
+
+
+def _unknown_children(document: UrdfDocument) -> Iterator[tuple[XmlElement, XmlElement, str]]:
+    """Parent, child and owner of each child that its parent should not have."""
+    for element, owner in owned(document):
+        for child in element.children:
+            if child.tag not in TAGS[element.tag].children and not is_alien(child.tag):
+                own = f"{child.tag} {child.attributes['name']}" if not owner and "name" in child.attributes else owner
+                yield element, child, own
+
+
+def misspelt_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An attribute that is a letter or two off a known one: `<origin xzy=...>`, `<mass vaule=...>`. Engines pass over
+    it in silence and use the default, most often zero.
+    """
+    for element, name, owner in _unknown_attributes(document):
+        meant = nearest(name, TAGS[element.tag].attributes)
+        if meant and meant not in element.attributes:
+            text = {k: v for k, v in element.attributes.items() if k != name}
+            right = XmlElement(element.tag, {**text, meant: element.attributes[name]}, element.place, frozenset())
+            yield UrdfFinding(
+                f"{name} of <{element.tag}> looks like {meant}",
+                f"engines pass over an attribute that they do not know; {meant} counts as not written",
+                element.place, owner, tag_text(right), "likely",
+            )  # fmt: skip
+
+
+def unknown_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An attribute that no URDF reader knows at this element; those with a prefix are known."""
+    by_element: dict[XmlElement, list[str]] = {}
+    owners: dict[XmlElement, str] = {}
+    for element, name, owner in _unknown_attributes(document):
+        meant = nearest(name, TAGS[element.tag].attributes)
+        if not meant or meant in element.attributes:
+            by_element.setdefault(element, []).append(name)
+            owners[element] = owner
+    for element, names in by_element.items():
+        known = ", ".join(TAGS[element.tag].attributes) or "no attributes"
+        what = f"{', '.join(names)} of <{element.tag}>"
+        yield UrdfFinding(
+            f"{what} {'is' if len(names) == 1 else 'are'} not known", f"<{element.tag}> has {known}", element.place,
+            owners[element], cause=f"{what}: no part of a URDF",
+        )  # fmt: skip
+
+
+def _unknown_attributes(document: UrdfDocument) -> Iterator[tuple[XmlElement, str, str]]:
+    for element, owner in owned(document):
+        known = TAGS[element.tag].attributes
+        for name in element.attributes:
+            if name not in known and ":" not in name:
+                yield element, name, owner
+
+
+def missing_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An attribute that the format requires: a mass without value, an inertia without izz, a limit without effort. Some
+    engines refuse the file, others take 0 or 1.
+    """
+    for element, owner in owned(document):
+        misspelt = {nearest(name, TAGS[element.tag].attributes) for name in element.attributes}
+        for name in TAGS[element.tag].needed:
+            if name not in misspelt and name != "name":
+                yield UrdfFinding(
+                    f"<{element.tag}> without {name}", "engines refuse the file, or take 0 or 1", element.place, owner,
+                    tag_text(element, **{name: "..."}),
+                )  # fmt: skip
+
+
+def elements_twice(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An element that counts once is written twice: two `<inertial>` in a link, two `<origin>` in a joint. Readers take
+    the first, or the last.
+    """
+    for element, owner in owned(document):
+        for tag in TAGS[element.tag].only:
+            for second in element.all(tag)[1:]:
+                yield UrdfFinding(
+                    f"a second <{tag}> in <{element.tag}>", "some readers take the first, some the last", second.place,
+                    owner, f"one <{tag}>",
+                )  # fmt: skip
+
+
+def joint_types(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The type of a joint is one of revolute, continuous, prismatic, fixed, floating, planar; `ball`, `universal` and
+    `screw` are read by Drake or PyBullet only.
+    """
+    for joint in document.joints:
+        if joint.type and joint.type not in JOINT_TYPES:
+            meant = nearest(joint.type, JOINT_TYPES)
+            foreign = joint.type in _FOREIGN_TYPES
+            yield UrdfFinding(
+                f"type {joint.type!r}", f"known: {', '.join(JOINT_TYPES)}", joint.place, joint.subject,
+                f'type="{meant}"' if meant else "", severity="warning" if foreign else None,
+            )  # fmt: skip
+
+
+def malformed_numbers(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A numeric attribute holds something else than its count of finite numbers: nan, a decimal comma, a unit, a xacro
+    expression that was not expanded. Limits may be infinite.
+    """
+    for element, owner in owned(document):
+        for name, width in TAGS[element.tag].numeric.items():
+            text = element.attributes.get(name)
+            fault = "" if text is None else _number_fault(text, width, name in _LIMITS)
+            if fault and text is not None:
+                instead = (
+                    text.replace(",", ".")
+                    if fault == _COMMA and not _number_fault(text.replace(",", "."), width, True)
+                    else ""
+                )
+                yield UrdfFinding(
+                    f"{name} of <{element.tag}> is {text[:60]!r}", fault, element.place, owner,
+                    tag_text(element, **{name: instead}) if instead else "",
+                )  # fmt: skip
+
+
+_COMMA = "a decimal comma"
+
+
+def _number_fault(text: str, width: int, may_be_infinite: bool) -> str:
+    """What is wrong with the numbers of an attribute; empty where nothing is."""
+    if "${" in text or "$(" in text:
+        return "a xacro expression that was not expanded"
+    words = text.split()
+    faults = [_word_fault(word, may_be_infinite) for word in words]
+    found = next((fault for fault in faults if fault), "")
+    if found:
+        return found
+    return "" if len(words) == width else f"{len(words)} numbers where {width} belong"
+
+
+def _word_fault(word: str, may_be_infinite: bool) -> str:
+    try:
+        value = number_of(word)
+    except ValueError:
+        return _COMMA if "," in word and word.replace(",", "").replace(".", "").lstrip("+-").isdigit() else "no number"
+    if math.isnan(value) or (math.isinf(value) and not may_be_infinite):
+        return "not finite"
+    return "larger than any robot; it is not judged" if abs(value) >= LARGEST and not may_be_infinite else ""

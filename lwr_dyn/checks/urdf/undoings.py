@@ -1,0 +1,230 @@
+"""Faults undone: each odd tensor or centre is tried as if one named slip had been made, and put right.
+
+A slip is named only when putting it right brings the link much nearer to the hull of its own shapes.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.checks.urdf.elements import InertialElement, OriginElement
+from lwr_dyn.checks.urdf.finding import inertia_text, vector_text
+from lwr_dyn.checks.urdf.hull_measures import MassPoint
+from lwr_dyn.foundation.arrays import Array
+
+_NAMES = ("ixx", "iyy", "izz")
+_AXES = "xyz"
+_ANGLES = ("roll", "pitch", "yaw")
+_PRODUCTS = ((0, 1), (0, 2), (1, 2))
+_ABOUT_JOINT = "inertia about the link frame instead of the centre of mass"
+_ROUNDED = 1.001
+"""A triangle inequality that rounded numbers break by less than this is kept."""
+_FAR = 3.0
+"""[m] A centre further than this from its link is in mm, one beyond a tenth of it may be in cm."""
+AXES_OF_BASE = "tensors in the axes of the base frame"
+IN_BASE = "centres of mass in the base frame"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Undoing:
+    """An inertial as it would be without one slip.
+
+    Parameters
+    ----------
+    cause : str
+        Names the slip for the whole file: "inertia about the link frame instead of the centre of mass".
+    says : str
+        One clause: "iyy and izz look exchanged".
+    com, rpy : (3,) arrays [m, rad]
+    tensor : (3, 3) array [kg m^2]
+        As it is to be written: about the centre of mass, in the axes of rpy.
+    element : str
+        Which element is to be written anew: inertia or origin; none where the undoing is not exact.
+    prior : float
+        How much more this undoing must explain than an exchange of moments, by what it does on good arms.
+    """
+
+    cause: str
+    says: str
+    com: Array
+    rpy: Array
+    tensor: Array
+    element: str
+    prior: float = 0.0
+
+    @property
+    def instead(self) -> str:
+        """The element to write."""
+        if self.element == "inertia":
+            return inertia_text(self.tensor)
+        if self.element != "origin":
+            return ""
+        return f'<origin xyz="{vector_text(self.com)}" rpy="{vector_text(self.rpy)}"/>'
+
+
+def as_written(inertial: InertialElement) -> MassPoint | None:
+    """Mass, centre and inertia of a complete inertial of mass above 0."""
+    mass, com, inertia = inertial.mass, inertial.com, inertial.inertia
+    if mass is None or com is None or inertia is None or not mass > 0.0:
+        return None
+    return MassPoint(mass, com, inertia)
+
+
+def tensor_undoings(inertial: InertialElement, in_base: Array | None = None) -> list[Undoing]:
+    """The inertial with each slip of its tensor undone, physical or not.
+
+    Parameters
+    ----------
+    inertial : InertialElement
+    in_base : (4, 4) array, optional
+        Pose of the link in the root at q = 0.
+    """
+    point, tensor, origin = as_written(inertial), inertial.tensor, inertial.origin
+    rotation, rpy = origin.rotation, origin.rpy
+    if point is None or tensor is None or rotation is None or rpy is None:
+        return []
+    com = point.com
+    out = [
+        Undoing(cause, says, com, rpy, mended, "inertia", prior)
+        for tried in (_swaps, _row_orders, _products, _powers)
+        for cause, says, mended, prior in tried(tensor)
+    ]
+    out += [Undoing(cause, says, com, turned, tensor, "origin", prior) for cause, says, turned, prior in _turned(rpy)]
+    if in_base is not None and not np.allclose(in_base[:3, :3], np.eye(3)):
+        turn = in_base[:3, :3] @ rotation
+        says = "the tensor looks given in the axes of the base frame"
+        out.append(Undoing(AXES_OF_BASE, says, com, rpy, turn.T @ point.inertia @ turn, "inertia", 0.1))
+    about = rotation.T @ (point.inertia - point.mass * (com @ com * np.eye(3) - np.outer(com, com))) @ rotation
+    return [
+        *out,
+        Undoing(_ABOUT_JOINT, f"{_ABOUT_JOINT[:7]} looks taken {_ABOUT_JOINT[8:]}", com, rpy, about, "inertia"),
+    ]
+
+
+def inertias(undoings: list[Undoing], point: OriginElement) -> Array:
+    """The inertias about the centre of mass in the axes of the link: (k, 3, 3) array."""
+    turned = [OriginElement(point.place, None, u.com, u.rpy).rotation for u in undoings]
+    rotations = np.array(turned)
+    return np.asarray(rotations @ np.array([u.tensor for u in undoings]) @ rotations.swapaxes(1, 2))
+
+
+def possible(inertia: Array) -> NDArray[np.bool_]:
+    """Whether a body can have an inertia, (..., 3, 3): positive, the largest moment within the sum of the others."""
+    values = np.linalg.eigvalsh(inertia)
+    return np.asarray((values[..., 0] > 0.0) & (values[..., 2] <= _ROUNDED * (values[..., 0] + values[..., 1])))
+
+
+def _swaps(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
+    for a, b in _PRODUCTS:
+        out = tensor.copy()
+        out[a, a], out[b, b] = tensor[b, b], tensor[a, a]
+        yield "two moments exchanged", f"{_NAMES[a]} and {_NAMES[b]} look exchanged", out, 0.0
+    for order in ((1, 2, 0), (2, 0, 1)):
+        out = tensor.copy()
+        out[[0, 1, 2], [0, 1, 2]] = tensor.diagonal()[list(order)]
+        yield "moments in another order", "ixx, iyy, izz look permuted", out, 0.3
+
+
+def _six(tensor: Array) -> Array:
+    return tensor[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
+
+
+def _tensor(xx: float, xy: float, xz: float, yy: float, yz: float, zz: float) -> Array:
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _row_orders(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
+    one, two, three, four, five, six = _six(tensor)
+    says = "the six numbers look written in another order"
+    cause = "tensors written in another order"
+    yield cause, f"{says} (ixx iyy izz ixy ixz iyz)", _tensor(one, four, five, two, six, three), 0.0
+    yield cause, f"{says} (ixx iyy izz ixy iyz ixz)", _tensor(one, four, six, two, five, three), 0.1
+    yield cause, f"{says} (ixx iyy izz iyz ixz ixy)", _tensor(one, six, five, two, four, three), 0.1
+    # the values of ixx ixy ixz iyy iyz izz, read into ixx iyy izz ixy ixz iyz
+    yield cause, f"{says} (by rows)", _tensor(one, four, six, two, three, five), 0.0
+    yield cause, f"{says} (by rows)", _tensor(one, four, three, two, six, five), 0.1
+
+
+def _products(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
+    values = [tensor[at] for at in _PRODUCTS]
+    if not any(values):
+        return
+    negative = 2.0 * np.diag(tensor.diagonal()) - tensor
+    yield "products of inertia with the opposite sign", "the products of inertia have the opposite sign", negative, 0.75
+    for axis in range(3):
+        flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+        names = " and ".join(f"i{_AXES[a]}{_AXES[b]}" for a, b in _PRODUCTS if axis in (a, b))
+        yield "inertia of the mirrored side", f"{names} look mirrored", tensor * np.outer(flip, flip), 0.8
+    for order in list(permutations(range(3)))[1:]:
+        out = np.diag(tensor.diagonal())
+        for at, k in zip(_PRODUCTS, order, strict=True):
+            out[at] = out[at[::-1]] = values[k]
+        yield "products of inertia permuted", "ixy, ixz, iyz look permuted", out, 0.1
+
+
+def _powers(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
+    for power in (1, 2, 3, 4, 6, 9):
+        for sign in (1, -1):
+            factor = 10.0 ** (sign * power)
+            word = "small" if sign > 0 else "large"
+            cause = f"tensors {10**power} times too {word}"
+            yield cause, f"the tensor looks {10**power} times too {word}", tensor * factor, 0.0
+
+
+def _turned(rpy: Array) -> Iterator[tuple[str, str, Array, float]]:
+    if np.abs(rpy).max() > 2.0 * np.pi:
+        yield "rpy in degrees", "rpy of the inertial looks given in degrees", np.deg2rad(rpy), 0.0
+    elif np.abs(rpy).max() > 0.0:
+        yield "rpy without effect", "rpy of the inertial turns the tensor away from the body", 0.0 * rpy, 0.1
+        yield "rpy with the opposite sign", "rpy of the inertial looks to have the opposite sign", -rpy, 0.2
+    for axis in range(3):
+        for quarter in (90.0, -90.0):
+            angles = rpy + np.deg2rad(quarter) * (np.arange(3) == axis)
+            says = f"{_ANGLES[axis]} of the inertial looks {-quarter:+.0f} degrees off"
+            yield "rpy a quarter turn off", says, angles, 0.2
+
+
+def centre_undoings(inertial: InertialElement, in_parent: Array | None, in_base: Array | None) -> list[Undoing]:
+    """The inertial with each slip of the centre of mass undone.
+
+    Parameters
+    ----------
+    in_parent, in_base : (4, 4) array, optional
+        Pose of the link in its parent and in the root at q = 0.
+    """
+    com, rpy, tensor = inertial.com, inertial.origin.rpy, inertial.tensor
+    if com is None or rpy is None or tensor is None or not com.any():
+        return []
+    tried = (*_frames(com, in_parent, in_base), *_scaled(com), *_reordered(com))
+    return [Undoing(cause, says, moved, rpy, tensor, "origin", prior) for cause, says, moved, prior in tried]
+
+
+def _scaled(com: Array) -> Iterator[tuple[str, str, Array, float]]:
+    far = float(np.linalg.norm(com))
+    if far > _FAR:
+        yield "centres of mass in mm", "the centre of mass looks given in mm", com / 1000.0, 0.0
+    if far > _FAR / 10.0:
+        yield "centres of mass in cm", "the centre of mass looks given in cm", com / 100.0, 0.2
+        yield "centres of mass 10 times too far", "the centre of mass looks 10 times too far", com / 10.0, 0.2
+
+
+def _frames(com: Array, in_parent: Array | None, in_base: Array | None) -> Iterator[tuple[str, str, Array, float]]:
+    frames = ("base", in_base, 0.0), ("parent", in_parent, 0.0)
+    for name, pose, prior in frames:
+        if pose is not None and not np.allclose(pose, np.eye(4)):
+            moved = pose[:3, :3].T @ (com - pose[:3, 3])
+            says = f"the centre of mass looks given in the {name} frame"
+            yield IN_BASE if name == "base" else f"centres of mass in the {name} frame", says, moved, prior
+
+
+def _reordered(com: Array) -> Iterator[tuple[str, str, Array, float]]:
+    for axis in range(3):
+        flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+        if com[axis] != 0.0:
+            cause, says = "signs of centres of mass", f"{_AXES[axis]} of the centre of mass has the opposite sign"
+            yield cause, says, com * flip, 0.0
+    for order in list(permutations(range(3)))[1:]:
+        yield "axes of centres of mass", "x, y, z of the centre of mass look permuted", com[list(order)], 0.3

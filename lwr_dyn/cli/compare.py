@@ -1,0 +1,164 @@
+"""`lwr-dyn compare`: run files side by side, or controllers x plants simulated on one task."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.row_options import row_options
+from lwr_dyn.control.controller_specs import controller_spec
+from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.control.laws.assumed_friction import arm_with_friction
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.model.run import Run
+from lwr_dyn.studies.compare.comparison import RunComparison, comparison_of
+from lwr_dyn.studies.compare.cross_table import cross_table
+from lwr_dyn.studies.compare.page import comparison_html
+from lwr_dyn.studies.compare.pair_page import pair_html
+from lwr_dyn.studies.compare.plants import PLANTS, plant_case
+from lwr_dyn.studies.compare.study import ControllerStudy
+from lwr_dyn.trajectory.references.tasks import REFERENCES
+from lwr_dyn.trajectory.references.twice import Twice
+
+RUNS = ".npz"
+PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(
+    f"{name}: {PLANTS[name].about}" for name in PLANTS.names
+)
+CONTROLLERS_HELP = (
+    "Names or files of your own; all names if not given. Options of simulate follow a colon: "
+    "pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
+)
+TUNED_HELP = (
+    "Give each controller its largest omega-n with |S_ii| <= PEAK at poses of the task, rigid with a delay of 1 to 4 "
+    "samples, and with elastic gears if the arm has them."
+)
+FRICTION_HELP = (
+    "Coulomb friction of an arm that gives none, a share of its torque limits: of the plant `friction`, and known to "
+    "wrappers such as pid+friction."
+)
+OWN = [
+    click.Option(["--controllers"], metavar="A,B:OPTION=VALUE,FILE.py", help=CONTROLLERS_HELP),
+    click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
+    click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
+    click.Option(["--tuned"], type=float, metavar="PEAK", help=TUNED_HELP),
+    click.Option(["--friction"], type=float, metavar="SHARE", help=FRICTION_HELP),
+    click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
+    click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
+    click.Option(
+        ["--twice"], is_flag=True, help="Follow the task twice, 3 s back between; the second pass is compared."
+    ),
+    click.Option(
+        ["--processes"], type=int, default=1, show_default=True, help="How many simulate; the result is the same."
+    ),
+    click.Option(["--save"], metavar="FOLDER", help="Write the runs there, as .npz."),
+    click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
+    click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
+    click.Option(["--replay"], metavar="FILE", help="Write a page that replays any two of the runs side by side."),
+    click.Option(
+        ["--markdown"], is_flag=True, help="One table in Markdown, plants down and controllers across: RMS, mm."
+    ),
+    click.Option(["--json"], is_flag=True, help="One JSON object."),
+]
+OF_FILES = ("targets", "labels", "html", "replay", "markdown", "json")
+"""What run files can be compared with; the rest is for a robot."""
+
+
+PAGES: dict[str, Callable[[RunComparison], str]] = {"html": comparison_html, "replay": pair_html}
+"""Option -> what makes its page."""
+
+
+@click.command("compare")
+@robot_options
+def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+    """Compare run files, or simulate ROBOT under controllers x plants: the error of the tip, torques, the audit.
+
+    Each plant is the arm of the controllers' model, changed in one thing that they do not know of.
+    """
+    pages = {given[name]: make for name, make in PAGES.items() if given[name] is not None}
+    for page in pages:
+        if not ends_in(page, ".html"):
+            raise FileAccessError(page, "does not end in .html", "a path that ends in .html")
+        check_writable(page)
+    files = [target for target in robot if ends_in(target, RUNS)]
+    if files and len(files) < len(robot):
+        raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
+    compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
+    write_files({Path(page): make(compared) for page, make in pages.items()})
+    if given["json"]:
+        print_json(compared.record())
+        return
+    click.echo(_markdown(compared) if given["markdown"] else compared.table.text())
+    for page in pages:
+        click.echo(f"wrote {page}")
+
+
+command.params = [p for p in command.params if p.name != "robot"]
+TASKS = row_options(REFERENCES, "task", [*command.params, *OWN])
+command.params = [
+    click.Argument(["robot"], nargs=-1, required=True, metavar="RUN.npz OTHER.npz ... | ROBOT"),
+    *command.params, *OWN[:3], *TASKS.click_options(), *OWN[3:],
+]  # fmt: skip
+
+
+def _markdown(compared: RunComparison) -> str:
+    """The table and, below it, why a pair has no run or is not ranked."""
+    below = "".join(f"\n- {one}" for one in compared.failures)
+    return cross_table(compared.record()["runs"]) + (f"\n{below}" if below else "")
+
+
+def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
+    context = click.get_current_context()
+    for name in (param.name or "" for param in context.command.params):
+        typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if typed and name not in ("robot", *OF_FILES):
+            raise OptionError(
+                f"--{name.replace('_', '-')}", "would do nothing here", "with a robot, not with run files"
+            )
+    runs = [Run.load(path) for path in files]
+    return comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
+
+
+def _of_robot(
+    robots: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], given: dict[str, Any]
+) -> RunComparison:
+    if len(robots) != 1:
+        raise OptionError("compare", f"{len(robots)} robots", "one robot, or run files that end in .npz")
+    if given["labels"]:
+        raise OptionError("--label", "would do nothing here", "with run files")
+    TASKS.refuse_unused(given["task"])
+    arm = load_robot(robots[0], reading, tip, locks)
+    if given["friction"] is not None:
+        arm = arm_with_friction(arm, given["friction"])
+    controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
+    for text in controllers:
+        controller_spec(text)
+    cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
+    reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
+    if given["twice"]:
+        reference = Twice(reference)
+    folder = None if given["save"] is None else make_folder(given["save"])
+    fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
+    since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
+    task = given["task"] + (" twice" if given["twice"] else "")
+    study = ControllerStudy(
+        arm, reference, controllers, cases, task, fixed, since, given["tuned"], folder=folder,
+        lenient=given["controllers"] is None,
+    )  # fmt: skip
+    with progress("comparing") as report:
+        return study.run(report, given["processes"])[0]
+
+
+def _listed(option: str, text: str | None, default: tuple[str, ...]) -> list[str]:
+    """Texts separated by commas; raises `OptionError` for an empty list or one that stands twice."""
+    parts = list(default) if text is None else [part.strip() for part in text.split(",")]
+    if not parts or not all(parts):
+        raise OptionError(option, repr(text), "names separated by commas")
+    for part in parts:
+        if parts.count(part) > 1:
+            raise OptionError(option, f"{part} twice", "each once")
+    return parts

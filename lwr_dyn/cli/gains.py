@@ -1,0 +1,164 @@
+"""`lwr-dyn gains`: each joint's largest inertia, what is proven of it, and gains for a second-order loop."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import click
+import numpy as np
+
+from lwr_dyn.cli.margins import ELASTIC_HELP
+from lwr_dyn.cli.options import OneOf, given_elasticity, load_robot, print_json, robot_options
+from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
+from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
+from lwr_dyn.design.certified import certificates, certified
+from lwr_dyn.design.gain_search import PEAK, check_margin
+from lwr_dyn.design.loop_case import LoopCase
+from lwr_dyn.design.margin_gains import MarginGains, margin_gains
+from lwr_dyn.design.sampled_gains import judge_of_gains
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.foundation.registry import REQUIRED, options_of
+from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.elasticity import chosen_elasticity
+from lwr_dyn.simulation.setup import ENCODERS
+from lwr_dyn.trajectory.references.tasks import REFERENCES
+
+TASKS = tuple(
+    name
+    for name in REFERENCES.names
+    if all(option.default is not REQUIRED for option in options_of(REFERENCES.load(name)).values())
+)
+"""Tasks that need no options."""
+ON_TASK = 50
+"""Poses of a task."""
+RULES = tuple(
+    OptionRule(name, lambda given: given["margin"] is not None, "with --margin") for name in ("task", "elastic")
+)
+RULES += (OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),)
+HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")
+"""Units of turning joints; sliding ones are in kg, N/m, N s/m and m."""
+
+
+@click.command("gains")
+@robot_options
+@click.option("--omega-n", default=OMEGA_N, show_default=True, help="Natural frequency, rad/s.")
+@click.option("--xi", default=XI, show_default=True, help="Damping ratio.")
+@click.option("--rate", default=1000.0, show_default=True, help="Samples a second at which the loop is judged.")
+@click.option("--delay", default=0, show_default=True, help="Delay of the torque, samples.")
+@click.option(
+    "--margin",
+    type=float,
+    is_flag=False,
+    flag_value=PEAK,
+    metavar="[MS]",
+    help=f"Add the largest omega-n with |S_ii| up to MS ({PEAK:g} if not given) at this rate and delay; half a minute.",
+)
+@click.option("--task", type=OneOf(TASKS), help="With --margin: at the poses of a task, not over the joint box.")
+@click.option("--elastic", metavar="K|file", help=f"With --margin: {ELASTIC_HELP[0].lower()}{ELASTIC_HELP[1:]}")
+@click.option(
+    "--encoders", type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True, help="With --elastic: their side."
+)
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    robot: str,
+    reading: str | None,
+    tip: str | None,
+    locks: tuple[str, ...],
+    omega_n: float,
+    xi: float,
+    rate: float,
+    delay: int,
+    margin: float | None,
+    task: str | None,
+    elastic: str | None,
+    encoders: str,
+    as_json: bool,
+) -> None:
+    """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, where sampling makes
+    the loop unstable, and with --margin the largest omega_n that keeps a margin."""
+    refuse_unused(RULES, {"margin": margin, "elastic": elastic})
+    second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
+    judge = judge_of_gains(rate, delay)
+    arm = load_robot(robot, reading, tip, locks)
+    search = None if margin is None else _margin_search(arm, margin, (rate, delay), task, elastic, encoders)
+    with progress("searching the largest inertias"):
+        maxima = worst_case_inertias(arm)
+        gains = second_order_gains([w.value for w in maxima], omega_n, xi)
+        sampled = judge(arm, gains)
+        kept = search(gains) if search is not None else None
+        proven = certificates(arm, maxima)
+    if as_json:
+        bounds = [None] * arm.n if proven is None else [x.to_json() for x in proven]
+        records = [
+            {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
+            | {"certificate": bounds[w.joint], "Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
+            for w in maxima
+        ]
+        about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
+        print_json({**about, "joints": records, "sampled": sampled.record, "margin": kept and kept.record()})
+        return
+    click.echo(
+        f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
+    )
+    rows = [
+        (
+            arm.joint_names[w.joint],
+            f"{w.value:.6g}",
+            f"{gains.Kp[w.joint]:.6g}",
+            f"{gains.Kd[w.joint]:.6g}",
+            places(arm, w),
+        )
+        for w in maxima
+    ]
+    click.echo(aligned(rows, HEAD))
+    for line in searched(arm, maxima) if proven is None else certified(arm, proven):
+        click.echo(line)
+    click.echo(f"\n{sampled.table.text()}")
+    if kept is not None:
+        click.echo(f"\n{kept.table.text()}")
+
+
+def _margin_search(
+    arm: Arm, limit: float, sampled: tuple[float, int], task: str | None, elastic: str | None, encoders: str
+) -> Callable[[Gains], MarginGains]:
+    """What searches the largest omega_n of each controller: rigid, and elastic where a stiffness is given.
+
+    Raises before the search what options cannot be.
+    """
+    check_margin(limit)
+    cases = [LoopCase(*sampled)]
+    if elastic is not None:
+        elasticity = chosen_elasticity(arm, given_elasticity(elastic))
+        cases.append(LoopCase(*sampled, None, elasticity, encoders))
+    q = None
+    if task is not None:
+        reference = REFERENCES.make(task, arm)
+        q = np.asarray(reference.sample(np.linspace(0.0, reference.duration, ON_TASK)).q)
+    return lambda gains: margin_gains(arm, limit, cases, gains, q)
+
+
+def searched(arm: Arm, maxima: Sequence[InertiaMaximum]) -> list[str]:
+    """How the maxima were searched: a line for all joints, one for each whose climbs ended elsewhere too."""
+    starts = [w.starts for w in maxima]
+    odd = [w for w in maxima if w.share < 1.0]
+    ended = "all ended at these values" + (", except:" if odd else "")
+    lines = [f"searched from {min(starts)} to {max(starts)} starts a joint; {ended}"]
+    return [*lines, *(f"  {arm.joint_names[w.joint]}: {w.statement().partition('; ')[2]}" for w in odd)]
+
+
+def places(arm: Arm, worst: InertiaMaximum) -> str:
+    """The maximisers in degrees (metres for sliding joints), free joints as *."""
+    texts = []
+    for q in worst.maximisers[:2]:
+        shown = [_joint_text(x, link.kind) for x, link in zip(q, arm.chain.links, strict=True)]
+        texts.append(f"({' '.join(shown)})")
+    more = worst.distinct - len(texts)
+    return " ".join(texts) + (f" and {more} more" if more > 0 else "")
+
+
+def _joint_text(x: float, kind: JointKind) -> str:
+    if math.isnan(x):
+        return "*"
+    return f"{np.degrees(x):.0f}" if kind is JointKind.REVOLUTE else f"{x:.3g}"

@@ -1,0 +1,44 @@
+"""`lwr-dyn identify elastic`: springs and dampers of gears from logs of both their sides."""
+
+from typing import Any
+
+import click
+
+from lwr_dyn.cli.identify.log_options import end, log_options, readable_logs
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.front import load
+from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_record, elastic_text
+from lwr_dyn.identification.elastic_joints.identify_elastic import TWO_ENCODERS, identify_elastic
+from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
+
+NEEDS = ("q", "qm", "tau")
+"""Both encoders, and the torques of the motors."""
+
+
+@click.command("elastic")
+@log_options
+@click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
+@click.option("--cutoff", type=float, default=TWO_ENCODERS.cutoff, show_default=True,
+              help="Of the filter on positions, Hz.")  # fmt: skip
+@click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
+              help="Speed up to which a motor's torques are left out, rad/s.")  # fmt: skip
+def command(
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+) -> None:
+    """Stiffness, damping, rotors and friction of elastic joints, from any motion logged on both sides of the gears.
+
+    Beside q1.. of the links the logs have qm1.., the motors' positions seen at the joints, and tau1.., the motors'
+    torques seen at the joints. The links' base parameters are fitted too.
+    """
+    arm, rule = load(robot, reading), SampleRule(given["cutoff"], slowest=given["slowest"])
+    with progress("reading and fitting the logs"):
+        usable, faults = readable_logs(logs, declared_units(units), arm, given["columns"], True, NEEDS, ())
+        found = identify_elastic(usable, arm, rule) if usable else None
+    if found is not None:
+        if as_json:
+            print_json(elastic_record(found, robot))
+        else:
+            click.echo(elastic_text(found, arm))
+    end(faults)

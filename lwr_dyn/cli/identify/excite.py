@@ -1,0 +1,102 @@
+"""`lwr-dyn excite`: a motion whose torques say most of an arm's parameters."""
+
+import shlex
+from typing import Any
+
+import click
+import numpy as np
+
+from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, print_json, robot_options
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.identification.excitation.clearance import KEPT, clearance_of
+from lwr_dyn.identification.excitation.design import (
+    DURATION,
+    HARMONICS,
+    NOISE,
+    STARTS,
+    check_choices,
+    check_rate,
+    design_excitation,
+    noise_of_joints,
+)
+from lwr_dyn.identification.excitation.excitation_file import check_target, write_excitation
+from lwr_dyn.identification.excitation.excitation_text import excitation_record, excitation_text
+from lwr_dyn.identification.excitation.motion_limits import MARGIN, SPEED_SHARE, TORQUE_SHARE, MotionLimits
+from lwr_dyn.identification.excitation.objectives import OBJECTIVES
+from lwr_dyn.identification.excitation.room import check_room
+from lwr_dyn.simulation.plant import arm_with_payload
+
+
+@click.command("excite")
+@robot_options
+@click.option("--duration", default=DURATION, show_default=True, help="Of the motion, s.")
+@click.option("--objective", type=OneOf(OBJECTIVES), default=OBJECTIVES[0], show_default=True,
+              help="Least sigma of the parameters (d), or least condition number (cond).")  # fmt: skip
+@click.option("--starts", default=STARTS, show_default=True, help="Random motions from which the search begins.")
+@click.option("--seed", default=0, show_default=True, help="Of the random motions.")
+@click.option("--harmonics", default=HARMONICS, show_default=True, help="Of one over the duration.")
+@click.option("--noise", type=NUMBERS, default=(NOISE,), show_default=f"{NOISE:g}",
+              help="Standard deviation of the joint torques, N m: one, or one each.")  # fmt: skip
+@click.option("--payload", default=0.0, show_default=True, help="Load on the flange, kg.")
+@click.option("--speed", type=float, help="Speed limit of joints whose own is unknown, rad/s or m/s.")
+@click.option("--speed-share", default=SPEED_SHARE, show_default=True, help="Of the speed limits that it may use.")
+@click.option(
+    "--torque-share", default=TORQUE_SHARE, show_default=True, help="Of the torque limits, by the arm's table."
+)
+@click.option("--margin-deg", default=float(np.degrees(MARGIN)), show_default=f"{np.degrees(MARGIN):.3g}",
+              help="Kept from the position limits, deg.")  # fmt: skip
+@click.option("--floor", type=float, help="Height of the floor in the first frame, m; where the arm is drawn to stand.")
+@click.option("--column", type=float, help="Radius of the column up to the first joint, m; as drawn; 0 for none.")
+@click.option("--keep", default=KEPT, show_default=True, help="Distance from floor, column and own links, m.")
+@click.option("--out", help="Write the motion there: .csv, .parquet, or .npz as a run.")
+@click.option("--rate", default=100.0, show_default=True, help="Rows a second of --out.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+    """Design a motion of ROBOT that shows its inertial and friction parameters best, to be run and logged.
+
+    A Fourier series that begins and ends at rest, inside the limits of position, speed and torque, clear of the floor,
+    the column under the base and the arm's own links (capsules with the radii that are drawn). Torques are those of the
+    arm's table, with friction only where its file gives it. Exit 2 where no start ends in such a motion.
+    """
+    out, noise = given["out"], given["noise"]
+    check_choices(given["objective"], given["starts"], given["seed"], given["duration"])
+    check_rate(given["rate"], given["duration"])
+    if not given["margin_deg"] >= 0.0:
+        raise OptionError("--margin-deg", given["margin_deg"], "0 or more, in deg")
+    if out is not None:
+        check_target(out)
+    arm = load_robot(robot, reading, tip, locks)
+    if given["payload"] != 0.0:
+        arm = arm_with_payload(arm, given["payload"])
+    weights = noise_of_joints(noise[0] if len(noise) == 1 else noise, arm.n)
+    margin = float(np.radians(given["margin_deg"]))
+    limits = MotionLimits.of(arm, margin, given["speed_share"], given["torque_share"], given["speed"])
+    clearance = clearance_of(arm, given["keep"], given["floor"], given["column"])
+    check_room(clearance, given["column"])
+    with progress("searching an exciting motion") as report:
+        found = design_excitation(
+            arm, given["duration"], given["objective"], given["starts"], given["harmonics"], given["seed"],
+            noise=weights, limits=limits, clearance=clearance, report=report,
+        )  # fmt: skip
+    if out is not None:
+        write_excitation(out, found, given["rate"])
+    if given["as_json"]:
+        print_json(excitation_record(found))
+        return
+    click.echo(excitation_text(found))
+    if out is not None:
+        click.echo(f"wrote {out}{_next(out, robot, reading=reading, tip=tip, lock=locks, payload=given['payload'])}")
+
+
+def _next(out: str, robot: str, **chosen: Any) -> str:
+    """The command that simulates a log of it, of the same arm."""
+    if not out.endswith(".csv"):
+        return ""
+    words = ["lwr-dyn", "simulate", robot]
+    kept = {name.replace("xacro_args", "xacro-arg"): texts for name, texts in options_kept().items()}
+    for name, values in (chosen | kept).items():
+        for value in values if isinstance(values, tuple) else (values,) if values else ():
+            words += [f"--{name}", repr(value) if isinstance(value, float) else value]
+    words += ["--task", "csv", "--file", out, "--controller", "inverse-dynamics"]
+    return f"; simulate a log:  {shlex.join([*words, '--out', out.removesuffix('.csv') + '_run.npz'])}"

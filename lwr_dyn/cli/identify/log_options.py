@@ -1,0 +1,79 @@
+"""What the subcommands of `lwr-dyn identify` share: options of logs, logs from files, faults and the exit code."""
+
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeVar
+
+import click
+import numpy as np
+
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.identification.log_faults.found_faults import log_faults, prepared_logs
+from lwr_dyn.identification.logs.column_map import column_map
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.model.arm import Arm
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def log_options(command: F) -> F:
+    """LOG..., --reading, --units, --columns and --json."""
+    for option in (
+        click.option("--json", "as_json", is_flag=True, help="One JSON object."),
+        click.option(
+            "--columns",
+            metavar="MAP",
+            help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
+        ),
+        click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m."),
+        click.option("--reading", help="Reading of --robot; its default if not given."),
+        click.argument("logs", nargs=-1, required=True, metavar="LOG..."),
+    ):
+        command = option(command)
+    return command
+
+
+def check_option(command: F) -> F:
+    """--as-logged, for commands that take logs of any motion."""
+    text = "Take columns that look wrong (sign, order, unit) as they are."
+    return click.option("--as-logged", is_flag=True, help=text)(command)
+
+
+def readable_logs(
+    paths: Iterable[str], units: Mapping[str, str], arm: Arm, columns: str | None = None, as_logged: bool = False,
+    needs: Sequence[str] = ("q", "tau"), also: Sequence[str] = ("dq",),
+) -> tuple[list[JointLog], list[LwrDynError]]:  # fmt: skip
+    """The logs of the files that can be used, and a fault for each other one.
+
+    What preparing them did, and joints that never move, are warnings. Where the arm explains the logs only with other
+    signs, order or units of columns, none can be used; with `as_logged` that is a warning too. With
+    a torque that never changes none can be used in any case.
+    """
+    prepared = prepared_logs(paths, units, arm, column_map(columns), needs, also)
+    warn(prepared.notes)
+    logs, errors = list(prepared.logs), list(prepared.errors)
+    if not logs or any(np.isnan(log.q).any() for log in logs):
+        return logs, errors
+    try:
+        faults = log_faults(logs, arm)
+    except LwrDynError:  # too few rows, of which the command itself says more
+        return logs, errors
+    severe = [fault for fault in faults if fault.severe and (fault.kind == "silent" or not as_logged)]
+    warn(str(fault) for fault in faults if fault not in severe)
+    refused = [LogError(fault.where, "columns", fault.found, fault.needed) for fault in severe]
+    return ([] if severe else logs), [*errors, *refused]
+
+
+def warn(lines: Iterable[str]) -> None:
+    """A line each on the error stream."""
+    for line in lines:
+        click.echo(f"lwr-dyn: warning: {' '.join(line.split())}", err=True)
+
+
+def end(faults: Iterable[LwrDynError]) -> None:
+    """Exit 0, or 2 with a line on the error stream for each fault."""
+    several = list(faults)
+    for fault in several:
+        click.echo(f"lwr-dyn: {' '.join(str(fault).split())}", err=True)
+    sys.exit(2 if several else 0)

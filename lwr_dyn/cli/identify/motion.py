@@ -1,0 +1,137 @@
+"""`lwr-dyn identify motion`: friction, base parameters and bodies from any motion."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import click
+
+from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.cli.identify.log_options import check_option, end, log_options, warn
+from lwr_dyn.cli.identify.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
+from lwr_dyn.cli.options import OneOf, print_json
+from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
+from lwr_dyn.identification.logs.joint_log import JointLog, read_log
+from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.logs.repeated import apart_from
+from lwr_dyn.identification.motion.motion_fit import MotionIdentification, identify_motion
+from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
+from lwr_dyn.identification.motion.motion_rule import DEFAULT_MOTION, MotionRule
+from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
+from lwr_dyn.identification.motion.validation import Validation
+from lwr_dyn.identification.regression.joint_columns import FORMS
+from lwr_dyn.identification.regression.sample_notes import sample_notes
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
+from lwr_dyn.identification.report.motion_report import motion_shown
+from lwr_dyn.identification.report.report_page import check_report_path, write_report
+from lwr_dyn.identification.report.table_section import table_card
+from lwr_dyn.model.arm import Arm
+
+SLOWEST_STRIBECK = 0.01
+"""[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
+INSTRUMENT_RULES = tuple(
+    OptionRule(option, lambda given: not given["instruments"], "without --instruments, which takes unfiltered rows")
+    for option in ("stribeck", "motor-side", "cutoff", "folds", "html")
+)
+"""Options that instrumental variables have no use for."""
+
+
+@click.command("motion")
+@check_option
+@log_options
+@click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
+@click.option("--html", metavar="FILE",
+              help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
+@click.option("--out", metavar="FILE",
+              help="Write the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars.")  # fmt: skip
+@click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
+              help="Of the filter on positions, Hz.")  # fmt: skip
+@click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
+              f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
+@click.option("--friction", type=OneOf(FORMS), default=DEFAULT_MOTION.friction, show_default=True,
+              help="Coulomb and viscous friction of each direction, or the same in both with an offset.")  # fmt: skip
+@click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
+@click.option("--deviation", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
+              "found from the logs if not given.")  # fmt: skip
+@click.option("--known", multiple=True, metavar="EQUATION",
+              help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
+@click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
+              help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
+@click.option("--instruments", multiple=True, metavar="FILE",
+              help="The motion that was commanded (.csv of `excite`, or a run), one for each LOG: instrumental "
+              "variables on unfiltered rows, for logs that no filter suits.")  # fmt: skip
+@click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
+@motor_options
+def command(
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+) -> None:
+    """Friction, inertial base parameters and bodies from any motion, validated on motions kept from the fit.
+
+    Says of each parameter whether it is identified, and what no bodies can have; that is a warning, not an error (exit
+    0), with --json on the error stream too. Beside them it fits bodies that are as near to the robot's table as the
+    logs allow. Columns of wrong sign, order or unit are looked for first, and named.
+    """
+    usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
+    slowest = usual if given["slowest"] is None else given["slowest"]
+    refuse_unused(INSTRUMENT_RULES, given)
+    (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
+    motors = chosen_motors(arm, given)
+    transmission = None if motors is None else motors.transmission
+    samples = SampleRule(given["cutoff"], slowest=slowest_motors(float(slowest), motors), transmission=transmission)
+    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["deviation"], given["known"])
+    _check_paths(given, arm, paper)
+    with progress("reading and fitting the logs"):
+        usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])
+        unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
+        unseen, seen = apart_from(unseen, usable, "which is fitted", "logs that the fit does not see")
+        commands, unread = _commands(given["instruments"], declared, arm)
+        result = identify_motion(usable, arm, rule, commands) if usable and not unread else None
+    warn(sample_notes([*usable, *unseen], samples))
+    if result is not None:
+        checked = result.validated_on(unseen) if unseen else ()
+        if as_json:
+            print_json(motion_record(result, robot) | {"validated_on": validation_record(checked)})
+            warn(body_lines(result.bodies))
+        else:
+            click.echo(motion_text(result))
+            if checked:
+                files = ", ".join(log.source for log in unseen)
+                click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
+        for line in _written(given, result, checked, paper):
+            click.echo(line, err=as_json)
+    end([*faults, *more, *seen, *unread])
+
+
+def _commands(paths: Sequence[str], units: Mapping[str, str], arm: Arm) -> tuple[list[JointLog], list[LwrDynError]]:
+    """The motions of --instruments: times and positions."""
+    commands, faults = [], []
+    for path in paths:
+        try:
+            commands.append(read_log(path, units, arm, needs=("q",), also=()))
+        except LwrDynError as fault:
+            faults.append(fault)
+    return commands, faults
+
+
+def _check_paths(given: dict[str, Any], arm: Arm, paper: Paper | None) -> None:
+    if given["html"] is not None:
+        check_report_path(given["html"])
+    if given["out"] is not None:
+        check_fitted_path(given["out"], paper)
+        arm.require_dynamics()
+
+
+def _written(
+    given: dict[str, Any], result: MotionIdentification, checked: tuple[Validation, ...], paper: Paper | None
+) -> Iterator[str]:
+    """Writes report and fitted arm, and says so."""
+    if given["html"] is not None:
+        card = table_card(result.information, result.arm if paper is None else paper)
+        write_report(given["html"], motion_shown(result, unseen=checked, more=card))
+        yield f"wrote {given['html']}"
+    if given["out"] is not None:
+        files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
+        yield f"wrote {files}; next: lwr-dyn check {given['out']}"

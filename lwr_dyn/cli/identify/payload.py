@@ -1,0 +1,57 @@
+"""`lwr-dyn identify payload`: a load in the hand from any motion."""
+
+from typing import Any
+
+import click
+
+from lwr_dyn.cli.identify.log_options import end, log_options, warn
+from lwr_dyn.cli.identify.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
+from lwr_dyn.cli.options import OneOf, print_json
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.front import load
+from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.logs.repeated import apart_from
+from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
+from lwr_dyn.identification.payload.load_tables import load_record, load_text, load_warnings
+from lwr_dyn.identification.payload.possible_load import possible_load
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
+
+
+@click.command("payload")
+@log_options
+@click.option("--robot", required=True, help="The arm without the load (name, .toml or .urdf).")
+@click.option("--without", multiple=True, metavar="LOG", help="A log of the same arm without the load: then the arm is "
+              "fitted too, and errors of its table stay out of the load. Repeatable.")  # fmt: skip
+@click.option("--friction", type=OneOf(FRICTIONS), default=FRICTIONS[0], show_default=True,
+              help="Friction of the joints: fitted beside the load, or the robot's own.")  # fmt: skip
+@click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: of "
+              f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
+@click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
+              help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
+@motor_options
+def command(
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+) -> None:
+    """Mass, centre of mass and inertia of a load fixed to the flange, from any motion with it.
+
+    The ten numbers are those of a body that can be: the nearest to what the torques say.
+    """
+    cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
+    arm, declared = load(robot, reading), declared_units(units)
+    motors = chosen_motors(arm, given)
+    slowest, transmission = slowest_motors(given["slowest"], motors), None if motors is None else motors.transmission
+    rules = [SampleRule(cutoff, slowest=slowest, transmission=transmission) for cutoff in cutoffs]
+    with progress("reading and fitting the logs"):
+        usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], True)
+        empty, more = joint_logs(given["without"], declared, arm, motors, given["columns"], True)
+        empty, same = apart_from(empty, usable, "which is with the load", "logs without the load")
+        usable = [] if same else usable  # one of the two is not what it is called
+        found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
+    if found is not None:
+        body = possible_load(found) if found.found else None
+        if as_json:
+            print_json(load_record(found, body, robot))
+            warn(load_warnings(found))
+        else:
+            click.echo(load_text(found, body))
+    end([*faults, *more, *same])

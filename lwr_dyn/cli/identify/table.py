@@ -1,0 +1,87 @@
+"""`lwr-dyn identify table`: a table against logs, cell by cell, and its slips traced."""
+
+import click
+
+from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.cli.identify.log_options import check_option, end, log_options, readable_logs
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_rule import MotionRule
+from lwr_dyn.identification.motion.residuals import inflation_of, residuals_of, whiteness_of
+from lwr_dyn.identification.regression.information import Information, information_of, widened
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.report.motion_report import motion_shown
+from lwr_dyn.identification.report.report_page import check_report_path, write_report
+from lwr_dyn.identification.report.table_section import slips_card
+from lwr_dyn.identification.slips.printed_cells import printed_cells
+from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
+from lwr_dyn.identification.slips.table_against_log import table_against_log
+from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation, trace_slips
+from lwr_dyn.model.arm import Arm
+
+
+@click.command("table")
+@check_option
+@log_options
+@click.option("--robot", required=True, help="Whose table it is (name, .toml or .urdf).")
+@click.option("--html", metavar="FILE", help="Write the report of identify motion, with the table's cells and repairs.")
+@click.option("--deviation", default=f"{DEVIATION:.0%}", show_default=True,
+              help="How far the arm itself may be from a right table: 5% or 0.05.")  # fmt: skip
+@click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
+              help="Speed up to which a joint's torque is left out, rad/s.")  # fmt: skip
+def command(
+    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, columns: str | None, deviation: str,
+    slowest: float, html: str | None, as_json: bool, as_logged: bool,
+) -> None:  # fmt: skip
+    """Masses, centres, tensors and rotors of a table against logs; which cells are wrong, and how.
+
+    Friction is left free. Signs, powers of ten, copies of a neighbour, exchanged cells, axes and rows, units and
+    conventions are tried, and any other value of one cell. Exit 1 when the table does not meet the logs.
+    """
+    share, rule, declared = _share(deviation), SampleRule(slowest=slowest), declared_units(units)
+    arm, paper = load_with_paper(robot, reading)
+    source = arm if paper is None else paper
+    if html is not None:
+        check_report_path(html)
+    printed_cells(source)  # it may have no masses: said before a long log is read
+    with progress("reading the logs, then trying repairs"):
+        usable, faults = readable_logs(logs, declared, arm, columns, as_logged)
+        if not usable:
+            end(faults)
+        information = _information(usable, arm, rule)
+        report = trace_slips(information, source, deviation=share)
+        cells = table_against_log(information, source, deviation=share, at=best_table(report))
+    if as_json:
+        print_json({"robot": robot, "reading": arm.reading, **slip_record(report, cells, paper)})
+    else:
+        click.echo(slip_text(report, cells, paper))
+    if html is not None:
+        result = identify_motion(usable, arm, MotionRule(rule))
+        card = slips_card(result.information, source, report)
+        write_report(html, motion_shown(result, more=[card], command="lwr-dyn identify table"))
+        click.echo(f"wrote {html}", err=as_json)
+    if not faults and not report.fits:
+        raise SystemExit(1)
+    end(faults)
+
+
+def _information(logs: list[JointLog], arm: Arm, rule: SampleRule) -> Information:
+    """Base parameters with friction per direction, each joint's noise enlarged where its residuals are not white."""
+    samples, columns = samples_of(logs, rule), TorqueColumns(arm.chain, friction="directions")
+    information = information_of(samples, columns)
+    whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
+    return widened(information, inflation_of(whiteness, arm.n))
+
+
+def _share(text: str) -> float:
+    number = text.strip().removesuffix("%")
+    try:
+        value = float(number) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        raise OptionError("--deviation", repr(text), "a share such as 5% or 0.05") from None
+    return checked_deviation(value)

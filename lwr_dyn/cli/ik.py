@@ -1,0 +1,242 @@
+"""`lwr-dyn ik`: joint positions for a pose of the flange, all branches; exit 1 when there is none."""
+
+import sys
+from dataclasses import replace
+from typing import Any
+
+import click
+import numpy as np
+
+from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees, load_robot, print_json, robot_options
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.front import FUNCTIONS, kuka_units
+from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
+from lwr_dyn.kinematics.six_joints.nearest_point import nearest_words
+from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import from_rpy
+
+ANGLES = ("--rpy", "--rpy-deg", "--abc-deg")
+MANY = 32
+"""Solutions that are listed with all their whole-turn copies."""
+
+
+@click.command("ik")
+@robot_options
+@click.option("--xyz", type=NUMBERS, help="Position of the flange (or tool) in the base (or world), x,y,z in m.")
+@click.option("--rpy", "rpy_si", type=NUMBERS, help="Roll, pitch, yaw: R = Rz(yaw) Ry(pitch) Rx(roll), rad.")
+@click.option("--rpy-deg", type=NUMBERS, help="The same in deg.")
+@click.option("--xyz-mm", type=NUMBERS, help="Position in KUKA's units, X,Y,Z in mm.")
+@click.option("--abc-deg", type=NUMBERS, help="A,B,C: R = Rz(A) Ry(B) Rx(C), deg.")
+@click.option("--status", type=int, help="Only solutions with this Status S (KUKA).")
+@click.option("--turn", type=int, help="Only solutions with this Turn T (KUKA).")
+@click.option("--from-deg", type=NUMBERS, help="Only the solution with the least joint travel from here, deg.")
+@click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
+@click.option("--solver", type=OneOf(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
+@click.option("--all", "every", is_flag=True, help="List whole-turn copies too where there are many.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    robot: str,
+    reading: str | None,
+    tip: str | None,
+    locks: tuple[str, ...],
+    arm_angle_deg: float | None,
+    every: bool,
+    as_json: bool,
+    **given: Any,
+) -> None:
+    """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits.
+
+    Without an orientation: one solution for the position, near --from-deg, of mostly endlessly many.
+    """
+    arm = load_robot(robot, reading, tip, locks)
+    pose, turned = _pose(arm, given)
+    angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
+    options: dict[str, Any] = {"arm_angle": angle, "solver": given["solver"]}
+    if not turned:
+        options |= {"position_only": True, "q0": _start(arm, given)}
+    result = inverse_kinematics(arm, pose, **options)
+    kept = _selected(arm, result.solutions, given)
+    result = replace(result, solutions=kept, outside=result.outside if kept == result.solutions else ())
+    if as_json:
+        print_json(_record(arm, pose, result))
+    elif result.solutions or result.outside:
+        _print_branches(arm, pose, result, every)
+    if result.status != "solved":
+        click.echo(f"lwr-dyn: {_verdict(arm, pose, result, angle)}", err=True)
+        sys.exit(1)
+
+
+def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) -> tuple[Solution, ...]:
+    """The solutions with the Status and Turn that are given, and of these the one nearest to --from-deg."""
+    s, t, start = given["status"], given["turn"], _start(arm, given)
+    if s is not None or t is not None:
+        solutions = FUNCTIONS.load("kuka_units")(arm).selected(solutions, s, t)
+    if start is None or not solutions:
+        return solutions
+    return (nearest_solution(solutions, start),)
+
+
+def _start(arm: Arm, given: dict[str, Any]) -> Array | None:
+    """[rad or m]"""
+    typed = given["from_deg"]
+    return None if typed is None else from_degrees(arm, typed, "--from-deg")
+
+
+def _pose(arm: Arm, given: dict[str, Any]) -> tuple[Array, bool]:
+    """The pose, and whether its orientation is given."""
+    place = _one_of(given, "--xyz", "--xyz-mm")
+    pose = np.eye(4)
+    pose[:3, 3] = fixed_array(place, given[_key(place)], (3,)) / (1e3 if place == "--xyz-mm" else 1.0)
+    if all(given[_key(option)] is None for option in ANGLES):
+        if given["status"] is not None or given["turn"] is not None:
+            raise OptionError("--status, --turn", "given without an orientation", "with " + " or ".join(ANGLES))
+        return pose, False
+    angles_option = _one_of(given, *ANGLES)
+    angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
+    if angles_option == "--abc-deg":
+        pose[:3, :3] = FUNCTIONS.load("kuka_units")(arm).rotation(angles.tolist())
+    else:
+        pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
+    return pose, True
+
+
+def _one_of(given: dict[str, Any], *options: str) -> str:
+    """Which one of the options is given; raises `OptionError` unless exactly one is."""
+    typed = [option for option in options if given[_key(option)] is not None]
+    if len(typed) != 1:
+        fault = {0: "neither given", 2: "both given"}.get(len(typed), "several given")
+        raise OptionError(", ".join(options), fault, "one of them")
+    return typed[0]
+
+
+def _key(option: str) -> str:
+    return {"--rpy": "rpy_si"}.get(option, option[2:].replace("-", "_"))
+
+
+def _verdict(arm: Arm, pose: Array, result: InverseResult, angle: float | None) -> str:
+    """One line: what fails, where, by how much."""
+    sure = "" if result.complete else " (numeric search, not proven)"
+    if result.turn is not None:
+        off = f"the nearest found is off by {np.degrees(result.turn):.4g} deg"
+        return f"{arm.name}: the position is within reach, the orientation is not: {off}{sure}"
+    if result.status == "out of reach":
+        return f"{arm.name}: out of reach by {result.distance:.6g} m{sure}{nearest_words(arm, pose, result)}"
+    where = "any" if angle is None else "this"
+    other = "; at another it is inside" if any(result.arm_angle_intervals.values()) else ""
+    at = sure if not result.complete else f" at {where} arm angle{other}" if result.arm_angle_intervals else ", at best"
+    excess = result.excess or 0.0
+    if arm.chain.links[arm.joint_names.index(result.joint or "")].kind is JointKind.PRISMATIC:
+        return f"{arm.name}: outside limits: {result.joint} by {excess:.6g} m{at}"
+    return f"{arm.name}: outside limits: {result.joint} by {excess:.6g} rad ({np.degrees(excess):.6g} deg){at}"
+
+
+def _print_branches(arm: Arm, pose: Array, result: InverseResult, every: bool) -> None:
+    turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
+    how = "all branches" if result.complete or result.turns_left_out else _how_found(result)
+    if result.arm_angle_intervals:
+        how += ", each at one arm angle"
+    if result.turns_left_out:
+        how += f"; {result.turns_left_out} copies whole turns apart, inside the limits too, are not listed"
+    units = "deg" if turning.all() else "deg (m for sliding joints)"
+    click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
+    kuka, rows, widths = kuka_units(arm), [], [max(9, len(name)) for name in arm.joint_names]
+    listed = (*result.solutions, *result.outside)
+    kept = listed if every or len(listed) <= MANY else _without_copies(listed, turning)
+    for solution in kept:
+        rows.append(
+            (
+                solution.branch or "-",
+                kuka.label(solution.q) if kuka else _arm_angle(solution),
+                " ".join(
+                    f"{x:{width}.4f}"
+                    for x, width in zip(
+                        np.where(turning, np.degrees(solution.q), solution.q) + 0.0, widths, strict=True
+                    )
+                ),
+                f"{_margin(arm, solution):.4f}",
+                solution.joint,
+                "inside" if solution.inside_limits else "OUTSIDE",
+                f"singular: {', '.join(solution.singular)}" if solution.singular else "",
+            )
+        )
+    label = "S, T" if kuka else "arm angle"
+    click.echo(aligned(rows, ("branch", label, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
+    if len(kept) < len(listed):
+        click.echo(f"and {len(listed) - len(kept)} copies of these, whole turns of joints apart: --all, --json")
+    if "wrist" in result.singular:
+        click.echo("note: singular wrist: such a solution is one of a family whose joints move and leave the flange")
+    note = kuka.note(pose) if kuka else None
+    if note is not None:
+        click.echo(f"note: {note}")
+    for branch, intervals in result.arm_angle_intervals.items():
+        text = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
+        click.echo(f"arm angle inside limits, {branch}: {text or 'none'}")
+
+
+def _without_copies(solutions: tuple[Solution, ...], turning: Array) -> tuple[Solution, ...]:
+    """The first, that with the largest margin, of solutions that are equal up to whole turns."""
+    first: dict[tuple[str, bytes], Solution] = {}
+    for solution in solutions:
+        turned = np.where(turning, np.exp(1j * solution.q), solution.q)
+        first.setdefault((solution.branch, (np.round(turned, 6) + 0.0).tobytes()), solution)
+    return tuple(first.values())
+
+
+def _how_found(result: InverseResult) -> str:
+    if result.position_only:
+        return "one of mostly endlessly many solutions for the position"
+    if (*result.solutions, *result.outside)[0].branch:
+        return "branches of the nearest exact geometry, polished on the arm; not proven complete"
+    return "found numerically, not complete"
+
+
+def _arm_angle(solution: Solution) -> str:
+    """[deg]"""
+    return "-" if solution.arm_angle is None else f"{np.degrees(solution.arm_angle):.4f}"
+
+
+def _margin(arm: Arm, solution: Solution) -> float:
+    """[deg], or [m] for a sliding joint."""
+    kind = arm.chain.links[arm.joint_names.index(solution.joint)].kind
+    return float(np.degrees(solution.margin)) if kind is JointKind.REVOLUTE else solution.margin
+
+
+def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
+    kuka = kuka_units(arm)
+    return {
+        "robot": arm.name,
+        "reading": arm.reading,
+        "T": pose,
+        "status": result.status,
+        "complete": result.complete,
+        "turns_left_out": result.turns_left_out,
+        "joint": result.joint,
+        "excess": result.excess,
+        "distance": result.distance,
+        "turn_missed": result.turn,
+        "position_only": result.position_only,
+        "singular": list(result.singular),
+        "kuka": kuka.pose_record(pose) if kuka else None,
+        "solutions": [_row(arm, s) for s in result.solutions],
+        "outside": [_row(arm, s) for s in result.outside],
+        "arm_angle_intervals": dict(result.arm_angle_intervals),
+    }
+
+
+def _row(arm: Arm, solution: Solution) -> dict[str, Any]:
+    kuka = kuka_units(arm)
+    return {
+        "q": solution.q,
+        "branch": solution.branch or None,
+        "arm_angle": solution.arm_angle,
+        "margin": solution.margin,
+        "joint": solution.joint,
+        "inside_limits": solution.inside_limits,
+        "residual": solution.residual,
+        "singular": list(solution.singular),
+        "kuka": kuka.record(solution.q) if kuka else None,
+    }

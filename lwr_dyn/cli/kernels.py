@@ -1,0 +1,136 @@
+"""`lwr-dyn kernels`: functions of an arm as C or JavaScript; the generated source and the cost of a batch function."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from lwr_dyn.cli.options import load_robot, print_json, robot_options
+from lwr_dyn.codegen.kernels.kernel import require_packages
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, kernel_spec
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.files import cache_folder, check_writable, write_files
+from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.model.arm import Arm
+
+if TYPE_CHECKING:
+    from lwr_dyn.codegen.emit.emission import EmittedArm
+
+
+@dataclass(frozen=True, slots=True)
+class WhereWritten:
+    """The options that belong to --language."""
+
+    language: str | None
+    out: str | None
+    prefix: str | None
+    sincos: str | None
+    vectors: str | None
+
+    def check(self) -> None:
+        """Raise `OptionError` where one is missing or stands alone."""
+        for name in ("out", "prefix", "sincos", "vectors"):
+            if self.language is None and getattr(self, name) is not None:
+                raise OptionError(f"--{name}", "without --language", "--language c with --out FILE")
+        if self.language is not None and self.out is None:
+            raise OptionError("--language", "without --out", "--out FILE, the file to write")
+
+
+@click.command("kernels")
+@robot_options
+@click.option("--language", metavar="L", help="Write functions of one state as c or js, into --out.")
+@click.option("--out", metavar="FILE", help="FILE.c (and FILE.h), .js, .mjs, with --language.")
+@click.option("--emit", metavar="F,...", help="Functions for --language (all if not given); without, one to print.")
+@click.option("--prefix", metavar="NAME", help="Names in the file begin with it; the robot's name if not given.")
+@click.option("--sincos", metavar="own|libm", help="Sine and cosine in the file: own (the default) or the library's.")
+@click.option("--vectors", metavar="FILE", help="Write states and results to test with, as JSON.")
+@click.option("--inputs", default="", help="Inputs of the kernel: inertia,payload,gravity,friction.")
+@click.option("--friction", default="none", show_default=True, help="none, or arm for the arm's own as constants.")
+@click.option("--dtype", default="float64", show_default=True, help="float64 or float32.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], language: str | None, out: str | None,
+    emit: str | None, prefix: str | None, sincos: str | None, vectors: str | None, inputs: str, friction: str,
+    dtype: str, as_json: bool,
+) -> None:  # fmt: skip
+    """Functions of ROBOT as C or JavaScript; or those of a batch with their operations a state, or one's source."""
+    where = WhereWritten(language, out, prefix, sincos, vectors)
+    where.check()
+    if (emit is not None or language is not None) and as_json:
+        raise OptionError("--json", "with --emit" if language is None else "with --language", "one of them")
+    chosen = _names(inputs)
+    if language is not None:
+        _write(load_robot(robot, reading, tip, locks), where, _names(emit or ""), chosen, friction, dtype)
+        return
+    if emit is not None:
+        function_shape(emit)
+    spec = kernel_spec(load_robot(robot, reading, tip, locks), chosen, friction, "armature", dtype)
+    require_packages()
+    if emit is not None:
+        from lwr_dyn.codegen.kernels.kernel_source import generate
+
+        click.echo(generate(spec, emit).text, nl=False)
+        return
+    _print_costs(spec, as_json)
+
+
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _write(
+    arm: Arm, where: WhereWritten, functions: list[str], inputs: list[str], friction: str, dtype: str
+) -> None:  # fmt: skip
+    require_packages()
+    from lwr_dyn.codegen.emit.cases import vectors_text
+    from lwr_dyn.codegen.emit.emission import LANGUAGES, emitted_arm
+
+    files_of = LANGUAGES.load(str(where.language))
+    for path in filter(None, (where.out, where.vectors)):
+        check_writable(path)
+    emitted = emitted_arm(
+        arm, functions, inputs=inputs, friction=friction, dtype=dtype, kind=where.sincos or "own",  # type: ignore[arg-type] # checked there
+        prefix=where.prefix,
+    )  # fmt: skip
+    files: dict[Path, str | bytes] = {**files_of(emitted, Path(str(where.out)))}
+    if where.vectors is not None:
+        if Path(where.vectors).resolve() in {path.resolve() for path in files}:
+            raise OptionError("--vectors", repr(where.vectors), "another file than those of --out")
+        files[Path(where.vectors)] = vectors_text(emitted)
+    write_files(files)
+    click.echo(f"{', '.join(map(str, files))}: {emitted.spec.name}, {dtype}, {emitted.kind} sine and cosine")
+    _print_written(emitted, arm.name if where.prefix is None else where.prefix, "_" if where.language == "c" else ".")
+
+
+def _print_written(emitted: EmittedArm, asked: str, joined: str) -> None:
+    """What the file holds, gains of laws left to it; `asked` is the name that functions should begin with."""
+    from lwr_dyn.codegen.emit.laws import TUNED
+
+    begin = f"{emitted.prefix}{joined}"
+    if emitted.prefix != asked:
+        click.echo(f"names begin with {begin}: {asked!r} is no identifier")
+    straight = [(c.function, str(c.operations)) for c in emitted.codes]
+    rows = [(f"{begin}{made.name}", operations, made.text.partition(TUNED)[0]) for made, operations in straight]
+    rows += [(f"{begin}{t.name}", "", t.text.partition("\n")[0]) for t in emitted.templates]
+    click.echo(aligned(rows, ("function", "operations", "gives")))
+    for name, why in emitted.left_out:
+        click.echo(f"left out: {name}: {why.removeprefix(f'{name}: ')}")
+
+
+def _print_costs(spec: KernelSpec, as_json: bool) -> None:
+    from lwr_dyn.codegen.kernels.kernel_source import generate
+
+    interfaces = {name: generate(spec, name).interface for name in FUNCTIONS}
+    if as_json:
+        records = [
+            {"name": name, "operations": x.operations, "fused": x.fused, "inputs": list(x.inputs), "result": x.width}
+            for name, x in interfaces.items()
+        ]
+        print_json({"robot": spec.name, "dtype": spec.dtype, "cache": str(cache_folder()), "functions": records})
+        return
+    rows = [(n, str(x.operations), str(x.fused), FUNCTIONS[n].formula) for n, x in interfaces.items()]
+    click.echo(f"{spec.name}, {spec.dtype}; kept in {cache_folder()}")
+    click.echo(aligned(rows, ("function", "operations", "with fused multiply-add", "gives")))

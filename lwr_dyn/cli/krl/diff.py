@@ -1,0 +1,90 @@
+"""`lwr-dyn krl diff`: what two states of a program or a backup differ in."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import click
+
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.krl.comparing.backups import FileComparison, compare
+
+
+@click.command("diff")
+@click.argument("before")
+@click.argument("after")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def diff(before: str, after: str, as_json: bool) -> None:
+    """Compare two files (a .src with its .dat) or two backups: points moved, values, logic; exit 1 where they differ.
+
+    Layout, comments and the case of names do not count, 1.50 is 1.5. Files are paired by their paths, moved ones by
+    their names.
+    """
+    with progress("comparing"):
+        files = compare(before, after)
+    same = not any(file.kind in ("changed", "added", "removed") for file in files)
+    if as_json:
+        print_json({"same": same, "summary": _summary(files), "files": [_record(x) for x in files if x.kind != "same"]})
+    else:
+        for file in files:
+            for line in _lines(file):
+                click.echo(line)
+        click.echo(
+            ", ".join(f"{what} {count}" for what, count in _summary(files).items() if count) or "no file differs"
+        )
+    sys.exit(0 if same else 1)
+
+
+def _summary(files: Sequence[FileComparison]) -> dict[str, int]:
+    def count(kind: str) -> int:
+        return sum(file.kind == kind for file in files)
+
+    programs = [file for file in files if not file.configuration]
+    return {
+        "files changed": count("changed"), "files added": count("added"), "files removed": count("removed"),
+        "in layout only": count("layout"), "points moved": sum(len(x.points) for x in programs),
+        "values changed": sum(len(x.values) for x in programs), "routines changed": sum(len(x.routines) for x in files),
+        "of the configuration": sum(len(x.points) + len(x.values) for x in files if x.configuration),
+        "same": count("same"),
+    }  # fmt: skip
+
+
+def _lines(file: FileComparison) -> Iterator[str]:
+    if file.kind == "same":
+        return
+    what = {"layout": "only comments and layout differ"}.get(file.kind, file.kind)
+    yield f"{file.name}: {what}{' (configuration)' if file.configuration else ''}"
+    for point in file.points:
+        yield f"  {point.name}, line {point.line}: {point.text}"
+    for value in file.values:
+        if value.before is None or value.after is None:
+            verb, text = ("added", value.after) if value.before is None else ("removed", value.before)
+            yield f"  {value.name} {verb}: {text}"
+        else:
+            yield f"  {value.name}: {value.before} -> {value.after}"
+    for routine in file.routines:
+        yield f"  {routine.routine}: {routine.kind}"
+        if routine.kind == "changed":
+            for old, new in routine.pieces:
+                yield from (f"    - {x.line}: {x.text}" for x in old)
+                yield from (f"    + {x.line}: {x.text}" for x in new)
+
+
+def _record(file: FileComparison) -> dict[str, Any]:
+    points = [
+        {"name": p.name, "line": p.line, "moved_mm": p.moved_mm, "turned_deg": p.turned_deg,
+         "axes_deg": [{"axis": axis, "change": x} for axis, x in p.axes_deg.items()], "others": list(p.others)}
+        for p in file.points
+    ]  # fmt: skip
+    routines = [
+        {"routine": r.routine, "kind": r.kind,
+         "removed": [{"line": x.line, "text": x.text} for old, _ in r.pieces for x in old],
+         "added": [{"line": x.line, "text": x.text} for _, new in r.pieces for x in new]}
+        for r in file.routines
+    ]  # fmt: skip
+    values = [{"name": v.name, "before": v.before, "after": v.after} for v in file.values]
+    return {
+        "file": file.name, "kind": file.kind, "configuration": file.configuration, "points": points,
+        "values": values, "routines": routines,
+    }  # fmt: skip

@@ -1,0 +1,109 @@
+"""`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file; exit 1 when there are some."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from lwr_dyn.arms.loading import xacro_arguments
+from lwr_dyn.arms.papers.catalog import robots
+from lwr_dyn.checks.tables.rules import lint, sheet_of_file, sheets_of_robot
+from lwr_dyn.checks.tables.sheet import Finding, Sheet
+from lwr_dyn.checks.urdf.lint import LintReport
+from lwr_dyn.checks.urdf.lint_files import is_urdf, judge_all, print_reports
+from lwr_dyn.checks.urdf.rules import explanation
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+
+_OF_URDFS = {
+    "sarif": "--sarif",
+    "github": "--github",
+    "ignore": "--ignore",
+    "strict": "--strict",
+    "everything": "--all",
+    "xacro_args": "--xacro-arg",
+}
+
+
+def _explain(context: click.Context, _: click.Parameter, code: str | None) -> None:
+    """Print what a rule looks at, and end."""
+    if code is not None:
+        click.echo(explanation(code))
+        context.exit()
+
+
+@click.command("lint")
+@click.argument("files", nargs=-1, required=True, metavar="FILE|FOLDER|ROBOT...")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@click.option("--sarif", metavar="FILE", help="URDF: also write the findings as SARIF 2.1.0, for code scanning.")
+@click.option("--github", is_flag=True, help="URDF: findings as annotations of GitHub's workflow log.")
+@click.option("--ignore", multiple=True, metavar="CODE", help="URDF: leave out the findings of a rule.")
+@click.option("--strict", is_flag=True, help="URDF: exit 1 on warnings too.")
+@click.option("--xacro-arg", "xacro_args", multiple=True, metavar="NAME:=VALUE", help="Argument of the .xacro files.")
+@click.option("--all", "everything", is_flag=True, help="URDF: print every finding of a group.")
+@click.option(
+    "--explain", metavar="CODE", callback=_explain, expose_value=False, is_eager=True,
+    help="What a rule of URDFs looks at, and why; needs no file.",
+)  # fmt: skip
+def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
+    """Find faults in URDF and xacro files, or in tables of numbers (.toml, .csv, a robot); exit 1 when there are some.
+
+    In a URDF, each link, joint and shape as written: format, tree, limits, axes, units, masses, centres and inertias
+    against the hulls of the shapes, efforts against weights. A comment `lwr-dyn: ignore CODE` before an element leaves
+    out findings in it; before <robot>, in the whole file. A folder stands for the .urdf and .urdf.xacro files below it.
+
+    In tables: means outside their extremes, cells or columns exchanged, powers of ten, copied neighbours, shifted rows,
+    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong.
+    """
+    urdfs = [name for name in files if is_urdf(name)]
+    if not urdfs:
+        for name in (name for name in _OF_URDFS if of_urdfs[name]):
+            raise OptionError(_OF_URDFS[name], "would do nothing here", "with a .urdf, a .xacro or a folder of these")
+    sheets = [sheet for name in dict.fromkeys(files) if name not in urdfs for sheet in _sheets(name)]
+    findings = [finding for sheet in sheets for finding in lint(sheet)]
+    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], _say, xacro_arguments(of_urdfs["xacro_args"]))
+    counted = [f for f in findings if f.counts]
+    holds = not counted and all(report.holds(of_urdfs["strict"]) for report in reports)
+    if as_json:
+        records = [f.record() for f in findings] + [f.record() for report in reports for f in report.findings]
+        print_json({"files": list(files), "findings": records, "holds": holds, **_remarks(reports)})
+    else:
+        print_reports(reports, of_urdfs["everything"], of_urdfs["github"])
+        for finding in findings:
+            click.echo(finding.line())
+        if sheets:
+            click.echo(_summary(counted, len(findings) - len(counted), sheets))
+    sys.exit(0 if holds else 1)
+
+
+def _say(line: str) -> None:
+    click.echo(line, err=True)
+
+
+def _remarks(reports: Sequence[LintReport]) -> dict[str, Any]:
+    """What could not be judged, by file."""
+    return {"not_judged": {report.file: list(report.remarks) for report in reports}} if reports else {}
+
+
+def _sheets(name: str) -> tuple[Sheet, ...]:
+    """A file; or of a robot, its data file and the printed results of its paper."""
+    if Path(name).suffix.lower() in (".toml", ".csv") or "/" in name:
+        return (sheet_of_file(name),)
+    if name not in robots():
+        raise UnknownNameError("robot", name, (*robots(), "a path to a .urdf, .xacro, .toml or .csv file"))
+    return sheets_of_robot(name)
+
+
+def _summary(counted: Sequence[Finding], notes: int, sheets: Sequence[Sheet]) -> str:
+    known = sum(bool(f.known) for f in counted)
+    total = sum(map(_numbers, sheets))
+    errata = f", {known} of them known as errata" if known else ""
+    return f"{total} numbers looked at: {len(counted)} found{errata}" + (f"; {notes} notes" if notes else "")
+
+
+def _numbers(sheet: Sheet) -> int:
+    """How many cells print a number: with none, nothing was examined."""
+    columns = [c for table in sheet.tables for c in (*table.columns, *table.values.values())]
+    return sum(n is not None for column in columns for n in column.numbers)

@@ -1,0 +1,153 @@
+"""`lwr-dyn margins`: what sampling, delay and elastic joints leave of a loop's stability, and where it is worst."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from click.core import ParameterSource
+
+from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.cli.options import (
+    NUMBERS,
+    OneOf,
+    from_degrees,
+    given_elasticity,
+    load_robot,
+    print_json,
+    robot_options,
+)
+from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
+from lwr_dyn.cli.simulate import CONTROLLER
+from lwr_dyn.control.controller_file import faults_in
+from lwr_dyn.control.controllers import CONTROLLERS, split_name
+from lwr_dyn.design.margin_pictures import picture_writer
+from lwr_dyn.design.margins import LIMIT, MarginReport, margins
+from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.simulation.setup import ENCODERS
+from lwr_dyn.trajectory.references.tasks import REFERENCES
+
+ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
+LOOP = [
+    click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
+    click.Option(["--delay"], type=int, default=0, show_default=True, help="From a command to its torque, samples."),
+    click.Option(["--velocity-cutoff"], type=float, help="Speeds by an encoder's filter of this cut-off, Hz."),
+]
+PLANT = [
+    click.Option(["--elastic"], metavar="K|file", help=ELASTIC_HELP),
+    click.Option(["--encoders"], type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True,
+                 help="The side of elastic joints that the controller gets."),
+    click.Option(["--payload"], type=float, default=0.0, show_default=True,
+                 help="Point mass at the flange that the controller does not know, kg."),
+    click.Option(["--plant-reading"], help="Judge another reading than the controller's."),
+]  # fmt: skip
+WHERE = [
+    click.Option(["--q-deg"], type=NUMBERS, help="One pose, deg (m for sliding joints); the joint box if not given."),
+    click.Option(["--task"], type=OneOf(REFERENCES.names), help="Poses along a task, in place of the joint box."),
+]
+BOX = [
+    click.Option(["--poses"], type=int, default=POSES, show_default=True, help="Poses drawn from the joint box."),
+    click.Option(["--seed"], type=int, default=SEED, show_default=True, help="Seed of the drawing."),
+]
+OUT = [
+    click.Option(["--limit"], type=float, default=LIMIT, show_default=True,
+                 help="Of |S_ii|; exit 1 where it is given and not kept."),
+    click.Option(["--plot"], multiple=True, metavar="NAME|FILE.png",
+                 help="Picture: bode, nyquist, sensitivity, map, or a file named after one. Repeatable."),
+    click.Option(["--map-joints"], type=NUMBERS, metavar="I,J",
+                 help="Joints of the map, from 1; the two that count most if not given."),
+    click.Option(["--json"], is_flag=True, help="One JSON object."),
+]  # fmt: skip
+RULES = (
+    OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),
+    OptionRule("task", lambda given: given["q_deg"] is None, "without --q-deg"),
+    OptionRule("poses", lambda given: given["q_deg"] is None and given["task"] is None, "without --q-deg and --task"),
+    OptionRule("seed", lambda given: given["q_deg"] is None and given["task"] is None, "without --q-deg and --task"),
+    OptionRule("map-joints", lambda given: any("map" in wish.lower() for wish in given["plot"]), "with --plot map"),
+)
+
+
+@click.command("margins")
+@robot_options
+def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+    """Judge the sampled loop of ROBOT near rest: share of the joint box that is unstable, least rate, |S_ii| of each
+    joint, gain and delay margins at the worst pose.
+
+    Speeds, friction, torque limits and stops are left out.
+    """
+    law = split_name(given["controller"])[0]
+    CONTROLLERS_OPTIONS.refuse_unused(law)
+    TASKS.refuse_unused(given["task"] or "")
+    refuse_unused(RULES, given)
+    writers = [picture_writer(wish) for wish in given["plot"]]
+    arm = load_robot(robot, reading, tip, locks)
+    with progress("judging the loop"), faults_in(law):
+        report = margins(
+            arm, given["controller"], q=_poses(arm, given), rate=given["rate"], delay=given["delay"],
+            cutoff_hz=given["velocity_cutoff"], elasticity=given_elasticity(given["elastic"]),
+            encoders=given["encoders"], plant=_plant(arm, robot, given), limit=given["limit"], poses=given["poses"],
+            seed=given["seed"],
+            **CONTROLLERS_OPTIONS.values(law, given, arm),
+        )  # fmt: skip
+    joints = _map_joints(given["map_joints"])
+    written = [path for write in writers for path in write(report, joints)]
+    _show(report, written, given["json"])
+    typed = click.get_current_context().get_parameter_source("limit") is ParameterSource.COMMANDLINE
+    sys.exit(1 if typed and not report.holds else 0)
+
+
+_FIRST = [*command.params, CONTROLLER, *LOOP, *PLANT, *WHERE, *BOX, *OUT]
+TASKS = row_options(REFERENCES, "task", _FIRST)
+OF_TASKS = TASKS.click_options()
+CONTROLLERS_OPTIONS = row_options(CONTROLLERS, "controller", [*_FIRST, *OF_TASKS])
+command.params += [
+    CONTROLLER, *CONTROLLERS_OPTIONS.click_options(), *LOOP, *PLANT, *WHERE, *OF_TASKS, *BOX, *OUT,
+]  # fmt: skip
+
+
+def _show(report: MarginReport, written: list[Path], as_json: bool) -> None:
+    if as_json:
+        print_json(report.record())
+        return
+    click.echo(str(report))
+    for path in written:
+        click.echo(f"wrote {path}")
+
+
+def _poses(arm: Arm, given: dict[str, Any]) -> Array | None:
+    """The poses that are named or that a task goes through; None for the joint box.
+
+    Raises `OptionError` for a delay that is longer than the task.
+    """
+    if given["q_deg"] is not None:
+        return from_degrees(arm, given["q_deg"], "--q-deg")
+    if given["task"] is None:
+        return None
+    reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
+    if given["rate"] > 0.0 and given["delay"] >= reference.duration * given["rate"]:
+        allowed = f"less than the {reference.duration:g} s of the task"
+        raise OptionError("--delay", f"{given['delay']} samples at {given['rate']:g} Hz", allowed)
+    return np.asarray(reference.sample(np.linspace(0.0, reference.duration, PLACES)).q)
+
+
+def _plant(arm: Arm, robot: str, given: dict[str, Any]) -> Arm | None:
+    """The arm that moves, where it is not the controller's."""
+    name, payload = given["plant_reading"], given["payload"]
+    plant = arm if name is None else load_with_paper(robot, name, **arm.loaded_with)[0]
+    if payload != 0.0:
+        plant = arm_with_payload(plant, payload)
+    return None if plant is arm else plant
+
+
+def _map_joints(numbers: tuple[float, ...] | None) -> tuple[int, int] | None:
+    if numbers is None:
+        return None
+    if len(numbers) != 2 or any(number != int(number) for number in numbers):
+        raise OptionError("--map-joints", ",".join(f"{x:g}" for x in numbers), "two joints counted from 1, as 2,4")
+    return int(numbers[0]) - 1, int(numbers[1]) - 1

@@ -1,0 +1,91 @@
+"""`lwr-dyn parity`: what Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy make of a model file."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import click
+import numpy as np
+
+from lwr_dyn.arms.urdf.model_files import model_stem
+from lwr_dyn.arms.urdf.writer import urdf_text
+from lwr_dyn.checks.engines.engine import ENGINES, is_installed
+from lwr_dyn.checks.engines.reference import as_urdf
+from lwr_dyn.checks.engines.report import markdown, matrix, record, text
+from lwr_dyn.checks.engines.survey import ModelReport, survey
+from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.files import ends_in, write_file
+from lwr_dyn.foundation.progress import Report, progress
+from lwr_dyn.front import load, readings, robots
+from lwr_dyn.model.arm import Arm
+
+
+@click.command("parity")
+@robot_options
+@click.option("--engine", "engines", multiple=True, type=OneOf(ENGINES.names), help="Only this one; may be repeated.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@click.option("--markdown", "as_markdown", is_flag=True, help="One row a feature, one column an engine, as Markdown.")
+def command(
+    robot: str,
+    reading: str | None,
+    tip: str | None,
+    locks: tuple[str, ...],
+    engines: tuple[str, ...],
+    as_json: bool,
+    as_markdown: bool,
+) -> None:
+    """What engines ignore or misread of ROBOT's URDF, measured by loading it, and which file or option restores it.
+
+    ROBOT may be `all`: every robot and reading of this package. A .urdf is taken as it stands; with --mount or --tool,
+    and of a robot by name, the file is the one that `lwr-dyn urdf` writes.
+    """
+    if as_json and as_markdown:
+        raise OptionError("--json, --markdown", "both given", "one of them")
+    for engine in engines:
+        if not is_installed(engine):
+            raise MissingPackageError(ENGINES[engine].facts["package"], ENGINES[engine].extra)
+    chosen = engines or ENGINES.names
+    with progress("loading models into the engines") as report:
+        reports = list(_all(chosen, report)) if robot == "all" else [_one(robot, reading, tip, locks, chosen)]
+    if as_json:
+        print_json({"models": [record(each) for each in reports]})
+    elif as_markdown:
+        click.echo(markdown(matrix(reports)))
+    else:
+        click.echo("\n\n\n".join(map(text, reports)))
+
+
+def _one(
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], engines: Sequence[str]
+) -> ModelReport:
+    arm = load_robot(robot, reading, tip, locks)
+    given = arm.loaded_with
+    if not ends_in(robot, ".urdf", ".xacro") or "mount" in given or "tool" in given:
+        return _written(arm, engines)
+    with as_urdf(Path(robot), given.get("xacro_args", {})) as path:
+        return survey(path, tip, given.get("lock", {}), engines)
+
+
+def _all(engines: Sequence[str], report: Report) -> Iterator[ModelReport]:
+    for robot in robots():
+        for reading in readings(robot):
+            report(f"{robot}, reading {reading}")
+            yield _written(load(robot, reading), engines)
+
+
+def _written(arm: Arm, engines: Sequence[str]) -> ModelReport:
+    """The file that `lwr-dyn urdf` writes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{model_stem(arm)}.urdf"
+        write_file(path, urdf_text(arm))
+        report = survey(path, engines=engines)
+    return replace(report, unwritten=_one_sided_friction(arm, report))
+
+
+def _one_sided_friction(arm: Arm, report: ModelReport) -> str:
+    if not arm.friction:
+        return ""
+    largest = float(np.abs(report.reference.friction(arm)).max())
+    return f"friction that differs by direction is in none, up to {largest:.2g} N m; see .provenance.json"

@@ -1,0 +1,45 @@
+"""`lwr-dyn reproduce`: everything a paper prints, recomputed, into a folder."""
+
+import sys
+from typing import Any
+
+import click
+
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.reproduction.study import ALL, option_keywords, studies, takers
+
+
+def _options() -> list[click.Parameter]:
+    """The options of all studies; the help of each names its papers."""
+    out: list[click.Parameter] = []
+    for keyword in option_keywords():
+        papers = takers(keyword)
+        option = next(iter(papers.values()))
+        about = f"{', '.join(papers)}: {option.about}."
+        out.append(click.Option([f"--{option.name}"], is_flag=not option.values, help=about))
+    return out
+
+
+@click.command(
+    "reproduce",
+    params=_options(),
+    help=f"""Recompute what PAPER prints ({", ".join(studies())}, or {ALL});
+exit 1 when a number that the paper lets recompute differs, or a check or a proof fails.""",
+)
+@click.argument("paper")
+@click.option("--out", help="The folder to write; out/PAPER if not given, out for all.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
+def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
+    """Recompute a paper into a folder; the options are those of the studies."""
+    from lwr_dyn.reproduction.reproduce import reproduce
+
+    folder = out or ("out" if paper == ALL else f"out/{paper}")
+    with progress(f"reproducing {paper}") as report:
+        reproduction = reproduce(paper, folder, report, **options)
+    if as_json:
+        print_json(reproduction.record)
+    else:
+        click.echo(reproduction.text)
+        click.echo(f"\nwrote {folder}")
+    sys.exit(0 if reproduction.holds else 1)

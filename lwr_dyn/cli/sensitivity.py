@@ -1,0 +1,83 @@
+"""`lwr-dyn sensitivity`: one task under all readings of a robot, controllers on one and plants on another."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from lwr_dyn.checks.sensitivity.analysis import POSES, Sensitivity, sensitivity
+from lwr_dyn.checks.sensitivity.result_tables import errors_text, notes, result_tables
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.files import ends_in
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.front import load, readings
+from lwr_dyn.model.arm import Arm
+
+
+@click.command("sensitivity")
+@click.argument("robots", nargs=-1, required=True, metavar="ROBOT|FILE...")
+@click.option("--task", help="ist-clear, ist, lspb, two-points, joint-move; by default the first robot's first.")
+@click.option("--rate", type=float, default=1000.0, show_default=True, help="Samples a second of the simulations.")
+@click.option("--poses", type=int, default=POSES, show_default=True, help="Where gravity torques are compared.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, as_json: bool) -> None:
+    """What depends on the reading: g, max B_ii, gains, tracking errors, and which conclusions of the paper survive.
+
+    One ROBOT is taken under all its readings; several, and .toml and .urdf files, are compared with each other, the
+    first one setting the task. Every controller is simulated on every plant.
+    """
+    arms = _arms(robots)
+    with progress("simulating") as report:
+        result = sensitivity(arms, task, rate=rate, poses=poses, progress=report)
+    if as_json:
+        print_json(_record(result))
+    else:
+        click.echo(_text(result))
+
+
+def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
+    """Every reading of every robot, named so that the names differ."""
+    arms: dict[str, Arm] = {}
+    for robot in robots:
+        short = Path(robot).stem if ends_in(robot, ".toml", ".urdf") else robot
+        for reading in (None,) if ends_in(robot, ".urdf") else readings(robot):
+            arm = load(robot, reading)
+            name = arm.reading if len(robots) == 1 else f"{short} {arm.reading}" if reading else short
+            if name in arms:
+                raise OptionError("robots", f"{name} twice", "different names")
+            arms[name] = arm
+    if len(arms) < 2:
+        raise OptionError("robots", f"{robots[0]} has one reading", "a robot with several readings, or several robots")
+    return arms
+
+
+def _text(result: Sensitivity) -> str:
+    gravity, gains, *errors, survivors = (table.text() for table in result_tables(result))
+    head = f"{', '.join(result.names)}: {result.study.task.about}"
+    return "\n\n".join([head, gravity, gains, "\n".join([errors_text(result), *errors, *notes(result)]), survivors])
+
+
+def _record(result: Sensitivity) -> dict[str, Any]:
+    first, *_ = result.statics.values()
+    statics = {
+        name: {"gravity_largest": np.abs(s.gravity).max(axis=0), "b": s.b, "Kp": s.gains.Kp, "Kd": s.gains.Kd}
+        | {"gravity_difference": s.gravity_off(first)}
+        for name, s in result.statics.items()
+    }
+    runs = [
+        {"controller": r.controller, "model": r.model, "plant": r.plant, "rate": r.rate, "fault": r.fault}
+        | {"metrics": None if r.metrics is None else r.metrics.to_json()}
+        for r in result.runs
+    ]
+    conclusions = [
+        {"text": c.text, "survives": c.survives, "share": c.share, "verdict": c.verdict()}
+        | {"holds": [{"case": list(key), "holds": held} for key, held in c.holds.items()]}
+        for c in result.conclusions
+    ]
+    task = result.study.task
+    return {
+        "readings": list(result.names), "joints": list(result.joints), "task": task.name, "about": task.about,
+        "rate": result.rate, "poses": result.poses, "statics": statics, "runs": runs, "conclusions": conclusions,
+    }  # fmt: skip

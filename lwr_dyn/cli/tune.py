@@ -1,0 +1,165 @@
+"""`lwr-dyn tune`: gains for a stated aim over the runs of a study, judged on runs that the search has not seen."""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import fields
+
+import click
+
+from lwr_dyn.cli.options import print_json
+from lwr_dyn.control.controller_specs import ControllerSpec
+from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.progress import progress
+from lwr_dyn.foundation.registry import options_of
+from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
+from lwr_dyn.studies.sweep.study.distributions import Values
+from lwr_dyn.studies.sweep.study.parameter_paths import parameter_path
+from lwr_dyn.studies.sweep.study.plant_rows import plant_parameters
+from lwr_dyn.studies.sweep.study.read_study import read_study
+from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.study.study_setup import arm_of_study, is_task, spec_of_study
+from lwr_dyn.studies.sweep.tuning.gain_aim import gain_aim
+from lwr_dyn.studies.sweep.tuning.gain_box import SearchedGain, searched_gain
+from lwr_dyn.studies.sweep.tuning.tune import USE, Evaluate, SearchSize, tune
+from lwr_dyn.studies.sweep.tuning.tune_text import tuned_record, tuned_text
+
+USUAL = {"omega_n": (0.2, 5.0), "xi": (0.4, 2.0)}
+"""Options that are searched where none is named, and the bounds as factors of what is given."""
+OF_LIMITS = ("limits.torque", "reading")
+"""Paths that give a run torque limits of its own."""
+GAIN_HELP = (
+    "What is searched, repeatable: an option of the controller, as omega-n=5:200, or a path of studies. "
+    "omega-n and xi around what is given, if none is named."
+)
+SIZES = {
+    "runs": "Runs that every candidate meets.",
+    "population": "Candidates of a generation.",
+    "generations": "Generations after the first.",
+    "check": "Runs, not seen in the search, that judge what is found.",
+    "front": "Further searches under tighter bounds, for the Pareto front.",
+    "seed": "Of the search and of the runs that are drawn.",
+}
+DEFAULTS = {one.name: one.default for one in fields(SearchSize)}
+
+
+@click.command("tune")
+@click.argument("study", metavar="STUDY.toml")
+@click.option("--controller", metavar="NAME:OPTION=VALUE", help="One of the study's; its first if not given.")
+@click.option("--gain", "gains", multiple=True, metavar="NAME=LOW:HIGH", help=GAIN_HELP)
+@click.option(
+    "--aim",
+    default="tip_max:0.99",
+    show_default=True,
+    metavar="METRIC:SHARE",
+    help="The metric, and its quantile over the runs, that is to be small.",
+)
+@click.option(
+    "--torque-share",
+    type=float,
+    default=1.0,
+    show_default=True,
+    help="Bound: the same quantile of the largest command, as a share of the torque limit; inf for none.",
+)
+@click.option("--threads", type=int, default=1, show_default=True, help="Of the runs; the result is the same.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+def command(
+    study: str,
+    controller: str | None,
+    gains: tuple[str, ...],
+    aim: str,
+    torque_share: float,
+    threads: int,
+    as_json: bool,
+    **sizes: int,
+) -> None:
+    """Find gains of a controller of STUDY.toml with which a quantile of an error over its runs is least.
+
+    Every candidate meets the same runs; what is found is judged beside the gains as given on runs that the search has
+    not seen. Exit 1 where no candidate keeps the bound.
+    """
+    read, size = read_study(study), SearchSize(**sizes)
+    text = _controller(read, controller)
+    spec = spec_of_study(read, text)
+    given = _given(read, spec)
+    chosen = tuple(map(searched_gain, gains)) or _usual(spec, given)
+    _check_gains(read, spec, chosen)
+    with progress("searching gains") as report:
+        found = tune(
+            read, text, chosen, evaluator(read, text, threads), given,
+            aim=gain_aim(aim, read.quantiles), bound=torque_share, size=size, report=report,
+        )  # fmt: skip
+    if as_json:
+        print_json({"study": read.name, **tuned_record(found)})
+    else:
+        click.echo(tuned_text(found, read.name))
+    sys.exit(0 if found.keeps_bound else 1)
+
+
+command.params[-2:-2] = [
+    click.Option([f"--{name}"], type=int, default=DEFAULTS[name], show_default=True, help=words)
+    for name, words in SIZES.items()
+]
+
+
+def evaluator(study: SweepStudy, controller: str, threads: int = 1) -> Evaluate:
+    """Runs of one controller of a study: values by path -> metrics, with the torque use."""
+    workshop, effort = SweepWorkshop(study, threads), arm_of_study(study).effort
+
+    def evaluate(values: Mapping[str, Values]) -> Mapping[str, Array]:
+        metrics = workshop.evaluate(controller, values)
+        of_limits = {path: x for path, x in values.items() if path.startswith(OF_LIMITS)}
+        limits = plant_parameters(study, of_limits).get("effort", effort)
+        return {**metrics, USE: (metrics["peak_command"] / limits).max(axis=1)}
+
+    return evaluate
+
+
+def _controller(study: SweepStudy, text: str | None) -> str:
+    if text is None:
+        return study.controllers[0]
+    if text not in study.controllers:
+        raise UnknownNameError(f"controller of {study.name}", text, study.controllers)
+    return text
+
+
+def _given(study: SweepStudy, spec: ControllerSpec) -> dict[str, float]:
+    """Path -> number with which the study has it: of the controller's options, and of parameters that are fixed."""
+    own = {} if spec.is_file else {key: one.default for key, one in options_of(CONTROLLERS.load(spec.base)).items()}
+    options = {f"controller.{key}": x for key, x in {**own, **spec.options}.items()}
+    fixed = {one.path: one.values[0] for one in study.parameters if not one.is_varied}
+    return {
+        path: float(x)
+        for path, x in {**options, **fixed}.items()
+        if isinstance(x, int | float) and not isinstance(x, bool)
+    }
+
+
+def _usual(spec: ControllerSpec, given: Mapping[str, float]) -> tuple[SearchedGain, ...]:
+    found = tuple(
+        SearchedGain(path, low * given[path], high * given[path])
+        for path, (low, high) in ((f"controller.{name}", ends) for name, ends in USUAL.items())
+        if path in given
+    )
+    if not found:
+        raise OptionError("gain", f"none, and {spec.name} has neither omega-n nor xi", "--gain NAME=LOW:HIGH")
+    return found
+
+
+def _check_gains(study: SweepStudy, spec: ControllerSpec, gains: tuple[SearchedGain, ...]) -> None:
+    """Raise for an option that the controller does not have, or a path that has no single number in these bounds."""
+    options = {} if spec.is_file else options_of(CONTROLLERS.load(spec.base))
+    known = sorted(key for key, one in options.items() if one.kind in (int, float))
+    n = arm_of_study(study).n
+    for gain in gains:
+        if gain.path.startswith("controller."):
+            if not spec.is_file and gain.name not in known:
+                raise UnknownNameError(f"gain of {spec.base}", gain.name, known)
+            continue
+        path = parameter_path(gain.path, n)
+        if path.row.text or is_task(gain.path) or len(path.columns(n)) > 1:
+            raise OptionError("gain", gain.path, "a path of one number, as payload.known or arm.mass.all")
+        for end in (gain.low, gain.high):
+            if not path.row.allows(end):
+                raise OptionError(f"bounds of {gain.path}", f"{end:g}", path.row.allowed)

@@ -1,0 +1,159 @@
+"""One compiled function: already loaded, from the cache, or built now."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections import deque
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, fields
+from importlib.metadata import version
+from importlib.util import find_spec
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.codegen.kernels.cache import read_cache, write_cache
+from lwr_dyn.codegen.kernels.kernel_spec import KernelInterface, KernelSpec, function_shape
+from lwr_dyn.foundation.errors import MissingPackageError
+
+_ALIGNMENT = 64
+_LEAST_PER_PART = 2048
+"""With fewer states in a part, another thread costs more time than it saves."""
+_PARTS_PER_THREAD = 4
+"""More parts than threads, so that the others take over the work of a slow one."""
+_loaded: dict[str, Kernel] = {}
+_pools: dict[int, ThreadPoolExecutor] = {}
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pools.clear)  # a forked child has no threads
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kernel:
+    """A compiled function over rows of states."""
+
+    interface: KernelInterface
+    dtype: np.dtype[Any]
+    code: Any
+
+    def run(self, rows: Sequence[tuple[int, int]], out: int, count: int, threads: int = 1) -> int:
+        """Compute rows 0 to `count` from the address and step (in numbers; 0 repeats one row) of each input; ungated.
+
+        Returns the number of states with a value that is not finite or an angle beyond the kernel's limit, whose
+        results are invalid.
+        """
+        arguments = [x for pair in rows for x in pair]
+        parts = self._parts(count, threads)
+        if len(parts) == 1:
+            return self._part(arguments, out, *parts[0])
+        left = deque(parts)
+
+        def work() -> int:
+            invalid = 0
+            while left:
+                try:
+                    part = left.popleft()
+                except IndexError:  # another thread took the last one
+                    break
+                invalid += self._part(arguments, out, *part)
+            return invalid
+
+        others = [_pool(threads - 1).submit(work) for _ in range(threads - 1)]
+        invalid = work()  # this thread works too; threads that have not begun by the end are cancelled
+        return invalid + sum(other.result() for other in others if not other.cancel())
+
+    def _parts(self, count: int, threads: int) -> list[tuple[int, int]]:
+        """First and last row of each part, whole blocks of states."""
+        used = 1 if threads == 1 else max(1, min(_PARTS_PER_THREAD * threads, count // _LEAST_PER_PART))
+        blocks = -(-count // self.interface.lanes)
+        edges = [min(count, blocks * i // used * self.interface.lanes) for i in range(used + 1)]
+        return list(pairwise(edges))
+
+    def _part(self, arguments: list[int], out: int, start: int, stop: int) -> int:
+        buffer = np.empty(self.interface.buffer * self.dtype.itemsize + _ALIGNMENT, dtype=np.uint8)
+        address = buffer.__array_interface__["data"][0]
+        return int(self.code.call(*arguments, out, address + -address % _ALIGNMENT, start, stop))
+
+
+def _pool(threads: int) -> ThreadPoolExecutor:
+    if threads not in _pools:
+        _pools[threads] = ThreadPoolExecutor(threads, thread_name_prefix="lwr_dyn")
+    return _pools[threads]
+
+
+MAKERS = ("numba", "llvmlite", "mpmath")
+"""Packages on which the machine code depends; mpmath finds the polynomials of sin, cos, exp and log."""
+
+
+def require_packages() -> None:
+    """Raise `MissingPackageError` unless the packages of the extra `batch` are installed."""
+    for package in ("numba", "casadi", "mpmath"):
+        if find_spec(package) is None:
+            raise MissingPackageError(package, "batch")
+
+
+def key_of(spec: KernelSpec, function: str) -> str:
+    """Name of a kernel in the cache, from the arm's data, the generator, the compiler and the processor."""
+    from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
+
+    text = [spec.digest(function), *host_cpu(), str(lanes_of(spec.dtype)), *map(version, MAKERS)]
+    return f"{function}-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+
+
+def kernel_of(spec: KernelSpec, function: str) -> Kernel:
+    """The kernel of a function, loaded or compiled.
+
+    Parameters
+    ----------
+    spec : KernelSpec
+    function : str
+
+    Raises
+    ------
+    UnknownNameError
+        No function of that name.
+    MissingPackageError
+        The extra `batch` is not installed.
+    """
+    function_shape(function)
+    require_packages()
+    key = key_of(spec, function)
+    kernel = _loaded.get(key)
+    if kernel is None:
+        kernel = _loaded[key] = _from_cache(spec, key) or _built(spec, function, key)
+    return kernel
+
+
+def _from_cache(spec: KernelSpec, key: str) -> Kernel | None:
+    cached = read_cache(key)
+    if cached is None:
+        return None
+    record, code = cached
+    symbol = record.pop("symbol", None)
+    if symbol is None or record.keys() != {f.name for f in fields(KernelInterface)}:
+        return None
+    record |= {name: tuple(value) for name, value in record.items() if isinstance(value, list)}
+    return _loaded_kernel(spec, KernelInterface(**record), symbol, code)
+
+
+def _built(spec: KernelSpec, function: str, key: str) -> Kernel:
+    from lwr_dyn.codegen.kernels.kernel_source import generate
+    from lwr_dyn.codegen.kernels.machine_code import compiled
+
+    source = generate(spec, function)
+    code, symbol = compiled(source.text)
+    write_cache(key, {"symbol": symbol} | asdict(source.interface), code)
+    return _loaded_kernel(spec, source.interface, symbol, code)
+
+
+def _loaded_kernel(spec: KernelSpec, interface: KernelInterface, symbol: str, code: bytes) -> Kernel:
+    from lwr_dyn.codegen.kernels.machine_code import load
+
+    return Kernel(interface, np.dtype(spec.dtype), load(code, symbol, len(interface.inputs)))
+
+
+def thread_count(threads: int | None) -> int:
+    """The number of threads; all processors for None."""
+    return os.cpu_count() or 1 if threads is None else threads

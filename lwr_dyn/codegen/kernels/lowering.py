@@ -1,0 +1,236 @@
+"""Lowers the body of a kernel, a straight-line loop over lanes, to LLVM vector instructions.
+
+numba spends a millisecond on the types of each statement, and its optimiser may or may not use vectors. Here each
+statement is one instruction on a vector of W lanes, so thousands of them compile in a second or two.
+"""
+
+import ast
+import ctypes
+import hashlib
+import inspect
+import textwrap
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import binding as llvm
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows
+
+_FLAGS = ("contract",)
+"""A product and a sum may become one instruction; nothing else may change, so rounding and NaN stay exact."""
+_INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
+_NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
+_BYTES = {"float64": 8, "float32": 4}
+
+
+def _unlinked() -> None:
+    """Stands in for a body that `machine_code.compiled` has not linked."""
+    raise RuntimeError(
+        "this kernel's body is not linked: compile it with lwr_dyn.codegen.kernels.machine_code.compiled"
+    )
+
+
+_UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
+
+
+def unlinked_address() -> Any:
+    """What the name of a function stands for until `machine_code.compiled` has linked its code."""
+    return ctypes.cast(_UNLINKED, ctypes.c_void_p).value
+
+
+def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
+    """A decorator: the function `body(b)` or `body(b, out, at)` of one loop ``for k in range(W)`` as a numba intrinsic.
+
+    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = z if x > y else w``, ``v = f(x)`` with f of
+    sqrt, abs, two_to, exponent, significand (the last three of float64 alone), ``b[I + k] = x`` and ``b[I + k] = -x``,
+    where x, y, z, w are names or numbers (of the type of b, `dtype`), and I a multiple of W. Results also go to rows,
+    ``out[at + k * S + J] = x``, W columns J at once when they are known, or to blocks, ``out[at + I + k] = x``, and do
+    not overlap b. The intrinsic calls a function of `intrinsic.assembly`, which `machine_code.compiled` links.
+    """
+
+    def decorate(function: Callable[[Any], None]) -> Any:
+        text = textwrap.dedent(inspect.getsource(function))
+        name = f"lwr_dyn_body_{hashlib.sha256(text.encode()).hexdigest()[:16]}_{dtype}"
+        llvm.add_symbol(name, unlinked_address())
+
+        lowered = _in_place(name) if len(inspect.signature(function).parameters) == 1 else _to_results(name)
+        lowered.assembly = _assembly(text, name, dtype)
+        lowered.written = (text, name, dtype)
+        return lowered
+
+    return decorate
+
+
+def streaming(body: Any) -> Any:
+    """The same `body(b, out, at)`, but whole vectors of results go past the caches: they must be aligned."""
+    text, name, dtype = body.written
+    llvm.add_symbol(f"{name}_streaming", unlinked_address())
+    lowered = _to_results(f"{name}_streaming")
+    lowered.assembly = _assembly(text, f"{name}_streaming", dtype, is_streaming=True)
+    return lowered
+
+
+def _in_place(name: str) -> Any:
+    @intrinsic  # type: ignore[untyped-decorator]
+    def lowered(typing_context: Any, b: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            _call(context, builder, name, [context.make_array(signature.args[0])(context, builder, arguments[0]).data])
+            return context.get_dummy_value()
+
+        return types.void(b), code
+
+    return lowered
+
+
+def _to_results(name: str) -> Any:
+    @intrinsic  # type: ignore[untyped-decorator]
+    def lowered(typing_context: Any, b: Any, out: Any, at: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            arrays = zip(signature.args[:2], arguments[:2], strict=True)
+            data = [context.make_array(kind)(context, builder, array).data for kind, array in arrays]
+            _call(context, builder, name, [data[0], builder.gep(data[1], [arguments[2]])])
+            return context.get_dummy_value()
+
+        return types.void(b, out, types.int64), code
+
+    return lowered
+
+
+def _call(context: Any, builder: Any, name: str, data: list[Any]) -> None:
+    kind = ir.FunctionType(ir.VoidType(), [each.type for each in data])
+    builder.call(cgutils.get_or_insert_function(builder.module, kind, name), data)
+
+
+def _assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> str:
+    """The body as an LLVM module of one function."""
+    definition: Any = ast.parse(text).body[0]
+    loop = definition.body[0]
+    module = ir.Module(name)
+    has_results = len(definition.args.args) > 1
+    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS[dtype].as_pointer()] * (2 if has_results else 1))
+    function = ir.Function(module, kind, name)
+    builder = ir.IRBuilder(function.append_basic_block())
+    _Lanes(builder, function.args, dtype, int(loop.iter.args[0].value), is_streaming).write(loop.body)
+    builder.ret_void()
+    return str(module).replace(")\n{", f") {_ALIGNED_STACK}\n{{", 1)
+
+
+_ALIGNED_STACK = '"frame-pointer"="all"'
+"""Only with a frame pointer may LLVM align the stack: a vector that is kept there must not lie across cache lines."""
+
+
+def _target(statement: Any) -> Any:
+    return statement.targets[0]
+
+
+def _is_row(target: Any) -> bool:
+    """Whether a statement writes `out[at + k * S + J]`: blocks and the buffer end in `+ k]`."""
+    return not isinstance(target, ast.Name) and isinstance(target.slice.right, ast.Constant)
+
+
+class _Lanes:
+    """Translates statements to instructions on vectors of lanes."""
+
+    def __init__(self, builder: Any, pointers: Any, dtype: str, lanes: int, is_streaming: bool) -> None:
+        self.block = LaneBlock(builder, _NUMBERS[dtype], lanes, is_streaming)
+        self.builder, self.number, self.lanes = builder, _NUMBERS[dtype], lanes
+        self.data, self.out = pointers[0], pointers[-1]
+        self.rows: ResultRows | None = None
+        self.vector = ir.VectorType(self.number, lanes)
+        self.align = lanes * _BYTES[dtype]
+        self.names: dict[str, Any] = {}
+
+    def write(self, statements: list[Any]) -> None:
+        widths = [row.slice.right.value for row in map(_target, statements) if _is_row(row)]
+        for statement in statements:
+            target, value = _target(statement), self._value(statement.value)
+            if isinstance(target, ast.Name):
+                self.names[target.id] = value
+            elif _is_row(target):
+                if self.rows is None:
+                    step = int(target.slice.left.right.right.value)
+                    self.rows = ResultRows(self.block, self.out, max(widths) + 1, step)
+                self.rows.put(target.slice.right.value, value)
+            elif target.value.id == "out":
+                self.block.give(value, self.out, self.block.index(target.slice.left.right.value))
+            else:
+                self.builder.store(value, self._place(target), align=self.align)
+
+    def _place(self, subscript: Any) -> Any:
+        index = ir.Constant(ir.IntType(64), subscript.slice.left.value)
+        return self.builder.bitcast(self.builder.gep(self.data, [index]), self.vector.as_pointer())
+
+    def constant(self, x: float) -> Any:
+        return ir.Constant(self.vector, [ir.Constant(self.number, x)] * self.lanes)
+
+    def _call(self, name: str, x: Any) -> Any:
+        if name in _BITS:
+            return _BITS[name](self, x)
+        kind = ir.FunctionType(self.vector, [self.vector])
+        full = f"llvm.{_INTRINSICS[name]}.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
+        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, full), [x])
+
+    def whole(self, x: int) -> Any:
+        """A whole number in every lane."""
+        return ir.Constant(ir.VectorType(ir.IntType(64), self.lanes), [ir.Constant(ir.IntType(64), x)] * self.lanes)
+
+    def bits(self, x: Any) -> Any:
+        """The bits of float64 numbers."""
+        return self.builder.bitcast(x, ir.VectorType(ir.IntType(64), self.lanes))
+
+    def number_of(self, bits: Any) -> Any:
+        """The other way."""
+        return self.builder.bitcast(bits, self.vector)
+
+    def _value(self, node: Any) -> Any:
+        match node:
+            case ast.Name():
+                return self.names[node.id]
+            case ast.Constant(value=float() as x):
+                return self.constant(x)
+            case ast.Subscript():
+                return self.builder.load(self._place(node), align=self.align)
+            case ast.Call(func=ast.Name(id=name)):
+                return self._call(name, self._value(node.args[0]))
+            case ast.UnaryOp():
+                return self.builder.fneg(self._value(node.operand))
+            case ast.BinOp():
+                instruction = getattr(self.builder, _INSTRUCTIONS[type(node.op)])
+                return instruction(self._value(node.left), self._value(node.right), flags=_FLAGS)
+            case ast.IfExp(test=ast.Compare() as test):
+                left, right = self._value(test.left), self._value(test.comparators[0])
+                above = self.builder.fcmp_ordered(">", left, right)
+                return self.builder.select(above, self._value(node.body), self._value(node.orelse))
+            case _:
+                raise SyntaxError(f"not a straight-line statement: {ast.unparse(node)}")
+
+
+_MAGIC, _ONE, _HIGH = 1.5 * 2.0**52, 1023 << 52, 0x433 << 52
+"""Its sum with a whole number holds that in its low bits; the bits of 1.0 and of 2^52."""
+
+
+def _two_to(lanes: _Lanes, x: Any) -> Any:
+    """2^x of whole x from -1022 to 1023."""
+    builder = lanes.builder
+    low = builder.shl(lanes.bits(builder.fadd(x, lanes.constant(_MAGIC))), lanes.whole(52))
+    return lanes.number_of(builder.add(low, lanes.whole(_ONE)))
+
+
+def _exponent(lanes: _Lanes, x: Any) -> Any:
+    builder = lanes.builder
+    biased = builder.or_(builder.lshr(lanes.bits(x), lanes.whole(52)), lanes.whole(_HIGH))
+    return builder.fsub(lanes.number_of(biased), lanes.constant(2.0**52 + 1023.0))
+
+
+def _significand(lanes: _Lanes, x: Any) -> Any:
+    builder = lanes.builder
+    fraction = builder.and_(lanes.bits(x), lanes.whole((1 << 52) - 1))
+    return lanes.number_of(builder.or_(fraction, lanes.whole(_ONE)))
+
+
+_INTRINSICS = {"sqrt": "sqrt", "abs": "fabs"}
+_BITS = {"two_to": _two_to, "exponent": _exponent, "significand": _significand}

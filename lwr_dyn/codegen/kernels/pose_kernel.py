@@ -1,0 +1,163 @@
+"""The search for one solution as a kernel, compiled for an arm when first used and kept: the row "kernel"."""
+
+import hashlib
+import threading
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.codegen.kernels.cache import read_cache, write_cache
+from lwr_dyn.codegen.kernels.kernel import require_packages
+from lwr_dyn.codegen.kernels.pose_newton import finish
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, TAIL, SearchRanges, search_ranges
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain
+
+GENERATOR = 7
+"""Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
+_CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
+"""E of a miss that Newton's method shall finish; where that miss is a minimum of E, the ends of this many starts are
+taken up too, to this E."""
+_ALIGNMENT = 64
+_FLOAT = np.dtype(np.float64)
+_loaded: dict[str, Any] = {}
+
+
+class _Desk(threading.local):
+    """The numbers of one call, at the same addresses in every call of a thread: pose, q0, row, the kernel's buffer."""
+
+    def __init__(self, n: int, lanes: int, full: Array, once: Array) -> None:
+        from lwr_dyn.codegen.kernels.pose_layout import buffer_size
+
+        self.T, self.q0, self.row = np.zeros((4, 4)), np.zeros(n), np.zeros(n + TAIL)
+        self.buffer, place = _aligned(buffer_size(n, lanes))
+        T, q0, row = _address(self.T), _address(self.q0), _address(self.row)
+        self.cold = (T, 16, q0, -1, _address(full), len(full), row, place, 0, 1)
+        self.given = (T, 16, q0, n, _address(full), len(full), row, place, 0, 1)
+        self.once = (T, 16, q0, n, _address(once), len(once), row, place, 0, 1)
+
+
+class KernelSearch:
+    """The search of one arm, by its kernel."""
+
+    __slots__ = ("_call", "_chain", "_desk", "_full", "_lanes", "_once", "_ranges", "n")
+
+    def __init__(self, chain: Chain, ranges: SearchRanges, call: Callable[..., int], lanes: int) -> None:
+        self.n, self._call, self._lanes, self._chain, self._ranges = chain.n, call, lanes, chain, ranges
+        joints = (ranges.lower, ranges.upper, ranges.middle, ranges.turning)
+        redundant = float(self.n > 6)
+        self._full = np.concatenate([(len(ranges.starts), 1.0, redundant, self.n), *joints, ranges.starts.ravel()])
+        self._once = np.concatenate([(1.0, 0.0, redundant, self.n), *joints])
+        self._desk = _Desk(self.n, lanes, self._full, self._once)
+
+    def one(self, T: Any, q0: Any, restart: bool) -> Array:
+        """As `PoseSearch.one`; raises `ShapeError`."""
+        desk = self._desk
+        if type(T) is not np.ndarray or T.shape != (4, 4) or T.dtype is not _FLOAT:
+            T = fixed_array("T", T, (4, 4))
+        desk.T[:] = T
+        if q0 is None and restart:
+            self._call(*desk.cold)
+        else:
+            if type(q0) is not np.ndarray or q0.shape != (self.n,) or q0.dtype is not _FLOAT:
+                q0 = fixed_array("q0", q0, (self.n,))
+            desk.q0[:] = q0
+            self._call(*(desk.given if restart else desk.once))
+        row = desk.row.copy()
+        return row if row.item(self.n) != NOT_REACHED else self._finished(row, T, q0, restart)
+
+    def rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
+        """As `PoseSearch.rows`."""
+        out = self._rows(T, q0, restart)
+        for k in np.flatnonzero(out[:, self.n] == NOT_REACHED):
+            out[k] = self._finished(out[k], T[k], None if q0 is None else q0[k], restart)
+        return out
+
+    def _rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
+        """The kernel's rows."""
+        from lwr_dyn.codegen.kernels.pose_layout import buffer_size
+
+        T, out, settings = (
+            np.ascontiguousarray(T),
+            np.empty((len(T), self.n + TAIL)),
+            self._full if restart else self._once,
+        )
+        first, step = (out, -1) if q0 is None else (np.ascontiguousarray(q0), self.n)
+        kept, place = _aligned(buffer_size(self.n, self._lanes))
+        given = _address(T), 16, _address(first), step, _address(settings), len(settings)
+        self._call(*given, _address(out), place, 0, len(T))
+        del kept
+        return out
+
+    def _finished(self, row: Array, T: Array, q0: Any, restart: bool) -> Array:
+        """The row of a pose that was not reached, after Newton's method where it is near."""
+        x, n = self._ranges, self.n
+        if not _half(row) < _CLOSE:
+            return row
+        near = None if not restart else x.middle if q0 is None else np.clip(q0, x.lower, x.upper)
+        found = finish(self._chain, x, T, row, near)
+        if found[n] == FOUND or not restart:
+            return found
+        first = x.starts[:_AGAIN]
+        ends = self._rows(np.broadcast_to(T, (len(first), 4, 4)), first, False)
+        misses = (end for end in ends if end[n] == NOT_REACHED and _half(end) < _NEAR)
+        others = (finish(self._chain, x, T, miss, near) for miss in misses)
+        return next((other for other in others if other[n] == FOUND), found)
+
+
+def _half(row: Array) -> float:
+    """E of a row."""
+    return float(row[1 - TAIL] / 2.0 + 1.0 - row[3 - TAIL])
+
+
+def _address(array: NDArray[Any]) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def _aligned(numbers: int) -> tuple[Any, int]:
+    """Memory for that many numbers, and the address in it at which a vector may begin."""
+    memory = np.empty(numbers * _FLOAT.itemsize + _ALIGNMENT, dtype=np.uint8)
+    return memory, _address(memory) + -_address(memory) % _ALIGNMENT
+
+
+def kernel_search(arm: Arm, limits: bool, starts: int, seed: int) -> KernelSearch:
+    """The row "kernel" of `POSE_SEARCHES`; raises `MissingPackageError`."""
+    require_packages()
+    from lwr_dyn.codegen.kernels.machine_code import lanes_of
+
+    return KernelSearch(arm.chain, search_ranges(arm, limits, starts, seed), _kernel(arm).call, lanes_of("float64"))
+
+
+def _kernel(arm: Arm) -> Any:
+    """The arm's loaded kernel: from this process, from the cache, or built now."""
+    from lwr_dyn.codegen.kernels.machine_code import compiled, load
+    from lwr_dyn.codegen.kernels.pose_source import pose_source
+
+    key = _key(arm)
+    if key not in _loaded:
+        kept = read_cache(key)
+        symbol = None if kept is None else kept[0].get("symbol")
+        if kept is None or not isinstance(symbol, str):
+            ranges = search_ranges(arm, True, 1, 0)
+            code, symbol = compiled(pose_source(arm.name, arm.chain, ranges))
+            write_cache(key, {"symbol": symbol}, code)
+        else:
+            code = kept[1]
+        _loaded[key] = load(code, symbol, inputs=3)
+    return _loaded[key]
+
+
+def _key(arm: Arm) -> str:
+    """Name of the kernel in the cache, from the arm's geometry and limits, the generator, compiler and processor."""
+    from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
+
+    frames = [matrix for link in arm.chain.links for matrix in (link.before.matrix(), link.after.matrix())]
+    numbers = [*frames, arm.chain.flange.matrix(), arm.lower, arm.upper]
+    text = [f"generator {GENERATOR}", *(link.kind.value for link in arm.chain.links)]
+    text += [np.asarray(x, dtype=np.float64).tobytes().hex() for x in numbers]
+    text += [*host_cpu(), str(lanes_of("float64")), version("numba"), version("llvmlite")]
+    return f"pose-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"

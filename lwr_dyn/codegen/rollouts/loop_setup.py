@@ -1,0 +1,153 @@
+"""The loop that rollouts share, checked as `simulate` checks it: arms, references at every sample, options."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.codegen.rollouts.bodies_of_runs import mass_matrices
+from lwr_dyn.codegen.rollouts.known_reference import known_reference, reference_rows
+from lwr_dyn.codegen.rollouts.philox import MOST_SEED
+from lwr_dyn.codegen.rollouts.smooth_friction import check_friction, friction_table
+from lwr_dyn.codegen.rollouts.step import MOST_DELAY
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
+from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.setup import prepare
+
+FRICTIONS = ("none", "smooth")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopSetup:
+    """What all runs share: see `rollouts` for the fields. `motions` are the references at all samples."""
+
+    arm: Arm
+    plant: Arm
+    controller: Controller
+    references: tuple[Reference, ...]
+    motions: tuple[Motion, ...]
+    rate: float
+    substeps: int
+    friction: str
+    friction_width: float
+    saturate: bool
+    position_limits: bool
+    delay: int
+    encoder: Encoder | None
+    seed: int
+    duration: float
+
+    @property
+    def samples(self) -> int:
+        """Samples of a run."""
+        return int(self.motions[0].t.size)
+
+    @property
+    def t(self) -> Array:
+        """Times of the samples [s]."""
+        return self.motions[0].t
+
+    def table(self) -> Array:
+        """Rows of all references, (references, samples, 3 n + 3): q, dq, ddq, and the place of the tip."""
+        return np.ascontiguousarray(np.stack([reference_rows(motion, self.plant.chain) for motion in self.motions]))
+
+    def record(self) -> dict[str, Any]:
+        """The options as JSON values."""
+        names = ("rate", "substeps", "friction", "saturate", "position_limits", "delay", "seed", "duration")
+        width = {} if self.friction == "none" else {"friction_width": self.friction_width}
+        references = [str(getattr(each, "name", type(each).__name__)) for each in self.references]
+        encoder = None if self.encoder is None else asdict(self.encoder)
+        return {name: getattr(self, name) for name in names} | width | {"references": references, "encoder": encoder}
+
+
+def loop_setup(
+    arm: Arm,
+    controller: Controller,
+    reference: Reference | Sequence[Reference],
+    *,
+    rate: float = 1000.0,
+    substeps: int = 1,
+    plant: Arm | None = None,
+    friction: str = "none",
+    friction_width: float = SMOOTH_SPEED,
+    saturate: bool = True,
+    position_limits: bool = True,
+    delay: int = 0,
+    encoder: Encoder | None = None,
+    seed: int = 0,
+    duration: float | None = None,
+) -> LoopSetup:
+    """The loop, checked as `simulate` checks it; parameters and errors as of `rollouts`."""
+    references = tuple(reference) if isinstance(reference, Sequence) else (reference,)
+    for each in references:
+        if not hasattr(each, "sample"):
+            raise OptionError("reference", repr(each), "a Reference, with `sample(t)` and `duration`, or several")
+    known = tuple(known_reference(each) for each in references)
+    simulated = arm if plant is None else plant
+    if not references:
+        raise OptionError("reference", "an empty sequence", "a reference, or several")
+    _check_friction(simulated, friction, friction_width)
+    if not (isinstance(delay, int) and 0 <= delay <= MOST_DELAY):
+        raise OptionError("delay", delay, f"a whole number from 0 to {MOST_DELAY}")
+    if encoder is not None and type(encoder).sensor is not Encoder.sensor:
+        raise OptionError("encoder", f"{type(encoder).__name__}, with a sensor of its own", "an Encoder")
+    long = max(float(each.duration) for each in references) if duration is None else duration
+    setups = [
+        prepare(
+            arm, controller, each, rate=rate, substeps=substeps, plant=plant, friction="none", encoder=encoder,
+            saturate=saturate, position_limits=position_limits, seed=seed, delay=delay, duration=long,
+        )
+        for each in known
+    ]  # fmt: skip
+    if seed > MOST_SEED:
+        raise OptionError("seed", seed, "a whole number below 2^64")
+    return LoopSetup(
+        arm, simulated, controller, references, tuple(setup.motion for setup in setups), rate, substeps,
+        "smooth" if friction == "smooth" else "none", friction_width, saturate, position_limits, delay, encoder, seed,
+        long,
+    )  # fmt: skip
+
+
+def _check_friction(plant: Arm, friction: str, width: float) -> None:
+    if friction not in (*FRICTIONS, "set-valued"):
+        raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
+    if friction == "set-valued" and any(plant.friction_models()):
+        other = "friction 'smooth' with friction_width [rad/s], or simulate"
+        raise OptionError("friction", "'set-valued': a kernel has no true stick", other)
+    if friction == "smooth":
+        friction_table(plant.friction_models())
+        if not (isfinite(width) and width > 0.0):
+            raise OptionError("friction_width", width, "a speed above 0")
+
+
+def check_starts(setup: LoopSetup, given: Mapping[str, Array]) -> None:
+    """Raise `OptionError` for a run that starts outside the position limits."""
+    if not (setup.position_limits and "q0" in given):
+        return
+    q0, lower, upper = given["q0"], setup.plant.lower, setup.plant.upper
+    for run, joint in np.argwhere((q0 < lower) | (q0 > upper))[:1].tolist():
+        allowed = f"{lower[joint]:.6g} to {upper[joint]:.6g}, or position_limits=False"
+        name = f"q0 of run {run}, {setup.plant.joint_names[joint]}"
+        raise OptionError(name, f"{q0[run, joint]:.6g}", allowed)
+
+
+def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:
+    """Raise `OptionError` for friction of single runs without "smooth", or too stiff for the step where runs begin.
+
+    The mass matrix is that of each run's plant, where the first reference begins.
+    """
+    own = given.get("friction")
+    if setup.friction != "smooth":
+        if own is not None:
+            raise OptionError("friction", f"{setup.friction!r} with a parameter friction", "'smooth'")
+        return
+    tables = friction_table(setup.plant.friction_models()) if own is None else own
+    B = mass_matrices(setup.plant.chain, setup.motions[0].q[0], given)
+    check_friction(B, tables, setup.friction_width, setup.rate, setup.substeps)

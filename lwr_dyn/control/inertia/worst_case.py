@@ -1,0 +1,184 @@
+"""The largest inertia seen at a joint: the maximum of B_ii(q) over the joint box, by a global search.
+
+Along one turning joint B_ii is a trigonometric polynomial of degree two, B_ii = a0 + a1 cos + b1 sin + a2 cos 2 + b2
+sin 2, so five values give the whole line and its maximum inside the limits exactly; along a sliding joint it is a
+convex parabola, largest at an end. The search climbs coordinate by coordinate with exact line maxima, from every
+corner of a 90 deg lattice (thinned where it has more than `LATTICE_MOST`) and from seeded random starts. Climbs along
+long flat ridges end early: the best that did not end in the best value are refined by L-BFGS-B before one of them
+is called another maximum.
+"""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lwr_dyn.control.inertia.maxima import JointInertia, with_joint_values
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.errors import MissingDataError
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.dh import JointKind
+
+RANDOM_STARTS = 128
+LATTICE_STARTS = 128
+"""Best corners of the lattice that are climbed from; all corners are evaluated."""
+LATTICE_MOST = 20000
+SEED = 7
+SAME = 1e-9
+"""Relative: climbs that end within this of the best ended in the best."""
+FOLLOWED = 8
+"""Number of climbs that ended lower, best first, that are refined."""
+SAME_FOLLOWED = 1e-6
+"""Relative, for refined climbs, whose end is only as flat as differences of B_ii can show."""
+FREE = 1e-5
+"""Relative: a joint that changes the value by less, moved alone through its whole range, counts as free; papers print
+four digits, and products of 1e-7 kg m^2 would otherwise tie every joint to an odd angle."""
+MAXIMISERS_SHOWN = 8
+KEPT = 32
+"""Arms whose maxima are kept."""
+_found: dict[str, tuple["InertiaMaximum", ...]] = {}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InertiaMaximum:
+    """max B_ii of one joint: value [kg m^2; kg for a sliding joint], where, and how sure the search is."""
+
+    joint: int
+    value: float
+    q: Array
+    """One maximiser (n,) [rad or m]; free joints at the middle of their range."""
+    free: tuple[bool, ...]
+    """Joints that do not change the value at the maximiser when moved alone."""
+    maximisers: tuple[tuple[float, ...], ...]
+    """Distinct maximisers [rad or m], NaN for free joints; at most `MAXIMISERS_SHOWN`."""
+    distinct: int
+    runner_up: float | None
+    """The best value of a refined climb that ended elsewhere: another local maximum, or none."""
+    starts: int
+    share: float
+    """Share of the climbs that ended in the best value."""
+
+    def statement(self) -> str:
+        """How it was searched, in one sentence."""
+        if self.runner_up is not None:
+            rest = f"of the rest, followed on, one in another maximum, {self.runner_up:.8g}"
+        elif self.share < 1.0:
+            rest = f"the best {FOLLOWED} of the rest, followed on, did too"
+        else:
+            rest = "no other local maximum was met"
+        return (
+            f"{self.starts} climbs with exact line maxima over the joint box "
+            f"(90 deg lattice and random, seed {SEED}); {self.share:.0%} ended here, {rest}"
+        )
+
+
+def worst_case_inertia(
+    arm: Arm, joint: int, fixed: Mapping[int, float] | None = None, smallest: bool = False, starts: Array | None = None
+) -> InertiaMaximum:
+    """Largest (or smallest) B_ii over the joint box, with the joints in `fixed` held [rad or m].
+
+    With `starts` (k, n) given, the search climbs from there alone: for an arm that is little changed.
+
+    Raises
+    ------
+    MissingDataError
+        No inertias, or a sliding joint without limits.
+    """
+    return _maximum(replace(first_joint(arm, fixed or {}), joint=joint, sign=-1.0 if smallest else 1.0), starts)
+
+
+def worst_case_inertias(arm: Arm) -> tuple[InertiaMaximum, ...]:
+    """Every joint's largest inertia; raises as `worst_case_inertia`. Those of the last arms are kept in memory."""
+    first = first_joint(arm, {})
+    if first.content not in _found:
+        if len(_found) >= KEPT:
+            del _found[next(iter(_found))]
+        _found[first.content] = tuple(_maximum(replace(first, joint=i)) for i in range(arm.n))
+    return _found[first.content]
+
+
+def first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
+    """The inertia at joint 0 over the joint box."""
+    recursion = Recursion.of(chain_with_dynamics(arm))
+    lower, upper = arm.lower.copy(), arm.upper.copy()
+    for j, link in enumerate(arm.chain.links):
+        if not np.isfinite([lower[j], upper[j]]).all():
+            if link.kind is JointKind.PRISMATIC:
+                raise MissingDataError(arm.name, f"limits of {link.joint}", "its largest inertia")
+            lower[j], upper[j] = -np.pi, np.pi
+    for j, value in fixed.items():
+        lower[j] = upper[j] = value
+    return JointInertia(recursion, tuple(link.kind for link in arm.chain.links), 0, lower, upper)
+
+
+def _maximum(inertia: JointInertia, starts: Array | None = None) -> InertiaMaximum:
+    q = _starts(inertia) if starts is None else np.clip(starts, inertia.lower, inertia.upper)
+    value, moving = inertia.at(q), inertia.moving
+    for _ in range(60):
+        before = value
+        for j in moving:
+            q[:, j] = inertia.line_maximum(q, j)
+        value = inertia.at(q)
+        if np.all(value - before <= 1e-14 * np.abs(value)):
+            break
+    ends = _refine(inertia, q, value)
+    others = [x for x in ends if x < value.max() - SAME_FOLLOWED * abs(value.max())]
+    best, sign = _summary(inertia, q, value), inertia.sign
+    return replace(best, value=sign * best.value, runner_up=sign * max(others) if others else None)
+
+
+def _starts(inertia: JointInertia) -> Array:
+    """The best corners of the 90 deg lattice inside the box, and seeded random points."""
+    rng = np.random.default_rng(SEED)
+    lower, upper, moving = inertia.lower, inertia.upper, inertia.moving
+    middle = (lower + upper) / 2
+    quarter = np.pi / 2
+    axes = [[x for x in quarter * np.arange(-4, 5) if lower[j] <= x <= upper[j]] or [middle[j]] for j in moving]
+    while np.prod([len(a) for a in axes]) > LATTICE_MOST:
+        widest = max(range(len(axes)), key=lambda k: len(axes[k]))
+        axes[widest] = axes[widest][::2] if len(axes[widest]) > 1 else axes[widest]
+    points = list(itertools.product(*axes))
+    corners = np.array(points, dtype=np.float64).reshape(len(points), len(moving))
+    lattice = np.tile(middle, (len(corners), 1))
+    lattice[:, moving] = corners
+    order = np.argsort(-inertia.at(lattice), kind="stable")
+    random = np.tile(middle, (RANDOM_STARTS, 1))
+    random[:, moving] = rng.uniform(lower[moving], upper[moving], (RANDOM_STARTS, len(moving)))
+    return np.concatenate([lattice[order[:LATTICE_STARTS]], random])
+
+
+def _refine(inertia: JointInertia, q: Array, value: Array) -> list[float]:
+    """Refine the `FOLLOWED` best other maxima in place; return their values and the best one."""
+    best = int(np.argmax(value))
+    ended_lower = np.flatnonzero(value < value[best] - SAME * abs(value[best]))
+    ends = [float(value[best])]
+    for k in ended_lower[np.argsort(-value[ended_lower], kind="stable")][:FOLLOWED]:
+        at, reached = inertia.local_maximum(q[k])
+        if abs(reached - value[best]) <= SAME_FOLLOWED * abs(value[best]):
+            at, reached = q[best], float(value[best])
+        q[k], value[k] = at, reached
+        ends.append(reached)
+    return ends
+
+
+def _summary(inertia: JointInertia, q: Array, value: Array) -> InertiaMaximum:
+    """The best of the climbs that ended at q (k, n) with `value` (k,)."""
+    lower, upper, k = inertia.lower, inertia.upper, int(np.argmax(value))
+    best = float(value[k])
+    close = np.abs(value - best) <= SAME * abs(best)
+    at, middle = q[k].copy(), (lower + upper) / 2
+    free = [True] * len(at)
+    for j in inertia.moving:
+        line = inertia.at(with_joint_values(q[k][None, :], j, np.linspace(lower[j], upper[j], 9)))
+        free[j] = bool(np.ptp(line) <= FREE * abs(best))
+    at[free] = middle[free]
+    rows = np.where(free, np.nan, np.round(q[close], 2))
+    distinct = np.unique(np.where(np.isnan(rows), np.inf, rows + 0.0), axis=0)
+    shown = tuple(tuple(float("nan") if np.isinf(x) else float(x) for x in row) for row in distinct[:MAXIMISERS_SHOWN])
+    return InertiaMaximum(
+        joint=inertia.joint, value=best, q=read_only(at), free=tuple(free), maximisers=shown, distinct=len(distinct),
+        runner_up=None, starts=len(q), share=float(np.mean(close)),
+    )  # fmt: skip

@@ -1,0 +1,177 @@
+"""A panel of a figure, ready to draw: its curves as numbers with their colours, and axes that follow the data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.pages.plotting.axes import NEAR_LEVEL, Axis, axis_of, frequency_axis, logarithmic_axis
+from lwr_dyn.pages.replay.figures import GREY, Curve, Figure, Level, Panel, Series
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
+
+LIMIT = "limit"
+"""The label of levels that a gauge can stand for."""
+FAR_APART = 30.0
+"""Tip errors of runs that differ by more than this factor get a logarithmic axis."""
+FREQUENCY = "Hz"
+"""The unit of x that has a logarithmic axis."""
+ROUNDING = 1e-9
+"""Of a level, such as a limit: curves that stay below this share of it are drawn as the zero that they are,"""
+_AROUND_ZERO = 1e-3
+"""on an axis over this share of it."""
+_WIDEST_ERROR = 0.15
+"""Of the path's extent: what a magnified error may take."""
+_MAGNIFICATIONS = (1000, 100, 10)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnCurve:
+    """A curve as numbers; `ink` is the name of its colour on a page: "r1" to "r5" of a run, "ref", "ink" or "soft"."""
+
+    curve: Curve
+    x: Array
+    y: Array
+    ink: str
+    swing: float
+    """Its largest magnitude; of a path its largest error."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnPanel:
+    """A panel with its curves and axes; `levels` are those within the axes, `far` those that words must say."""
+
+    panel: Panel
+    curves: tuple[DrawnCurve, ...]
+    x: Axis
+    y: Axis
+    levels: tuple[Level, ...]
+    far: tuple[Level, ...]
+    magnified: int = 1
+    """How many times as large as they are the errors of a path are drawn."""
+
+    @property
+    def peak(self) -> float:
+        """The largest magnitude of the curves."""
+        sizes = [np.nanmax(np.abs(one.y)) for one in self.curves if one.ink != "ref" and np.isfinite(one.y).any()]
+        return float(max(sizes, default=0.0))
+
+    @property
+    def limit(self) -> float | None:
+        """The limit of what is drawn, if a level states it."""
+        return max((abs(level.value) for level in self.panel.levels if level.label == LIMIT), default=None)
+
+
+def run_ink(run: ReplayedRun) -> str:
+    """The name of a run's colour on a page: "r1" to "r4", "r5" for the grey of all others."""
+    return f"r{min(run.place, 4) + 1}"
+
+
+def drawn_panels(figure: Figure, runs: Sequence[ReplayedRun]) -> tuple[DrawnPanel, ...]:
+    """The panels of a figure; panels over time share their time axis. Raises `OptionError` as `Curve.points`."""
+    factor = magnification(figure, runs)
+    drawn = [[_drawn(figure, panel, k, runs, factor) for k in range(len(panel.curves))] for panel in figure.panels]
+    over = np.concatenate([one.x for curves in drawn for one in curves])
+    most = 3 if len(figure.panels) > 3 else 8
+    time = axis_of(over, most, padding=0.0)
+    return tuple(
+        _panel(figure, panel, curves, time if figure.over_time else None, factor)
+        for panel, curves in zip(figure.panels, map(tuple, drawn), strict=True)
+    )
+
+
+def magnification(figure: Figure, runs: Sequence[ReplayedRun]) -> int:
+    """How much larger a path figure draws its errors: the largest of 10, 100, 1000 that leaves the path readable."""
+    paths = [curve for curve in figure.curves if _is_path(curve)]
+    if not (figure.equal_aspect and paths):
+        return 1
+    wanted = [np.column_stack([_reference(axis, runs) for axis in curve.series]) for curve in paths]
+    errors = [np.column_stack(c.points(runs)) - ref for c, ref in zip(paths, wanted, strict=True)]
+    largest = max(float(np.hypot(*error.T).max()) for error in errors)
+    extent = max(float(np.ptp(ref, axis=0).max()) for ref in wanted)
+    return next((m for m in _MAGNIFICATIONS if m * largest <= _WIDEST_ERROR * extent), 1)
+
+
+def _is_path(curve: Curve) -> bool:
+    return len(curve.series) == 2 and all(one.quantity.startswith("flange ") for one in curve.series)
+
+
+def _reference(series: Series, runs: Sequence[ReplayedRun]) -> Array:
+    """Where the run should be, for a series of where it is."""
+    pose = runs[series.run].pose_ref
+    return series.scale * np.asarray(pose[:, "xyz".index(series.quantity[-1]), 3])
+
+
+def _drawn(figure: Figure, panel: Panel, k: int, runs: Sequence[ReplayedRun], factor: int) -> DrawnCurve:
+    curve = panel.curves[k]
+    x, y = curve.points(runs)
+    swing = float(np.nanmax(np.abs(y), initial=0.0))
+    if _is_path(curve):
+        wanted = [_reference(one, runs) for one in curve.series]
+        swing = float(np.hypot(x - wanted[0], y - wanted[1]).max())
+        x, y = (ref + factor * (is_at - ref) for ref, is_at in zip(wanted, (x, y), strict=True))
+    return DrawnCurve(curve, x, y, _ink(figure, panel, k, runs), swing)
+
+
+def _ink(figure: Figure, panel: Panel, k: int, runs: Sequence[ReplayedRun]) -> str:
+    curve = panel.curves[k]
+    if curve.is_reference or curve.colour == GREY:
+        return "ref"
+    if isinstance(curve.y, Series):
+        run = curve.y.run
+        before = [c for c in panel.curves[:k] if isinstance(c.y, Series) and c.y.run == run and not c.is_reference]
+        return "soft" if before else run_ink(runs[run])
+    if curve.colour is not None and not curve.is_filled:
+        return f"r{min(curve.colour, 4) + 1}"
+    return "ink" if figure.labels.index(curve.label) == 0 else "soft"
+
+
+def _panel(figure: Figure, panel: Panel, curves: tuple[DrawnCurve, ...], time: Axis | None, factor: int) -> DrawnPanel:
+    across, up = (np.concatenate([getattr(one, axis) for one in curves]) for axis in "xy")
+    near = tuple(level for level in panel.levels if is_near(level, across if level.axis == "x" else up))
+    far = tuple(level for level in panel.levels if level not in near)
+    up = np.append(up, [level.value for level in near if level.axis == "y"])
+    across = np.append(across, [level.value for level in near if level.axis == "x"])
+    largest = max((abs(level.value) for level in far if level.axis == "y"), default=0.0)
+    if np.nanmax(np.abs(up), initial=0.0) < ROUNDING * largest:
+        up = np.append(up, [-_AROUND_ZERO * largest, _AROUND_ZERO * largest])
+    x = time or (frequency_axis(across) if figure.x_unit == FREQUENCY else axis_of(across))
+    y = _vertical(figure, curves, up)
+    if figure.equal_aspect:
+        x, y = _same_scale(across, up)
+    return DrawnPanel(panel, curves, x, y, near, far, factor)
+
+
+def _vertical(figure: Figure, curves: Sequence[DrawnCurve], values: Array) -> Axis:
+    if len(figure.panels) == 1 and len(curves) > 1 and all(_is_distance(one.curve) for one in curves):
+        peaks = [float(one.y.max()) for one in curves]
+        if min(peaks) > 0.0 and max(peaks) > FAR_APART * min(peaks):
+            return logarithmic_axis(values)
+    return axis_of(values)
+
+
+def _is_distance(curve: Curve) -> bool:
+    return isinstance(curve.y, Series) and curve.y.quantity == "tip error"
+
+
+def _same_scale(across: Array, up: Array) -> tuple[Axis, Axis]:
+    """Both axes as long as the longer one."""
+    spans = [(float(np.nanmin(v)), float(np.nanmax(v))) for v in (across, up)]
+    side = max(high - low for low, high in spans)
+    middle = [0.5 * (low + high) for low, high in spans]
+    x, y = (axis_of(np.array([m - 0.5 * side, m + 0.5 * side])) for m in middle)
+    return x, y
+
+
+def is_near(level: Level, data: Array) -> bool:
+    """Whether a level is at most `NEAR_LEVEL` times as far from zero as the data on its side."""
+    finite = data[np.isfinite(data)]
+    low, high = float(finite.min()), float(finite.max())
+    if low <= level.value <= high:
+        return True
+    return NEAR_LEVEL * low <= level.value < 0.0 if level.value < 0.0 else 0.0 <= level.value <= NEAR_LEVEL * high
+
+
+def widest_first(panel: DrawnPanel) -> list[DrawnCurve]:
+    """References first, then what swings most, so that nothing is hidden under a wider line."""
+    return sorted(panel.curves, key=lambda one: (one.ink != "ref", -one.swing))

@@ -1,0 +1,203 @@
+"""One figure's heading and panels, drawn by Matplotlib: names instead of legends, gauges for far limits, scale bars."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lwr_dyn.pages.plotting.axes import apart, raised, round_length, short
+from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, widest_first
+from lwr_dyn.pages.plotting.layout import EDGE, LINE, TITLE, FigureLayout, name_width
+from lwr_dyn.pages.replay.look import tokens
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
+
+_NAMES_APART = 0.075
+"""Least distance of names at the ends of lines, as a share of the panel's height."""
+_CROWDED = 0.06
+"""A point so near below another one has its name below; a share of the panel."""
+_BAR = 0.22
+"""Length of a scale bar at most, as a share of the path's extent."""
+
+
+def colour_of(ink: str) -> str:
+    """The colour of a curve: "r1" to "r5" are those of runs, others are tokens."""
+    return tokens()[f"run{ink[1]}" if ink[:1] == "r" and ink[1:].isdigit() else ink]
+
+
+def draw_header(place: SubFigure, laid: FigureLayout) -> None:
+    """Title, what is drawn, and the names of the lines."""
+    down = EDGE + 0.5 * TITLE
+    place.text(
+        EDGE / laid.width, 1.0 - down / laid.height, laid.figure.title, fontsize=12.5, fontweight=600, va="center"
+    )
+    down += 0.5 * TITLE + 0.5 * LINE
+    for text in laid.about:
+        at = EDGE / laid.width, 1.0 - down / laid.height
+        place.text(*at, text, color=tokens()["soft"], fontsize=9.5, va="center")
+        down += LINE
+    for row in laid.names:
+        _draw_names(place, laid, row, 1.0 - down / laid.height)
+        down += LINE
+
+
+def _draw_names(place: SubFigure, laid: FigureLayout, row: tuple[DrawnCurve, ...], y: float) -> None:
+    from matplotlib.lines import Line2D
+
+    left = EDGE
+    for one in row:
+        mark = [(left + 0.02) / laid.width, (left + 0.26) / laid.width]
+        look = _look(one)
+        if one.curve.style == "points":
+            mark = [sum(mark) / 2]
+        place.add_artist(Line2D(mark, [y] * len(mark), transform=place.transSubfigure, **look))
+        words = "ink" if one.ink in ("ref", "soft", "r5") else one.ink
+        name = place.text((left + 0.34) / laid.width, y, one.curve.label, color=colour_of(words), va="center")
+        name.set_fontweight(600)
+        left += name_width(one)
+
+
+def draw_panel(place: SubFigure, laid: FigureLayout, k: int) -> None:
+    """The panel `k` of a figure at its place."""
+    one, figure = laid.panels[k], laid.figure
+    axes: Axes = place.add_axes(laid.box(k))
+    for side in axes.spines.values():
+        side.set_visible(False)
+    _set_axes(axes, laid, one)
+    for c, drawn in enumerate(one.curves):
+        _draw_curve(axes, drawn, f"{figure.id or 'figure'}-{k}-{c}", widest_first(one).index(drawn))
+    _draw_levels(axes, one)
+    axes.set_title(one.panel.title or ("" if figure.equal_aspect or laid.about else one.panel.y_label), **_CAPTION)
+    _draw_fact(axes, laid, one)
+    if laid.has_ends:
+        _draw_ends(axes, one)
+    if one.magnified > 1:
+        _draw_scale_bars(axes, one)
+
+
+_CAPTION: dict[str, Any] = {"loc": "left", "fontsize": 9.5, "fontweight": 600, "pad": 9}
+
+
+def _set_axes(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
+    axes.set_xlim(one.x.low, one.x.high)
+    axes.set_ylim(one.y.low, one.y.high)
+    if one.x.is_logarithmic:
+        axes.set_xscale("log")
+    if one.y.is_logarithmic:
+        axes.set_yscale("log")
+    if one.magnified > 1:
+        axes.set_axis_off()
+        return
+    labels = list(one.x.labels)
+    labels[-1] += f" {laid.figure.x_unit}" if laid.figure.x_unit else ""
+    axes.set_xticks(one.x.ticks, labels)
+    axes.set_yticks(one.y.ticks, one.y.labels)
+    axes.minorticks_off()
+    if one.y.power:
+        power = short(10.0**one.y.power) if abs(one.y.power) > 4 else f"{10.0**one.y.power:g}"
+        at: dict[str, Any] = {"xycoords": "axes fraction", "xytext": (-4, 0), "textcoords": "offset points"}
+        at |= {"ha": "right", "va": "center", "fontsize": 8.5, "color": tokens()["soft"]}
+        axes.annotate(f"\u00d7 {power}", (0.0, 1.0), **at)
+    axes.tick_params(length=0, labelsize=8.5, pad=4)
+    axes.grid(axis="both" if laid.figure.equal_aspect else "y", color=tokens()["line"], linewidth=0.7)
+    zero: dict[str, Any] = {"color": tokens()["zero"], "linewidth": 0.8, "zorder": 0.9}
+    if not one.y.is_logarithmic and one.y.low <= 0.0 <= one.y.high:
+        axes.axhline(0.0, **zero)
+    if not laid.figure.over_time and one.x.low <= 0.0 <= one.x.high:
+        axes.axvline(0.0, **zero)
+
+
+def _look(one: DrawnCurve) -> dict[str, Any]:
+    """How a curve is drawn: a reference as a broad pale band, below all others."""
+    if one.ink == "ref":
+        return {"color": colour_of("ref"), "linewidth": 4.5, "linestyle": "-", "solid_capstyle": "round"}
+    mark = {"points": "None", "line": "--" if one.curve.dashed else "-", "both": "--" if one.curve.dashed else "-"}
+    look = {"color": colour_of(one.ink), "linestyle": mark[one.curve.style]}
+    return look | ({} if one.curve.style == "line" else {"marker": "o"})
+
+
+def _draw_curve(axes: Axes, one: DrawnCurve, name: str, order: int) -> None:
+    if one.curve.is_filled:
+        axes.fill(one.x, one.y, color=colour_of(one.ink), alpha=0.12, linewidth=0.0)
+    (line,) = axes.plot(one.x, one.y, label=one.curve.label, zorder=2.0 + 0.01 * order, **_look(one))
+    line.set_gid(name)  # names the curve in SVG
+    if not one.curve.text:
+        return
+    to_share = axes.transData + axes.transAxes.inverted()
+    points = [(float(x), float(y)) for x, y in to_share.transform(np.column_stack([one.x, one.y]))]
+    for k, text in enumerate(one.curve.text):
+        near = [p for p in points if p != points[k] and np.hypot(p[0] - points[k][0], p[1] - points[k][1]) < _CROWDED]
+        below = any(p[1] > points[k][1] for p in near)
+        words: dict[str, Any] = {"textcoords": "offset points", "fontsize": 8.5, "va": "top" if below else "bottom"}
+        axes.annotate(text, (float(one.x[k]), float(one.y[k])), xytext=(5, -3 if below else 3), **words)
+
+
+def _draw_levels(axes: Axes, one: DrawnPanel) -> None:
+    style: dict[str, Any] = {"color": tokens()["soft"], "linewidth": 0.9, "linestyle": (0, (4, 3))}
+    for level in one.levels:
+        name: dict[str, Any] = {"color": tokens()["soft"], "fontsize": 8.5, "textcoords": "offset points"}
+        if level.axis == "y":
+            axes.axhline(level.value, **style)
+            above = float(one.y.share(level.value)) < 0.5
+            at: dict[str, Any] = {"xytext": (-3, 3 if above else -3), "va": "bottom" if above else "top", "ha": "right"}
+            axes.annotate(level.label, (1.0, level.value), xycoords=("axes fraction", "data"), **at, **name)
+        else:
+            axes.axvline(level.value, **style)
+            at = {"xytext": (3, -3), "va": "top", "ha": "left"}
+            axes.annotate(level.label, (level.value, 1.0), xycoords=("data", "axes fraction"), **at, **name)
+
+
+def _draw_fact(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
+    """At the right of the caption: the peak, and of a limit that is far away the share as a gauge."""
+    words = fact_text(laid, one)
+    broken = one.limit is not None and one.peak > one.limit * (1.0 + 1e-9)
+    colour = tokens()["alarm" if broken else "soft"]
+    axes.set_title(words, loc="right", fontsize=8.5, color=colour, pad=9)
+    if one.limit is None or not one.limit:
+        return
+    for share, token in ((1.0, "grid"), (min(one.peak / one.limit, 1.0), "alarm" if broken else "soft")):
+        axes.add_patch(_rectangle((0.0, 1.03), share, 0.04 / (laid.panel_height), tokens()[token], axes.transAxes))
+
+
+def _rectangle(corner: tuple[float, float], width: float, height: float, colour: str, transform: Any) -> Any:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle(corner, width, height, facecolor=colour, linewidth=0.0, clip_on=False, transform=transform)
+
+
+def fact_text(laid: FigureLayout, one: DrawnPanel) -> str:
+    """The peak of a panel over time with its limit, and levels that are too far away to be drawn."""
+    own_unit = len({(each.panel.y_label, each.panel.y_unit) for each in laid.panels}) > 1
+    unit = f" {one.panel.y_unit}" if own_unit or one.limit is not None else ""
+    parts = [f"{level.label} {short(level.value)}" for level in one.far if one.limit is None]
+    parts += [one.panel.note] if one.panel.note and one.limit is None else []
+    followed = any(drawn.ink == "ref" for drawn in one.curves)
+    lone = not followed and (len(laid.panels) > 1 or len(one.curves) == 1)
+    if laid.figure.over_time and (lone or one.limit is not None):
+        of = f" of {short(one.limit)}" if one.limit is not None else ""
+        parts.insert(0, f"peak {short(one.peak)}{of}{unit}")
+    return raised("; ".join(parts))
+
+
+def _draw_ends(axes: Axes, one: DrawnPanel) -> None:
+    """The names of lines at their ends, moved apart where they would touch."""
+    ends = sorted((float(one.y.share(float(c.y[-1]))), c.ink, c.curve.label) for c in one.curves)
+    for at, (_, ink, label) in zip(apart([end[0] for end in ends], _NAMES_APART), ends, strict=True):
+        words = colour_of("ink" if ink in ("ref", "soft", "r5") else ink)
+        axes.text(1.012, at, label, color=words, fontweight=600, va="center", transform=axes.transAxes)
+
+
+def _draw_scale_bars(axes: Axes, one: DrawnPanel) -> None:
+    """A length of the path, and one of its errors, below the panel."""
+    whole = one.x.high - one.x.low
+    down = -0.035
+    for row, (what, factor) in enumerate((("path", 1), ("errors", one.magnified))):
+        length = round_length(_BAR * whole / factor)
+        y = down - 0.04 * row
+        share = factor * length / whole
+        axes.add_patch(_rectangle((0.0, y), share, 0.006, tokens()["soft"], axes.transAxes))
+        text = f"{what}: {short(1e3 * length)} mm"
+        axes.text(share + 0.02, y, text, color=tokens()["soft"], fontsize=9, va="center", transform=axes.transAxes)

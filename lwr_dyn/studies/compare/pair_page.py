@@ -1,0 +1,113 @@
+"""Any two runs of a comparison replayed side by side: two lists to choose from, in one file that needs no network.
+
+The page is that of a replay with two arms; what all runs share (the arm, the reference, the times) stands in it once.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from html import escape
+from typing import Any
+
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.pages.replay import scene
+from lwr_dyn.pages.replay.look import font_faces, look_css
+from lwr_dyn.pages.replay.page_parts import (
+    PLAYER,
+    fill_template,
+    generator_line,
+    meshcat_bundle,
+    pack_int32,
+    resource_text,
+    script_safe,
+)
+from lwr_dyn.pages.replay.replay_page import RATE, replay_policy, run_record
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.studies.compare.compared_run import ComparedRun
+from lwr_dyn.studies.compare.comparison import RunComparison
+from lwr_dyn.studies.compare.part_of_run import thinned
+
+BUDGET = 12_000_000
+"""Largest size of all series in the page [bytes]; above it fewer samples a second are kept."""
+LEAST = 10.0
+"""[Hz] Fewer samples a second would not show a motion."""
+SHARED = ("joints", "flange", "base", "native", "floor", "foot", "tip_model", "t", "q_ref", "reference", "samples")
+"""Of a run's record: what runs of one reference have in common, as a rule."""
+
+
+def pair_html(compared: RunComparison) -> str:
+    """The page; the same comparison gives the same text.
+
+    Raises
+    ------
+    OptionError
+        Fewer than two runs.
+    """
+    if len(compared.runs) < 2:
+        raise OptionError("replay of two runs", "one run", "two runs or more")
+    data = pair_data(compared)
+    style = [font_faces(), look_css(), *map(resource_text, ("player.css", "page.css"))]
+    player = [*map(resource_text, (*PLAYER, "start.js")), resource_text("pair.js", "lwr_dyn.studies.compare")]
+    parts = {
+        "title": escape(compared.title),
+        "policy": replay_policy(live=False),
+        "style": "\n".join([*style, resource_text("pair.css", "lwr_dyn.studies.compare")]),
+        "controls": resource_text("controls.html"),
+        "meshcat": meshcat_bundle(),
+        "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
+        "player": "\n".join(player),
+    }
+    return fill_template(resource_text("page.html"), parts)
+
+
+def pair_data(compared: RunComparison) -> dict[str, Any]:
+    """The player's data: two runs on the stage, and what is needed to put any other there."""
+    rate, start = rate_within(compared.runs), _at_start(compared)
+    records = [_record(one, rate) for one in compared.runs]
+    shared = {key: records[0][key] for key in SHARED}
+    own = [{key: x for key, x in record.items() if shared.get(key) != x} for record in records]
+    first = [replace(compared.runs[i].shown, place=place) for place, i in enumerate(start)]
+    commands = [command for place, one in enumerate(first) for command in scene.arm_commands(one, place)]
+    return {
+        "runs": [_on_stage(records[i], place) for place, i in enumerate(start)],
+        "scene": commands,
+        "made_by": generator_line(),
+        "title": compared.title,
+        "live": False,
+        "start": {"trace": True, "frames": False, "beside": True},
+        "pair": {"shared": shared, "runs": own, "chosen": list(start)},
+    }
+
+
+def rate_within(runs: Sequence[ComparedRun], budget: int = BUDGET) -> float:
+    """Samples a second that the page keeps [Hz], at most `RATE`, so that its series stay within `budget` bytes."""
+    numbers = sum((one.shown.arm.n + 5) * float(one.shown.run.t[-1]) for one in runs)  # a second
+    return max(LEAST, min(RATE, budget / (numbers * 16 / 3)))
+
+
+def _record(one: ComparedRun, rate: float) -> dict[str, Any]:
+    """A run's record for the player, with its figures among its facts."""
+    (shown,) = replayed_runs([thinned(one.shown.run, rate)], [one.shown.arm], [f"{one.controller}, {one.plant}"])
+    record = run_record(shown)
+    figures = [["tip RMS", f"{one.figures.tip_rms_mm:.3g} mm"],
+               ["largest", f"{one.figures.tip_max_mm:.3g} mm"], ["limits", one.figures.limits]]  # fmt: skip
+    figures += [["unstable,", str(one.cuts)]] if one.shakes else []
+    about = [fact for fact in record["facts"] if fact[0] in ("reading", "audit")]
+    samples = [int(shown.run.t.size), int(one.shown.run.t.size)]
+    more = {"facts": figures + about, "controller": one.controller, "plant": one.plant, "samples": samples}
+    return {**record, **more, "trace": {"points": pack_int32(shown.pose[:, :3, 3])}}
+
+
+def _on_stage(record: dict[str, Any], place: int) -> dict[str, Any]:
+    return {**record, "place": place, "trace": {"t": record["t"], **record["trace"]}}
+
+
+def _at_start(compared: RunComparison) -> tuple[int, int]:
+    """The runs that the page shows first: the best and the worst of the last plant with two of them that are stable."""
+    at = {id(one): i for i, one in enumerate(compared.runs)}
+    chosen = (0, 1)
+    for runs in compared.plants.values():
+        still = sorted((one for one in runs if not one.shakes), key=lambda one: one.figures.tip_rms_mm)
+        if len(still) > 1:
+            chosen = (at[id(still[0])], at[id(still[-1])])
+    return chosen

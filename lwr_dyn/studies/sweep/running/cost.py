@@ -1,0 +1,159 @@
+"""What a sweep will cost, stated ahead: measured on its first runs."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lwr_dyn.foundation.tables import Heading, Table
+
+ENOUGH = 0.3
+"""[s] Of processor time, from which on a measurement counts."""
+MOST = 256
+"""Runs that are measured at most."""
+_KEPT = 6
+"""Copies of the numbers of a chunk that a thread holds at most: parameters, metrics, columns, the file."""
+_READ = 1.6
+"""Memory of all results, which the report reads, over the size of their files: 1.5 of 600 000 runs in 446 MB."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerCost:
+    """Of one controller: [s] of processor time a run and for each chunk beside, measured on so many runs.
+
+    `bytes` are those of the file, a run.
+    """
+
+    controller: str
+    runs: int
+    chunk: int
+    seconds: float
+    aside: float
+    bytes: float
+    measured: int
+    slow: bool
+    """Whether `simulate` makes the runs, in processes of their own."""
+
+    def of(self, runs: int) -> float:
+        """[s] Processor time of a chunk of so many runs."""
+        return self.aside + runs * self.seconds
+
+    @property
+    def processor(self) -> float:
+        """[s] Processor time of all runs."""
+        return -(-self.runs // self.chunk) * self.aside + self.runs * self.seconds
+
+
+@dataclass(frozen=True, slots=True)
+class SweepCost:
+    """Of all controllers, on so many threads or processes."""
+
+    controllers: tuple[ControllerCost, ...]
+    workers: int
+    memory: float
+    """[bytes]"""
+
+    @property
+    def runs(self) -> int:
+        """Of all controllers."""
+        return sum(one.runs for one in self.controllers)
+
+    @property
+    def processor(self) -> float:
+        """[s] Processor time."""
+        return sum(one.processor for one in self.controllers)
+
+    @property
+    def seconds(self) -> float:
+        """[s] By the clock, if the workers are as fast as this processor and have it to themselves."""
+        return self.processor / self.workers
+
+    @property
+    def disk(self) -> float:
+        """[bytes] Of the files."""
+        return sum(one.runs * one.bytes for one in self.controllers)
+
+    @property
+    def words(self) -> str:
+        """The statement in one line."""
+        time_, space = duration(self.seconds), f"{size(self.memory)} of memory, {size(self.disk)} of files"
+        on = f"{self.workers} worker{'s' if self.workers > 1 else ''}"
+        return f"about {time_} on {on} ({duration(self.processor)} of processor time), {space}"
+
+    def table(self) -> Table:
+        """The statement, a row a controller."""
+        rows = [
+            (one.controller, one.runs, 1e3 * one.processor / one.runs,
+             "simulate, in processes" if one.slow else "kernel", one.measured)
+            for one in self.controllers
+        ]  # fmt: skip
+        headings = (
+            "controller", Heading("runs", format=",d"), Heading("a run", "ms", ".3g", key="run_ms"),
+            Heading("by"), Heading("measured on", "runs", "d", key="measured"),
+        )  # fmt: skip
+        return Table("Cost", headings, rows, self.words)
+
+    def record(self) -> dict[str, Any]:
+        """The statement as JSON values."""
+        return {
+            "runs": self.runs, "processor_s": self.processor, "seconds": self.seconds, "workers": self.workers,
+            "memory_bytes": self.memory, "disk_bytes": self.disk, "controllers": self.table().record(),
+        }  # fmt: skip
+
+
+def measured(make: Callable[[int], bytes], controller: str, runs: int, chunk: int) -> ControllerCost:
+    """The cost of a controller with a kernel; `make` computes the first so many runs and gives their file.
+
+    A kernel is compiled before anything is measured. Raises what `make` raises, so that a study that cannot run ends
+    here.
+    """
+    make(1)
+    one, file = _timed(make, 1)
+    count, spent = 1, one
+    while spent < one + ENOUGH and count < min(MOST, runs):
+        count = min(4 * count, MOST, runs)
+        spent, file = _timed(make, count)
+    seconds = max(spent - one, 0.0) / (count - 1) if count > 1 else one
+    return ControllerCost(controller, runs, chunk, seconds, max(one - seconds, 0.0), len(file) / count, count, False)
+
+
+def _timed(make: Callable[[int], bytes], count: int) -> tuple[float, bytes]:
+    start = time.thread_time()
+    file = make(count)
+    return time.thread_time() - start, file
+
+
+def memory(costs: Sequence[ControllerCost], workers: int) -> float:
+    """[bytes] What this process holds, with a chunk a worker or all results for the report.
+
+    Processes for `simulate` are as large as this one.
+    """
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    chunks = workers * _KEPT * max(one.chunk * one.bytes for one in costs)
+    results = _READ * sum(one.runs * one.bytes for one in costs)
+    return peak * (1 + workers * any(one.slow for one in costs)) + max(chunks, results)
+
+
+def duration(seconds: float) -> str:
+    """A time in words.
+
+    >>> duration(0.3), duration(95), duration(7300)
+    ('1 s', '2 min', '2 h 2 min')
+    """
+    if seconds < 90:
+        return f"{max(1, round(seconds))} s"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60} min"
+
+
+def size(count: float) -> str:
+    """Bytes in words.
+
+    >>> size(4.2e8), size(2.5e9)
+    ('420 MB', '2.5 GB')
+    """
+    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{max(1, round(count / 1e6))} MB"

@@ -1,0 +1,203 @@
+"""Legs one after another: through the space of the tip, or through joint positions, each with its time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.trajectory.cartesian.arm_angle_legs import best_legs
+from lwr_dyn.trajectory.cartesian.joint_curves import PEAK_SPEED, JointLeg, SmoothCurve, smooth_curve, timed_leg
+from lwr_dyn.trajectory.cartesian.pose_curves import PoseCurve, steps_between, straight, through
+from lwr_dyn.trajectory.cartesian.stops import PathStopError, stop_of
+from lwr_dyn.trajectory.cartesian.tracking import Tracked, attempts, is_inside, onto_pose
+from lwr_dyn.trajectory.cartesian.waypoint_file import WaypointError, Waypoints
+from lwr_dyn.trajectory.motion_profile import quintic
+from lwr_dyn.trajectory.references.limits import largest_violation
+
+STARTS = 8
+"""Joint positions of the first waypoint that are tried when no start is given."""
+MOMENTS = 4001
+"""Moments of a curve between which the speed of the tip is looked at."""
+DENSE = 400
+"""Places at which a smooth curve through joint positions is checked against the limits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseLeg:
+    """One leg in space, its duration [s] where it is given, and its name in messages."""
+
+    curve: PoseCurve
+    duration: float | None
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """Largest speeds of the tip [m/s, rad/s], and whether its orientation follows the legs."""
+
+    speed: float
+    turn_speed: float
+    turning: bool
+
+    def least(self, curve: PoseCurve) -> float:
+        """The shortest time [s] of a curve: through waypoints, it is not passed at an even speed along u."""
+        ways, turns = steps_between(curve.poses(quintic(1.0, 1.0).at(np.linspace(0.0, 1.0, MOMENTS)).s))
+        way = max(PEAK_SPEED * curve.length, float(ways.max()) * (MOMENTS - 1))
+        turn = max(PEAK_SPEED * curve.turn, float(turns.max()) * (MOMENTS - 1))
+        return max(way / self.speed, turn / self.turn_speed if self.turning else 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FollowedLegs:
+    """Timed legs, and how far the tip leaves its curves at most [m and rad]."""
+
+    legs: tuple[JointLeg, ...]
+    off: float
+
+
+def follow_legs(arm: Arm, q: Array, legs: Sequence[PoseLeg], pace: Pace) -> FollowedLegs:
+    """Legs in space followed from joint positions q (n,) [rad or m].
+
+    Raises
+    ------
+    PathStopError
+        The arm cannot follow a leg.
+    OptionError
+        A leg's duration is too short for a joint's speed.
+    """
+    curves: list[SmoothCurve] = []
+    for leg in legs:
+        curves.append(_followed(arm, curves[-1].spline(1.0) if curves else q, leg, pace.turning))
+    return _timed(arm, legs, curves, pace)
+
+
+def _timed(arm: Arm, legs: Sequence[PoseLeg], curves: Sequence[SmoothCurve], pace: Pace) -> FollowedLegs:
+    timed = [
+        timed_leg(arm, curve.spline, leg.duration, pace.least(leg.curve), leg.name)
+        for leg, curve in zip(legs, curves, strict=True)
+    ]
+    return FollowedLegs(tuple(timed), max(curve.off for curve in curves))
+
+
+def _smooth(arm: Arm, leg: PoseLeg, tracked: Tracked) -> SmoothCurve:
+    smooth = smooth_curve(arm, leg.curve, tracked, turning=True)
+    if smooth is None:
+        raise stop_of(arm, leg.curve, tracked, True, leg.name)
+    return smooth
+
+
+def _followed(arm: Arm, q: Array, leg: PoseLeg, turning: bool) -> SmoothCurve:
+    """The smooth curve of the first attempt that has one; else raises for the one that came furthest."""
+    tried = []
+    for tracked in attempts(arm, leg.curve, q, turning):
+        smooth = smooth_curve(arm, leg.curve, tracked, turning) if tracked.is_whole else None
+        if smooth is not None:
+            return smooth
+        tried.append(tracked)
+    raise stop_of(arm, leg.curve, max(tried, key=lambda x: float(x.u[-1])), turning, leg.name)
+
+
+def follow_waypoints(arm: Arm, points: Waypoints, start: Array | None, smooth: bool, pace: Pace) -> FollowedLegs:
+    """The waypoints from `start` (n,), or from the joint positions of the first one with which all can be followed.
+
+    Raises
+    ------
+    PathStopError
+        Of the attempt that came furthest.
+    OptionError
+        Two waypoints that are the same, half a turn apart, or too little time between them.
+    """
+    if start is not None:
+        return follow_legs(arm, start, _pose_legs(points, forward_kinematics(arm.chain, start), smooth), pace)
+    legs, furthest = _pose_legs(points, None, smooth), (-1, -1.0)
+    if pace.turning and srs_geometry(arm.chain) is not None:
+        found = best_legs(arm, [leg.curve for leg in legs], [leg.name for leg in legs])
+        return _timed(arm, legs, [_smooth(arm, *pair) for pair in zip(legs, found, strict=True)], pace)
+    names = [leg.name for leg in legs]
+    place = points.tip_poses()[0, :3, 3]
+    fault = PathStopError("the first waypoint", 0.0, place, "reach", "no joint positions inside the limits reach it")
+    for q in _first_positions(arm, points):
+        try:
+            return follow_legs(arm, q, legs, pace)
+        except PathStopError as stop:
+            came = (names.index(stop.line), stop.share)
+            furthest, fault = (came, stop) if came > furthest else (furthest, fault)
+    raise fault
+
+
+def _pose_legs(points: Waypoints, begin: Array | None, smooth: bool) -> list[PoseLeg]:
+    """Legs between waypoints; from pose `begin` (4, 4) to the first one too where it is given and elsewhere."""
+    poses, times, legs = points.tip_poses(), points.times, []
+    if begin is not None:
+        if points.poses is None:
+            poses[:, :3, :3] = begin[:3, :3]
+        first = straight(begin, poses[0], "waypoint 1")
+        if first.length > 0.0 or first.turn > 0.0:
+            legs.append(PoseLeg(first, None if times is None else float(times[0]), "the leg to waypoint 1"))
+    if smooth and len(poses) > 2:
+        return [*legs, PoseLeg(through(poses), None, "the curve through the waypoints")]
+    for k in range(len(poses) - 1):
+        curve = straight(poses[k], poses[k + 1], f"waypoint {k + 2}")
+        if curve.length == 0.0 and curve.turn == 0.0:
+            raise OptionError(f"waypoints {k + 1} and {k + 2}", "the same pose", "waypoints apart from each other")
+        duration = None if times is None else float(times[k + 1] - times[k])
+        legs.append(PoseLeg(curve, duration, f"the leg from waypoint {k + 1} to {k + 2}"))
+    return legs
+
+
+def _first_positions(arm: Arm, points: Waypoints) -> list[Array]:
+    """Joint positions (n,) at the first waypoint, those with the largest margin first."""
+    T = points.tip_poses()[0]
+    if points.poses is not None:
+        return [solution.q for solution in inverse_kinematics(arm, T).solutions[:STARTS]]
+    low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    starts = [(low + high) / 2.0, *np.random.default_rng(0).uniform(low, high, (4 * STARTS, arm.n))]
+    found = [q for q in (onto_pose(arm, T, start, turning=False) for start in starts) if is_inside(arm, q)]
+    return sorted(found, key=lambda q: -float(np.minimum(arm.upper - q, q - arm.lower).min()))[:STARTS]
+
+
+def joint_legs(arm: Arm, file: str, points: Waypoints, start: Array | None, smooth: bool) -> tuple[JointLeg, ...]:
+    """Legs through the joint positions of a file, at `SPEED_SHARE` of the speed limits where it gives no times.
+
+    Raises
+    ------
+    WaypointError
+        Another number of joints, a waypoint or the smooth curve outside the limits, or nothing that says how long.
+    OptionError
+        Too little time for a joint's speed.
+    """
+    q, times = points.joint_positions(arm.n, file), points.times
+    outside = largest_violation(arm, q)
+    if outside is not None:
+        raise WaypointError(file, f"waypoint {outside.row + 1}", outside.fault, outside.allowed)
+    if start is not None and not np.array_equal(start, q[0]):
+        q, times = np.vstack([start, q]), None if times is None else np.concatenate([[0.0], times])
+    if times is None and not np.isfinite(arm.velocity).all():
+        raise WaypointError(
+            file, "columns", f"no times, and {arm.name} has joints without speed limits", "a column time"
+        )
+    if smooth and len(q) > 2:
+        steps = np.abs(np.diff(q, axis=0)).max(axis=1)
+        u = np.concatenate([[0.0], np.cumsum(steps)]) / max(float(steps.sum()), np.finfo(float).tiny)
+        if not (np.diff(u) > 0.0).all():
+            raise WaypointError(file, "waypoints", "two neighbours are the same", "waypoints apart from each other")
+        spline = make_interp_spline(u, q, k=min(3, len(u) - 1))
+        outside = largest_violation(arm, spline(np.linspace(0.0, 1.0, DENSE)))
+        if outside is not None:
+            raise WaypointError(
+                file, "the smooth curve", outside.fault, f"{outside.allowed}, or stops at the waypoints"
+            )
+        return (timed_leg(arm, spline, None, 0.0, "the curve through the waypoints"),)
+    out = []
+    for k in range(len(q) - 1):
+        duration = None if times is None else float(times[k + 1] - times[k])
+        spline = make_interp_spline([0.0, 1.0], q[k : k + 2], k=1)
+        out.append(timed_leg(arm, spline, duration, 0.0, f"the leg to row {k + 2} of the joint positions"))
+    return tuple(out)

@@ -1,0 +1,154 @@
+"""Joint positions of any arm along a curve of poses, each found from the one before: no start is drawn at random.
+
+    q <- q + J^+ e + (1 - J^+ J) z        e = [p - p(q); turn from R(q) to R]
+
+Newton's method from a predicted position leads back onto the curve. Where the arm has more joints than the task needs,
+z moves them away from their limits, x = (q - middle) / half of a range:
+
+    z = - gain half x / (EDGE - x^2)    over the whole curve
+
+References: Siciliano et al., Robotics, eq. 3.54 (z in the null space of J) and sec. 3.7 (Newton's method along a path).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.kinematics import numeric
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.trajectory.cartesian.pose_curves import PoseCurve
+
+ON_CURVE = 1e-11
+"""Largest pose error that counts as on the curve [m and rad]."""
+STEP_LENGTH, STEP_TURN = 0.002, 0.01
+"""[m, rad] Largest step along the curve."""
+LEAST_PLACES = 60
+"""Steps of a curve at least."""
+JUMP = 0.1
+"""[rad or m] A joint that moves further in one step is not followed: the step is halved."""
+HALVINGS = 9
+"""How often a step is halved before the arm counts as stopped."""
+ITERATIONS = 8
+EDGE = 1.05
+"""Keeps z finite at the limits."""
+GAINS = (0.0, 4.0, 40.0)
+"""Gains of z, tried one after the other."""
+AT_LIMIT = 1e-9
+"""[rad or m] A joint this far outside its limits is at them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tracked:
+    """Joint positions q (k, n) [rad or m] at the places u (k,) of a curve; u[-1] < 1 where the arm stopped."""
+
+    u: Array
+    q: Array
+    at_limit: int | None = None
+    """The joint (from 0) that stopped it; None where it was no limit."""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the end of the curve was reached."""
+        return float(self.u[-1]) >= 1.0
+
+
+def attempts(arm: Arm, curve: PoseCurve, q_start: Array, turning: bool) -> Iterator[Tracked]:
+    """Joint positions inside the limits along a curve, from q_start (n,), which is at its begin, as far as they go.
+
+    One attempt for each of `GAINS` for an arm with more joints than the task needs, else one.
+
+    Parameters
+    ----------
+    arm : Arm
+    curve : PoseCurve
+    q_start : (n,) array
+        [rad or m]
+    turning : bool
+        False: only the place of the tip follows the curve, its orientation is free.
+    """
+    for gain in GAINS if arm.n > (6 if turning else 3) else GAINS[:1]:
+        yield _attempt(arm, curve, q_start, turning, gain)
+
+
+def places_on(curve: PoseCurve) -> Array:
+    """Places u (k,) from 0 to 1, at most `STEP_LENGTH` and `STEP_TURN` apart."""
+    steps = max(LEAST_PLACES, int(np.ceil(max(curve.length / STEP_LENGTH, curve.turn / STEP_TURN))))
+    return np.linspace(0.0, 1.0, steps + 1)
+
+
+def _attempt(arm: Arm, curve: PoseCurve, q_start: Array, turning: bool, gain: float) -> Tracked:
+    places, positions = [0.0], [q_start]
+    step = widest = float(places_on(curve)[1])
+    while places[-1] < 1.0 and step > widest / 2.0**HALVINGS:
+        u = places[-1] + step
+        u = 1.0 if u > 1.0 - widest / 2.0 ** (HALVINGS + 1) else u  # no last step as small as rounding
+        T = curve.poses(np.array([u]))[0]
+        q = onto_pose(arm, T, _predicted(arm, T, positions[-1], gain * (u - places[-1]), turning), turning)
+        if not np.abs(q - positions[-1]).max() <= JUMP:
+            step /= 2.0
+        elif not is_inside(arm, q):
+            return Tracked(np.array(places), np.array(positions), int(np.argmin(margins(arm, q))))
+        else:
+            places.append(u)
+            positions.append(q)
+            step = min(2.0 * step, widest)
+    return Tracked(np.array(places), np.array(positions))
+
+
+def is_inside(arm: Arm, q: Array) -> bool:
+    """Whether q (n,) was found and is inside the limits."""
+    return bool(margins(arm, q).min() >= -AT_LIMIT)
+
+
+def margins(arm: Arm, q: Array) -> Array:
+    """Distances (..., n) from the nearer limit of each joint [rad or m], negative outside."""
+    return np.asarray(np.minimum(arm.upper - q, q - arm.lower))
+
+
+def onto_pose(arm: Arm, T: Array, q: Array, turning: bool) -> Array:
+    """Newton's method from q (n,) to the tip pose T (4, 4), whatever the limits; NaN where it does not arrive."""
+    for _ in range(ITERATIONS):
+        e, J = pose_error(arm, T, q, turning)
+        if np.abs(e).max() <= ON_CURVE:
+            return q
+        q = q + _pseudo_inverse(J) @ e
+    e, _ = pose_error(arm, T, q, turning)
+    return q if np.abs(e).max() <= 10.0 * ON_CURVE else np.full(arm.n, np.nan)
+
+
+def pose_error(arm: Arm, T: Array, q: Array, turning: bool) -> tuple[Array, Array]:
+    """The error (..., 6) from the tip at q to T [m, rad] and its Jacobian (..., 6, n).
+
+    The first three rows of each if only the place counts.
+    """
+    rows = 6 if turning else 3
+    e, J, _ = numeric.pose_error(arm.chain, T, q)
+    return e[..., :rows], J[..., :rows, :]
+
+
+def _predicted(arm: Arm, T: Array, q: Array, gain: float, turning: bool) -> Array:
+    """The position at T by the Jacobian at q, with the motion away from the limits."""
+    e, J = pose_error(arm, T, q, turning)
+    inverse = _pseudo_inverse(J)
+    away = _away_from_limits(arm, q, gain)
+    ahead: Array = q + inverse @ e + away - inverse @ (J @ away)
+    return ahead
+
+
+def _away_from_limits(arm: Arm, q: Array, gain: float) -> Array:
+    """z (n,) [rad or m] of one step, linearly implicit, so that steep ends do not oscillate; 0 without limits."""
+    limited = np.isfinite(arm.lower) & np.isfinite(arm.upper)
+    middle = np.where(limited, arm.lower, 0.0) / 2.0 + np.where(limited, arm.upper, 0.0) / 2.0
+    half = np.where(limited, np.where(limited, arm.upper, 0.0) - middle, 1.0)
+    x = np.where(limited & (half > 0.0), (q - middle) / np.where(half > 0.0, half, 1.0), 0.0)
+    room = EDGE - np.minimum(x**2, 1.0)
+    slope = (EDGE + x**2) / room**2
+    z: Array = -half * gain * x / room / (1.0 + gain * slope)
+    return z
+
+
+def _pseudo_inverse(J: Array) -> Array:
+    """J^+ (n, m), singular values below 1e-9 of the largest dropped."""
+    return np.asarray(np.linalg.pinv(J, rcond=1e-9), dtype=np.float64)

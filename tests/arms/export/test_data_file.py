@@ -1,0 +1,113 @@
+"""An arm written as a data file loads as the same arm: poses, torques, limits, rotors, friction; sources are named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.export.data_file import data_file_text
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.chain import Rotor
+from lwr_dyn.model.dh import Convention
+from tests.agreement.test_foreign_arms import ROBOTS
+from tests.random_arms import random_arm
+from tests.tolerances import EXACT, METRES
+
+FOREIGN = {
+    "panda": ("panda_description/urdf/panda.urdf", "panda_hand", {"panda_finger_joint1": 0.0}),
+    "ur10": ("ur_description/urdf/ur10_robot.urdf", "tool0", {}),
+    "z1": ("z1_description/urdf/z1.urdf", None, {}),
+    "kinova": ("kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", {}),
+    "xarm7": ("xarm_description/urdf/xarm7.urdf", "link_eef", {}),
+}
+OWN = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+
+
+def arm_named(name):
+    if name in FOREIGN:
+        path, tip, lock = FOREIGN[name]
+        return lwr_dyn.load(ROBOTS / path, tip=tip, lock=lock)
+    return lwr_dyn.load(*name)
+
+
+def again(arm, convention, folder):
+    path = folder / "again.toml"
+    path.write_text(data_file_text(arm, convention), encoding="utf-8")
+    return lwr_dyn.load(path)
+
+
+def assert_same(arm, back):
+    rng = np.random.default_rng(2)
+    q, dq, ddq = rng.uniform(-3, 3, (3, 20, arm.n))
+    poses = [lwr_dyn.forward_kinematics(x, q) for x in (arm, back)]
+    assert np.abs(poses[0] - poses[1]).max() <= METRES
+    assert back.joint_names == arm.joint_names
+    assert back.limits == arm.limits
+    assert back.friction_models() == arm.friction_models()
+    assert back.armature == pytest.approx(arm.armature, rel=1e-15)
+    if arm.chain.bodies is None:
+        assert back.chain.bodies is None
+        return
+    torques = [newton_euler_dynamics(x.chain).inverse_dynamics(q, dq, ddq) for x in (arm, back)]
+    assert np.abs(torques[0] - torques[1]).max() <= EXACT * np.abs(torques[0]).max()
+
+
+@pytest.mark.parametrize("convention", Convention)
+@pytest.mark.parametrize("name", [*OWN, *FOREIGN], ids=str)
+def test_it_loads_as_the_same_arm(name, convention, tmp_path):
+    arm = arm_named(name)
+    assert_same(arm, again(arm, convention, tmp_path))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_any_arm_comes_back(seed, tmp_path):
+    arm = random_arm(seed)
+    for convention in Convention:
+        assert_same(arm, again(arm, convention, tmp_path))
+
+
+def test_motors_and_gains_come_back(tmp_path):
+    arm = lwr_dyn.load("wam7")
+    back = again(arm, Convention.MODIFIED, tmp_path)
+    assert np.array_equal(back.transmission.matrix, arm.transmission.matrix)
+    assert np.array_equal(back.gains.Kp, arm.gains.Kp)
+    assert np.array_equal(back.gains.effort, arm.gains.effort)
+
+
+def test_what_is_not_known_stays_unknown(tmp_path):
+    arm = lwr_dyn.load("lwr4plus")
+    limits = (JointLimits(lower=-1.0, upper=2.0, viscous=0.5), *(JointLimits() for _ in range(6)))
+    rotors = (Rotor(100.0, 1e-5), *[None] * 6)
+    links = tuple(replace(link, rotor=rotor) for link, rotor in zip(arm.chain.links, rotors, strict=True))
+    bare = replace(arm, limits=limits, chain=replace(arm.chain, links=links))
+    back = again(bare, Convention.STANDARD, tmp_path)
+    assert back.limits == limits
+    assert [link.rotor is None for link in back.chain.links] == [False, *[True] * 6]
+    assert '"unknown"' in data_file_text(bare)
+
+
+def test_limits_of_no_width_are_said_and_left_open(tmp_path):
+    arm = lwr_dyn.load("lwr4plus")
+    flat = replace(arm, limits=(JointLimits(lower=0.0, upper=0.0), *arm.limits[1:]))
+    assert again(flat, Convention.STANDARD, tmp_path).limits == (JointLimits(), *arm.limits[1:])
+    assert 'lacks = "limits of joint_1: 0.0 to 0.0"' in data_file_text(flat)
+
+
+def test_each_column_names_file_and_elements(tmp_path):
+    path = tmp_path / "again.toml"
+    path.write_text(data_file_text(arm_named("panda")), encoding="utf-8")
+    columns = open_paper(str(path)).columns
+    assert {column.kind for column in columns.values()} == {"computed"}
+    assert columns["limits.lower"].where == "panda.urdf: /robot/joint/limit/@lower"
+    assert "/robot/link[@name='panda_hand']/inertial" in columns["inertial.mass"].where
+    assert columns["dh.a"].where.startswith("common normals of the joint axes; panda.urdf: /robot/joint/origin")
+
+
+def test_an_estimate_stays_an_estimate(tmp_path):
+    path = tmp_path / "again.toml"
+    path.write_text(data_file_text(lwr_dyn.load("kr30ha")), encoding="utf-8")
+    assert open_paper(str(path)).columns["inertial.mass"].kind == "estimated"
+    assert 'lacks = "drawn cylinders"' in path.read_text(encoding="utf-8")

@@ -1,0 +1,106 @@
+"""The table of an arm moves as the arm and needs the same torque, in both conventions; known tables come out."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+import lwr_dyn
+from lwr_dyn.arms.export.dh_table import dh_table, residual
+from lwr_dyn.arms.papers.assembly import dh_rows
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
+from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.spatial import Pose, from_rpy
+from tests.agreement.test_foreign_arms import ROBOTS
+from tests.random_arms import arms
+from tests.tolerances import METRES, RANDOM_ARM
+
+PANDA = (ROBOTS / "panda_description/urdf/panda.urdf", "panda_link8", {"panda_finger_joint1": 0.0})
+UR10 = (ROBOTS / "ur_description/urdf/ur10_robot.urdf", "tool0", {})
+
+
+def foreign(path, tip, lock):
+    return lwr_dyn.load(path, tip=tip, lock=lock)
+
+
+@pytest.mark.hypothesis
+@given(arms)
+def test_any_arm_moves_as_its_table(arm):
+    rng = np.random.default_rng(3)
+    q, dq, ddq = rng.uniform(-3, 3, (3, 5, arm.n))
+    for convention in Convention:
+        table = dh_table(arm, convention)
+        left = residual(table, arm, states=5)
+        assert left.metres <= METRES
+        assert left.radians <= METRES
+        theirs = newton_euler_dynamics(table.chain(arm)).inverse_dynamics(q, dq, ddq)
+        ours = newton_euler_dynamics(arm.chain).inverse_dynamics(q, dq, ddq)
+        assert np.abs(theirs - ours).max() <= RANDOM_ARM * np.abs(ours).max()
+
+
+def test_a_residual_is_seen():
+    arm = lwr_dyn.load("lwr4plus")
+    table = dh_table(arm, Convention.STANDARD)
+    rows = (replace(table.rows[0], a=1e-3), *table.rows[1:])
+    assert residual(replace(table, rows=rows), arm).metres == pytest.approx(1e-3, rel=0.01)
+    rows = (*table.rows[:6], replace(table.rows[6], theta_offset=1e-3))
+    assert residual(replace(table, rows=rows), arm).radians == pytest.approx(1e-3, rel=1e-6)
+
+
+@pytest.mark.parametrize("robot", ["lwr4plus", "lwr4", "wam7"])
+def test_a_standard_table_comes_back(robot):
+    table = dh_table(lwr_dyn.load(robot), Convention.STANDARD)
+    for row, printed in zip(table.rows, dh_rows(open_paper(robot)), strict=True):
+        found = (row.alpha, row.a, row.d, row.theta_offset, row.sign)
+        assert found == pytest.approx(
+            (printed.alpha, printed.a, printed.d, printed.theta_offset, printed.sign), abs=1e-15
+        )
+    assert table.base.is_identity()
+    assert table.flange.is_identity()
+
+
+def test_the_panda_has_its_makers_table():
+    """Franka Emika, FCI documentation, Denavit-Hartenberg parameters (Craig's convention)."""
+    rows = dh_table(foreign(*PANDA), Convention.MODIFIED).rows
+    quarter = math.pi / 2
+    assert [row.a for row in rows] == pytest.approx([0, 0, 0, 0.0825, -0.0825, 0, 0.088], abs=1e-12)
+    assert [row.d for row in rows] == pytest.approx([0.333, 0, 0.316, 0, 0.384, 0, 0.107], abs=1e-12)
+    assert [row.alpha for row in rows] == pytest.approx([0, -quarter, quarter, quarter, -quarter, quarter, quarter])
+    assert [row.theta_offset for row in rows] == pytest.approx([0] * 7, abs=1e-12)
+
+
+def test_between_parallel_axes_d_is_0():
+    rows = dh_table(foreign(*UR10), Convention.STANDARD).rows
+    assert [row.d for row in rows] == pytest.approx([0.1273, 0, 0, 0.163941, 0.1157, 0.0922], abs=1e-9)
+    assert [row.a for row in rows] == pytest.approx([0, 0.612, 0.5723, 0, 0, 0], abs=1e-9)
+
+
+def almost_parallel():
+    arm = lwr_dyn.load("lwr4plus")
+    links = list(arm.chain.links)
+    bent = Pose(from_rpy((math.pi - 2.65e-6, 0.0, 0.0)), np.array([0.1, 0.41, 0.1]))
+    links[2] = replace(links[2], after=bent)
+    return replace(arm, chain=replace(arm.chain, links=tuple(links)))
+
+
+@pytest.mark.parametrize("convention", Convention)
+def test_almost_parallel_axes_take_beta(convention):
+    arm = almost_parallel()
+    table = dh_table(arm, convention)
+    assert sum(row.beta != 0.0 for row in table.rows) == 1
+    assert max(abs(row.d) for row in table.rows) < 1.0
+    assert residual(table, arm).metres <= METRES
+    assert 1e-8 < residual(table.without_beta(), arm).metres < 1e-5
+
+
+def test_a_sliding_joint_reads_zero_where_it_did():
+    arm = lwr_dyn.load("lwr4plus")
+    links = (replace(arm.chain.links[0], kind=JointKind.PRISMATIC), *arm.chain.links[1:])
+    slider = replace(arm, chain=replace(arm.chain, links=links))
+    for convention in Convention:
+        table = dh_table(slider, convention)
+        assert table.kinds[0] is JointKind.PRISMATIC
+        assert residual(table, slider).metres <= METRES

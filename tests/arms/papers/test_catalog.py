@@ -1,0 +1,91 @@
+"""Robots by name: a command parses a robot's data file once, and the template of a new arm is a valid file."""
+
+import tomllib
+from copy import deepcopy
+
+import pytest
+
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper, readings, robots, template
+from lwr_dyn.arms.papers.errata import apply_errata
+from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.cli.main import main
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.front import FUNCTIONS
+
+Q = "--q=0,0,0,0,0,0,0"
+COMMANDS = [
+    ["check", "lwr4plus"],
+    ["fk", "lwr4plus", Q],
+    *([["fk", "lwr4plus", "--symbolic"]] if FUNCTIONS["dh_matrices_text"].is_installed else []),
+    ["urdf", "lwr4plus"],
+    ["urdf", "lwr4plus", "--out", "out.urdf"],
+    ["simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--duration", "0.01"],
+]
+
+
+@pytest.fixture
+def parsed(monkeypatch):
+    """The names of the data files that are parsed, in order."""
+    names, loads = [], tomllib.loads
+
+    def counted(text, **options):
+        tables = loads(text, **options)
+        names.append(tables["name"])
+        return tables
+
+    monkeypatch.setattr(tomllib, "loads", counted)
+    return names
+
+
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_a_command_parses_the_data_file_once(arguments, parsed, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    assert stop.value.code == 0, capsys.readouterr().err
+    assert parsed == ["lwr4plus"]
+
+
+def test_list_parses_every_data_file_once(parsed, capsys):
+    with pytest.raises(SystemExit):
+        main(["list"])
+    assert parsed == list(robots())
+
+
+def test_the_default_reading_comes_first():
+    for robot in robots():
+        paper = open_paper(robot)
+        assert readings(robot) == paper.reading_names
+        assert readings(robot)[0] == paper.default_reading == paper.reading.name
+        assert set(readings(robot)) == set(paper.readings)
+
+
+def test_an_unknown_robot_lists_the_known_ones():
+    with pytest.raises(UnknownNameError, match=r"no robot named 'lwr4pls' .did you mean lwr4plus.*kr30ha, lwr4"):
+        open_paper("lwr4pls")
+
+
+@pytest.mark.parametrize("robot", robots())
+def test_printed_tables_are_the_same_under_every_reading_and_free_of_errata(robot):
+    papers = [open_paper(robot, reading) for reading in readings(robot)]
+    for paper in papers:
+        assert paper.printed == papers[0].printed
+    for erratum in papers[0].errata:  # each states what is printed in its cells, so it applies to them
+        tables = deepcopy(dict(papers[0].printed))
+        assert bool(apply_errata(tables, (erratum,), robot)) == (tables != papers[0].printed)
+
+
+@pytest.mark.parametrize("convention", ["standard", "modified"])
+@pytest.mark.parametrize("joints", ["R", "RRRRRR", "RPR", "PP"])
+def test_the_template_is_a_valid_file(joints, convention):
+    paper = parse_paper(template("own.toml", "own", joints, convention), "own.toml")
+    assert (paper.name, paper.n, paper.convention.value) == ("own", len(joints), convention)
+    assert "".join(kind.value[0].upper() for kind in paper.kinds) == joints
+    assert arm_from_paper(paper).require_dynamics().n == len(joints)
+
+
+@pytest.mark.parametrize(("joints", "convention"), [("", "standard"), ("RX", "standard"), ("R", "craig")])
+def test_the_template_refuses_other_joints_and_conventions(joints, convention):
+    with pytest.raises(OptionError):
+        template("own.toml", "own", joints, convention)

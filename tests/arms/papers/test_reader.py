@@ -1,0 +1,173 @@
+"""The strict reader: what breaks the schema is refused with file, field and what is allowed."""
+
+import json
+
+import pytest
+
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper, template
+from lwr_dyn.arms.papers.columns import LARGEST
+from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.arms.urdf.provenance import provenance_text
+from lwr_dyn.foundation.errors import FileAccessError, PaperError, UnknownNameError
+
+GOOD = template("own.toml", "own", "RP", "standard")
+
+FAULTS = {
+    "gravity of no star": (
+        "values = [0, 0, -9.81]",
+        "values = [0, 0, -9.81e9]",
+        "base.gravity.values: .*at most 1000",
+    ),
+    "broken TOML": ("schema = 1", "schema = = 1", "TOML: .*; allowed: valid TOML"),
+    "other schema": ("schema = 1", "schema = 2", "schema: 2; allowed: 1"),
+    "unknown table": ("[flange]", "[flanges]", "flanges: unknown field; allowed: .*"),
+    "unknown column": ("mass = {", "weight = {", r"inertial.mass: missing; allowed: a column"),
+    "unknown column beside the others": ("[inertial]", "[inertial]\nweight = 1", "inertial.weight: unknown field"),
+    "missing DH": ("alpha = {", "# alpha = {", "dh.alpha: missing"),
+    "missing convention": ('convention = "standard"', "", "dh.convention: missing; allowed: one of standard, modified"),
+    "unknown convention": ('"standard"\n', '"craig"\n', "dh.convention: 'craig'; allowed: one of standard, modified"),
+    "missing page": (
+        ', where = "fill in", kind = "assumed" }\na =',
+        ', kind = "assumed" }\na =',
+        "dh.alpha.where: missing",
+    ),
+    "unknown kind": (
+        'kind = "assumed" }\na =',
+        'kind = "guess" }\na =',
+        "dh.alpha.kind: 'guess'; allowed: one of printed",
+    ),
+    "wrong column length": ("values = [2.0, 2.0]", "values = [2.0]", "inertial.mass.values: 1 rows; allowed: 2 rows"),
+    "no list": ("values = [2.0, 2.0]", "values = 2.0", "inertial.mass.values: 2.0; allowed: 2 rows"),
+    "text for a number": (
+        "values = [2.0, 2.0]",
+        'values = [2.0, "x"]',
+        r"inertial.mass.values\[1\]: 'x'; allowed: a number",
+    ),
+    "truth for a number": ("values = [2.0, 2.0]", "values = [2.0, true]", r"mass.values\[1\]: True; allowed: a number"),
+    "NaN": ("values = [2.0, 2.0]", "values = [2.0, nan]", r"inertial.mass.values\[1\]: nan; allowed: a finite number"),
+    "infinity": ("values = [2.0, 2.0]", "values = [inf, 2.0]", r"inertial.mass.values\[0\]: inf; allowed: a finite"),
+    "negative mass": (
+        "values = [2.0, 2.0]",
+        "values = [2.0, -1]",
+        r"mass.values\[1\]: -1.0; allowed: a number of at least 0",
+    ),
+    "unknown unit": ('unit = "kg", where', 'unit = "lb", where', "inertial.mass.unit: 'lb'; allowed: kg, g"),
+    "unit of another quantity": ('unit = "kg", where', 'unit = "m", where', "inertial.mass.unit: 'm'; allowed: kg, g"),
+    "unit of the other kind of joint": (
+        'unit = ["deg", "m"], w',
+        'unit = ["m", "m"], w',
+        "'m' for joint_1; allowed: .* revolute",
+    ),
+    "too few units": ('unit = ["deg", "m"], w', 'unit = ["deg"], w', "limits.lower.unit: 1 units"),
+    "limits exchanged": ("values = [-170, 0]", "values = [171, 0]", r"limits.lower.values\[0\]: 171.0, upper is 170.0"),
+    "one limit only": ("upper = {", "# upper = {", "limits: only one of lower, upper; allowed: both or neither"),
+    "com of two numbers": (
+        "[[0, 0, -0.05], ",
+        "[[0, 0], ",
+        r"inertial.com.values\[0\]: 2 entries; allowed: a list of 3",
+    ),
+    "tensor not symmetric": ("[[0.01, 0, 0]", "[[0.01, 0.002, 0]", r"inertia.values\[0\]\[0\]\[1\]: 0.002 against 0.0"),
+    "point of the tensor not said": ('about = "com", ', "", "inertia.about: missing; allowed: one of com, origin"),
+    "axes not said": ('axes = "frame", ', "", "inertia.axes: missing; allowed: one of frame"),
+    "sign of products not said": ('products = "tensor", ', "", "inertia.products: missing; allowed: one of tensor"),
+    "sigma of another shape": ('unit = "kg", where', 'unit = "kg", sigma = [0.1], where', "mass.sigma: 1 entries"),
+    "sigma beyond all robots": (
+        'unit = "kg", where',
+        f'unit = "kg", sigma = [{2 * LARGEST}, 1], where',
+        "mass.sigma.*2e.30; allowed: a number below 1e.30",
+    ),
+    "sigma below zero": ('unit = "kg", where', 'unit = "kg", sigma = [0.1, -1], where', "mass.sigma: a number below 0"),
+    "unknown joint kind": (
+        '"prismatic"]',
+        '"screw"]',
+        r"joints.kinds\[1\]: 'screw'; allowed: one of revolute, prismatic",
+    ),
+    "no joints": ('kinds = ["revolute", "prismatic"]', "kinds = []", "joints.kinds: an empty list"),
+    "same name twice": (
+        '# names = ["A1", "A2"]  ',
+        'names = ["A1", "A1"]  #',
+        "joints.names: .*allowed: 2 different names",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_breach_is_refused_with_file_field_and_what_is_allowed(name):
+    old, new, message = FAULTS[name]
+    assert old in GOOD, "the fault does not touch the template any more"
+    with pytest.raises(PaperError, match=f"^own.toml: .*{message}" if not message.startswith("^") else message):
+        parse_paper(GOOD.replace(old, new, 1), "own.toml")
+
+
+ERRATUM = """
+[[erratum]]
+id = "mass-2"
+where = "Table 1"
+printed = "2.0"
+read_as = "3.0"
+why = "sum"
+effect = "none"
+status = "proven"
+patch = [{ at = "inertial.mass.values[1]", printed = 2.0, read = 3.0 }]
+[reading.printed]
+about = "as printed"
+[reading.corrected]
+about = "put right"
+errata = ["mass-2"]
+"""
+
+
+def test_an_erratum_changes_only_its_reading_and_is_recorded():
+    assert parse_paper(GOOD + ERRATUM, "own.toml").columns["inertial.mass"].values == (2.0, 2.0)
+    mended = parse_paper(GOOD + ERRATUM, "own.toml", "corrected").columns["inertial.mass"]
+    assert mended.values == (2.0, 3.0)
+    assert mended.errata == {1: ("mass-2",)}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("printed = 2.0, read", "printed = 2.1, read", "inertial.mass.values.1.: printed 2.0; allowed: 2.1 as stated"),
+        ("mass.values[1]", "mass.values[7]", "no cell 'inertial.mass.values.7.'"),
+        ("inertial.mass", "inertial.weight", "no cell"),
+        ('errata = ["mass-2"]', 'errata = ["mass-3"]', "reading.corrected.errata: 'mass-3'; allowed: one of mass-2"),
+        ('status = "proven"', 'status = "sure"', r"erratum\[0\].status: 'sure'; allowed: one of proven, likely, open"),
+        ('effect = "none"\n', "", r"erratum\[0\].effect: missing"),
+    ],
+)
+def test_an_erratum_must_find_its_printed_value(old, new, message):
+    with pytest.raises(PaperError, match=message):
+        parse_paper(GOOD + ERRATUM.replace(old, new, 1), "own.toml", "corrected")
+
+
+def test_unknown_names_are_refused_with_the_known_ones(tmp_path):
+    with pytest.raises(UnknownNameError, match=r"did you mean lwr4plus\?.*known: kr30ha, lwr4, lwr4plus"):
+        open_paper("lwr4pluss")
+    with pytest.raises(
+        UnknownNameError, match="no reading of lwr4plus named 'real'; known: printed, computed, physical"
+    ):
+        open_paper("lwr4plus", "real")
+    with pytest.raises(FileAccessError, match="no such file"):
+        open_paper(str(tmp_path / "none.toml"))
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(FileAccessError, match="directory"):
+        open_paper(str(tmp_path / "folder.toml"))
+    (tmp_path / "latin.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(FileAccessError, match="not UTF-8"):
+        open_paper(str(tmp_path / "latin.toml"))
+
+
+def test_standard_errors_of_a_column_are_read_and_stand_in_the_sources():
+    text = GOOD.replace('unit = "kg", where', 'unit = "kg", sigma = [0.25, "unknown"], where')
+    paper = parse_paper(text, "own.toml")
+    first, second = paper.columns["inertial.mass"].sigma
+    assert first == 0.25
+    assert second != second
+    assert paper.columns["inertial.com"].sigma == ()
+    sources = arm_from_paper(paper).sources
+    assert [sources[f"link_{i}.mass"][0].sigma for i in (1, 2)] == [0.25, "unknown"]
+    assert sources["link_1.com"][0].sigma is None
+    sidecar = json.loads(provenance_text(arm_from_paper(paper)))
+    assert sidecar["quantities"]["link_1.mass"][0]["sigma"] == 0.25
+    assert "sigma" not in sidecar["quantities"]["link_1.com"][0]

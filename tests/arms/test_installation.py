@@ -1,0 +1,193 @@
+"""A mount and a tool: laws of the dynamics, both roads, the frames, the picture."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.urdf.geometry import floor_height, stand_foot
+from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_model
+from lwr_dyn.model.chain import link_frames
+from lwr_dyn.model.installation import Tool, ends_of
+from lwr_dyn.pages.replay.scene import arm_commands
+from lwr_dyn.simulation.plant import arm_with_payload
+from tests.random_arms import random_arm, random_body, random_pose
+from tests.tolerances import EXACT, METRES
+
+TOOL = {"xyz": [0.02, 0, 0.15], "rpy": [0.1, 0.7, -0.3], "mass": 1.3, "com": [0.01, 0, 0.06]}
+TOOL["inertia"] = [3e-3, 4e-3, 2e-3]
+MOUNT = {"on": "wall", "xyz": [0.3, -0.2, 1.4], "rpy_deg": [0, 10, 35]}
+STATES = np.random.default_rng(4).uniform(-1.0, 1.0, (3, 20, 7))
+
+
+def relative(a, b):
+    """The largest difference, relative to the largest entry."""
+    return np.abs(a - b).max() / np.abs(b).max()
+
+
+def random_installation(seed):
+    """A random arm, its mount and its tool."""
+    rng = np.random.default_rng(seed)
+    body = random_body(rng)
+    tool = Tool(random_pose(rng), body.mass, body.com, body.inertia_com)
+    return random_arm(seed), random_pose(rng), tool
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_both_roads_agree_under_any_mount_with_any_tool(seed):
+    arm, mount, tool = random_installation(seed)
+    arm = arm.installed(mount, tool)
+    q, dq, ddq = STATES[..., : arm.n]
+    one, other = (lwr_dyn.dynamics_of(arm, engine) for engine in ("pinocchio", "newton-euler"))
+    assert relative(one.mass_matrix(q), other.mass_matrix(q)) <= EXACT
+    assert relative(one.inverse_dynamics(q, dq, ddq), other.inverse_dynamics(q, dq, ddq)) <= EXACT
+    poses = lwr_dyn.forward_kinematics(arm, q)
+    assert np.abs(flange_poses(pinocchio_model(arm), q) - poses).max() <= EXACT
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_pose_is_the_mount_times_the_pose_of_the_bare_arm_times_the_tool(seed):
+    bare, mount, tool = random_installation(seed)
+    q = STATES[0, :, : bare.n]
+    expected = mount.matrix() @ lwr_dyn.forward_kinematics(bare, q) @ tool.frame.matrix()
+    assert np.abs(lwr_dyn.forward_kinematics(bare.installed(mount, tool), q) - expected).max() <= EXACT
+
+
+def test_gravity_is_the_gradient_of_the_height_of_the_masses_in_the_world():
+    """Complex steps of the energy of the bodies where forward kinematics puts them, not of an engine's energy."""
+    arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    q, step = STATES[0, 0], 1e-30
+    g = lwr_dyn.dynamics_of(arm).gravity_vector(q)
+
+    def energy(at):
+        pairs = zip(arm.chain.bodies, list(link_frames(arm.chain, at))[:-1], strict=True)
+        return sum(9.81 * body.mass * (T[:3, :3] @ body.com + T[:3, 3])[2] for body, T in pairs)
+
+    gradient = [energy(q + 1j * step * e).imag / step for e in np.eye(7)]
+    assert relative(np.array(gradient), g) <= EXACT
+
+
+def test_gravity_turns_with_the_mount():
+    """Each named mount, put so that gravity in the base is a given vector, against the arm under that gravity."""
+    bare = lwr_dyn.load("lwr4plus")
+    for place, down in {"floor": (0, 0, -1), "wall": (1, 0, 0), "ceiling": (0, 0, 1)}.items():
+        arm = lwr_dyn.load("lwr4plus", mount=place)
+        turned = replace(bare, chain=replace(bare.chain, gravity=9.81 * np.array(down)))
+        pair = [lwr_dyn.dynamics_of(x).gravity_vector(STATES[0]) for x in (arm, turned)]
+        assert relative(*pair) <= EXACT
+        assert lwr_dyn.dynamics_of(arm).mass_matrix(STATES[0]) == pytest.approx(
+            lwr_dyn.dynamics_of(bare).mass_matrix(STATES[0]), rel=EXACT, abs=EXACT
+        )
+
+
+def test_gravity_of_a_mounted_arm_is_down_in_the_world_and_keeps_its_size():
+    bare, mount, tool = random_installation(3)
+    assert bare.installed(None, tool).chain.gravity.tolist() == bare.chain.gravity.tolist()
+    size = np.linalg.norm(bare.chain.gravity)
+    assert bare.installed(mount, tool).chain.gravity == pytest.approx([0.0, 0.0, -size], rel=EXACT)
+    assert lwr_dyn.load("lwr4plus", mount="wall").chain.gravity.tolist() == [0.0, 0.0, -9.81]
+
+
+def test_the_picture_stands_on_the_mount_and_carries_the_tool():
+    """Each drawn cylinder as it stands at q = 0 in the world, against that of the bare arm moved by the mount."""
+    bare, arm = lwr_dyn.load("lwr4plus"), lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    base, _ = ends_of(arm.installation)
+    before, after = drawn(bare), drawn(arm)
+    assert len(after) == len(before) + 1
+    for one, other in zip(before, after[:-1], strict=True):
+        assert np.abs(base.matrix() @ one - other).max() <= EXACT
+    flange, tip = (
+        lwr_dyn.forward_kinematics(x, np.zeros(7))[:3, 3] for x in (lwr_dyn.load("lwr4plus", mount=MOUNT), arm)
+    )
+    assert np.abs(after[-1][:3, 3] - (flange + tip) / 2).max() <= 2e-6  # drawn lengths are whole micrometres
+
+
+def drawn(arm):
+    """The poses in the first frame of all shapes that the viewer draws at q = 0."""
+    poses, shapes = {"/arms/run_0": np.eye(4), "/arms/run_0/link_0": np.eye(4)}, []
+    run = SimpleNamespace(q=np.zeros((1, arm.n)))
+    commands = list(arm_commands(SimpleNamespace(arm=arm, run=run, place=0), 0))
+    for command in (x for x in commands if x["type"] == "set_transform"):
+        parent = poses[command["path"].rpartition("/")[0]]
+        poses[command["path"]] = parent @ np.array(command["matrix"]).reshape(4, 4).T
+    for command in (x for x in commands if x["type"] == "set_object"):
+        placed = np.array(command["object"]["object"]["matrix"]).reshape(4, 4).T
+        shapes.append(poses[command["path"].rpartition("/")[0]] @ placed)
+    return shapes
+
+
+def test_the_floor_is_under_the_arm():
+    assert floor_height(lwr_dyn.load("lwr4plus")) == floor_height(lwr_dyn.load("lwr4plus", mount="floor"))
+    raised = lwr_dyn.load("lwr4plus", mount={"xyz": [0, 0, 0.5]})
+    assert floor_height(raised) == pytest.approx(floor_height(lwr_dyn.load("lwr4plus")) + 0.5)
+    assert floor_height(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [0, 0, 2.5]})) == 0.0
+    assert floor_height(lwr_dyn.load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]})) == pytest.approx(-0.968)
+
+
+def test_the_stand_hangs_above_an_arm_on_the_ceiling_and_ends_at_the_wall():
+    up = stand_foot(lwr_dyn.load("lwr4plus"))
+    assert up == pytest.approx([0, 0, floor_height(lwr_dyn.load("lwr4plus"))])
+    assert stand_foot(lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [1, 0, 2]})) == pytest.approx(
+        [1, 0, 2 - up[2]]
+    )
+    wall = lwr_dyn.load("lwr4plus", mount="wall")
+    assert stand_foot(wall) @ wall.installation.mount.rotation[:, 2] == pytest.approx(up[2])
+    assert abs(stand_foot(wall)[2]) < 1e-12
+
+
+def test_the_mass_of_a_tool_is_that_of_a_payload_at_the_same_place():
+    arm = lwr_dyn.load("lwr4plus", tool={"mass": 1.3, "com": [0.01, 0, 0.06], "inertia": [3e-3, 4e-3, 2e-3]})
+    loaded = arm_with_payload(lwr_dyn.load("lwr4plus"), 1.3, (0.01, 0, 0.06), np.diag([3e-3, 4e-3, 2e-3]))
+    one, other = (lwr_dyn.dynamics_of(x) for x in (arm, loaded))
+    assert np.array_equal(one.mass_matrix(STATES[0]), other.mass_matrix(STATES[0]))
+    assert np.array_equal(one.gravity_vector(STATES[0]), other.gravity_vector(STATES[0]))
+
+
+def test_a_payload_beside_a_tool_is_at_the_tool_centre_point():
+    frame = {key: TOOL[key] for key in ("xyz", "rpy")}
+    arm = arm_with_payload(lwr_dyn.load("lwr4plus", tool=frame), 2.0)
+    same = arm_with_payload(lwr_dyn.load("lwr4plus"), 2.0, frame["xyz"])
+    pair = [lwr_dyn.dynamics_of(x).mass_matrix(STATES[0]) for x in (arm, same)]
+    assert relative(*pair) <= EXACT
+
+
+def test_a_mounted_arm_loses_no_energy_in_a_free_swing():
+    arm = lwr_dyn.load("lwr4plus", mount="ceiling", tool=TOOL)
+    hold = lwr_dyn.reference("hold", arm, q=STATES[0, 1], duration=0.05)
+    run = lwr_dyn.simulate(arm, lambda *_: np.zeros(7), hold, friction="none", position_limits=False)
+    assert abs(run.energy - run.energy[0]).max() <= 1e-9 * abs(run.energy).max()
+    assert (run.dq[-1] != 0.0).all()
+
+
+@pytest.mark.parametrize(("robot", "solver"), [("lwr4plus", "srs"), ("kr30ha", "spherical-wrist")])
+def test_closed_forms_recognise_the_arm(robot, solver):
+    bare, arm = lwr_dyn.load(robot), lwr_dyn.load(robot, mount=MOUNT, tool=TOOL)
+    q = (bare.lower + 0.4 * (bare.upper - bare.lower)) * np.linspace(0.5, 1, bare.n)
+    results = [lwr_dyn.inverse_kinematics(x, lwr_dyn.forward_kinematics(x, q), solver=solver) for x in (bare, arm)]
+    assert all(result.complete for result in results)
+    assert len(results[0].solutions) == len(results[1].solutions) > 0
+    reached = [lwr_dyn.forward_kinematics(arm, x.q) for x in results[1].solutions]
+    assert np.abs(reached - lwr_dyn.forward_kinematics(arm, q)).max() <= 10 * METRES  # up to 3 m from the origin
+
+
+def test_generated_kernels_include_mount_and_tool():
+    pytest.importorskip("numba")
+    locks = {f"joint_{i}": 0.1 for i in range(3, 8)}
+    arm = lwr_dyn.load("lwr4plus", lock=locks, mount="ceiling", tool={"xyz": [0, 0, 0.1], "mass": 1.0})
+    batch, q = lwr_dyn.batch_dynamics(arm), STATES[0, :, :2].copy()
+    assert relative(batch.flange_pose(q), lwr_dyn.forward_kinematics(arm, q)) <= EXACT
+    assert relative(batch.gravity_vector(q), lwr_dyn.dynamics_of(arm).gravity_vector(q)) <= EXACT
+
+
+def test_a_lock_after_the_installation_gives_what_a_lock_before_it_gives():
+    locks = {"joint_1": 0.3, "joint_7": -0.4, "joint_4": 0.5}
+    after = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    for name, value in locks.items():
+        after = after.with_locked_joint(name, value)
+    before = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL, lock=locks)
+    q = STATES[0, :, :4]
+    assert relative(lwr_dyn.forward_kinematics(after, q), lwr_dyn.forward_kinematics(before, q)) <= EXACT
+    assert relative(*(lwr_dyn.dynamics_of(x).mass_matrix(q) for x in (after, before))) <= EXACT
+    assert np.array_equal(ends_of(after.installation)[0].matrix(), ends_of(before.installation)[0].matrix())

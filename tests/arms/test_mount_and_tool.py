@@ -1,0 +1,97 @@
+"""Options of loading: ways to say a mount and a tool, what a run finds again, and what is refused in one line."""
+
+import json
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.loading import arm_of
+from lwr_dyn.cli.main import main
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.model.installation import MOUNTS, ends_of
+from lwr_dyn.model.spatial import Pose, from_rpy
+from tests.tolerances import EXACT
+
+MOUNT = {"on": "wall", "xyz": [0.3, -0.2, 1.4], "rpy_deg": [0, 10, 35]}
+TOOL = {"xyz": [0.02, 0, 0.15], "rpy": [0.1, 0.7, -0.3], "mass": 1.3, "inertia": [3e-3, 4e-3, 2e-3]}
+STATES = np.random.default_rng(4).uniform(-1.0, 1.0, (1, 20, 7))
+
+
+def test_a_run_finds_its_mounted_arm_again(tmp_path):
+    arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
+    hold = lwr_dyn.reference("hold", arm, q=STATES[0, 0], duration=0.01)
+    lwr_dyn.simulate(arm, lambda *_: np.zeros(7), hold).save(tmp_path / "x.npz")
+    again = arm_of(lwr_dyn.Run.load(tmp_path / "x.npz"))
+    assert np.array_equal(lwr_dyn.forward_kinematics(again, STATES[0]), lwr_dyn.forward_kinematics(arm, STATES[0]))
+    assert np.array_equal(again.chain.bodies[-1].inertia_com, arm.chain.bodies[-1].inertia_com)
+
+
+def test_ways_to_say_the_same(tmp_path):
+    file = tmp_path / "tool.toml"
+    file.write_text("xyz = [0, 0, 1]\nrpy_deg = [0, 90, 0]\nmass = 2\ninertia = [1, 0, 0, 2, 0, 2]\n")
+    pose = Pose(from_rpy((0, np.pi / 2, 0)), np.array([0.0, 0.0, 1.0]))
+    tools = [file, str(file), {"xyz": (0, 0, 1), "rpy": [0, np.pi / 2, 0], "mass": 2, "inertia": np.diag([1, 2, 2])}]
+    arms = [lwr_dyn.load("lwr4plus", tool=tool) for tool in tools]
+    for arm in arms:
+        assert np.array_equal(arm.chain.flange.matrix(), arms[0].chain.flange.matrix())
+        assert np.array_equal(arm.chain.bodies[-1].inertia_com, arms[0].chain.bodies[-1].inertia_com)
+    only = lwr_dyn.load("lwr4plus", tool=pose.matrix())
+    assert np.array_equal(only.chain.flange.matrix(), arms[0].chain.flange.matrix())
+    assert only.chain.links[-1].body is not arms[0].chain.links[-1].body
+    mounts = ["ceiling", {"on": "ceiling"}, {"rpy_deg": [180, 0, 0]}, MOUNTS["ceiling"].matrix()]
+    bases = [ends_of(lwr_dyn.load("lwr4plus", mount=mount).installation)[0].matrix() for mount in mounts]
+    assert all(np.array_equal(base, bases[0]) for base in bases)
+
+
+def test_the_command_takes_both(capsys, tmp_path):
+    file = tmp_path / "g.toml"
+    file.write_text("xyz = [0, 0, 0.1]\n")
+    options = ["--mount", "ceiling", "--mount", "xyz=0,0,2.5", "--tool", str(file)]
+    with pytest.raises(SystemExit) as end:
+        main(["fk", "lwr4plus", "--q", "0,0,0,0,0,0,0", "--json", *options])
+    assert end.value.code in (0, None)
+    assert json.loads(capsys.readouterr().out)["position"] == pytest.approx([0, 0, 2.5 - 0.968], abs=EXACT)
+
+
+BAD = {
+    "no such place": ({"mount": "roof"}, "no mount named 'roof'; known: floor, wall, ceiling"),
+    "no such field": ({"tool": {"mas": 1}}, r"no field of a tool named 'mas' \(did you mean mass\?\)"),
+    "a field of a tool": ({"mount": {"mass": 1}}, "no field of a mount named 'mass'"),
+    "negative mass": ({"tool": {"mass": -1.0}}, "tool: mass -1, .*; allowed: an inertia that a body can have"),
+    "impossible inertia": ({"tool": {"mass": 1, "inertia": [1, 1, 3]}}, r"tool: mass 1, inertia \[1.0, 1.0, 3.0\]"),
+    "inertia without mass": ({"tool": {"inertia": [1, 1, 1]}}, "tool: mass 0"),
+    "wrong size": ({"tool": {"mass": 1, "inertia": [1, 1]}}, r"tool inertia: shape \(2,\); allowed: 3 numbers"),
+    "two numbers": ({"mount": {"xyz": [1, 2]}}, "mount xyz: 2 numbers; allowed: 3 numbers"),
+    "two rotations": ({"mount": {"rpy": [0, 0, 0], "rpy_deg": [0, 0, 0]}}, "mount: rpy and rpy_deg; allowed: xyz with"),
+    "not a rotation": ({"mount": np.diag([1, 2, 1, 1])}, r"mount pose: R\^T R differs"),
+    "not a pose": ({"tool": 5}, r"tool pose: a single number; allowed: 4 x 4 numbers"),
+    "text": ({"tool": {"mass": "heavy"}}, "tool mass: not an array of numbers"),
+    "far away": ({"mount": {"xyz": [0, 0, 1e9]}}, "mount xyz: .* allowed: numbers up to 1e"),
+    "no file": ({"tool": "gripper"}, r"tool: 'gripper'; allowed: a .toml file, or xyz=0,0,0.15; fields: xyz"),
+    "missing file": ({"tool": "no.toml"}, "no.toml: no such file"),
+    "a list": ({"mount": {"on": [1]}}, "no mount named"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD, ids=str)
+def test_what_cannot_be_is_refused(case):
+    options, message = BAD[case]
+    with pytest.raises(LwrDynError, match=message):
+        lwr_dyn.load("lwr4plus", **options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--tool", "mass=x"], "--tool mass: 'x'; allowed: numbers such as 0,0,0.15; one field an option"),
+        (["--tool", "mass=1", "--tool", "mass=2"], "--tool: 'mass'; allowed: each KEY=NUMBERS once, or one file"),
+        (["--tool", "a.toml", "--tool", "mass=2"], "--tool: 'a.toml'; allowed: each KEY=NUMBERS once, or one file"),
+        (["--mount", "floor", "--mount", "wall"], "--mount: 'wall'; allowed: each KEY=NUMBERS once"),
+    ],
+)
+def test_options_that_contradict_are_one_line(options, message, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(["fk", "lwr4plus", "--q", "0,0,0,0,0,0,0", *options])
+    assert end.value.code == 2
+    assert message in capsys.readouterr().err

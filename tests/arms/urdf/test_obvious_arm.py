@@ -1,0 +1,227 @@
+"""The arm in a tree that branches: its tip, what is held, and the tips that are listed where there are several arms."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.urdf.obvious_arm import obvious_tip
+from lwr_dyn.arms.urdf.parse import parse_urdf
+from lwr_dyn.arms.urdf.reader import read_urdf
+from lwr_dyn.arms.urdf.tree import build_tree, with_held_joints
+from lwr_dyn.cli.main import main
+from lwr_dyn.foundation.errors import OptionError, UrdfError
+from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written
+
+MIMIC = LIMIT + '<mimic joint="{}" multiplier="-2" offset="0.1"/>'
+
+
+def chain(first, *links, kind="revolute"):
+    """Joints of that kind from link to link, each named after its child."""
+    return [joint(f"j_{child}", parent, child, kind) for parent, child in zip((first, *links), links, strict=False)]
+
+
+def fixed(parent, *children):
+    return [joint(f"f_{child}", parent, child, "fixed", "") for child in children]
+
+
+def tree_of(tmp_path, joints, name="arm.urdf"):
+    """The file of these joints and of the links that they name."""
+    words = " ".join(joints).replace('link="', "\0").split("\0")[1:]
+    links = dict.fromkeys(word.split('"')[0] for word in words)
+    path = written(tmp_path, robot(*joints, **dict.fromkeys(links, LINK)), name)
+    return path, build_tree(parse_urdf(path), {})
+
+
+ARM = chain("base", *"abcdef")
+FINGERS = [*chain("f", "left"), *chain("f", "right")]
+CASES = {
+    "one chain": (ARM, "f"),
+    "one chain ends in a gripper": ([*ARM, *chain("f", "gripper")], "gripper"),
+    "fingers": ([*ARM, *FINGERS], "f"),
+    "fingers of three joints": ([*ARM, *chain("f", "l1", "l2", "l3"), *chain("f", "r1", "r2", "r3")], "f"),
+    "fingers on a hand": ([*ARM, *fixed("f", "hand"), *chain("hand", "l"), *chain("hand", "r")], "hand"),
+    "a tool frame": ([*ARM, *FINGERS, *fixed("f", "camera", "hand_tcp")], "hand_tcp"),
+    "frames on the last link": ([*ARM, *fixed("f", "ee_link", "tool0")], "tool0"),
+    "frames without a known name": ([*ARM, *fixed("f", "left", "right")], "f"),
+    "one jaw beside a frame": ([*ARM, *fixed("f", "point"), *chain("f", "moving_jaw")], "f"),
+    "one more joint beside a frame": ([*ARM, *fixed("f", "point"), *chain("f", "g")], "g"),
+    "a head and wheels": ([*ARM, *chain("a", "pan", "tilt"), *chain("base", "wheel")], "f"),
+    "an arm on a quadruped": ([*ARM, *(x for leg in "1234" for x in chain("base", f"h{leg}", f"k{leg}"))], "f"),
+    "frames on the base": ([*ARM, *fixed("base", "lamp")], "f"),
+    "fingers that follow": ([*ARM, *chain("f", "l"), joint("twin", "f", "r", "revolute", MIMIC.format("j_l"))], "f"),
+    "a wrist that is called gripper": (
+        [*chain("base", *"abcd"), *chain("d", "gripper", "f"), *fixed("base", "x")],
+        "f",
+    ),
+    "a floating base": ([joint("free", "world", "base", "floating", ""), *ARM, *FINGERS], "f"),
+    "a base on a plane": ([joint("drive", "world", "base", "planar", ""), *ARM], "f"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_tip_of_the_one_obvious_arm(tmp_path, case):
+    joints, tip = CASES[case]
+    path, _ = tree_of(tmp_path, joints)
+    arm = read_urdf(path)
+    assert arm.n == 6 + (case in ("one chain ends in a gripper", "one more joint beside a frame"))
+    assert arm.layout.tip == tip
+
+
+def test_several_arms_are_listed_with_what_to_type(tmp_path):
+    joints = [*chain("base", "torso"), *chain("torso", *"abcdef"), *FINGERS, *chain("torso", *"uvwxyz")]
+    joints += [*chain("torso", "pan", "tilt"), *chain("base", "k1", "k2", "k3"), *chain("base", "m1", "m2", "m3")]
+    _, tree = tree_of(tmp_path, joints)
+    with pytest.raises(UrdfError) as fault:
+        obvious_tip(tree)
+    listed = "f (7 joints), z (7 joints), tilt (3 joints), k3 (3 joints), m3 (3 joints)"
+    assert str(fault.value) == f"arm.urdf: tip: the tree has 5 arms or legs; allowed: one of them by --tip: {listed}"
+    _, tree = tree_of(tmp_path, [*chain("base", *"abcd"), *chain("d", *"efghi"), *chain("d", *"uvwxy")])
+    with pytest.raises(UrdfError, match=r"2 arms or legs; .*: i \(9 joints\), y \(9 joints\)$"):
+        obvious_tip(tree)
+    path, _ = tree_of(tmp_path, [x for k in range(20) for x in chain("base", f"w{k}")])
+    with pytest.raises(UrdfError, match=r"20 arms or legs; .*w11 \(1 joint\) \.\.\.$"):
+        read_urdf(path)
+
+
+def test_a_deep_file_is_walked_without_recursion(tmp_path):
+    links = [f"l{k}" for k in range(1200)]
+    _, tree = tree_of(tmp_path, [*chain("base", *links), *chain("base", "other")])
+    assert obvious_tip(tree) == "l1199"
+
+
+def test_what_branches_off_is_held_and_said(tmp_path):
+    above = '<limit lower="0.2" upper="2" effort="9" velocity="3"/>'
+    twin = joint("twin", "f", "r", "revolute", MIMIC.format("j_l"))
+    joints = [*ARM, joint("j_l", "f", "l", "prismatic", above), twin, *chain("base", "wheel")]
+    path, tree = tree_of(tmp_path, joints)
+    _, held = with_held_joints(tree, "f")
+    assert held == {"j_l": 0.2, "twin": -2 * 0.2 + 0.1}
+    arm = read_urdf(path)
+    chosen, said = arm.notes
+    assert chosen == "the arm ends at f; another end: --tip LINK"
+    assert said == "held: j_l at 0.2, twin at -0.3; other values: --lock JOINT=VALUE"
+    given = read_urdf(path, tip="f", lock={"j_l": 0.2})
+    assert given.notes == ()
+    q = np.linspace(0.1, 0.7, 6)
+    one, other = (lwr_dyn.dynamics_of(x).mass_matrix(q) for x in (arm, given))
+    assert np.array_equal(one, other)
+    assert read_urdf(path, lock={"j_l": 0.5}).notes == (chosen,)
+
+
+def test_a_held_base_is_the_fixed_base(tmp_path):
+    free, weld = (
+        tree_of(tmp_path, [joint("free", "world", "base", kind, ""), *ARM], f"{kind}.urdf")[0]
+        for kind in ("floating", "fixed")
+    )
+    q = np.linspace(0.1, 0.7, 6)
+    poses = [lwr_dyn.forward_kinematics(read_urdf(path), q) for path in (free, weld)]
+    assert np.array_equal(*poses)
+    assert read_urdf(free).notes == ("held: free at 0; other values: --lock JOINT=VALUE",)
+
+
+REFUSED = {
+    "a mimic on the chain": (
+        [*ARM, joint("twin", "f", "g", "revolute", MIMIC.format("j_f"))], "g",
+        "joint 'twin': follows 'j_f' (mimic), in a chain of joints that move by themselves; "
+        "allowed: a chain that ends before it: --tip f, or held: --lock twin=VALUE",
+    ),
+    "a mimic beside the chain": (
+        [*ARM, joint("twin", "b", "g", "revolute", MIMIC.format("j_c"))], "f",
+        "joint twin: off the chain, but a joint of the chain moves it (mimic); "
+        "allowed: held at a value: --lock twin=VALUE",
+    ),
+    "a mimic on another branch of the root": (
+        [*ARM, joint("twin", "base", "g", "revolute", MIMIC.format("j_c"))], "f",
+        "joint twin: off the chain, but a joint of the chain moves it (mimic); allowed: held",
+    ),
+    "a floating joint in the chain": (
+        [*ARM, joint("free", "f", "g", "floating", "")], "g",
+        "joint 'free': type floating, in a chain of joints with one coordinate each; "
+        "allowed: a chain that ends before it: --tip f, or",
+    ),
+    "a planar joint in the chain": (
+        [*ARM, joint("slide", "f", "g", "planar", "")], "g", "joint 'slide': type planar, in a chain",
+    ),
+    "a held base without an arm": (
+        [joint("free", "base", "a", "floating", ""), *fixed("base", "b")], None,
+        "chain: no moving joint between root and tip, and free of type floating is held",
+    ),
+    "nothing moves": (fixed("base", "a", "b"), None, "chain: no moving joint between root and tip; allowed"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_no_chain_is_refused_with_what_to_type(tmp_path, case):
+    joints, tip, message = REFUSED[case]
+    path, _ = tree_of(tmp_path, joints)
+    with pytest.raises(UrdfError) as fault:
+        read_urdf(path, tip=tip)
+    assert message in str(fault.value)
+
+
+def test_commands_say_what_was_chosen_on_stderr(tmp_path, capsys):
+    path, _ = tree_of(tmp_path, [*ARM, *FINGERS])
+    with pytest.raises(SystemExit) as end:
+        main(["fk", str(path), "--q", "0,0,0,0,0,0"])
+    assert not end.value.code
+    out, err = capsys.readouterr()
+    assert "the arm ends" not in out
+    assert err.splitlines() == [
+        "note: the arm ends at f; another end: --tip LINK",
+        "note: held: j_left at 0, j_right at 0; other values: --lock JOINT=VALUE",
+    ]
+
+
+MACROS = f"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="ends" default="b"/>
+<xacro:macro name="link" params="name"><link name="${{name}}">{LINK}</link></xacro:macro>
+<xacro:link name="base"/><xacro:link name="$(arg ends)"/>{joint("j", "base", "$(arg ends)")}</robot>"""
+
+
+def test_a_xacro_is_expanded_with_its_arguments(tmp_path, capsys):
+    pytest.importorskip("xacro")
+    path = written(tmp_path, MACROS, "arm.urdf.xacro")
+    arm = lwr_dyn.load(path, xacro_args={"ends": "tip"})
+    assert arm.chain.links[0].link == "tip"
+    assert lwr_dyn.load(path).chain.links[0].link == "b"
+    with pytest.raises(SystemExit) as end:
+        main(["urdf", str(path), "--xacro-arg", "ends:=tool"])
+    assert not end.value.code
+    assert '<link name="tool">' in capsys.readouterr().out
+    with pytest.raises(UrdfError, match="xacro"):
+        lwr_dyn.load(written(tmp_path, MACROS.replace("${name}", "${nothing}"), "bad.xacro"))
+
+
+def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
+    pytest.importorskip("xacro")
+    path = written(tmp_path, MACROS, "arm.urdf.xacro")
+    arm = lwr_dyn.load(path, xacro_args={"ends": "tip"}, mount="wall")
+    hold = lwr_dyn.reference("hold", arm, q=[0.1], duration=0.002)
+    lwr_dyn.simulate(arm, lambda *_: np.zeros(1), hold).save(tmp_path / "x.npz")
+    lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
+    path.write_text(MACROS.replace('value="2"', 'value="3"'), encoding="utf-8")
+    with pytest.raises(OSError, match="has changed since the run was made"):
+        lwr_dyn.replay(lwr_dyn.Run.load(tmp_path / "x.npz"), tmp_path / "x.html")
+
+
+def test_arguments_without_a_xacro_or_without_a_name_are_refused(tmp_path, capsys):
+    with pytest.raises(OptionError, match=r"xacro_args: given for lwr4plus; allowed: only with a \.xacro file"):
+        lwr_dyn.load("lwr4plus", xacro_args={"a": "1"})
+    with pytest.raises(SystemExit) as end:
+        main(["urdf", "x.xacro", "--xacro-arg", "ends=tool"])
+    assert end.value.code == 2
+    assert "--xacro-arg: 'ends=tool'; allowed: NAME:=VALUE" in capsys.readouterr().err
+
+
+def test_without_the_package_one_line_says_how_to_install_it(tmp_path, monkeypatch):
+    import builtins
+
+    real = builtins.__import__
+
+    def without(name, *rest, **named):
+        if name.split(".")[0] == "xacro":
+            raise ModuleNotFoundError(name)
+        return real(name, *rest, **named)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(ImportError, match=r"xacro is not installed; install it with: pip install 'lwr_dyn\[urdf\]'"):
+        lwr_dyn.load(written(tmp_path, MACROS, "arm.xacro"))

@@ -1,0 +1,52 @@
+"""The sidecar: every attribute has quantities with cells or a word, and what a URDF cannot hold is in SI."""
+
+import json
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.urdf.provenance import (
+    UNSOURCED,
+    provenance_text,
+    quantity_sources,
+    sidecar_blocks,
+    sidecar_quantities,
+)
+from tests.random_arms import random_arm
+
+
+@pytest.mark.parametrize("robot", lwr_dyn.robots())
+def test_every_attribute_names_cells_that_are_listed_or_has_a_word(robot):
+    arm = lwr_dyn.load(robot)
+    sidecar = json.loads(provenance_text(arm))
+    assert (sidecar["robot"], sidecar["source_sha256"]) == (arm.name, arm.digest)
+    for attribute in sidecar["attributes"].values():
+        assert attribute["written"]
+        assert attribute.get("word") or any(sidecar["quantities"][name] for name in attribute["quantities"])
+        assert attribute.get("word") != UNSOURCED
+
+
+def test_an_arm_that_was_built_in_code_has_no_source():
+    sidecar = json.loads(provenance_text(random_arm(3, "RP")))
+    mass = sidecar["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]
+    assert mass["word"] == UNSOURCED
+    assert sidecar["quantities"]["link_1.mass"] == []
+
+
+def test_a_standard_dh_row_is_all_after_the_motion():
+    arm = lwr_dyn.load("lwr4plus")
+    assert all(source.cell.startswith("dh.sign") for source in quantity_sources(arm, "joint_2.before"))
+    assert {source.cell.split(".")[1] for source in quantity_sources(arm, "joint_2.after")} >= {"alpha", "a", "d"}
+    assert quantity_sources(arm, "joint_2.colour") == ()
+
+
+def test_blocks_have_only_what_the_arm_has():
+    arm = lwr_dyn.load("wam7")
+    blocks = sidecar_blocks(arm)
+    assert set(blocks) == {
+        name for name in ("friction", "transmission", "gains") if getattr(arm, name) not in (None, ())
+    }
+    assert blocks["transmission"]["motors_by_joints"] == arm.transmission.matrix.tolist()
+    assert all(arm.sources[name] for name in sidecar_quantities(arm))
+    plain = random_arm(3, "RP")
+    assert (sidecar_blocks(plain), sidecar_quantities(plain)) == ({}, ())

@@ -1,0 +1,112 @@
+"""The URDF text: numbers survive it bit for bit, names survive it whole, and each number leaves a trail."""
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lwr_dyn
+from lwr_dyn.arms.urdf.elements import UNKNOWN_POSITION
+from lwr_dyn.arms.urdf.geometry import primitives
+from lwr_dyn.arms.urdf.writer import urdf_text, urdf_with_sources
+from lwr_dyn.arms.urdf.xml_text import header, unknown_limits
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.spatial import from_rpy, to_rpy
+from tests.random_arms import arms
+
+ROUNDING = 2e-15
+"""A rotation made of three, through its angles and back: entries are a few products of numbers below one."""
+angles = st.tuples(*[st.floats(-3.2, 3.2)] * 3)
+
+
+@given(angles, angles, st.sampled_from([1e-4, 1e-6, 1e-8, 1e-11, 0.0]), st.sampled_from([0, 1, -1]))
+def test_angles_give_the_rotation_back_at_every_pitch(rpy, other, off, pole):
+    """Near a pole the entries that distinguish roll from yaw are lost in rounding when the rotation is a product."""
+    roll, pitch, yaw = rpy
+    near = from_rpy((roll, pole * np.pi / 2 + off if pole else pitch, yaw))
+    turn = from_rpy(other)
+    rotation = turn @ (turn.T @ near)
+    assert np.abs(from_rpy(to_rpy(rotation)) - rotation).max() <= ROUNDING
+
+
+@given(arms)
+def test_the_same_arm_gives_the_same_bytes(arm):
+    assert urdf_text(arm) == urdf_text(arm)
+
+
+def test_inertials_are_written_bit_for_bit():
+    arm = lwr_dyn.load("lwr4plus")
+    root = ElementTree.fromstring(urdf_text(arm))
+    for link, body in zip(arm.chain.links, arm.bodies(), strict=True):
+        inertial = root.find(f"link[@name='{link.link}']/inertial")
+        assert float(inertial.find("mass").get("value")) == body.mass
+        assert [float(x) for x in inertial.find("origin").get("xyz").split()] == list(body.com)
+        assert inertial.find("origin").get("rpy") == "0.0 0.0 0.0"
+        for r in range(3):
+            for c in range(r, 3):
+                assert float(inertial.find("inertia").get(f"i{'xyz'[r]}{'xyz'[c]}")) == body.inertia_com[r, c]
+
+
+def test_unknown_limits_are_stand_ins_and_named_in_the_header():
+    arm = lwr_dyn.load("lwr4")
+    text = urdf_text(arm)
+    limit = ElementTree.fromstring(text).find("joint[@name='joint_3']/limit")
+    assert float(limit.get("upper")) == UNKNOWN_POSITION
+    assert float(limit.get("effort")) == 1e9
+    assert ("joint_3", "upper") in unknown_limits(arm)
+    assert "joint_3 upper" in text.partition("-->")[0]
+
+
+def test_names_that_need_quoting_are_quoted():
+    arm = lwr_dyn.load("lwr4")
+    odd = 'a<b&"c"'
+    link = replace(arm.chain.links[0], joint=odd, link=f"{odd}--")
+    odd_arm = replace(arm.with_chain(replace(arm.chain, links=(link, *arm.chain.links[1:]))), title="x --> y")
+    root = ElementTree.fromstring(urdf_text(odd_arm))
+    assert root.find("joint").get("name") == odd
+    assert [x.get("name") for x in root.findall("link")][1] == f"{odd}--"
+
+
+def test_a_joint_called_flange_joint_keeps_its_name():
+    arm = lwr_dyn.load("lwr4")
+    last = replace(arm.chain.links[-1], joint="flange_joint")
+    renamed = arm.with_chain(replace(arm.chain, links=(*arm.chain.links[:-1], last)))
+    names = [x.get("name") for x in ElementTree.fromstring(urdf_text(renamed)).findall("joint")]
+    assert names[-2:] == ["flange_joint", "flange_joint_"]
+
+
+def test_known_friction_is_written_and_unknown_friction_is_not():
+    arm = lwr_dyn.load("lwr4")
+    known = replace(arm, limits=(JointLimits(viscous=0.5, coulomb=0.0), *arm.limits[1:]))
+    root = ElementTree.fromstring(urdf_text(known))
+    assert root.find("joint[@name='joint_1']/dynamics").attrib == {"damping": "0.5", "friction": "0.0"}
+    assert root.find("joint[@name='joint_2']/dynamics") is None
+
+
+@pytest.mark.parametrize(
+    ("path", "quantities"),
+    [
+        ("/robot/joint[@name='joint_1']/origin/@xyz", ()),
+        ("/robot/joint[@name='joint_4']/origin/@xyz", ("joint_3.after",)),
+        ("/robot/joint[@name='flange_joint']/origin/@xyz", ("joint_7.after",)),
+        ("/robot/link[@name='link_3']/inertial/origin/@xyz", ("link_3.com", "joint_3.after")),
+    ],
+)
+def test_in_a_standard_table_the_row_before_places_a_joint(path, quantities):
+    assert urdf_with_sources(lwr_dyn.load("lwr4plus")).attributes[path].quantities == quantities
+
+
+def test_every_drawn_shape_is_both_visual_and_collision():
+    arm = lwr_dyn.load("lwr4plus")
+    root = ElementTree.fromstring(urdf_text(arm))
+    for tag in ("visual", "collision"):
+        assert len(root.findall(f"link/{tag}")) == len(primitives(arm))
+
+
+def test_only_the_head_of_a_mounted_arm_speaks_of_its_mount():
+    mounted = lwr_dyn.load("lwr4plus", mount={"on": "ceiling"})
+    for arm, is_mounted in ((lwr_dyn.load("lwr4plus"), False), (mounted, True)):
+        assert any("the base is mounted" in line for line in header(arm)) == is_mounted

@@ -1,0 +1,105 @@
+"""Every verdict can fail on its own: one fault each, and the name of the verdict that must see it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.checks.arm import run_checks
+from lwr_dyn.checks.arm.identities import (
+    energy_drift,
+    gravity_identity,
+    mass_matrix_identities,
+    random_states,
+    velocity_identities,
+)
+from lwr_dyn.checks.arm.run_checks import tabulated_frames
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
+
+SMALL = 1e-6
+"""A relative fault far above 1e-12 and far below what a person would see in a plot."""
+ROADS = "Pinocchio against our own recursion"
+NAMES = [
+    "flange: URDF against DH table", "vectors between frames: as tabulated against DH table", "mass matrix: symmetric",
+    "mass matrix: smallest eigenvalue", "mass matrix: columns against unit accelerations",
+    "power balance: dB/dt = C + C^T", "bias torque: C dq + g", "gravity torque: g = dU/dq", f"mass matrix: {ROADS}",
+    f"Coriolis matrix: {ROADS}", f"gravity torque: {ROADS}", f"inverse dynamics: {ROADS}",
+    "forward dynamics: our own recursion of Pinocchio's ddq", "energy drift of a free swing, 2 s",
+]  # fmt: skip
+
+
+class Faulty:
+    """Road B with one of its answers changed."""
+
+    def __init__(self, chain, **changes):
+        self.right, self.changes = newton_euler_dynamics(chain), changes
+        self.n = chain.n
+
+    def __getattr__(self, name):
+        method = getattr(self.right, name)
+        return (lambda *x: self.changes[name](method(*x))) if name in self.changes else method
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("lwr4plus")
+
+
+@pytest.fixture(scope="module")
+def states(arm):
+    return random_states(arm, 20, seed=4)
+
+
+def failing(verdicts):
+    return [v.name for v in verdicts if not v.holds]
+
+
+def test_the_report_has_every_law(arm):
+    result = [v.name for v in run_checks.check_arm(arm, open_paper("lwr4plus"), states=5).verdicts]
+    assert [name for name in result if not name.startswith("link_")] == NAMES
+    assert len(result) == len(NAMES) + 3 * 7
+
+
+def test_mass_matrix_laws(arm, states):
+    twisted = Faulty(arm.chain, mass_matrix=lambda B: B + SMALL * np.eye(7, k=1))
+    assert failing(mass_matrix_identities(twisted, states)) == [
+        "mass matrix: symmetric",
+        "mass matrix: columns against unit accelerations",
+    ]
+    negative = Faulty(arm.chain, mass_matrix=lambda B: B - 0.01 * np.eye(7))
+    assert "mass matrix: smallest eigenvalue" in failing(mass_matrix_identities(negative, states))
+
+
+@pytest.mark.parametrize("name", ["coriolis_matrix", "bias_torque"])
+def test_velocity_laws(arm, states, name):
+    wrong = Faulty(arm.chain, **{name: lambda x: x * (1 + SMALL)})
+    result = failing(velocity_identities(wrong, newton_euler_dynamics(arm.chain).ungated, states))
+    assert "bias torque: C dq + g" in result
+    assert ("power balance: dB/dt = C + C^T" in result) is (name == "coriolis_matrix")
+
+
+def test_gravity_law(arm, states):
+    wrong = Faulty(arm.chain, gravity_vector=lambda g: g + SMALL)
+    assert not gravity_identity(wrong, newton_euler_dynamics(arm.chain).ungated, states).holds
+
+
+def test_energy_drift_sees_a_brake(arm):
+    brake = Faulty(arm.chain, forward_dynamics=lambda ddq: ddq * (1 - 1e-3))
+    q, dq = np.full(7, 0.3), np.full(7, 0.2)
+    assert (
+        energy_drift(brake, q, dq, seconds=0.2)
+        > 1e-6
+        > energy_drift(newton_euler_dynamics(arm.chain), q, dq, seconds=0.2)
+    )
+
+
+def test_tabulated_frames_see_the_rows_as_printed():
+    paper = open_paper("lwr4plus")
+    origin = paper.columns["frames.origin"]
+    rows = list(origin.values)
+    rows[1], rows[2] = rows[2], rows[1]
+    shifted = replace(paper, columns=paper.columns | {"frames.origin": replace(origin, values=tuple(rows))})
+    assert failing(tabulated_frames(shifted)) == ["vectors between frames: as tabulated against DH table"]
+    assert failing(tabulated_frames(paper)) == []

@@ -1,0 +1,72 @@
+"""An engine that crashes, aborts, hangs or refuses costs one line, and the other files are loaded all the same."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.checks.engines.child_process import Job, Loaded, TriedStates, load_all
+from lwr_dyn.checks.engines.engine import ArmInFile
+from tests.checks.engines.small_files import TWO
+
+STATES = TriedStates(*np.zeros((3, 1, 2)))
+SCOPE = ArmInFile(("j1", "j2"), "tool", (0.0, 0.0, -9.81))
+WRAPPER = """
+import os, time
+import numpy as np
+from lwr_dyn.checks.engines import child_process
+def load_here(engine, job, states):
+    print("chatter on stdout", flush=True)
+    os.write(1, b"more chatter")
+    if job.options.get("abort"):
+        os.abort()
+    if job.options.get("hang"):
+        time.sleep(60)
+    return child_process.Loaded(1.0, np.eye(4)[None], {}, ())
+child_process.load_here = load_here
+child_process.main("pinocchio")
+"""
+
+
+@pytest.fixture
+def two(tmp_path):
+    path = tmp_path / "two.urdf"
+    path.write_text(TWO, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def faulty(monkeypatch, tmp_path):
+    """The child as a script whose engine does what the options say."""
+    import subprocess
+
+    script = tmp_path / "child.py"
+    script.write_text(WRAPPER, encoding="utf-8")
+    run = subprocess.run
+    monkeypatch.setattr(
+        "lwr_dyn.checks.engines.child_process.subprocess.run",
+        lambda command, **options: run([command[0], str(script)], **options),
+    )
+
+
+def test_a_crash_costs_its_own_file_only(two, faulty):
+    jobs = [Job(two, SCOPE), Job(two, SCOPE, {"abort": True}), Job(two, SCOPE)]
+    first, second, third = load_all("pinocchio", jobs, STATES)
+    assert isinstance(first, Loaded)
+    assert isinstance(third, Loaded)
+    assert second.startswith("ended by SIGABRT")
+
+
+def test_a_file_that_hangs_ends_the_engine(two, faulty):
+    jobs = [Job(two, SCOPE), Job(two, SCOPE, {"hang": True}), Job(two, SCOPE)]
+    first, second, third = load_all("pinocchio", jobs, STATES, seconds=5.0)
+    assert isinstance(first, Loaded)
+    assert second == third == "no answer within 5 s"
+
+
+def test_a_refusal_is_one_line_with_the_parser_s_own_words(two, tmp_path):
+    bad = tmp_path / "bad.urdf"
+    bad.write_text(TWO.replace('link="upper"', 'link="uper"', 1), encoding="utf-8")
+    good, refusal = load_all("pinocchio", [Job(two, SCOPE), Job(bad, SCOPE)], STATES)
+    assert good.mass == pytest.approx(3.0)
+    assert "\n" not in refusal
+    assert "does not contain a valid URDF model" in refusal
+    assert "uper" in refusal

@@ -1,0 +1,89 @@
+"""Pinocchio on the file itself against our reading: it holds on foreign arms, and a misreading fails."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.checks.arm.run_checks import check_arm
+from lwr_dyn.checks.engines import file_check
+from lwr_dyn.checks.engines.file_check import file_verdicts
+from tests.arms.export.test_data_file import FOREIGN, arm_named
+from tests.checks.engines.small_files import TWO
+
+OWN = "Pinocchio on the file itself - our reading"
+
+
+@pytest.fixture
+def two(tmp_path):
+    path = tmp_path / "two.urdf"
+    path.write_text(TWO, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_foreign_arms_hold(name):
+    """panda: locked fingers; z1: a link and a joint of one name; kinova: continuous joints."""
+    verdicts, unjudged = file_verdicts(arm_named(name))
+    assert [v.name for v in verdicts] == [f"{x}: {OWN}" for x in ("FK", "B", "g", "inverse dynamics")]
+    assert [v.name for v in verdicts if not v.holds] == []
+    assert unjudged == []
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "fails"),
+    [
+        ('<origin xyz="0 0 0.4"/>', '<origin xyz="0 0 0.4000001"/>', "FK"),
+        ('rpy="0.3 0.5 0"', 'rpy="0.3 0.5 1e-9"', "B"),
+        ('<mass value="1"/>', '<mass value="1.000000001"/>', "g"),
+    ],
+)
+def test_a_misreading_is_seen(two, tmp_path, monkeypatch, before, after, fails):
+    """Our reader is given another file than Pinocchio."""
+    other = tmp_path / "other.urdf"
+    other.write_text(TWO.replace(before, after), encoding="utf-8")
+    real = file_check.reference_of
+    monkeypatch.setattr(file_check, "reference_of", lambda path, *rest: real(other, *rest))
+    verdicts, _ = file_verdicts(lwr_dyn.load(two))
+    assert f"{fails}: {OWN}" in [v.name for v in verdicts if not v.holds]
+
+
+def test_a_file_that_pinocchio_refuses_is_not_judged(two, capfd):
+    two.write_text(TWO.replace('effort="20" velocity="4"', 'effort="20"'), encoding="utf-8")
+    verdicts, unjudged = file_verdicts(lwr_dyn.load(two))
+    assert verdicts == []
+    assert unjudged[0].startswith(f"{OWN}: ")
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("axis", ["1e200 0 0", "1e-170 0 0"])
+def test_an_axis_without_a_square_is_not_judged(two, axis):
+    two.write_text(TWO.replace('<axis xyz="1 0 0"/>', f'<axis xyz="{axis}"/>'), encoding="utf-8")
+    why = "its parser squares an axis, and that of j2 has no square as a float"
+    assert file_verdicts(lwr_dyn.load(two)) == ([], [f"{OWN}: {why}"])
+
+
+def test_a_xacro_is_judged_as_what_it_expands_to(tmp_path):
+    pytest.importorskip("xacro", reason="xacro is not installed: pip install xacro")
+    path = tmp_path / "two.urdf.xacro"
+    text = TWO.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ')
+    text = text.replace('value="2"', 'value="${1 + 1}"')
+    path.write_text(text, encoding="utf-8")
+    verdicts, unjudged = file_verdicts(lwr_dyn.load(path))
+    assert (len(verdicts), unjudged) == (4, [])
+    assert all(v.holds for v in verdicts)
+
+
+def test_check_has_the_verdicts_of_a_file_and_none_of_a_robot(two):
+    names = [v.name for v in check_arm(lwr_dyn.load(two), states=5).verdicts]
+    assert f"B: {OWN}" in names
+    assert not any(OWN in v.name for v in check_arm(lwr_dyn.load("lwr4plus"), states=5).verdicts)
+
+
+def test_a_payload_in_code_is_not_the_file_s(two):
+    arm = lwr_dyn.load(two)
+    body = replace(arm.chain.links[1].body, mass=9.0)
+    heavier = arm.with_chain(replace(arm.chain, links=(arm.chain.links[0], replace(arm.chain.links[1], body=body))))
+    assert all(v.holds for v in file_verdicts(heavier)[0])
+    assert np.isclose(heavier.chain.links[1].body.mass, 9.0)

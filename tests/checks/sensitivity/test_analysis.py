@@ -1,0 +1,186 @@
+"""A task under several readings: what is compared, which conclusions follow, which input is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.checks.sensitivity.analysis import sensitivity
+from lwr_dyn.checks.sensitivity.closed_loops import closed_loops
+from lwr_dyn.checks.sensitivity.conclusions import Conclusion, conclusions
+from lwr_dyn.checks.sensitivity.result_tables import error_table
+from lwr_dyn.checks.sensitivity.simulated_task import simulated_task
+from lwr_dyn.checks.sensitivity.statics import shared_poses, statics_of
+from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim
+from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.simulation.plant import arm_with_scaled_inertia
+from lwr_dyn.trajectory.references.joint_moves import point_to_point
+
+PD, INVERSE = "PD + gravity, damping on dq", "inverse dynamics with feed-forward"
+RATE = 250.0
+"""[Hz] Loops of 50 rad/s hold at it."""
+
+
+@pytest.fixture(scope="module")
+def arms():
+    arm = lwr_dyn.load("lwr4plus")
+    return {"true": arm, "heavy": arm_with_scaled_inertia(arm, 1.1)}
+
+
+@pytest.fixture(scope="module")
+def result(arms):
+    return sensitivity(arms, "joint-move", rate=RATE, poses=50)
+
+
+def test_gravity_and_inertia_scale_with_the_masses(result):
+    true, heavy = result.statics["true"], result.statics["heavy"]
+    assert heavy.gravity == pytest.approx(1.1 * true.gravity, rel=1e-9, abs=1e-12)
+    assert heavy.gravity_off(true) == pytest.approx(0.1 * np.abs(true.gravity).max(axis=0), rel=1e-6, abs=1e-12)
+    assert heavy.gains.Kp == pytest.approx(2500.0 * heavy.b)
+
+
+def test_a_controller_that_knows_its_plant_does_best(result):
+    tips = result.tip_rms_mm(INVERSE)
+    assert np.argmin(tips, axis=0).tolist() == [0, 1]
+    assert tips[0, 1] > 10 * tips[0, 0]
+    assert np.isfinite(result.tip_rms_mm(PD)).all()
+
+
+def test_errors_are_shaded_by_their_size(result):
+    table, tips = error_table(result, INVERSE), result.tip_rms_mm(INVERSE)
+    shades = np.array([row[1:] for row in table.shades])
+    np.testing.assert_allclose(shades, (tips - tips.min()) / tips.max())
+    assert table.cells[0][1].startswith(f"{tips[0, 0]:.3g} (")
+
+
+def test_rows_are_models_and_columns_plants(arms, result):
+    """The arm droops under inverse dynamics where the model is lighter than the plant."""
+    runs = {(o.model, o.plant): o for o in result.runs if o.controller == INVERSE}
+    light = runs["true", "heavy"].metrics.position_mrad.mean
+    heavy = runs["heavy", "true"].metrics.position_mrad.mean
+    assert np.sign(light[1]) == -np.sign(heavy[1])
+    assert result.worst_mrad(INVERSE)[0, 1] == runs["true", "heavy"].worst_mrad
+
+
+def test_conclusions_are_computed(result):
+    by_text = {c.text: c for c in result.conclusions}
+    better = by_text[f"{INVERSE} tracks better than {PD} (RMS of the tip)"]
+    tips = {law: result.tip_rms_mm(law) for law in (INVERSE, PD)}
+    for i, model in enumerate(result.names):
+        for j, plant in enumerate(result.names):
+            assert better.holds[model, plant] == (tips[INVERSE][i, j] < tips[PD][i, j])
+    gains = {c.text: c.holds for c in result.conclusions if c.text.startswith("gains")}
+    assert list(gains.values()) == [{("heavy",): False}, {("heavy",): False}]
+
+
+def test_largest_joints_are_a_proposition(result):
+    claims = (
+        PublishedClaim("as published", "", "PD", _two_largest(result), "max"),
+        PublishedClaim("never", "", "PD", (5, 6), "max"),
+    )
+    study = replace(result.study, task=replace(result.study.task, claims=claims))
+    by_text = {c.text: c for c in conclusions(study, result.runs, result.statics)}
+    assert by_text[f"as published under {PD}"].holds["true", "true"] is True
+    assert not by_text[f"never under {PD}"].survives
+
+
+def _two_largest(result):
+    run = next(o for o in result.runs if (o.controller, o.model, o.plant) == (PD, "true", "true"))
+    return tuple(np.argsort(-np.abs(run.metrics.position_mrad.max))[:2].tolist())
+
+
+def test_verdicts_in_words():
+    keys = [(a, b) for a in "xy" for b in "xy"]
+    assert Conclusion("", dict.fromkeys(keys, True)).verdict() == "holds under all 4 pairs"
+    assert Conclusion("", dict.fromkeys(keys, False)).verdict() == "holds under none of 4 pairs"
+    one = Conclusion("", {**dict.fromkeys(keys, True), ("x", "y"): None})
+    assert one.verdict() == "fails for x on y (3 of 4 hold)"
+    assert not one.survives
+    assert one.share == 0.75
+
+
+def test_a_loop_that_would_chatter_is_sampled_faster():
+    """The physical wrist has 90 times the inertia that the computed one has: its Kd is far too strong there."""
+    arms = {name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "physical")}
+    study = simulated_task(arms["computed"], "joint-move")
+    move = point_to_point(arms["computed"], study.reference.waypoints[:2], [0.5])
+    statics = statics_of(arms, 5, 0, 50.0, 1.0)
+    runs = {
+        (o.model, o.plant): o
+        for o in closed_loops(arms, replace(study, reference=move), statics, 1000.0)
+        if o.controller == PD
+    }
+    assert runs["computed", "physical"].rate == 1000.0
+    assert runs["physical", "computed"].rate > 5000.0
+    assert runs["physical", "computed"].worst_mrad < 2 * runs["physical", "physical"].worst_mrad
+
+
+def test_a_simulation_that_fails_is_reported(arms):
+    arm = arms["true"]
+    narrow = replace(arm, limits=(replace(arm.limits[0], lower=1.0, upper=2.0), *arm.limits[1:]))
+    result = sensitivity({"true": arm, "narrow": narrow}, "joint-move", rate=RATE, poses=5)
+    faults = {(o.model, o.plant): o.fault for o in result.runs if o.controller == PD}
+    assert not faults["narrow", "true"]
+    assert "joint_1" in faults["true", "narrow"]
+    assert np.isnan(result.tip_rms_mm(PD)[0, 1])
+    assert next(iter(result.conclusions)).holds["true", "narrow"] is None
+
+
+def test_poses_lie_in_the_box_that_all_allow(arms):
+    arm = arms["true"]
+    narrow = replace(arm, limits=(replace(arm.limits[0], lower=1.0, upper=2.0), *arm.limits[1:]))
+    q = shared_poses({"true": arm, "narrow": narrow}, 100, 0)
+    assert q[:, 0].min() >= 1.0
+    assert q[:, 0].max() <= 2.0
+    assert np.array_equal(q, shared_poses({"true": arm, "narrow": narrow}, 100, 0))
+
+
+def test_readings_of_the_lwr_differ_in_gravity_by_the_copied_centre_of_mass():
+    arms = {name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "printed", "physical")}
+    s = statics_of(arms, 200, 0, 50.0, 1.0)
+    off = s["printed"].gravity_off(s["computed"])
+    m, g, c5z = 1.8789, 9.81, 0.0238 - 0.004375432
+    assert off[4] <= m * g * c5z * (1 + 1e-9)
+    assert off[4] > 0.9 * m * g * c5z
+    assert s["physical"].gravity_off(s["computed"]).max() < 1e-9
+
+
+@pytest.mark.parametrize(("robot", "task"), [("lwr4plus", "ist-clear"), ("wam7", "lspb"), ("kr30ha", "two-points")])
+def test_each_paper_sets_its_task(robot, task):
+    arm = lwr_dyn.load(robot)
+    study = simulated_task(arm)
+    assert study.task.name == task
+    q = study.reference.sample(np.linspace(0, study.reference.duration, 50)).q
+    assert (q >= arm.lower - 1e-9).all()
+    assert (q <= arm.upper + 1e-9).all()
+
+
+def test_two_points_reach_the_points():
+    arm = lwr_dyn.load("kr30ha")
+    q = simulated_task(arm).reference.waypoints
+    T = lwr_dyn.forward_kinematics(arm, q)
+    assert T[1, :3, 3] == pytest.approx([0.091, -1.139, 1.392], abs=1e-9)
+    assert T[2, :3, :3] == pytest.approx(np.eye(3), abs=1e-9)
+
+
+BAD = [
+    (lambda a: {"one": a}, {}, OptionError),
+    (lambda a: {"a": a, "b": lwr_dyn.load("kr30ha")}, {}, ShapeError),
+    (lambda a: {"a": a, "b": a}, {"task": "dance"}, UnknownNameError),
+    (lambda a: {"a": a, "b": a}, {"poses": 0}, OptionError),
+    (lambda a: {"a": a, "b": a}, {"task": "two-points"}, OptionError),
+    (lambda a: {"a": a, "b": lwr_dyn.load("lwr4")}, {}, MissingDataError),
+]
+
+
+@pytest.mark.parametrize(("make", "options", "error"), BAD)
+def test_bad_input(arms, make, options, error):
+    with pytest.raises(error) as caught:
+        sensitivity(make(arms["true"]), **options)
+    assert isinstance(caught.value, LwrDynError)
+
+
+def test_poses_are_bounded():
+    with pytest.raises(OptionError, match="poses: 99999999999; allowed: from 1 to 1000000"):
+        sensitivity({name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "printed")}, poses=99999999999)

@@ -1,0 +1,98 @@
+"""Faults of `faults.toml` planted in a URDF, one at a time: an edit a kind, each returning the size of the fault.
+
+The size is in the kind's own measure; None where the edit would change nothing that matters at this link.
+"""
+
+import math
+import tomllib
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.checks.urdf import frame_faults, inertial_faults, joint_faults, text_faults
+from tests.checks.urdf.plant_site import sites
+
+KINDS_FILE = Path(__file__).parent / "faults.toml"
+Edit = Callable[..., float | None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaultKind:
+    """A row of `faults.toml`."""
+
+    name: str
+    edit: str
+    arguments: Mapping[str, Any]
+    measure: str
+    floor: float
+    """The fault counts as large from here on, in its measure; 0: always."""
+    hopeless: bool
+
+    @property
+    def function(self) -> Edit:
+        """Its edit."""
+        module, _, name = self.edit.partition(":")
+        function: Edit = getattr(_MODULES[module], name)
+        return function
+
+
+_MODULES = {"frame": frame_faults, "inertial": inertial_faults, "joint": joint_faults, "text": text_faults}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaultPlant:
+    """A URDF with one fault."""
+
+    kind: FaultKind
+    link: str
+    joint: str
+    subjects: frozenset[str]
+    """What a finding about it is about: "link ...", "joint ..."."""
+    size: float
+    text: str
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it is above its kind's floor."""
+        return bool(self.size >= self.kind.floor)
+
+
+def fault_kinds() -> tuple[FaultKind, ...]:
+    """The rows of `faults.toml`."""
+    rows = tomllib.loads(KINDS_FILE.read_text(encoding="utf-8"))["kind"]
+    return tuple(
+        FaultKind(
+            row["name"], row["edit"], row.get("arguments", {}), row.get("measure", ""), row.get("floor", 0.0),
+            row.get("hopeless", False),
+        )
+        for row in rows
+    )  # fmt: skip
+
+
+def _every(link: str, kind: str) -> bool:
+    return True
+
+
+def plants(
+    text: str,
+    path: Path,
+    kinds: tuple[FaultKind, ...],
+    skip: frozenset[str] = frozenset(),
+    wanted: Callable[[str, str], bool] = _every,
+) -> Iterator[FaultPlant]:
+    """Every fault at every moving link of a URDF that has shapes, but links in `skip`."""
+    for where in sites(text, path):
+        if where.link in skip or not where.diameter:
+            continue
+        for kind in kinds:
+            if not wanted(where.link, kind.name):
+                continue
+            site = where.fresh()
+            size = kind.function(site, **kind.arguments)
+            if size is None or not math.isfinite(size):
+                continue
+            names = {f"link {where.link}", f"joint {where.joint}", f"joint {site.joint.get('name')}"}
+            edited = ET.tostring(site.robot, encoding="unicode")
+            yield FaultPlant(kind, where.link, where.joint, frozenset(names), float(size), edited)

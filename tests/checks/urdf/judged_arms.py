@@ -1,0 +1,116 @@
+"""The public arms of `arms.toml`, judged by hand: where their files lie on this machine, and their URDF texts.
+
+An arm comes from an installed package (`example-robot-data==6.0.0`) or from a commit of a repository, whose checkout is
+looked for as `OWNER+NAME/` in the folder that the environment variable LWR_DYN_ARMS names. The arms are not committed.
+"""
+
+import hashlib
+import os
+import re
+import tempfile
+import tomllib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from lwr_dyn.arms.urdf.xacro_file import expand_xacro
+from lwr_dyn.checks.urdf.mesh_paths import mesh_path
+
+ARMS_FILE = Path(__file__).parent / "arms.toml"
+ARMS_FOLDER = "LWR_DYN_ARMS"
+_MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*["'])([^"']+)(["'])""")
+_NAME = re.compile(r"<name>\s*([^<\s]+)")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JudgedArm:
+    """A row of `arms.toml`."""
+
+    name: str
+    source: str
+    file: str
+    arguments: Mapping[str, str]
+    """Of a xacro."""
+    sha256: str
+    half: str
+    """tuning | unused | fresh."""
+    judgement: str
+    """good | faulty."""
+    moving: int
+    faults: Mapping[str, str]
+    """Link -> what is truly wrong there, as the numbers show."""
+
+    @property
+    def path(self) -> Path | None:
+        """The file on this machine; None where it is not."""
+        folder = _source_folder(self.source)
+        path = None if folder is None else folder / self.file
+        return path if path is not None and path.is_file() else None
+
+    @property
+    def is_as_judged(self) -> bool:
+        """Whether the file on this machine is the one that was judged."""
+        return self.path is not None and hashlib.sha256(self.path.read_bytes()).hexdigest() == self.sha256
+
+    def text(self) -> str:
+        """Its URDF, with the meshes that are there named by their full paths: they are not looked for at each plant."""
+        return _with_full_paths(self._text(), self.path)
+
+    def _text(self) -> str:
+        if self.path.suffix == ".xacro":
+            with _packages_beside(_source_folder(self.source)):
+                return expand_xacro(self.path, dict(self.arguments))
+        return self.path.read_text(encoding="utf-8")
+
+
+def _with_full_paths(text: str, path: Path) -> str:
+    def full(found: re.Match[str]) -> str:
+        place = mesh_path(found[2], path).path
+        return found[0] if place is None else f"{found[1]}{place.resolve()}{found[3]}"
+
+    return _MESH.sub(full, text)
+
+
+def judged_arms() -> tuple[JudgedArm, ...]:
+    """The rows of `arms.toml`."""
+    rows = tomllib.loads(ARMS_FILE.read_text(encoding="utf-8"))["arm"]
+    return tuple(
+        JudgedArm(
+            row["name"], row["source"], row["file"], row.get("arguments", {}), row["sha256"], row["half"],
+            row["judgement"], row["moving"], row.get("faults", {}),
+        )
+        for row in rows
+    )  # fmt: skip
+
+
+def _source_folder(source: str) -> Path | None:
+    """The folder of a package, or of a repository's checkout."""
+    if "@" in source:
+        folder = os.environ.get(ARMS_FOLDER)
+        return Path(folder) / source.partition("@")[0].replace("/", "+") if folder else None
+    try:
+        return Path(str(distribution(source.partition("==")[0]).locate_file("")))
+    except PackageNotFoundError:
+        return None
+
+
+@contextmanager
+def _packages_beside(folder: Path) -> Iterator[None]:
+    """ROS_PACKAGE_PATH leads to the packages of a checkout, and of others of its owner, under their own names."""
+    owner = folder.name.partition("+")[0]
+    before = os.environ.get("ROS_PACKAGE_PATH")
+    with tempfile.TemporaryDirectory() as links:
+        for checkout in (folder, *sorted(folder.parent.glob(f"{owner}+*"))):
+            for file in checkout.rglob("package.xml"):
+                name = _NAME.search(file.read_text(encoding="utf-8", errors="replace"))
+                if name and not (Path(links) / name[1]).exists():
+                    (Path(links) / name[1]).symlink_to(file.parent)
+        os.environ["ROS_PACKAGE_PATH"] = links
+        try:
+            yield
+        finally:
+            os.environ.pop("ROS_PACKAGE_PATH")
+            if before is not None:
+                os.environ["ROS_PACKAGE_PATH"] = before

@@ -1,0 +1,132 @@
+"""`lwr-dyn compare` as a user types it: the table, JSON, files, and one line for bad input."""
+
+import json
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.studies.compare.plants import PLANTS
+from lwr_dyn.trajectory.references.twice import part_of
+from tests.json_schemas import faults
+
+SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.02")
+MINE = "def make(arm, dynamics):\n    return lambda t, q, dq, q_ref, dq_ref, ddq_ref: dynamics.gravity_vector(q)\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, lwr_dyn_command):
+    (folder / "mine.py").write_text(MINE)
+    arguments = ("--controllers", "pid,mine.py", "--plants", "nominal,friction,payload=3+scale=1.1", "--save", "runs")
+    code, out, err = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
+    assert (code, err) == (0, "")
+    assert len(out.splitlines()) >= 3 + 6
+    assert "3 kg at the flange" in out
+    assert "assumed Coulomb friction, 5 % of the torque limits" in out
+    files = sorted(path.name for path in (folder / "runs").iterdir())
+    assert files == [f"run_{i}.npz" for i in range(1, 7)]
+    code, out, _ = lwr_dyn_command("compare", "runs/run_1.npz", "runs/run_3.npz", "--html", "x.html", "--label", "a",
+                                   "--label", "b")  # fmt: skip
+    assert code == 0
+    assert out.splitlines()[-1] == "wrote x.html"
+    assert (folder / "x.html").read_text().startswith("<!doctype html>")
+
+
+def test_without_a_choice_all_controllers_run_and_json_is_one_object(lwr_dyn_command):
+    task = ("--task", "hold", "--from-deg", "0,30,0,60,0,30,0", "--duration", "0.02")
+    code, out, _ = lwr_dyn_command("compare", "wam7", *task, "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert faults("compare", record) == []
+    assert len(record["runs"]) + len(record["failures"]) == len(CONTROLLERS.names)
+    assert len(record["runs"]) > 3
+    assert {"tip_rms_mm", "tip_max_mm", "peak_torque", "torque_share", "audit_residual_J"} <= set(record["runs"][0])
+
+
+def test_one_table_in_markdown_with_friction_that_a_law_knows(lwr_dyn_command):
+    task = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "5,35,5,-55,5,35,5")
+    laws = "inverse-dynamics,inverse-dynamics+friction"
+    code, out, _ = lwr_dyn_command("compare", "lwr4plus", *task, "--duration", "0.5", "--controllers", laws,
+                                   "--plants", "friction", "--friction", "0.01", "--markdown")  # fmt: skip
+    head, _, row = out.splitlines()
+    assert (code, head) == (0, "| plant | `inverse-dynamics` | `inverse-dynamics+friction` |")
+    cells = row.strip("| ").split(" | ")
+    assert cells[0] == "friction"
+    assert float(cells[1]) > 10.0 * float(cells[2].strip("*"))
+
+
+def test_twice_compares_the_second_pass(folder, lwr_dyn_command):
+    arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--save", "runs", "--json")
+    code, out, _ = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
+    record = json.loads(out)
+    assert (code, len(record["runs"]), faults("compare", record)) == (0, 1, [])
+    assert record["title"] == "lwr4plus, hold twice, 0.02 s from 3.02 s on"
+    whole = lwr_dyn.Run.load("runs/run_1.npz")
+    assert whole.t[-1] == pytest.approx(3.04)
+    rest = lwr_dyn.compare(part_of(whole, 3.02), part_of(whole, 3.02)).runs[0]
+    assert record["runs"][0]["tip_rms_mm"] == rest.figures.tip_rms_mm
+
+
+BAD = {
+    "nothing": ((), "Missing argument"),
+    "a run and a robot": (
+        ("lwr4plus", "x.npz"),
+        "compare: run files and a robot; allowed: run files alone, or one robot",
+    ),
+    "two robots": (("lwr4plus", "wam7"), "compare: 2 robots; allowed: one robot, or run files"),
+    "one run": (("run.npz",), "run.npz: no such file"),
+    "a plant for files": (("x.npz", "y.npz", "--plants", "friction"), "--plants: would do nothing here"),
+    "a label for a robot": (("lwr4plus", "--label", "a"), "--label: would do nothing here; allowed: with run files"),
+    "no controllers": (("lwr4plus", "--controllers", ""), "--controllers: ''; allowed: names separated by commas"),
+    "no plants": (("lwr4plus", "--plants", ","), "--plants: ','; allowed: names separated by commas"),
+    "unknown controller": (("lwr4plus", "--controllers", "pdi"), "no controller named 'pdi' (did you mean pid?)"),
+    "controller twice": (("lwr4plus", "--controllers", "pid,pid"), "--controllers: pid twice; allowed: each once"),
+    "unknown plant": (("lwr4plus", "--plants", "paylod=3"), "no plant named 'paylod' (did you mean payload?)"),
+    "no folder": (("lwr4plus", "--html", "none/x.html"), "none/x.html: no directory none"),
+    "another ending": (("lwr4plus", "--html", "x.pdf"), "x.pdf: does not end in .html; allowed: a path that ends in"),
+    "no such controller file": (("lwr4plus", "--controllers", "no.py,pid", *SHORT), "no.py: no such file"),
+    "a file without a controller": (
+        ("lwr4plus", "--controllers", "empty.py,pid", *SHORT),
+        "empty.py: no function of six",
+    ),
+    "an option of another task": (("lwr4plus", *SHORT, "--timing", "smooth"), "--timing: would do nothing here"),
+    "no masses": (("lwr4", *SHORT), "masses and inertias not given"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_gets_one_line_and_exit_code_2(case, lwr_dyn_command, folder):
+    (folder / "empty.py").write_text("x = 1\n")
+    arguments, message = BAD[case]
+    code, out, err = lwr_dyn_command("compare", *arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+    assert [path.name for path in folder.iterdir()] == ["empty.py"]
+
+
+def test_runs_of_different_references_are_refused(lwr_dyn_command, folder):
+    for name, angle in (("a.npz", "30"), ("b.npz", "31")):
+        lwr_dyn_command("simulate", "lwr4plus", *SHORT[:3], f"0,{angle},0,-60,0,30,0", *SHORT[4:], "--out", name)
+    code, out, err = lwr_dyn_command("compare", "a.npz", "b.npz", "--html", "x.html")
+    assert (code, out) == (2, "")
+    assert "a.npz and b.npz: different references, 0.0175 rad or m apart at t = " in err
+    assert not (folder / "x.html").exists()
+
+
+def test_the_help_names_every_plant(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("compare", "--help")
+    assert code == 0
+    assert all(name in out for name in (*PLANTS.names, "payload=3", "--controllers", "--task"))
+
+
+def test_where_one_page_cannot_be_made_none_is_written(folder, lwr_dyn_command):
+    arguments = ("--controllers", "pid", "--html", "a.html", "--replay", "b.html")
+    code, _, err = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "two runs or more" in err
+    assert list(folder.iterdir()) == []

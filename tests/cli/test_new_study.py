@@ -1,0 +1,58 @@
+"""The study to start from: it is read as it stands, names every path, and is not written over another file."""
+
+import pytest
+
+from lwr_dyn.studies.sweep.study.parameter_paths import OPTION, PATHS, parameter_path
+from lwr_dyn.studies.sweep.study.read_study import read_study
+
+
+@pytest.fixture
+def written(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: lwr_dyn_command("new", "study", *words)
+
+
+def test_the_study_is_read_as_it_stands(written):
+    code, out, err = written("first.toml")
+    assert (code, out, err) == (
+        0, "wrote first.toml; next: edit it, then  lwr-dyn sweep first.toml --out first\n", "",
+    )  # fmt: skip
+    study = read_study("first.toml")
+    assert (study.name, study.count, study.chunks, len(study.controllers)) == ("first", 512, 4, 3)
+    assert study.limits == {"tip_max": 3e-3, "saturated_s": 0.0}
+    assert "lwr-dyn sweep first.toml --out first" in study.text
+    assert "@@" not in study.text
+    for path in (path for path in PATHS if OPTION not in path):
+        assert path in study.text
+
+
+@pytest.mark.parametrize(
+    ("word", "words"),
+    [
+        ("first.txt", "first.txt: ends in '.txt'; allowed: a path that ends in .toml"),
+        ("a b.toml", "a b.toml: a name with other characters"),
+        ("there.toml", "there.toml: exists already; allowed: a new file"),
+    ],
+)
+def test_other_files_are_refused(word, words, written, tmp_path):
+    (tmp_path / "there.toml").write_text("", encoding="utf-8")
+    code, out, err = written(word)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert words in err
+
+
+@pytest.mark.parametrize("path", [path for path in PATHS if OPTION not in path])
+def test_every_path_is_a_path_and_its_nominal_value_is_allowed(path):
+    row = parameter_path(path, 7).row
+    assert row.words
+    assert row.text or row.allows(row.nominal)
+
+
+def test_paths_know_how_many_numbers_they_have():
+    counts = {
+        "arm.mass": 7, "arm.mass.all": 1, "arm.mass.7": 1, "arm.com": 21, "arm.com.all": 3, "arm.com.2": 3,
+        "arm.com.2.x": 1, "payload.com": 3, "payload.com.z": 1, "payload.mass": 1, "reading": 1,
+        "controller.omega-n": 1,
+    }  # fmt: skip
+    assert {path: len(parameter_path(path, 7).columns(7)) for path in counts} == counts
+    assert parameter_path("controller.omega-n", 7).option == "omega_n"

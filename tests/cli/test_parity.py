@@ -1,0 +1,62 @@
+"""`lwr-dyn parity` as a user types it."""
+
+import json
+
+import pytest
+
+from tests.checks.engines.small_files import TWO
+
+
+def test_one_engine_as_text(lwr_dyn_command):
+    code, out, err = lwr_dyn_command("parity", "lwr4plus", "--engine", "pinocchio")
+    assert (code, err) == (0, "")
+    assert "lwr4plus.urdf: largest difference from ours over 20 random states" in out
+    assert "ignored  0.016         2.5e-04  .srdf by loadRotorParameters" in out
+
+
+def test_json_has_every_feature(lwr_dyn_command, tmp_path):
+    path = tmp_path / "two.urdf"
+    path.write_text(TWO, encoding="utf-8")
+    code, out, _ = lwr_dyn_command("parity", str(path), "--engine", "yourdfpy", "--json")
+    (model,) = json.loads(out)["models"]
+    (engine,) = model["engines"]
+    assert (code, model["file"], engine["mass"]) == (0, "two.urdf", 3.0)
+    assert {"feature": "effort limits", "verdict": "recorded"}.items() <= engine["features"][3].items()
+
+
+def test_an_arm_without_masses_has_poses_and_limits(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("parity", "lwr4", "--engine", "yourdfpy", "--markdown")
+    assert code == 0
+    assert "| file | feature | yourdfpy |" in out
+    assert "| lwr4.urdf | links behind fixed joints | kept |" in out
+
+
+def test_an_engine_that_is_not_there_is_named_with_how_to_install_it(lwr_dyn_command, monkeypatch):
+    monkeypatch.setattr("lwr_dyn.cli.parity.is_installed", lambda engine: False)
+    code, out, err = lwr_dyn_command("parity", "lwr4plus", "--engine", "drake")
+    assert (code, out) == (2, "")
+    assert err == "lwr-dyn: pydrake is not installed; install it with: pip install 'lwr_dyn[parity]'\n"
+
+
+def test_a_missing_engine_is_a_line_of_the_table(lwr_dyn_command, monkeypatch):
+    monkeypatch.setattr("lwr_dyn.checks.engines.survey.is_installed", lambda engine: engine == "yourdfpy")
+    code, out, _ = lwr_dyn_command("parity", "lwr4plus")
+    assert code == 0
+    assert "drake: not installed: pip install drake" in out
+
+
+def test_friction_that_no_format_holds_is_named(lwr_dyn_command):
+    """WAM: the largest Coulomb level of a joint alone is 4.4748 N m."""
+    _, out, _ = lwr_dyn_command("parity", "wam7", "--engine", "pinocchio", "--json")
+    words = json.loads(out)["models"][0]["unwritten"]
+    assert words.startswith("friction that differs by direction is in none, up to ")
+    assert float(words.split("up to ")[1].split(" N m")[0]) > 4.4
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("parity", "none.urdf"), ("parity", "lwr4plus", "--json", "--markdown"), ("parity", "x", "--engine", "ode")],
+)
+def test_bad_input_gets_one_line(lwr_dyn_command, arguments):
+    code, out, err = lwr_dyn_command(*arguments)
+    assert (code, out, err.count("\n")) == (2, "", 1)

@@ -1,0 +1,128 @@
+"""`lwr-dyn tune`: a known optimum through real rollouts, the same for any number of threads, bad input in one line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lwr_dyn.cli.tune import evaluator
+from lwr_dyn.studies.sweep.study.read_study import read_study
+from tests.json_schemas import faults
+
+STUDY = """
+robot = "lwr4plus"
+reading = "physical"
+controllers = ["inverse-dynamics", "inverse-dynamics:omega-n=80"]
+[task]
+name = "point-to-point"
+from-deg = [0, 30, 0, -60, 0, 30, 0]
+to-deg = [5, 35, 0, -60, 0, 30, 0]
+duration = 0.3
+[metrics]
+quantiles = [0.95]
+[[parameter]]
+path = "payload.mass"
+low = 2
+high = 5
+[[parameter]]
+path = "payload.known"
+value = 0
+[[parameter]]
+path = "loop.delay"
+values = [0, 1]
+"""
+SMALL = ("--runs", "8", "--population", "6", "--generations", "6", "--check", "40", "--front", "0")
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "moves.toml"
+    path.write_text(STUDY, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def tuned(study, lwr_dyn_command):
+    def run(*words):
+        code, out, err = lwr_dyn_command("tune", study, *SMALL, *words)
+        assert err == ""
+        return code, out
+
+    return run
+
+
+def test_a_law_is_best_that_knows_its_whole_load(tuned):
+    code, out = tuned("--gain", "payload.known=0.5:1", "--aim", "tip_q95:0.9", "--json")
+    record = json.loads(out)
+    assert code == 0
+    assert faults("tune", record) == []
+    assert record["found"]["payload.known"] > 0.97
+    assert record["given"] == {"payload.known": 0.0}
+    assert record["check"]["ratio"]["high"] < 0.1
+    assert record["check"]["verdict"] == "the found gains are better"
+
+
+def test_the_options_of_the_controller_are_what_it_begins_with(tuned):
+    record = json.loads(tuned("--controller", "inverse-dynamics:omega-n=80", "--json")[1])
+    assert record["given"] == {"controller.omega_n": 80.0, "controller.xi": 1.0}
+    assert record["gains"]["controller.omega_n"] == {"low": 16.0, "high": 400.0}
+    assert record["check"]["ratio"]["value"] < 1.0
+
+
+def test_it_is_the_same_for_any_number_of_threads(tuned):
+    words = ("--gain", "omega-n=20:90", "--gain", "xi=0.6:1.2")
+    one, two = tuned(*words), tuned(*words, "--threads", "2")
+    assert one == two
+    assert one[0] == 0
+    assert "on 40 runs that the search has not seen, intervals of 95 %" in one[1]
+    assert "of 8 runs, the 99 % quantile is the worst" in one[1]
+
+
+def test_a_bound_that_no_candidate_keeps_is_said(tuned):
+    code, out = tuned("--gain", "omega-n=20:90", "--torque-share", "0.01")
+    assert code == 1
+    assert "no candidate keeps the bound: the one that misses it by the least is shown" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (("--controller", "pid"), "no controller of moves named 'pid'"),
+        (("--gain", "omega=1:2"), "no gain of inverse-dynamics named 'omega' (did you mean omega_n?)"),
+        (("--gain", "feedforward=0:1"), "no gain of inverse-dynamics named 'feedforward'"),
+        (("--gain", "payload.mas=1:2"), "no parameter path named 'payload.mas' (did you mean payload.mass?)"),
+        (("--gain", "payload.known=0:2"), "bounds of payload.known: 2"),
+        (("--gain", "arm.mass=0.9:1.1"), "a path of one number"),
+        (("--gain", "task.duration=1:2"), "a path of one number"),
+        (("--gain", "omega-n=9:2"), "low < high"),
+        (("--gain", "omega-n=5:9", "--gain", "omega-n=5:9"), "controller.omega_n twice"),
+        (("--gain", "omega-n=-5:9"), "omega_n"),
+        (("--aim", "tip_max"), "METRIC:SHARE"),
+        (("--aim", "tip_q99:0.9"), "no metric named 'tip_q99'"),
+        (("--torque-share", "0"), "above 0"),
+        (("--check", "2"), "check: 2; allowed: a whole number from 8"),
+        (("--threads", "0"), "threads"),
+    ],
+)
+def test_bad_input_is_one_line(words, fault, study, lwr_dyn_command):
+    code, out, err = lwr_dyn_command("tune", study, *SMALL, *words)
+    assert (code, out, err.count("\n")) == (2, "", 1), err
+    assert fault in err
+
+
+def test_what_is_no_study_is_refused(lwr_dyn_command, tmp_path):
+    for target in ("lwr4plus", str(tmp_path / "none.toml")):
+        code, out, err = lwr_dyn_command("tune", target)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+    assert not list(Path(tmp_path).iterdir())
+
+
+def test_the_torque_use_is_of_the_limits_of_each_run(tmp_path):
+    path = tmp_path / "limits.toml"
+    path.write_text(STUDY + '[[parameter]]\npath = "limits.torque.all"\nvalues = [0.5, 1.0]\n', encoding="utf-8")
+    study = read_study(path)
+    evaluate = evaluator(study, "inverse-dynamics")
+    values = {name: np.repeat(rows[:1], 2, axis=0) for name, rows in study.values(0, 1).items()}
+    use = evaluate(values | {"limits.torque.all": np.array([0.5, 1.0])})["torque_use"]
+    assert use[0] == pytest.approx(2.0 * use[1], rel=1e-3)

@@ -1,0 +1,190 @@
+"""Closed-form inverse kinematics in C and JavaScript against Python: branches, arm angle, intervals, the nearest."""
+
+import ctypes
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.emit.closed_form import NAME, inverse_kinematics_function
+from lwr_dyn.codegen.emit.emission import emitted_arm
+from lwr_dyn.codegen.emit.restricted_c import used_functions
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
+from lwr_dyn.kinematics.srs import arm_triangle, closed_form
+from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
+from tests.codegen.emit.programs import program
+from tests.codegen.emit.shared_library import SharedLibrary
+
+CLOSE = 1e-12
+COUNT = 60
+ROBOTS = ("lwr4plus", "wam7", "kr30ha")
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def library(request, tmp_path_factory):
+    emitted = emitted_arm(lwr_dyn.load(request.param), [NAME])
+    return SharedLibrary(emitted, tmp_path_factory.mktemp(request.param))
+
+
+def states(arm, seed=0, count=COUNT):
+    """Positions inside the limits, their poses (every tenth farther out), arm angles."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, arm.n))
+    T = np.ascontiguousarray(forward_kinematics(arm.chain, q))
+    T[::10, :3, 3] *= 2.5
+    return q, T, rng.uniform(-np.pi, np.pi, count)
+
+
+def branches(library, T, psi):
+    out, excess = np.zeros((len(T), 8, library.arm.n)), np.zeros(len(T))
+    for k in range(len(T)):
+        angle = [float(psi[k])] if library.arm.n == 7 else []
+        excess[k] = library.call(NAME, T[k], *angle, out[k])
+    return out, excess
+
+
+def expected_branches(arm, T, psi):
+    if arm.n == 6:
+        found = all_branches(arm, T)
+        return found.q, found.reach_excess.min(axis=1)
+    geometry = srs_geometry(arm.chain)
+    excess = arm_triangle(geometry, T).reach_excess
+    q = np.stack([closed_form(geometry, joint_ranges(arm), T, psi, branch) for branch in BRANCHES], axis=1)
+    return np.where((excess > 0.0)[:, None, None], np.nan, q), excess
+
+
+def test_branches_are_those_of_python_and_lead_to_the_pose(library):
+    _, T, psi = states(library.arm)
+    out, excess = branches(library, T, psi)
+    expected, beyond = expected_branches(library.arm, T, psi)
+    reached = ~np.isnan(expected[..., 0])
+    assert 0 < (beyond > 0.0).sum() < COUNT / 2
+    assert np.abs(excess - beyond).max() < CLOSE
+    assert (np.isnan(out[..., 0]) == ~reached).all()
+    assert np.abs(wrap(out - expected))[reached].max() < CLOSE * (1.0 if library.arm.n == 7 else 100.0)
+    poses = np.broadcast_to(T[:, None], (*reached.shape, 4, 4))[reached]
+    assert np.abs(forward_kinematics(library.arm.chain, out[reached]) - poses).max() < CLOSE
+
+
+def test_arm_angle_and_intervals_of_every_branch(library):
+    arm = library.arm
+    if arm.n == 6:
+        pytest.skip("a six-joint arm has no arm angle")
+    _, T, psi = states(arm, 1, 24)
+    out, excess = branches(library, T, psi)
+    signs, geometry, found, several = np.array(BRANCHES, dtype=float), srs_geometry(arm.chain), np.zeros(4), 0
+    for k in np.flatnonzero(excess == 0.0):
+        for b in range(8):
+            library.call(NAME + "_arm_angle", out[k, b].copy(), found, kind=None)
+            assert abs(wrap(found[0] - psi[k])) < CLOSE
+            assert (found[1:] == signs[b]).all()
+        for level in (0.0, 0.1):
+            pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
+            assert library.call(NAME + "_intervals", T[k], level, pairs, counts) == 0.0
+            rows = np.broadcast_to(T[k], (8, 4, 4))
+            wanted = intervals_at_level(margin_problem(geometry, joint_ranges(arm), rows, signs), level)
+            for b in range(8):
+                assert counts[b] == len(wanted.of(b))
+                assert np.abs(pairs[b, : counts[b]] - np.array(wanted.of(b)).reshape(-1, 2)).max(initial=0.0) < CLOSE
+            several += int(counts.sum())
+    assert several > 100
+
+
+def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
+    arm, step = library.arm, np.pi / 4.0
+    q, _, psi = states(arm, 5, 80)
+    q = np.clip(np.round(q / step) * step, arm.lower, arm.upper)
+    if arm.n == 7:
+        # stretched, both balls aligned at every arm angle
+        geometry = srs_geometry(arm.chain)
+        q[0] = 0.3, -geometry.first.offset, -0.1, geometry.straight, 0.2, -geometry.last.offset, 0.1
+    T = np.ascontiguousarray(forward_kinematics(arm.chain, q))
+    out, _ = branches(library, T, psi)
+    there = ~np.isnan(out[..., 0])
+    assert there.any(axis=1).all()
+    expected, _ = expected_branches(arm, T, psi)
+    assert np.abs(wrap(out - expected))[there].max() < 1e-7
+    poses = np.broadcast_to(T[:, None], (*there.shape, 4, 4))[there]
+    assert np.abs(forward_kinematics(arm.chain, out[there]) - poses).max() < CLOSE
+    for pose in T if arm.n == 7 else ():
+        pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
+        library.call(NAME + "_intervals", pose, 0.0, pairs, counts)
+        rows = np.broadcast_to(pose, (8, 4, 4))
+        problem = margin_problem(srs_geometry(arm.chain), joint_ranges(arm), rows, np.array(BRANCHES, dtype=float))
+        wanted = intervals_at_level(problem, 0.0)
+        for b in range(8):
+            found = sum(end - start for start, end in pairs[b, : counts[b]])
+            # where a joint touches its limit, rounding decides about an interval of one point
+            assert abs(found - sum(end - start for start, end in wanted.of(b))) < 1e-6
+
+
+def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
+    arm, out = library.arm, np.zeros(library.arm.n)
+    q, _, _ = states(arm, 2, 10)
+    angle, seen = np.zeros(4), set()
+    for start in q:
+        end = np.clip(start + 2e-3, arm.lower, arm.upper)
+        T = np.ascontiguousarray(forward_kinematics(arm.chain, end))
+        more = []
+        if arm.n == 7:
+            library.call(NAME + "_arm_angle", end, angle, kind=None)
+            more = [float(angle[0])]
+        assert library.call(NAME + "_near", T, *more, start, out, kind=ctypes.c_int) == 0
+        assert np.abs(out - end).max() < 1e-9
+        if arm.n == 7:
+            status = library.call(NAME + "_near", T, more[0] + 1.5, start, out, kind=ctypes.c_int)
+            assert np.maximum(arm.lower - out, out - arm.upper).max() < 1e-9
+            assert np.abs(forward_kinematics(arm.chain, out) - T).max() < CLOSE
+            seen.add(status)
+        T[:3, 3] *= 10.0
+        out[:] = 9.0
+        assert library.call(NAME + "_near", T, *more, start, out, kind=ctypes.c_int) == 3
+        assert (out == 9.0).all()
+    assert arm.n == 6 or seen == {0, 1}
+
+
+def test_numbers_that_are_none_give_none(library):
+    T, n = np.full((4, 4), np.nan), library.arm.n
+    out = np.zeros((8, n))
+    angle = [0.5] if n == 7 else []
+    assert np.isnan(library.call(NAME, T, *angle, out))
+    assert np.isnan(out).all()
+    assert library.call(NAME + "_near", T, *angle, np.zeros(n), out[0], kind=ctypes.c_int) == 3
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_javascript_gives_the_same(robot, tmp_path):
+    arm = lwr_dyn.load(robot)
+    function = inverse_kinematics_function(None, NAME, arm)
+    _, T, psi = states(arm, 3)
+    arguments = [[row.ravel().tolist(), *([angle] if arm.n == 7 else [])] for row, angle in zip(T, psi, strict=True)]
+    script = f"""{function.source["js"]}
+const rows = {json.dumps(arguments)}.map(a => {{
+  const out = new Float64Array({8 * arm.n}), excess = {NAME}(...a, out);
+  return [excess, ...out].map(x => Number.isNaN(x) ? null : x);
+}});
+console.log(JSON.stringify(rows));
+"""
+    (tmp_path / "ik.js").write_text(script)
+    made = subprocess.run([program("node"), "ik.js"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    found = np.array(json.loads(made.stdout), dtype=float)
+    q, excess = expected_branches(arm, T, psi)
+    assert np.abs(found[:, 0] - excess).max() < CLOSE
+    assert (np.isnan(found[:, 1:]) == np.isnan(q.reshape(COUNT, -1))).all()
+    assert np.nanmax(np.abs(wrap(found[:, 1:] - q.reshape(COUNT, -1)))) < CLOSE * (1.0 if arm.n == 7 else 100.0)
+
+
+def test_an_arm_without_closed_form_says_so():
+    with pytest.raises(OptionError, match="no closed form"):
+        inverse_kinematics_function(None, NAME, lwr_dyn.load("lwr4plus", lock={"joint_3": 0.1}))
+
+
+def test_functions_that_nothing_calls_are_left_out():
+    text = "static double a(double x)\n{\n    return x;\n}\n\nstatic double b(double x)\n{\n    return a(x);\n}\n"
+    assert used_functions(text + "\ndouble c(double x)\n{\n    return a(x);\n}\n", ("c",)).count("static") == 1

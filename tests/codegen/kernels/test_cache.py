@@ -1,0 +1,234 @@
+"""Kernels on disk: loaded without a compiler, rebuilt when damaged, safe with killed and concurrent processes."""
+
+import hmac
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from importlib.metadata import version
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.kernels import cache, kernel
+from lwr_dyn.codegen.kernels.cache import CacheWarning
+from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
+from lwr_dyn.codegen.rollouts import kernel as rollout_kernel
+from lwr_dyn.codegen.rollouts import whole_kernel
+from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
+from lwr_dyn.model.friction import symmetric
+
+ARM = lwr_dyn.load("lwr4plus")
+Q = np.full((3, 7), 0.3)
+ONE = """
+import sys, numpy as np, lwr_dyn
+batch = lwr_dyn.batch_dynamics(lwr_dyn.load("lwr4plus"))
+g = batch.gravity_vector(np.full((3, 7), 0.3))
+print("numba" in sys.modules, "casadi" in sys.modules, g[0, 1])
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A cache of its own, and a process that has loaded nothing."""
+    monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
+    monkeypatch.setattr(kernel, "_loaded", {})
+    monkeypatch.setattr(cache, "_warned", set())
+    return tmp_path / "kernels"
+
+
+def gravity():
+    return lwr_dyn.batch_dynamics(ARM).gravity_vector(Q)
+
+
+def in_a_new_process(wait=True):
+    process = subprocess.Popen([sys.executable, "-c", ONE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    if not wait:
+        return process
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    numba, casadi, value = out.split()
+    return numba == "True", casadi == "True", float(value)
+
+
+def test_the_second_process_loads_the_kernel_of_the_first(folder):
+    first = in_a_new_process()
+    second = in_a_new_process()
+    assert first[:2] == (True, True)
+    assert second[:2] == (False, False)  # neither compiler is even imported
+    assert first[2] == second[2]
+    assert os.stat(folder).st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "other", "folder"])
+def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
+    right = gravity()
+    (file,) = folder.glob("*.kernel")
+    whole = file.read_bytes()
+    if damage == "folder":
+        file.unlink()
+        file.mkdir()
+    else:
+        middle = len(whole) // 2
+        flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+        file.write_bytes({"cut": whole[:-5], "flipped": flipped, "empty": b"", "other": b"something else"}[damage])
+    monkeypatch.setattr(kernel, "_loaded", {})
+    if damage == "folder":
+        with pytest.warns(CacheWarning, match="directory"):
+            assert np.array_equal(gravity(), right)
+    else:
+        assert np.array_equal(gravity(), right)
+        assert cache.read_cache(file.stem) is not None
+
+
+def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the_batch(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
+    monkeypatch.setattr(kernel, "_loaded", {})
+    monkeypatch.setattr(cache, "_warned", set())
+    with pytest.warns(CacheWarning, match="this process compiles its own; name another folder in LWR_DYN_CACHE"):
+        right = gravity()
+    lwr_dyn.batch_dynamics(ARM).potential_energy(Q)  # no second warning: warnings are errors here
+    assert np.abs(right - lwr_dyn.dynamics_of(ARM).gravity_vector(Q)).max() < 1e-12
+
+
+def test_two_processes_at_once_and_a_killed_one(folder):
+    several = [in_a_new_process(wait=False) for _ in range(3)]
+    time.sleep(0.8)
+    several[0].send_signal(signal.SIGKILL)
+    answers = [process.communicate()[0].split()[-1] for process in several[1:]]
+    several[0].communicate()
+    assert len(set(answers)) == 1
+    assert in_a_new_process()[:2] == (False, False)
+    assert len(list(folder.glob("*.kernel"))) == 1
+
+
+def test_files_of_a_killed_process_are_deleted_later(folder):
+    folder.mkdir()
+    old, young = folder / ".gravity.kernel.abc", folder / ".gravity.kernel.def"
+    for path in (old, young):
+        path.write_bytes(b"half")
+    os.utime(old, (time.time() - 2 * 3600,) * 2)
+    gravity()
+    assert not old.exists()
+    assert young.exists()
+
+
+def test_the_key_distinguishes_arms_choices_and_functions():
+    specs = [
+        kernel_spec(ARM),
+        kernel_spec(lwr_dyn.load("lwr4plus", "printed")),
+        kernel_spec(ARM, dtype="float32"),
+        kernel_spec(ARM, inputs=["gravity"]),
+        kernel_spec(ARM, rotors="none"),
+        kernel_spec(replace(ARM, friction=(symmetric(1.0, 0.1),) * 7), friction="arm"),
+    ]
+    keys = {kernel.key_of(spec, name) for spec in specs for name in ("gravity_vector", "mass_matrix")}
+    assert len(keys) == 12
+    assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite", "mpmath"])
+def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, package):
+    makers = (
+        (kernel, lambda: kernel.key_of(kernel_spec(ARM), "mass_matrix")),
+        (rollout_kernel, lambda: rollout_kernel.key_of(SimpleNamespace(digest="0"), 8)),
+        (whole_kernel, lambda: whole_kernel.whole_key_of(SimpleNamespace(digest="0"))),
+    )
+    for module, key in makers:
+        before = key()
+        monkeypatch.setattr(module, "version", lambda name: "0.0" if name == package else version(name))
+        assert key() != before
+
+
+@pytest.mark.parametrize("package", ["numba", "casadi", "mpmath"])
+def test_an_absent_package_is_named(monkeypatch, package):
+    monkeypatch.setattr(kernel, "find_spec", lambda name: None if name == package else object())
+    for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):
+        with pytest.raises(MissingPackageError, match=rf"{package} is not installed.*pip install 'lwr_dyn\[batch\]'"):
+            make(ARM)
+
+
+def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
+    monkeypatch.delenv("LWR_DYN_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert cache.cache_folder() == tmp_path / "lwr_dyn"
+
+
+def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
+    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(cache.Path, "home", no_home)
+    assert cache.read_cache("a") is None
+    with pytest.warns(CacheWarning, match="no home folder"):
+        cache.write_cache("a", {}, b"code")
+
+
+def planted(folder, code=b"code"):
+    """A kernel file as another user's process would write it: right in form, signed with another key."""
+    content = b'{"symbol": "f"}\n' + code
+    digest = hmac.digest(b"x" * 32, content, "sha256").hex().encode() + b"\n"
+    (folder / "a.kernel").write_bytes(cache._MARK + digest + content)
+    return folder / "a.kernel"
+
+
+def test_what_is_signed_with_another_key_is_not_read(folder):
+    cache.write_cache("a", {"symbol": "f"}, b"code")
+    assert cache.read_cache("a") == ({"symbol": "f"}, b"code")
+    planted(folder)
+    assert cache.read_cache("a") is None
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
+def test_a_folder_that_others_can_write_is_neither_read_nor_written(folder, mode):
+    cache.write_cache("a", {"symbol": "f"}, b"code")
+    folder.chmod(mode)
+    assert cache.read_cache("a") is None
+    with pytest.warns(CacheWarning, match=f"open to others: owner {os.getuid()}, mode {mode:o}"):
+        cache.write_cache("b", {"symbol": "f"}, b"code")
+    assert [p.name for p in folder.glob("*.kernel")] == ["a.kernel"]
+    folder.chmod(0o755)  # others may read
+    assert cache.read_cache("a") is not None
+
+
+def test_a_file_that_others_can_write_or_own_is_not_read(folder, monkeypatch):
+    cache.write_cache("a", {"symbol": "f"}, b"code")
+    (folder / "a.kernel").chmod(0o666)
+    assert cache.read_cache("a") is None
+    (folder / "a.kernel").chmod(0o644)
+    assert cache.read_cache("a") is not None
+    mine = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: mine + 1)
+    assert cache.read_cache("a") is None
+
+
+@pytest.mark.parametrize("content", [b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n"])
+def test_a_record_that_is_none_is_built_again(folder, content):
+    folder.mkdir(mode=0o700)
+    (folder / "a.kernel").write_bytes(cache._MARK + cache._digest(content) + content)
+    assert cache.read_cache("a") is None
+
+
+def test_the_key_is_the_users_own_and_secret(folder, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
+    key = tmp_path / "user" / "lwr_dyn" / "key"
+    assert cache._digest(b"x") == cache._digest(b"x")
+    assert key.stat().st_mode & 0o777 == 0o600
+    assert len(key.read_bytes()) == 32
+    key.chmod(0o644)
+    with pytest.raises(PermissionError):
+        cache._digest(b"x")
+    key.chmod(0o600)
+    key.write_bytes(b"short")
+    with pytest.raises(FileAccessError, match="5 bytes; allowed: 32 secret bytes"):
+        cache._digest(b"x")

@@ -1,0 +1,159 @@
+"""Kernels with inertial parameters, payload, gravity and friction as inputs equal kernels with constants."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
+from lwr_dyn.codegen.kernels.parameters import (
+    FRICTION,
+    INPUTS,
+    friction_parameters,
+    inertial_parameters,
+    parameter_shape,
+    payload_parameters,
+)
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.model.chain import Body, with_bodies, with_payload
+from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
+from scripts.benchmarks.kernel_peers import relative_difference
+from tests.codegen.kernels.evaluate import evaluated, states
+from tests.random_arms import random_body
+from tests.tolerances import EXACT
+
+ARM = lwr_dyn.load("lwr4plus")
+LIMITS = tuple(replace(limits, viscous=1.0 + i, coulomb=0.5 * i) for i, limits in enumerate(ARM.limits))
+RUBBING = replace(ARM, limits=LIMITS)
+WITH_INPUTS = [name for name, shape in FUNCTIONS.items() if shape.parameters]
+
+
+@pytest.fixture(scope="module")
+def family():
+    return lwr_dyn.batch_dynamics(ARM, inputs=INPUTS)
+
+
+def own_values(arm):
+    return {
+        "inertia": inertial_parameters(arm.chain),
+        "payload": np.zeros(10),
+        "gravity": np.array(arm.chain.gravity),
+        "friction": friction_parameters(arm),
+    }
+
+
+def given(function, values):
+    return {name: values[name] for name in FUNCTIONS[function].parameters}
+
+
+@pytest.mark.parametrize("function", WITH_INPUTS)
+def test_the_arms_own_values_as_inputs_give_the_constants_result(family, function):
+    x = states(7, 40)
+    constant = lwr_dyn.batch_dynamics(RUBBING, friction="arm")
+    result = evaluated(family, function, *x, **given(function, own_values(RUBBING)))
+    assert relative_difference(result, evaluated(constant, function, *x)) < EXACT
+
+
+def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
+    count, rng = 21, np.random.default_rng(5)
+    x = states(7, count)
+    bodies = [[random_body(rng) for _ in range(7)] for _ in range(count)]
+    loads = [(rng.uniform(0, 5), rng.uniform(-0.2, 0.2, 3), np.diag(rng.uniform(0.01, 0.02, 3))) for _ in range(count)]
+    gravity = rng.uniform(-10, 10, (count, 3))
+    chains = [replace(with_bodies(ARM.chain, b), gravity=g) for b, g in zip(bodies, gravity, strict=True)]
+    values = {
+        "inertia": np.array([inertial_parameters(c) for c in chains]),
+        "payload": np.array([payload_parameters(*load) for load in loads]),
+        "gravity": gravity,
+        "friction": np.zeros((5, 7)),
+    }
+    for function in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "coriolis_matrix", "potential_energy"):
+        result = evaluated(family, function, *x, **given(function, values))
+        expected = []
+        for k in range(count):
+            arm = ARM.with_chain(with_payload(chains[k], *loads[k]))
+            engine = lwr_dyn.dynamics_of(arm, "newton-euler")
+            expected.append(getattr(engine, function)(*x[: len(FUNCTIONS[function].states), k]))
+        assert relative_difference(result, np.array(expected)) < EXACT, function
+
+
+def test_a_payload_alone_can_be_the_input():
+    x, load = states(7, 10), payload_parameters(3.0, (0.01, 0.0, 0.05))
+    result = lwr_dyn.batch_dynamics(ARM, inputs=["payload"]).inverse_dynamics(*x, payload=load)
+    loaded = ARM.with_chain(with_payload(ARM.chain, 3.0, (0.01, 0.0, 0.05)))
+    expected = lwr_dyn.dynamics_of(loaded, "newton-euler").inverse_dynamics(*x)
+    assert relative_difference(result, expected) < EXACT
+
+
+def test_parameters_without_mass_but_with_a_first_moment_work(family):
+    """Base parameters from an identification look like that: no body can, the torque is linear all the same."""
+    x, values = states(7, 10), own_values(ARM)
+    values["inertia"] = np.random.default_rng(1).normal(size=(7, 10))
+    values["inertia"][:, 0] = 0.0
+    Y = lwr_dyn.batch_dynamics(ARM).torque_regressor(*x)
+    expected = Y @ values["inertia"].ravel() + ARM.armature * x[2]
+    result = family.inverse_dynamics(*x, **values)
+    assert relative_difference(result, expected) < EXACT
+
+
+@pytest.mark.parametrize("arm", [RUBBING, lwr_dyn.load("wam7")], ids=["both ways alike", "per direction"])
+def test_friction_is_that_of_the_arms_models(arm):
+    q, dq, ddq = states(7, 30)
+    dq[0] = 0.0
+    rigid = lwr_dyn.batch_dynamics(arm).inverse_dynamics(q, dq, ddq)
+    rubbing = lwr_dyn.batch_dynamics(arm, friction="arm").inverse_dynamics(q, dq, ddq)
+    assert np.abs(rubbing - rigid - friction_torque(arm.friction_models(), dq)).max() < 1e-12
+
+
+def test_an_offset_is_there_at_any_speed():
+    q, dq, ddq = states(7, 5)
+    values = own_values(ARM)
+    values["friction"][FRICTION.index("offset")] = 0.3
+    dq[0] = 0.0
+    result = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
+    assert np.abs(result - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
+
+
+def test_friction_of_an_arm_that_has_none_is_refused():
+    with pytest.raises(MissingDataError, match="lwr4plus: friction not given"):
+        lwr_dyn.batch_dynamics(ARM, friction="arm")
+
+
+def test_a_stribeck_curve_is_refused():
+    curved = replace(ARM, friction=(JointFriction(Direction(1.0, 0.1, 1.5, 0.05), Direction(1.0, 0.1)),) * 7)
+    with pytest.raises(OptionError, match="friction of joint_1: a Stribeck curve; allowed: in kernels Coulomb"):
+        lwr_dyn.batch_dynamics(curved, friction="arm")
+
+
+def test_inertial_parameters_of_links_without_bodies_are_zero():
+    bare = with_bodies(ARM.chain, [Body.massless()] * 7)
+    assert not inertial_parameters(bare).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"inputs": ["colour"]}, "inputs: 'colour'; allowed: inertia, payload, gravity, friction"),
+        ({"dtype": "float16"}, "dtype: 'float16'; allowed: float64, float32"),
+        ({"friction": "some"}, "friction: 'some'; allowed: none, arm"),
+        ({"friction": "arm", "inputs": ["friction"]}, "one of them"),
+        ({"rotors": "half"}, "rotors: 'half'"),
+        ({"threads": 0}, "threads: 0; allowed: a whole number above 0"),
+    ],
+)
+def test_choices_that_do_not_exist_are_refused(options, message):
+    with pytest.raises(OptionError, match=message):
+        lwr_dyn.batch_dynamics(ARM, **options)
+
+
+def test_inputs_must_be_given_and_no_others(family):
+    x, values = states(7, 3), own_values(ARM)
+    with pytest.raises(OptionError, match="gravity: missing"):
+        family.gravity_vector(x[0], inertia=values["inertia"], payload=values["payload"])
+    with pytest.raises(OptionError, match="payload: given to gravity_vector; allowed: inputs of this family: none"):
+        lwr_dyn.batch_dynamics(ARM).gravity_vector(x[0], payload=values["payload"])
+    values["inertia"] = np.zeros((7, 9))
+    with pytest.raises(ShapeError, match=r"inertia: shape \(7, 9\); allowed: \(N, 7, 10\) or \(7, 10\)"):
+        family.inverse_dynamics(*x, **values)
+    assert parameter_shape("payload", 7) == (10,)

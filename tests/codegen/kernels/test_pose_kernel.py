@@ -1,0 +1,106 @@
+"""The compiled search: every pose that an arm takes is reached, a batch is the single calls, the cache, the step."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.kernels import pose_kernel
+from lwr_dyn.codegen.kernels.pose_step import pose_step
+from lwr_dyn.foundation.errors import MissingPackageError
+from lwr_dyn.kinematics.forward import jacobian
+from lwr_dyn.kinematics.pose_solver import search_ranges
+from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
+from tests.public_arms import positions_at_limits, random_positions, singular_positions
+
+
+@pytest.mark.parametrize(
+    ("name", "positions", "count"),
+    [
+        ("lwr4plus", random_positions, 200),
+        ("ur10e", random_positions, 200),
+        ("ur10e", singular_positions, 60),
+        ("panda", random_positions, 200),
+        ("panda", singular_positions, 60),
+        ("panda", positions_at_limits, 100),
+        ("j2n6s300", random_positions, 200),
+        ("j2n6s300", positions_at_limits, 100),
+    ],
+)
+def test_the_kernel_reaches_every_pose_that_the_arm_takes(name, positions, count):
+    arm, solve = arm_named(name), solver_of(name, "kernel")
+    q = positions(arm, count, seed=3)
+    T = lwr_dyn.forward_kinematics(arm, q)
+    cold, near = solve.batch(T), solve.batch(T, np.clip(q + 0.05, arm.lower, arm.upper))
+    assert cold.found.all()
+    assert near.found.all()
+    assert_reached(arm, cold.q, T)
+    assert_reached(arm, near.q, T)
+
+
+def test_both_searches_follow_the_same_start_to_the_same_solution():
+    arm = arm_named("ur10e")
+    q = random_positions(arm, 20, seed=5)
+    T = lwr_dyn.forward_kinematics(arm, q)
+    for pose, start in zip(T, q + 0.02, strict=True):
+        answers = [solver_of("ur10e", search).near(pose, start) for search in ("kernel", "pinocchio")]
+        assert np.abs(answers[0] - answers[1]).max() < 1e-5  # a wrist near its singularity: pose errors of 1e-9 / 1e-4
+
+
+def test_a_batch_is_the_single_calls():
+    arm, solve = arm_named("panda"), solver_of("panda", "kernel")
+    q = random_positions(arm, 30, seed=6)
+    T = lwr_dyn.forward_kinematics(arm, q)
+    single = np.array([solve(pose) for pose in T])
+    assert np.array_equal(solve.batch(T.reshape(5, 6, 4, 4)).q.reshape(30, 7), single)
+    from_one = np.array([solve(pose, q[0]) for pose in T])
+    assert np.array_equal(solve.batch(T, q[0]).q, from_one)
+
+
+def test_threads_do_not_disturb_each_other():
+    arm, solve = arm_named("panda"), solver_of("panda", "kernel")
+    T = lwr_dyn.forward_kinematics(arm, random_positions(arm, 400, seed=7))
+    with ThreadPoolExecutor(4) as pool:
+        several = np.array(list(pool.map(solve, T)))
+    assert np.array_equal(several, solve.batch(T).q)
+
+
+def test_without_the_packages_of_kernels_pinocchio_searches(monkeypatch):
+    def missing():
+        raise MissingPackageError("numba", "batch")
+
+    monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_kernel.require_packages", missing)
+    arm = arm_named("kr30ha")
+    assert type(lwr_dyn.ik_solver(arm).search).__name__ == "PinocchioSearch"
+    with pytest.raises(MissingPackageError):
+        lwr_dyn.ik_solver(arm, search="kernel")
+
+
+def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
+    arm = arm_named("kr30ha")
+    first = lwr_dyn.ik_solver(arm, search="kernel")
+    monkeypatch.setattr(pose_kernel, "_loaded", {})
+    monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_source.pose_source", None)
+    T = lwr_dyn.forward_kinematics(arm, np.full(6, 0.3))
+    assert np.array_equal(lwr_dyn.ik_solver(arm, search="kernel")(T), first(T))
+    assert pose_kernel._key(arm) != pose_kernel._key(arm_named("lwr4plus"))
+
+
+@pytest.mark.parametrize("repair", [0.0, 1.0, 2.0])
+def test_the_step_is_that_of_the_formula(repair):
+    arm = arm_named("kr30ha")
+    x = search_ranges(arm, True, 1, 0)
+    q = x.middle + 0.2
+    q[1] = x.upper[1] + 0.1
+    T = lwr_dyn.forward_kinematics(arm, q)
+    error = np.array([0.01, -0.02, 0.005, 0.0, 0.0, 0.0])
+    T[:3, 3] += error[:3]
+    out = np.array(pose_step(arm.chain, x)(q, T[:3].ravel(), repair)).ravel()
+    pull = np.where(np.arange(6) == 1, x.upper - x.room - q, 0.0) * (repair == 1.0)
+    J = jacobian(arm.chain, q) * np.where((np.arange(6) == 1) & (repair == 2.0), 0.0, 1.0)
+    damping = 0.1 * (error @ error) / 2 + 1e-12
+    step = pull + J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error - J @ pull)
+    step /= max(1.0, np.linalg.norm(step))
+    assert np.abs(out[:6] - q - step).max() < (1e-6 if repair == 2.0 else 1e-12)  # held: J J^T has lost rank
+    assert np.abs(out[6:] - [error @ error, 0.0, 1.0, repair]).max() < 1e-12

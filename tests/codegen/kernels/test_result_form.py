@@ -1,0 +1,138 @@
+"""Where results of a batch lie: rows, padded rows, blocks of states; distinct values with the map to the matrix."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.kernels.batch import NotFiniteWarning
+from lwr_dyn.foundation.errors import OptionError, ShapeError
+from tests.codegen.kernels.evaluate import states
+
+ARM = lwr_dyn.load("lwr4plus")
+DENSE = lwr_dyn.batch_dynamics(ARM)
+COUNT = 43
+X = states(7, COUNT)
+
+
+def batch_of(layout, structure="dense", **options):
+    return lwr_dyn.batch_dynamics(ARM, layout=layout, structure=structure, **options)
+
+
+def read(batch, function, result, count=COUNT):
+    values = batch.form(function).states_first(result, count)
+    return batch.entries(function).dense(values) if batch.spec.structure == "compact" else values
+
+
+FORMS = [
+    *(("mass_matrix", layout, form) for layout in ("rows", "padded", "blocks") for form in ("dense", "compact")),
+    *((function, "padded", "dense") for function in ("inverse_dynamics", "potential_energy")),
+    *((function, "blocks", "compact") for function in ("torque_regressor", "inverse_dynamics")),
+]
+
+
+@pytest.mark.parametrize(("function", "layout", "structure"), FORMS)
+def test_the_values_are_those_of_dense_rows(function, layout, structure):
+    arguments = X[: {"inverse_dynamics": 3, "torque_regressor": 3}.get(function, 1)]
+    expected, batch = getattr(DENSE, function)(*arguments), batch_of(layout, structure)
+    result = getattr(batch, function)(*arguments)
+    assert np.array_equal(read(batch, function, result), expected)
+    for count in (1, 8, 17):
+        part = getattr(batch, function)(*(x[:count] for x in arguments))
+        assert np.array_equal(read(batch, function, part, count), expected[:count])
+
+
+def test_padded_rows_begin_on_whole_vectors_and_every_matrix_is_whole():
+    batch = batch_of("padded")
+    B = batch.mass_matrix(X[0])
+    assert B.shape == (COUNT, 7, 7)
+    assert B[3].flags.c_contiguous
+    vector = 8 * batch.kernel("mass_matrix").interface.lanes
+    assert B.strides[0] % vector == 0
+    assert B.__array_interface__["data"][0] % vector == 0
+
+
+@pytest.mark.parametrize("layout", ["padded", "blocks"])
+def test_a_place_for_results_is_what_empty_gives(layout):
+    batch = batch_of(layout)
+    place = batch.form("mass_matrix").empty(COUNT)
+    assert batch.mass_matrix(X[0], out=place) is place
+    assert np.array_equal(read(batch, "mass_matrix", place), DENSE.mass_matrix(X[0]))
+    with pytest.raises(ShapeError, match=r"out: .*; allowed: an array"):
+        batch.mass_matrix(X[0], out=np.empty((COUNT, 49)))
+    other = np.empty(place.shape) if layout == "padded" else np.empty(place.shape[::-1]).T
+    shifted = np.empty(place.nbytes * 2, dtype=np.uint8)[1:]
+    begin = -shifted.__array_interface__["data"][0] % 64 + 8
+    unaligned = np.lib.stride_tricks.as_strided(shifted[begin:][: 8 * 1].view(float), place.shape, place.strides)
+    for refused in (other, unaligned):
+        with pytest.raises(ShapeError, match="the batch's empty"):
+            batch.mass_matrix(X[0], out=refused)
+
+
+@pytest.mark.parametrize("layout", ["padded", "blocks"])
+def test_states_that_are_not_finite_or_far_away(layout):
+    batch, q = batch_of(layout), X[0].copy()
+    q[11, 3], q[20, 5], q[42, 0] = np.nan, 1e9, np.inf
+    with pytest.warns(NotFiniteWarning, match="index 11, 42"):
+        result = read(batch, "mass_matrix", batch.mass_matrix(q))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert np.array_equal(result, DENSE.mass_matrix(q), equal_nan=True)
+    assert np.isnan(result[[11, 42]]).all()
+    assert np.isfinite(result[20]).all()
+
+
+def test_large_rows_may_begin_anywhere():
+    q, memory = states(7, 9001)[0], np.full(9001 * 49 + 16, 77.0)
+    few = np.concatenate([DENSE.mass_matrix(part) for part in np.array_split(q, 3)])  # through the caches
+    assert np.array_equal(DENSE.mass_matrix(q), few)
+    for start in range(1, 9):
+        memory[:] = 77.0
+        out = memory[start : start + 9001 * 49].reshape(9001, 7, 7)
+        assert np.array_equal(DENSE.mass_matrix(q, out=out), few)
+        assert memory[start - 1] == 77.0
+        assert memory[start + 9001 * 49] == 77.0
+
+
+@pytest.mark.parametrize("layout", ["padded", "blocks"])
+def test_results_larger_than_the_cache_are_the_same(layout):
+    q = states(7, 9001)[0]  # 3.5 MB, past the caches
+    batch = batch_of(layout)
+    assert np.array_equal(read(batch, "mass_matrix", batch.mass_matrix(q), 9001), DENSE.mass_matrix(q))
+
+
+@pytest.mark.parametrize(("function", "most"), [("mass_matrix", 28), ("torque_regressor", 248)])
+def test_distinct_values_are_few(function, most):
+    entries = batch_of("rows", "compact").entries(function)
+    assert entries.count <= most
+    assert set(np.unique(entries.index[entries.sign != 0])) == set(range(entries.count))
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_and_single_precision(threads):
+    q = states(7, 10_001)[0]
+    for layout, dtype in (("blocks", "float64"), ("padded", "float32")):
+        several, one = (batch_of(layout, dtype=dtype, threads=k) for k in (threads, 1))
+        pair = [read(b, "mass_matrix", b.mass_matrix(q.astype(dtype)), 10_001) for b in (several, one)]
+        assert np.array_equal(*pair)
+
+
+def test_choices_that_do_not_exist():
+    with pytest.raises(OptionError, match="layout: 'columns'; allowed: rows, padded, blocks"):
+        batch_of("columns")
+    with pytest.raises(OptionError, match="structure: 'sparse'; allowed: dense, compact"):
+        batch_of("rows", "sparse")
+    with pytest.raises(OptionError, match="'compact' for inverse_dynamics_derivatives"):
+        batch_of("rows", "compact").inverse_dynamics_derivatives(*X)
+    with pytest.raises(OptionError, match="entries: of a dense batch"):
+        DENSE.entries("mass_matrix")
+    with pytest.raises(ShapeError, match=r"values: shape \(3, 5\)"):
+        batch_of("rows", "compact").entries("mass_matrix").dense(np.zeros((3, 5)))
+
+
+def test_derivatives_have_the_layout_too():
+    x = tuple(a[:9] for a in X)
+    padded, dense = batch_of("padded").inverse_dynamics_derivatives(*x), DENSE.inverse_dynamics_derivatives(*x)
+    assert np.array_equal(padded.by_q, dense.by_q)
+    assert np.array_equal(padded.by_ddq, dense.by_ddq)

@@ -1,0 +1,104 @@
+"""Certificates: no position has more than the bound, and the search's value is as near to it as asked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.inertia.bounds.certificate import inertia_certificate, inertia_certificates
+from lwr_dyn.control.inertia.bounds.samples import InertiaTable
+from lwr_dyn.control.inertia.maxima import diagonal
+from lwr_dyn.control.inertia.worst_case import first_joint, worst_case_inertia, worst_case_inertias
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.arm import JointLimits
+from tests.random_arms import random_arm
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("lwr4plus")
+
+
+@pytest.mark.parametrize(("robot", "gap"), [("lwr4plus", 1e-9), ("kr30ha", 1e-6), ("wam7", 1e-6)])
+def test_joints_behind_the_first(robot, gap):
+    arm = lwr_dyn.load(robot)
+    maxima = worst_case_inertias(arm)[1:]
+    for maximum, certificate in zip(maxima, inertia_certificates(arm, maxima, gap), strict=True):
+        assert certificate.holds
+        assert maximum.value <= certificate.upper <= maximum.value * (1 + gap)
+        assert certificate.value == maximum.value
+        assert certificate.allowance < 1e-11 * certificate.value
+        assert "certified" in certificate.statement()
+
+
+def test_the_first_joint_of_the_lwr(arm):
+    certificate = inertia_certificate(arm, worst_case_inertia(arm, 0))
+    assert 0.0 < certificate.gap < 1e-6
+    assert certificate.to_json()["upper"] == certificate.upper
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_position_of_a_random_arm_has_more(seed):
+    rng = np.random.default_rng(seed)
+    kinds = "".join(rng.choice(["R", "R", "P"], 5))
+    limits = tuple(JointLimits(-float(x), float(y)) for x, y in rng.uniform(0.2, 2.5, (5, 2)))
+    arm = replace(random_arm(seed, kinds), limits=limits)
+    q = rng.uniform(arm.lower, arm.upper, (20_000, 5))
+    for joint in (0, 1):
+        maximum = worst_case_inertia(arm, joint)
+        certificate = inertia_certificate(arm, maximum, 1e-6)
+        assert diagonal(Recursion.of(arm.chain), joint, q).max() <= certificate.upper
+        assert certificate.holds
+        assert certificate.upper <= maximum.value * (1 + 1e-6)
+
+
+def test_a_search_that_missed_the_maximum_is_corrected(arm):
+    maximum = worst_case_inertia(arm, 1)
+    low = replace(maximum, value=0.9 * maximum.value)
+    certificate = inertia_certificate(arm, low)
+    assert certificate.upper >= maximum.value
+    assert low.value < certificate.value <= maximum.value * (1 + 1e-12)
+
+
+def test_the_bound_holds_without_time_to_close_the_gap(arm, monkeypatch):
+    monkeypatch.setattr("lwr_dyn.control.inertia.bounds.certificate.MOST_BOXES", 40)
+    maximum = worst_case_inertia(arm, 2)
+    certificate = inertia_certificate(arm, maximum, 1e-9)
+    assert not certificate.holds
+    assert certificate.upper > maximum.value * (1 + 1e-9)
+    assert "NOT as asked" in certificate.statement()
+
+
+def test_certificates_are_kept_by_the_content_of_the_arm(arm):
+    maximum = worst_case_inertia(arm, 4)
+    first = inertia_certificate(arm, maximum)
+    assert inertia_certificate(lwr_dyn.load("lwr4plus"), worst_case_inertia(arm, 4)) is first
+    assert inertia_certificate(arm, maximum, 1e-7).gap_asked == 1e-7
+    wider = replace(arm, limits=tuple(JointLimits(2 * x.lower, 2 * x.upper) for x in arm.limits))
+    assert inertia_certificate(wider, maximum) is not first
+
+
+def test_the_table_is_that_of_the_mass_matrix(arm):
+    table = InertiaTable.of(replace(first_joint(arm, {}), joint=3))
+    assert table.joints == (4, 5, 6)
+    q = np.zeros(7)
+    q[4], q[6] = 2 * np.pi / 5, 6 * np.pi / 5
+    B = lwr_dyn.dynamics_of(arm).mass_matrix(q)
+    assert float(table.values[1, 0, 3]) == pytest.approx(B[3, 3], rel=1e-14)
+    idle = table.without_idle(1e-3 * B[3, 3])
+    assert idle.left_out > 0.0
+    assert len(idle.joints) < 3
+
+
+@pytest.mark.parametrize("gap", [0.0, -1.0, 1.0, float("nan")])
+def test_a_gap_that_cannot_be(arm, gap):
+    with pytest.raises(OptionError, match="gap"):
+        inertia_certificate(arm, worst_case_inertia(arm, 5), gap)
+
+
+def test_too_many_joints():
+    arm = random_arm(3, "R" * 10)
+    with pytest.raises(OptionError, match="joints behind"):
+        InertiaTable.of(first_joint(arm, {}))

@@ -1,0 +1,129 @@
+"""The global search: never beaten by brute force, and it reports its steps."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.inertia.maxima import JointInertia, diagonal, with_joint_values
+from lwr_dyn.control.inertia.worst_case import worst_case_inertia, worst_case_inertias
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.errors import MissingDataError
+from lwr_dyn.model.arm import JointLimits
+from tests.random_arms import random_arm
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return lwr_dyn.load("lwr4plus")
+
+
+@pytest.fixture(scope="module")
+def found(arm):
+    return worst_case_inertias(arm)
+
+
+def test_diagonal_is_that_of_the_mass_matrix(arm):
+    q = np.random.default_rng(0).uniform(-1, 1, (20, 7))
+    B = lwr_dyn.dynamics_of(arm).mass_matrix(q)
+    for i in range(7):
+        assert np.abs(diagonal(Recursion.of(arm.chain), i, q) - B[:, i, i]).max() < 1e-13
+
+
+def test_brute_force_never_beats_the_search(arm, found):
+    q = np.random.default_rng(1).uniform(arm.lower, arm.upper, (100_000, 7))
+    for w in found:
+        values = diagonal(Recursion.of(arm.chain), w.joint, q)
+        assert values.max() <= w.value * (1 + 1e-12)
+        assert values.max() > 0.97 * w.value  # and comes near: the maximum is not an artefact
+
+
+def test_the_maximiser_gives_the_value_inside_the_limits(arm, found):
+    B = lwr_dyn.dynamics_of(arm).mass_matrix(np.array([w.q for w in found]))
+    for i, w in enumerate(found):
+        assert B[i, i, i] == pytest.approx(w.value, rel=2e-5)  # free joints at their middle
+        assert (w.q >= arm.lower).all()
+        assert (w.q <= arm.upper).all()
+        assert w.free[: i + 1] == (True,) * (i + 1)
+        assert "climbs" in w.statement()
+
+
+def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
+    held = {3: 0.5}
+    most, least = (worst_case_inertia(arm, 0, held, smallest=s) for s in (False, True))
+    assert least.value < most.value < worst_case_inertia(arm, 0).value
+    assert most.q[3] == 0.5
+
+
+def test_joints_that_change_nothing_stand_at_the_middle_of_their_limits(arm):
+    lower, upper = arm.lower + 0.4, arm.upper - 0.1
+    narrowed = [replace(x, lower=float(a), upper=float(b)) for x, a, b in zip(arm.limits, lower, upper, strict=True)]
+    maximum = worst_case_inertia(replace(arm, limits=tuple(narrowed)), 3, {5: 0.3})
+    free = np.array(maximum.free)
+    assert free[:4].all()
+    assert maximum.q[5] == 0.3
+    free[5] = False
+    assert maximum.q[free] == pytest.approx(((lower + upper) / 2)[free], abs=1e-15)
+    assert maximum.value == pytest.approx(diagonal(Recursion.of(arm.chain), 3, maximum.q[None])[0], rel=2e-5)
+
+
+def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
+    arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(3)
+    found, recursion, step = worst_case_inertia(arm, 2), Recursion.of(arm.chain), 1e-5
+    kinds = tuple(link.kind for link in arm.chain.links)
+    inertia = JointInertia(recursion, kinds, 2, arm.lower, arm.upper)
+    assert "another maximum" in found.statement()
+    assert found.runner_up < found.value
+    for start in rng.uniform(arm.lower, arm.upper, (10, 7)):
+        q, value = inertia.local_maximum(start)
+        assert diagonal(recursion, 2, start) <= value <= found.value * (1 + 1e-12)
+        up, down = (diagonal(recursion, 2, q + sign * step * np.eye(7)) for sign in (1, -1))
+        slope = (up - down) / (2 * step)
+        inside = (q > arm.lower + step) & (q < arm.upper - step)
+        assert np.abs(slope[inside]).max(initial=0.0) < 1e-6
+
+
+def test_along_one_joint_the_largest_value_is_found_to_its_last_digits(arm):
+    """The value is a trigonometric polynomial: its slope, by a Fourier transform of 16 samples, is 0 there."""
+    kinds, rng = tuple(link.kind for link in arm.chain.links), np.random.default_rng(5)
+    inertia = JointInertia(Recursion.of(arm.chain), kinds, 0, np.full(7, -4.0), np.full(7, 4.0))
+    q, turns = rng.uniform(arm.lower, arm.upper, (20, 7)), np.arange(16) * np.pi / 8
+    for j in (1, 3, 5):
+        waves = np.fft.rfft(inertia.at(with_joint_values(q, j, turns)), axis=1) / 8
+        best, orders = inertia.line_maximum(q, j), np.arange(9)
+        phase = np.exp(1j * np.outer(best, orders))
+        slope = (1j * orders * waves * phase).real.sum(axis=1)
+        inside = np.abs(best) < 4.0
+        assert inside.sum() > 10
+        assert np.abs(slope[inside]).max() < 1e-12 * np.abs(waves).max()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
+    loose = random_arm(seed, "RRPRP")
+    box = JointLimits(lower=-0.6, upper=0.9)
+    sliding = replace(loose, limits=tuple(box for _ in loose.limits))
+    q = np.random.default_rng(seed).uniform(-0.6, 0.9, (50_000, 5))
+    values = diagonal(Recursion.of(sliding.chain), 0, q)
+    most, least = (worst_case_inertia(sliding, 0, smallest=s).value for s in (False, True))
+    assert least * (1 - 1e-12) <= values.min() < 1.2 * least
+    assert 0.8 * most < values.max() <= most * (1 + 1e-12)
+
+
+def test_an_arm_without_masses_has_no_inertia():
+    with pytest.raises(MissingDataError):
+        worst_case_inertias(lwr_dyn.load("lwr4"))
+
+
+def test_maxima_are_kept_by_the_content_of_the_arm(monkeypatch):
+    first = worst_case_inertias(lwr_dyn.load("lwr4plus"))
+    assert worst_case_inertias(lwr_dyn.load("lwr4plus")) is first
+    assert not first[0].q.flags.writeable
+    other = worst_case_inertias(lwr_dyn.load("lwr4plus", reading="physical"))
+    assert other[0].value != first[0].value
+    arm = lwr_dyn.load("lwr4plus")
+    narrow = replace(arm, limits=tuple(replace(limit, lower=-0.1, upper=0.1) for limit in arm.limits))
+    assert worst_case_inertias(narrow)[0].value < 0.9 * first[0].value  # whatever the rounding of the search
+    monkeypatch.setattr("lwr_dyn.control.inertia.worst_case.KEPT", 1)
+    assert worst_case_inertias(lwr_dyn.load("lwr4plus", reading="printed")) is not first

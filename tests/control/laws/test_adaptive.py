@@ -1,0 +1,249 @@
+"""The adaptive law: its Lyapunov function at random states and along motions, linear form, bounds, what it gains."""
+
+import json
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.laws import adaptive
+from lwr_dyn.control.laws.adapted_parameters import AdaptedParameters, scaled_gains
+from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
+from lwr_dyn.control.linear_feedback import gravity_stiffness
+from lwr_dyn.control.protocol import WithMemory, describe
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.trajectory.references.ist import ist_clear_reference
+from lwr_dyn.trajectory.references.joint_moves import point_to_point
+from lwr_dyn.trajectory.references.twice import Twice
+from tests.control.laws.learning import (
+    COULOMB,
+    ELASTIC,
+    FRICTION,
+    MODEL,
+    THETA,
+    along_a_continuous_loop,
+    largest_rise,
+    second_pass,
+)
+from tests.control.laws.lyapunov import ARM, LOAD, STATES, Instant
+from tests.slips import uncaught
+
+TRUE = lwr_dyn.dynamics_of(LOAD, "newton-euler")
+OMEGA, GAIN = 50.0, 100.0
+VISCOUS = np.linspace(0.5, 0.1, 7)
+
+
+def made(module=adaptive, **options):
+    return module.tuned_adaptive(ARM, MODEL, **({"omega_n": OMEGA, "adapt_gain": GAIN} | options))
+
+
+def check_law(module):
+    """dV/dt = -k s^T B s - s^T F_v s exactly, with friction F_c tanh(dq_ref / width) + F_v dq in the true arm."""
+    law = made(module, adapt_friction=True)
+    truth = np.concatenate([THETA, COULOMB, VISCOUS])
+    gains = np.concatenate([scaled_gains(GAIN), *law.friction_gains])
+    assert (law.friction_gains > 0.0).all()
+    memory = np.random.default_rng(2).uniform(0.01, 0.1, law.memory_size)  # inside the bounds
+    for state in STATES:
+        law._effort = np.full(7, np.inf)
+        at = Instant.of(TRUE, OMEGA, *state)
+        tau, rate = law.torque_and_rate(memory, *state)
+        friction = COULOMB * np.tanh(state[3] / 5e-3) + VISCOUS * state[1]
+        fall = at.power(tau - friction) + (memory - truth) @ (rate / gains)
+        assert fall == pytest.approx(-at.damping - at.s @ (VISCOUS * at.s), rel=1e-9)
+    check_memory(module)
+    check_linear_form(module)
+
+
+def check_memory(module):
+    """Explicit Euler from call to call, inside the bounds; outward rates there are zero, all where torque is cut."""
+    law, state = made(module), STATES[0]
+    law._effort = np.full(7, np.inf)
+    _, rate = law.torque_and_rate(np.zeros(10), *state)
+    law(0.0, *state)
+    law(0.002, *state)
+    np.testing.assert_allclose(law.signals["adapted_payload"], 0.002 * rate, rtol=1e-12)
+    for bound in (law.adapted.lower, law.adapted.upper):
+        _, held = law.torque_and_rate(bound, *state)
+        _, free = law.torque_and_rate(bound * (1 - 1e-9), *state)
+        outward = np.sign(bound) * free > 0.0
+        assert outward.any()
+        assert (held[outward] == 0.0).all()
+        np.testing.assert_allclose(held[~outward], free[~outward], rtol=1e-5)
+    law(10.0, *state)  # a long time at that rate
+    assert (law.signals["adapted_payload"] >= law.adapted.lower).all()
+    assert (law.signals["adapted_payload"] <= law.adapted.upper).all()
+    law._effort = np.full(7, 1e-3)
+    assert not law.torque_and_rate(np.zeros(10), *state)[1].any()
+    law.reset()
+    assert not law.signals["adapted_payload"].any()
+
+
+def check_linear_form(module):
+    """Against differences of torque and rate at rest."""
+    law, still, h = made(module), np.zeros(7), 1e-6
+    q_0 = STATES[1, 0]
+    form = law.linear_feedback(q_0[None])
+
+    def slopes(place):
+        columns = []
+        for j in range(7):
+            ends = []
+            for side in (h, -h):
+                q, dq = (q_0 + side * np.eye(7)[j], still) if place == 0 else (q_0, side * np.eye(7)[j])
+                ends.append(np.concatenate(law.torque_and_rate(np.zeros(10), q, dq, q_0, still, still)))
+            columns.append((ends[0] - ends[1]) / (2 * h))
+        return np.array(columns).T
+
+    by_x, by_v = slopes(0), slopes(1)
+    columns = law.adapted.columns(SlotineLiRegressor(ARM)(q_0, still, still, still))
+    G = -columns @ by_v[7:]  # torque per position of the memory that follows the speed
+    stiffness = gravity_stiffness(form.gravity, q_0)
+    np.testing.assert_allclose(form.velocity[0], -by_v[:7], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(form.position[0], stiffness - by_x[:7] + G, rtol=0, atol=1e-2)
+    np.testing.assert_allclose(form.integral[0], -columns @ by_x[7:], rtol=0, atol=1e-2)
+    assert np.abs(G).max() > 100.0
+
+
+SLIPS = [
+    ("dq_r = dq_ref + Lambda", "dq_r = dq_ref - Lambda"),
+    ("s = dq - dq_r", "s = dq_r - dq"),
+    ("(dq_ref - dq - s)", "(dq_ref - dq + s)"),
+    ("rate = -self._gains * slope", "rate = self._gains * slope"),
+    (" + self._armature * a", ""),
+    ("self._armature * a ", "self._armature * ddq_ref "),
+    (" + columns @ memory[:first]", ""),
+    ("shape * s, dq_r * s", "shape * s, dq * s"),
+    ("(self._coulomb + memory[first", "(self._coulomb - memory[first"),
+    ("tau += (self._viscous + memory[self._split :]) * dq_r", "tau += (self._viscous + memory[self._split :]) * dq"),
+    ("(memory >= self._upper) & (rate > 0.0)", "(memory >= self._upper) & (rate < 0.0)"),
+    ("(t - self._t) * self._rate", "self._rate"),
+    ("np.minimum(np.maximum(moved, self._lower), self._upper)", "moved"),
+    ("(np.abs(tau) > self._effort).any()", "False"),
+    ("k * Lambda * B + G, (k", "k * Lambda * B, (k"),
+    ("(k + Lambda) * B", "k * B"),
+    ("Lambda * G, self._dynamics", "G, self._dynamics"),
+]
+
+
+def test_its_lyapunov_function_falls_by_the_damping_alone():
+    check_law(adaptive)
+
+
+def test_slips_are_caught():
+    assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_law)
+
+
+def test_base_parameters_move_every_torque_that_parameters_can_move():
+    law = made(adapt="base")
+    regressor, W = SlotineLiRegressor(ARM), law.adapted.W
+    assert W.shape == (70, 43)  # what is known of an arm with seven turning joints, the first one upright
+    Y = np.concatenate([regressor(*state[[0, 1, 3, 4]]) for state in STATES])
+    any_change = np.random.default_rng(4).normal(size=70)
+    theta = np.linalg.lstsq(Y @ W, Y @ any_change, rcond=None)[0]
+    np.testing.assert_allclose(Y @ W @ theta, Y @ any_change, rtol=0, atol=1e-8)
+    at, (tau, rate) = Instant.of(TRUE, OMEGA, *STATES[0]), law.torque_and_rate(np.zeros(43), *STATES[0])
+    truth = np.linalg.lstsq(Y @ W, Y[:, -10:] @ THETA, rcond=None)[0]
+    law._effort[:] = np.inf
+    tau, rate = law.torque_and_rate(np.zeros(43), *STATES[0])
+    assert at.power(tau) - truth @ rate == pytest.approx(-at.damping, rel=1e-8)
+    assert law.signals["adapted_base"].shape == (70,)
+
+
+MOVE = ist_clear_reference(ARM, duration=7.0)
+SHORT = point_to_point(ARM, [[0.3, -1.2, 0.2, 0.9, -1.5, 1.1, -0.6], [0.8, -0.6, 0.5, 1.4, -1.0, 0.6, 0.2]], [2.0])
+
+
+def test_evaluated_continuously_its_lyapunov_function_never_rises():
+    V = along_a_continuous_loop(made(), MOVE, 1000)
+    assert np.diff(V).max() <= 1e-14 * V[0]
+    assert V[-1] < 0.5 * V[0]
+
+
+def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
+    rises = [largest_rise(made(), MOVE, rate, 0.4) for rate in (1000, 2000, 4000)]
+    assert rises[0] > 1e-6
+    np.testing.assert_allclose(np.log2(np.divide(rises[:-1], rises[1:])), 2.0, atol=0.3)
+
+
+def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
+    move = Twice(MOVE, 2.0)
+    fixed, _ = second_pass("inverse-dynamics", move)
+    learnt, run = second_pass("adaptive", move)
+    assert fixed > 100.0 * learnt
+    mass, first = run.signals["adapted_payload"][-1][[0, 3]]
+    assert mass == pytest.approx(3.0, rel=0.01)
+    assert first == pytest.approx(3.0 * 0.078, rel=0.02)  # the flange is 78 mm from the last joint
+
+
+def test_with_friction_noise_and_delay_it_is_ten_times_better():
+    move = Twice(MOVE, 2.0)
+    fixed, _ = second_pass("inverse-dynamics", move, plant=FRICTION)
+    learnt, run = second_pass("adaptive", move, plant=FRICTION, adapt_friction=True)
+    assert fixed > 10.0 * learnt
+    np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], COULOMB, rtol=0.3)
+
+
+def test_on_elastic_joints_it_is_ten_times_better():
+    """The springs of the data file (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
+    move = Twice(SHORT, 1.0)
+    fixed, _ = second_pass("inverse-dynamics", move, plant=ELASTIC, omega_n=25.0)
+    learnt, run = second_pass("adaptive", move, plant=ELASTIC, omega_n=25.0)
+    assert fixed > 10.0 * learnt
+    assert max(run.meta["cut_share"]) == 0.0
+
+
+def test_its_linear_form_tells_where_the_sampled_loop_is_unstable():
+    """A small deviation at rest grows or dies as the spectral radius says, adaptation included."""
+    pose, still = SHORT.waypoints[0], point_to_point(ARM, [SHORT.waypoints[0]] * 2, [0.2])
+    for gain, grows in ((10.0, False), (1e4, True)):
+        law = made(adapt_gain=gain)
+        radius = RestingLoop.of(MODEL, law, pose[None]).radius(Sampling(1000.0))[0]
+        run = lwr_dyn.simulate(ARM, law, still, q0=pose + 1e-9, saturate=False)
+        error = np.linalg.norm(run.q - run.q_ref, axis=1)
+        assert (radius > 1.01) == grows
+        assert (error[200] > 10 * error[100]) == grows
+        assert radius < 1.05
+
+
+def test_it_can_run_continuously_and_describes_itself():
+    law = make_controller("adaptive", ARM, MODEL, adapt_friction=True)
+    assert isinstance(law, WithMemory)
+    record = json.loads(json.dumps(describe(law)))
+    assert record["label"] == "adaptive (payload, friction)"
+    assert len(record["parameters"]["gains"]) == 10
+    run = lwr_dyn.simulate(
+        ARM, make_controller("adaptive", ARM, MODEL), MOVE, payload=3.0, continuous=True, duration=0.05
+    )
+    assert np.abs(run.q - run.q_ref).max() < 1e-2
+
+
+BAD = {
+    "set": ({"adapt": "all"}, "adapt: 'all'; allowed: payload, base"),
+    "gain": ({"adapt_gain": 0.0}, "adapt_gain: 0.0; allowed: a number above 0"),
+    "omega": ({"omega_n": -1.0}, "omega_n"),
+    "friction": ({"adapt_friction": True, "friction_gain": float("nan")}, "friction_gain"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_options_are_one_line(case):
+    options, words = BAD[case]
+    with pytest.raises(OptionError, match=words):
+        make_controller("adaptive", ARM, MODEL, **options)
+
+
+def test_an_arm_without_inertias_is_refused():
+    with pytest.raises(MissingDataError):
+        make_controller("adaptive", lwr_dyn.load("lwr4"))
+
+
+def test_the_bounds_hold_every_load_that_the_arm_carries():
+    adapted = AdaptedParameters.of("payload", ARM, SlotineLiRegressor(ARM), 1.0)
+    assert (adapted.lower < THETA).all()
+    assert (adapted.upper > THETA).all()
+    wam = lwr_dyn.load("wam7")
+    friction = make_controller("adaptive", wam, adapt_friction=True).signals["adapted_coulomb"]
+    assert friction[0] == pytest.approx((4.4748 + 4.3609) / 2)  # starts from the friction that was identified

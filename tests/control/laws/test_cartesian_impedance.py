@@ -1,0 +1,152 @@
+"""Cartesian impedance: its formula by the second road, projector, arms and tools, and bad input."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.laws.cartesian_impedance import SLOWEST, CartesianImpedance
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.kinematics.forward import jacobian
+from tests.control.laws.written_out import ARM, REGULAR, ROAD_A, ROAD_B, cartesian_impedance, slope, states, tip_inertia
+from tests.slips import uncaught
+
+K, XI, W, D = np.array([2000.0, 1500.0, 1000.0, 150.0, 150.0, 150.0]), 0.7, 12.0, 20.0
+MODULE = "lwr_dyn.control.laws.cartesian_impedance"
+SLIPS = (
+    ("error, late = q_ref - q, dq_ref - dq", "error, late = q - q_ref, dq_ref - dq"),
+    ("error, late = q_ref - q, dq_ref - dq", "error, late = q_ref - q, -dq"),
+    ("(speed_ref - J.dot(dq))", "(J.dot(dq) - speed_ref)"),
+    ("(speed_ref - J.dot(dq))", "(-J.dot(dq))"),
+    ("(2.0 * self.xi) * along", "self.xi * along"),
+    ("along - joint.T.dot(pull)", "along + joint.T.dot(pull)"),
+    ("along - joint.T.dot(pull)", "along"),
+    ("J.T.dot(self.stiffness * off)", "J.T.dot(self._root * off)"),
+    ("J.T.dot(self.stiffness * off)", "-J.T.dot(self.stiffness * off)"),
+    ("T_ref[:3, :3].dot(T[:3, :3].T)", "T_ref[:3, :3].T.dot(T[:3, :3])"),
+    ("T_ref[:3, :3].dot(T[:3, :3].T)", "T[:3, :3].dot(T_ref[:3, :3].T)"),
+    ("T_ref[:3, 3] - T[:3, 3]", "T[:3, 3] - T_ref[:3, 3]"),
+    ("self.posture**2 * error", "self.posture * error"),
+    ("root.T.dot(self.posture", "root.dot(self.posture"),
+    ("tau: Array = self._carried(q, dq, dq_ref, ddq_ref) +", "tau ="),
+    ("tau += root.dot(", "tau += root.T.dot("),
+    ("+ self.posture**2 * free", "- self.posture**2 * free"),
+    ("self.posture_damping * free", "self.posture * free"),
+    ("self._extra(frequency) * joint.T", "-self._extra(frequency) * joint.T"),
+)
+SINGULAR = np.array([0.3, 0.6, 0.2, 1.2, np.pi / 2, 0.0, 0.1])
+"""The wrist stretched: one direction of the tip is lost."""
+
+
+def check(law):
+    controller = law.CartesianImpedance(ARM, ROAD_A, K[:3], K[3], XI, W, D)
+    for state in states(ARM):
+        expected = cartesian_impedance(ARM, ROAD_B, state, K, XI, W, D)
+        np.testing.assert_allclose(controller(0.0, *state), expected, rtol=0, atol=1e-8)
+    poses = np.array([SINGULAR, *(state[0] for state in states(ARM, 2))])
+    linear = controller.linear_feedback(poses)
+    for k, pose in enumerate(poses):
+        if k > 0:  # at the singular pose itself the direction that is lost jumps with q
+            np.testing.assert_allclose(linear.position[k], slope(controller, pose, 0), rtol=0, atol=2e-3)
+        np.testing.assert_allclose(linear.velocity[k], slope(controller, pose, 1), rtol=0, atol=1e-6)
+    root, joint, frequency, _ = controller.at(SINGULAR)[0]
+    assert frequency[-1] < 1e-6
+    lost = np.linalg.solve(root.T, joint[:, -1])  # the motion of unit inertia that the tip does not feel
+    rest = np.zeros(7)
+    tau = controller(0.0, SINGULAR, lost, SINGULAR, rest, rest) - ROAD_A.gravity_vector(SINGULAR)
+    np.testing.assert_allclose(lost @ tau, -2.0 * XI * SLOWEST, rtol=1e-4)
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught(MODULE, SLIPS, check)
+
+
+def test_the_posture_spring_does_not_accelerate_the_tip():
+    for state in states(ARM):
+        with_it, without = (
+            CartesianImpedance(ARM, ROAD_A, posture=w, posture_damping=1e-12)(0.0, *state) for w in (30.0, 0.0)
+        )
+        assert np.abs(with_it - without).max() > 1.0
+        acceleration = jacobian(ARM.chain, state[0]) @ np.linalg.solve(ROAD_B.mass_matrix(state[0]), with_it - without)
+        np.testing.assert_allclose(acceleration, np.zeros(6), atol=1e-8)
+
+
+def test_six_joints_leave_no_posture():
+    arm = lwr_dyn.load("lwr4plus", lock={"joint_3": 0.3}, reading="physical")
+    model = lwr_dyn.dynamics_of(arm)
+    state = next(iter(states(arm)))
+    soft, hard = (CartesianImpedance(arm, model, posture=w)(0.0, *state) for w in (0.0, 40.0))
+    np.testing.assert_allclose(soft, hard, atol=1e-9)
+
+
+def test_an_arm_with_a_tool_is_held_at_its_tool_point():
+    tool = {"xyz": [0.05, 0.02, 0.15], "rpy": [0.1, 0.4, 0.2], "mass": 0.5, "com": [0.0, 0.0, 0.05]}
+    arm = lwr_dyn.load("lwr4plus", reading="physical", tool=tool)
+    model, other = (lwr_dyn.dynamics_of(arm, engine) for engine in ("pinocchio", "newton-euler"))
+    for state in states(arm, 2):
+        law = CartesianImpedance(arm, model, K[:3], K[3], XI, W, D)
+        np.testing.assert_allclose(law(0.0, *state), cartesian_impedance(arm, other, state, K, XI, W, D), atol=1e-8)
+
+
+def test_torques_stay_bounded_through_a_singular_pose():
+    law = lwr_dyn.controller("cartesian-impedance", ARM)
+    move = SINGULAR + np.linspace(-0.05, 0.05, 101)[:, None] * np.eye(7)[5]
+    rest, off = np.zeros(7), 0.01 * np.eye(7)[1]
+    torques = np.array([law(0.0, q + off, 0.1 * rest + 0.1, q, rest, rest) for q in move])
+    assert np.isfinite(torques).all()
+    assert np.abs(np.diff(torques, axis=0)).max() < 0.2 * np.abs(torques).max()
+
+
+def test_a_run_from_an_exactly_singular_pose_comes_to_rest():
+    law = lwr_dyn.controller("cartesian-impedance", ARM)
+    hold = lwr_dyn.reference("hold", ARM, q=SINGULAR, duration=1.0)
+    run = lwr_dyn.simulate(ARM, law, hold, dq0=[0.1] * 7, friction="none")
+    assert np.abs(run.dq[-1]).max() < 0.05
+    tip = lwr_dyn.forward_kinematics(ARM, run.q[[0, -1]])[:, :3, 3]
+    assert np.linalg.norm(tip[1] - tip[0]) < 1e-4
+
+
+def test_label_and_parameters_say_what_it_is():
+    law = CartesianImpedance(ARM, ROAD_A, posture=0.0, feedforward=False)
+    assert law.label == "Cartesian impedance without feed-forward and posture spring"
+    assert law.parameters["stiffness"] == [2000.0] * 3 + [200.0] * 3
+    assert law.parameters["posture_damping"] == 30.0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"stiffness": 0.0}, {"stiffness": -5.0}, {"stiffness": [1.0, 1.0, 0.0]}, {"rotation": 0.0}, {"xi": -1.0},
+     {"posture": -1.0}, {"posture": float("nan")}, {"posture_damping": 0.0}],
+)  # fmt: skip
+def test_bad_numbers_are_refused(options):
+    with pytest.raises((OptionError, ShapeError), match=next(iter(options))):
+        CartesianImpedance(ARM, ROAD_A, **options)
+
+
+@pytest.mark.parametrize("stiffness", [[1.0, 2.0], np.eye(3), np.nan])
+def test_a_stiffness_of_another_shape_is_refused(stiffness):
+    with pytest.raises(ShapeError, match="stiffness"):
+        CartesianImpedance(ARM, ROAD_A, stiffness)
+
+
+def test_an_arm_with_five_joints_is_refused():
+    arm = lwr_dyn.load("lwr4plus", lock={"joint_3": 0.0, "joint_5": 0.0})
+    with pytest.raises(MissingDataError, match="six joints or more"):
+        lwr_dyn.controller("cartesian-impedance", arm)
+
+
+def test_an_arm_without_inertias_is_refused():
+    with pytest.raises(MissingDataError):
+        lwr_dyn.controller("cartesian-impedance", lwr_dyn.load("lwr4"))
+
+
+def test_the_command_refuses_a_stiffness_of_zero_in_one_line(lwr_dyn_command):
+    line = ("simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,20,0,60,0,30,0")
+    code, out, err = lwr_dyn_command(*line, "--controller", "cartesian-impedance", "--stiffness", "0")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "stiffness" in err
+
+
+def test_inertia_of_the_tip_is_that_of_the_second_road():
+    Lambda = tip_inertia(ARM, ROAD_B, REGULAR)[0]
+    (_, _, frequency, _), _ = CartesianImpedance(ARM, ROAD_A, 1000.0, 1000.0).at(REGULAR)
+    np.testing.assert_allclose(1000.0 / frequency**2, np.linalg.eigvalsh(Lambda), rtol=1e-9)

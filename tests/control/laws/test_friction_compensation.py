@@ -1,0 +1,168 @@
+"""Friction compensation: the formula, what passes through a wrapper, the names, and what it is worth."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
+from lwr_dyn.control.laws import friction_compensation
+from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
+from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.control.protocol import WithMemory, describe, reset
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
+from lwr_dyn.trajectory.references.joint_moves import point_to_point
+from tests.slips import uncaught
+
+BARE = lwr_dyn.load("lwr4plus", reading="physical")
+LEVELS = np.linspace(2.0, 0.5, 7)
+ARM = replace(BARE, friction=tuple(symmetric(level, 0.5) for level in LEVELS))
+DYNAMICS = lwr_dyn.dynamics_of(ARM)
+RNG = np.random.default_rng(5)
+STATE = RNG.uniform(-1, 1, (5, 7))
+
+
+def inner(name="inverse-dynamics", **options):
+    return make_controller(name, ARM, DYNAMICS, **options)
+
+
+def check_formula(module):
+    """Both forms against friction written out, for a joint with an offset and two directions."""
+    one = JointFriction(Direction(2.0, 0.3), Direction(1.0, 0.7), offset=0.25)
+    law, width, v = inner(), 0.05, STATE[[1, 3]]
+    for measured, speed in ((False, v[1]), (True, v[0])):
+        given = module.FrictionCompensation(law, [one] * 7, width, measured)
+        coulomb, viscous = (np.where(speed > 0, a, b) for a, b in ((2.0, 1.0), (0.3, 0.7)))
+        expected = law(0.0, *STATE) + 0.25 + coulomb * np.tanh(speed / width) + viscous * speed
+        np.testing.assert_allclose(given(0.0, *STATE), expected, rtol=0, atol=1e-12)
+    form, q = given.linear_feedback(STATE[:2]), law.linear_feedback(STATE[:2])
+    np.testing.assert_allclose(q.velocity - form.velocity, [np.eye(7) * (1.5 / width + 0.5)] * 2, rtol=1e-5, atol=1e-12)
+    np.testing.assert_array_equal(form.position, q.position)
+    by_name = module.with_friction(law, ARM, DYNAMICS)
+    assert not by_name.measured
+    assert by_name.width == 1e-3
+    np.testing.assert_array_equal(by_name.torque(np.ones(7)), LEVELS + 0.5)
+    assert module.with_measured_friction(law, ARM, DYNAMICS).measured
+
+
+SLIPS = [
+    ("dq if self.measured else dq_ref)", "dq_ref if self.measured else dq)"),
+    ("return self.torque(", "return -self.torque("),
+    ("smooth_friction(self.models, width)", "smooth_friction(self.models, 2 * width)"),
+    ("law.velocity - diagonal", "law.velocity + diagonal"),
+    ("/ (2 * h)", "/ h"),
+    ("WIDTH = 1e-3", "WIDTH = 1e-2"),
+    ("friction_measured: bool = False", "friction_measured: bool = True"),
+    ("friction_width=friction_width, friction_measured=True", "friction_width=friction_width, friction_measured=False"),
+    ("self.linear_feedback = self._linear_feedback", "pass"),
+]
+
+
+def test_the_formula():
+    check_formula(friction_compensation)
+
+
+def test_slips_are_caught():
+    assert not uncaught("lwr_dyn.control.laws.friction_compensation", SLIPS, check_formula)
+
+
+@pytest.mark.parametrize("name", ["pd-gravity", "pid", "inverse-dynamics"])
+def test_any_law_can_be_wrapped(name):
+    known = {} if name == "inverse-dynamics" else {"inertia": np.ones(7)}
+    law = inner(name, **known)
+    wrapped = make_controller(f"{name}+friction", ARM, DYNAMICS, **known)
+    assert isinstance(wrapped, FrictionCompensation)
+    added = wrapped(0.0, *STATE) - law(0.0, *STATE)
+    np.testing.assert_allclose(added, wrapped.torque(STATE[3]), rtol=0, atol=1e-9)
+    assert isinstance(wrapped, Linearised)
+    assert isinstance(wrapped, WithMemory) == isinstance(law, WithMemory)
+    assert hasattr(wrapped, "reset") == hasattr(law, "reset")
+    record = json.loads(json.dumps(describe(wrapped)))
+    assert record["name"] == f"{name}+friction"
+    assert record["parameters"]["friction"]["joints"][0]["positive"]["coulomb"] == 2.0
+    np.testing.assert_array_equal(wrapped.Kp, law.Kp)
+
+
+def test_memory_passes_through():
+    law, wrapped = (make_controller(name, ARM, DYNAMICS, inertia=np.ones(7)) for name in ("pid", "pid+friction"))
+    (tau, rate), (more, same) = (c.torque_and_rate(np.ones(7), *STATE) for c in (law, wrapped))
+    np.testing.assert_array_equal(same, rate)
+    np.testing.assert_allclose(more - tau, wrapped.torque(STATE[3]), rtol=0, atol=1e-12)
+    first = wrapped(0.0, *STATE)
+    assert not np.allclose(wrapped(0.5, *STATE), first)
+    reset(wrapped)
+    np.testing.assert_array_equal(wrapped(0.7, *STATE), first)
+
+
+def test_names_with_wrappers():
+    assert split_name("pid") == ("pid", ())
+    assert split_name("pid+friction+observer") == ("pid", ("friction", "observer"))
+    assert split_name("a+b/mine.py") == ("a+b/mine.py", ())
+    assert split_name("a+b/mine.py+friction") == ("a+b/mine.py", ("friction",))
+    both = {"friction_width": 0.5, "observer_gain": 30.0}
+    twice = make_controller("inverse-dynamics+friction+observer", ARM, omega_n=20.0, **both)
+    assert twice.name == "inverse-dynamics+friction+observer"
+    assert (twice.width, twice.inner.width, twice.Kp[0]) == (0.5, 0.5, 400.0)
+    assert twice.parameters["observer"]["gain"] == [30.0] * ARM.n
+    for again in ("inverse-dynamics+friction+friction", "inverse-dynamics+friction-measured+observer+friction"):
+        with pytest.raises(OptionError, match="friction again; allowed: friction compensated once"):
+            make_controller(again, ARM)
+    with pytest.raises(AttributeError):
+        twice.nothing  # noqa: B018
+    assert set(split_name(name)[0] for name in CONTROLLERS.names) == set(CONTROLLERS.names)
+
+
+def test_a_file_can_be_wrapped(tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text("def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n")
+    wrapped = make_controller(f"{path}+friction", ARM)
+    assert describe(wrapped)["name"] == "mine.py+friction"
+    np.testing.assert_array_equal(wrapped(0.0, *STATE), wrapped.torque(STATE[3]))
+
+
+BAD = {
+    "no friction": (lambda: make_controller("pid+friction", BARE, inertia=np.ones(7)), MissingDataError, "friction of"),
+    "no wrapper": (lambda: make_controller("pid+frictoin", ARM), UnknownNameError, "did you mean friction"),
+    "width": (lambda: FrictionCompensation(inner(), ARM.friction, 0.0), OptionError, "width"),
+    "joints": (lambda: make_controller("pid+friction", ARM, friction=ARM.friction[:3]), ShapeError, "3 joints"),
+    "option": (lambda: make_controller("inverse-dynamics", ARM, friction_width=1.0), OptionError, "friction_width"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input(case):
+    call, kind, words = BAD[case]
+    with pytest.raises(kind, match=words):
+        call()
+
+
+def test_friction_that_is_given_takes_the_place_of_the_arms():
+    law = make_controller("inverse-dynamics+friction", BARE, friction=[symmetric(1.0, 0.0)] * 7)
+    np.testing.assert_allclose(law.torque(np.ones(7)), 1.0)
+
+
+def test_the_reference_side_wins_where_joints_turn_round():
+    """Dry friction with true stick, inverse dynamics: error of the joints on a move there and back."""
+    points = np.array([np.zeros(7), np.full(7, 0.6), np.zeros(7)])
+    move = point_to_point(ARM, points, [1.0, 1.0])
+    error = {}
+    for name in ("inverse-dynamics", "inverse-dynamics+friction", "inverse-dynamics+friction-measured"):
+        run = lwr_dyn.simulate(ARM, make_controller(name, ARM, DYNAMICS), move)
+        error[name.rpartition("+")[2]] = np.sqrt(np.mean((run.q - run.q_ref) ** 2))
+    assert error["friction"] < 0.05 * error["inverse-dynamics"]
+    assert error["friction"] < error["friction-measured"] < 0.5 * error["inverse-dynamics"]
+
+
+def test_friction_that_is_adapted_is_not_compensated_too():
+    with pytest.raises(OptionError, match="adapted friction, and friction again; allowed: friction compensated once"):
+        make_controller("adaptive+observer+friction", ARM, adapt_friction=True)
+    assert make_controller("adaptive+friction", ARM).name == "adaptive+friction"
+
+
+def test_a_second_observer_is_refused():
+    for again in ("pid+observer+observer", "pid+observer+friction+observer"):
+        with pytest.raises(OptionError, match=r"observer.* with observer again; allowed: one observer"):
+            make_controller(again, ARM)

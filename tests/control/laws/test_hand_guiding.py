@@ -1,0 +1,84 @@
+"""Hand guiding: its formula, weight carried, friction compensated, motions that fade, and bad input."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.laws.hand_guiding import HandGuiding
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.model.friction import smooth_friction
+from tests.control.laws.written_out import REGULAR, states
+from tests.slips import uncaught
+
+WAM = lwr_dyn.load("wam7")
+ROAD_A, ROAD_B = (lwr_dyn.dynamics_of(WAM, engine) for engine in ("pinocchio", "newton-euler"))
+SLIPS = (
+    ("-self.fading * dq)", "self.fading * dq)"),
+    ("-self.fading * dq)", "-dq)"),
+    ("np.zeros_like(dq), -self", "dq, -self"),
+    ("tau + self.share * self._friction(dq)", "tau - self.share * self._friction(dq)"),
+    ("tau + self.share * self._friction(dq)", "tau + self._friction(dq)"),
+    ("self._friction(dq) if", "self._friction(-dq) if"),
+    ("smooth_friction(models, self.width)", "smooth_friction(models, 10 * self.width)"),
+    ("self.fading * B - slope", "self.fading * B + slope"),
+    ("(ahead - behind) / (2.0 * step)", "(ahead - behind) / step"),
+)
+
+
+def check(law):
+    controller = law.HandGuiding(WAM, ROAD_A, fading=2.0, share=0.7, width=0.05)
+    friction = smooth_friction(WAM.friction_models(), 0.05)
+    for q, dq, *rest in states(WAM):
+        expected = ROAD_B.gravity_vector(q) + 0.7 * friction(dq) - 2.0 * ROAD_B.mass_matrix(q) @ dq
+        np.testing.assert_allclose(controller(0.0, q, dq, *rest), expected, atol=1e-10)
+    pose, still = REGULAR[None], np.zeros(7)
+    linear = controller.linear_feedback(pose)
+    step = 1e-6 * np.eye(7)
+    torque = [controller(0.0, REGULAR, -e, *[still] * 3) - controller(0.0, REGULAR, e, *[still] * 3) for e in step]
+    np.testing.assert_allclose(linear.velocity[0], np.array(torque).T / 2e-6, rtol=1e-5, atol=1e-3)
+    assert not linear.position.any()
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught("lwr_dyn.control.laws.hand_guiding", SLIPS, check)
+
+
+def test_a_motion_left_alone_fades_at_the_rate(arm):
+    law = lwr_dyn.controller("hand-guiding", arm, fading=3.0)
+    hold = lwr_dyn.reference("hold", arm, q=REGULAR, duration=0.5)
+    run = lwr_dyn.simulate(arm, law, hold, dq0=[0.05] * 7, continuous=True, friction="none")
+    B = lwr_dyn.dynamics_of(arm).mass_matrix(run.q)
+    energy = np.einsum("ki,kij,kj->k", run.dq, B, run.dq)
+    np.testing.assert_allclose(energy, energy[0] * np.exp(-6.0 * run.t), rtol=1e-6)
+
+
+def test_the_arm_stays_where_it_is_left(arm):
+    hold = lwr_dyn.reference("hold", arm, q=REGULAR, duration=1.0)
+    run = lwr_dyn.simulate(arm, lwr_dyn.controller("hand-guiding", arm), hold)
+    np.testing.assert_allclose(run.q[-1], REGULAR, atol=1e-9)
+
+
+def test_compensated_friction_brakes_less():
+    start = dict(q0=[0.0, -1.5, 0.0, 1.5, 0.0, 0.0, 0.0], dq0=[0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], duration=0.4)
+    hold = lwr_dyn.reference("hold", WAM, q=start["q0"], duration=1.0)
+    left = []
+    for share in (0.0, 0.5, 0.9):
+        law = HandGuiding(WAM, ROAD_A, fading=0.1, share=share)
+        left.append(lwr_dyn.simulate(WAM, law, hold, **start, position_limits=False).q[-1, 0])
+    assert left[0] < left[1] < left[2]
+
+
+def test_label_says_what_is_compensated(arm):
+    assert HandGuiding(WAM, ROAD_A).label == "hand guiding, 80% of the friction compensated"
+    assert lwr_dyn.controller("hand-guiding", arm).label == "hand guiding, friction not compensated"
+
+
+@pytest.mark.parametrize("options", [{"fading": 0.0}, {"width": -1.0}, {"share": 1.5}, {"share": float("nan")}])
+def test_bad_options_are_refused(options):
+    with pytest.raises(OptionError, match=next(iter(options))):
+        HandGuiding(WAM, ROAD_A, **options)
+
+
+def test_friction_that_the_file_does_not_give_is_refused(arm):
+    with pytest.raises(MissingDataError, match="friction"):
+        lwr_dyn.controller("hand-guiding", arm, share=0.5)

@@ -1,0 +1,132 @@
+"""The robust law: how its Lyapunov function falls for every load of the set, its linear form, and its honest figure."""
+
+import json
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.laws import robust
+from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
+from lwr_dyn.control.linear_feedback import gravity_stiffness
+from lwr_dyn.control.protocol import describe
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.trajectory.references.ist import ist_clear_reference
+from tests.control.laws.lyapunov import ARM, STATES, Instant, missing_load
+from tests.slips import uncaught
+
+MODEL = lwr_dyn.dynamics_of(ARM)
+OMEGA, MOST = 50.0, 7.0
+LOADS = [arm_with_payload(ARM, mass) for mass in (1e-9, 3.0, MOST)]
+MIDDLE = arm_with_payload(ARM, MOST / 2)
+TRUE = [lwr_dyn.dynamics_of(arm, "newton-euler") for arm in LOADS]
+INSTANTS = [[Instant.of(dynamics, OMEGA, *state) for state in STATES] for dynamics in TRUE]
+COLUMNS = SlotineLiRegressor(ARM)
+
+
+def check_law(module):
+    """dV/dt = -k s^T B s + s^T Y_l (u - error), at most -k s^T B s + rho eps / 4, in the layer and out of it."""
+    seen = set()
+    scale = MOST / 2 * np.r_[1.0, [0.1] * 3, [0.01] * 6]
+    for layer in (1.0, 30.0, 1e4):
+        law = module.tuned_robust(ARM, MODEL, omega_n=OMEGA, layer=layer)
+        for arm, instants in zip(LOADS, INSTANTS, strict=True):
+            error = missing_load(MIDDLE, arm)
+            assert np.linalg.norm(error / scale) <= law.rho / 1.2 * (1 + 1e-12)
+            for at, state in zip(instants, STATES, strict=True):
+                tau = law(0.0, *state)
+                a = state[4] + OMEGA * (state[3] - state[1]) - OMEGA * at.s
+                z = scale * (at.s @ COLUMNS(*state[:2], at.dq_r, a)[:, -10:])
+                size = np.linalg.norm(z)
+                seen.add(bool(size > layer))
+                term = -law.rho * z @ z / max(size, layer)
+                fall = at.power(tau) + at.damping
+                assert fall == pytest.approx(term - z @ (error / scale), rel=1e-8, abs=1e-8)
+                assert fall <= law.rho * layer / 4 + 1e-9
+    assert seen == {True, False}
+    check_linear_form(module)
+
+
+def check_linear_form(module):
+    """Against differences of the torque at rest, inside the layer."""
+    law, still, h, q_0 = module.tuned_robust(ARM, MODEL, omega_n=OMEGA), np.zeros(7), 1e-6, STATES[1, 0]
+    form, by_x, by_v = law.linear_feedback(q_0[None]), [], []
+    for step in h * np.eye(7):
+        by_x.append(
+            (law(0, q_0 + step, still, q_0, still, still) - law(0, q_0 - step, still, q_0, still, still)) / 2 / h
+        )
+        by_v.append((law(0, q_0, step, q_0, still, still) - law(0, q_0, -step, q_0, still, still)) / 2 / h)
+    np.testing.assert_allclose(form.velocity[0], -np.array(by_v).T, rtol=0, atol=1e-4)
+    stiffness = gravity_stiffness(form.gravity, q_0)
+    np.testing.assert_allclose(form.position[0], stiffness - np.array(by_x).T, rtol=0, atol=1e-2)
+
+
+SLIPS = [
+    ("dq_r = dq_ref + Lambda", "dq_r = dq_ref - Lambda"),
+    ("s = dq - dq_r", "s = dq_r - dq"),
+    ("(dq_ref - dq - s)", "(dq_ref - dq + s)"),
+    ("self._armature * a -", "self._armature * ddq_ref -"),
+    ("self._armature * a - load", "self._armature * a + load"),
+    ("(self.rho / size) * self.scale * z", "(self.rho / size) * z"),
+    ("max(sqrt(z.dot(z)), self.layer)", "self.layer"),
+    ("max(sqrt(z.dot(z)), self.layer)", "sqrt(z.dot(z))"),
+    ("max(sqrt(z.dot(z)), self.layer)", "max(z.dot(z), self.layer)"),
+    ("self.scale * (s @ load)", "s @ load"),
+    ("arm_with_payload(arm, most / 2)", "arm_with_payload(arm, most)"),
+    ("SPARE * float(np.linalg.norm(load / scale))", "0.1"),
+    ("(k + Lambda) * B + G", "(k + Lambda) * B"),
+    ("Lambda * (k * B + G)", "k * Lambda * B + G"),
+    ("(at_rest * self._squared)", "at_rest"),
+]
+
+
+def test_its_lyapunov_function_falls_but_for_the_layer():
+    check_law(robust)
+
+
+def test_slips_are_caught():
+    assert not uncaught("lwr_dyn.control.laws.robust", SLIPS, check_law)
+
+
+def test_its_honest_figure():
+    """At the ends of the set the robust term takes little off; most comes from the load in the middle of the set."""
+    move = ist_clear_reference(ARM, duration=7.0)
+
+    def error(law, mass):
+        return metrics(lwr_dyn.simulate(ARM, law, move, payload=mass, duration=3.0), ARM).tip_rms_mm
+
+    empty, middle = (make_controller("inverse-dynamics", arm) for arm in (ARM, MIDDLE))
+    law = make_controller("robust", ARM, MODEL)
+    at_end = [error(one, MOST) for one in (empty, middle, law)]
+    assert at_end[0] > 3.0 * at_end[2]
+    assert at_end[1] > 1.05 * at_end[2]
+    assert at_end[1] < 3.0 * at_end[2]
+
+
+def test_it_describes_itself():
+    law = make_controller("robust", ARM, MODEL, largest_load=2.0, layer=10.0)
+    record = json.loads(json.dumps(describe(law)))
+    assert (record["label"], record["parameters"]["scale"][0]) == ("robust (passivity), layer 10", 1.0)
+    assert not hasattr(law, "reset")
+
+
+BAD = {
+    "load": ({"largest_load": -1.0}, "largest_load: -1.0; allowed: a mass above 0"),
+    "layer": ({"layer": 0.0}, "layer: 0.0; allowed: a number above 0"),
+    "omega": ({"omega_n": float("inf")}, "omega_n"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_options_are_one_line(case):
+    options, words = BAD[case]
+    with pytest.raises(OptionError, match=words):
+        make_controller("robust", ARM, MODEL, **options)
+
+
+def test_an_arm_without_inertias_is_refused():
+    with pytest.raises(MissingDataError):
+        make_controller("robust", lwr_dyn.load("lwr4"))

@@ -1,0 +1,81 @@
+"""Files are read with one clear error and written completely or not at all."""
+
+import os
+import time
+
+import pytest
+
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import (
+    LEFT_OVER,
+    check_readable,
+    check_writable,
+    make_folder,
+    read_bytes,
+    read_text,
+    write_file,
+    write_files,
+    write_folder,
+)
+
+
+def test_what_is_written_is_read_back(tmp_path):
+    write_folder(tmp_path / "a" / "b", {"text.txt": "µ\n", "bytes.bin": b"\xff"})
+    assert read_text(tmp_path / "a" / "b" / "text.txt", "a text") == "µ\n"
+    assert read_bytes(tmp_path / "a" / "b" / "bytes.bin", "bytes") == b"\xff"
+    assert sorted(path.name for path in (tmp_path / "a" / "b").iterdir()) == ["bytes.bin", "text.txt"]
+
+
+def test_what_cannot_be_read_names_the_path_and_what_is_needed(tmp_path):
+    with pytest.raises(FileAccessError, match=r"none\.txt: no such file or directory; allowed: a text"):
+        read_text(tmp_path / "none.txt", "a text")
+    (tmp_path / "latin.txt").write_bytes(b"\xb5")
+    with pytest.raises(FileAccessError, match=r"latin\.txt: not UTF-8 text; allowed: a text"):
+        read_text(tmp_path / "latin.txt", "a text")
+    with pytest.raises(FileAccessError, match=r"latin\.txt: 1 bytes; allowed: at most 0 bytes"):
+        read_bytes(tmp_path / "latin.txt", "a text", largest=0)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    write_file(tmp_path / "x", "old")
+    monkeypatch.setattr(os, "replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(FileAccessError, match="no space left on device"):
+        write_files({tmp_path / "x": "new", tmp_path / "y": "new"})
+    assert [path.name for path in tmp_path.iterdir()] == ["x"]
+    assert (tmp_path / "x").read_text() == "old"
+
+
+def test_a_place_that_cannot_be_written_is_refused_at_once(tmp_path):
+    check_writable(tmp_path / "x")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileAccessError, match="allowed: a file in an existing, writable"):
+        write_files({tmp_path / "none" / "x": ""})
+    for place, reason in ((tmp_path, "is a directory"), (tmp_path / "none" / "x", "no directory")):
+        with pytest.raises(FileAccessError, match=reason):
+            check_writable(place)
+    with pytest.raises(FileAccessError, match="a directory that exists or can be made, and can be written"):
+        make_folder(tmp_path / "file" / "x")
+
+
+def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
+    old, young, other = (tmp_path / name for name in (".x[1].abcdefgh.part", ".x[1].ijklmnop.part", ".x[1].bak"))
+    for path in (old, young, other):
+        path.write_text("half")
+        if path != young:
+            os.utime(path, (time.time() - 2 * LEFT_OVER,) * 2)
+    write_file(tmp_path / "x[1]", "whole")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".x[1].bak", ".x[1].ijklmnop.part", "x[1]"]
+
+
+def test_only_a_regular_file_of_at_most_the_given_size_is_readable(tmp_path):
+    (tmp_path / "full").write_bytes(b"abc")
+    os.mkfifo(tmp_path / "pipe")
+    check_readable(tmp_path / "full", "a file", 3)
+    for name, largest, message in (
+        ("full", 2, "3 bytes; allowed: at most 2 bytes"),
+        ("pipe", None, "a pipe or a device; allowed: a regular file: a file"),
+        ("", None, "is a directory; allowed: a file"),
+        ("none", None, "no such file or directory; allowed: a file"),
+    ):
+        with pytest.raises(FileAccessError, match=message):
+            check_readable(tmp_path / name, "a file", largest)

@@ -1,0 +1,100 @@
+"""Progress: one line on a terminal, a bar in a notebook, nothing in a pipe."""
+
+import contextlib
+import io
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from lwr_dyn.foundation import progress as module
+from lwr_dyn.foundation.progress import CLEAR, progress
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+class Bar:
+    """What is used of tqdm."""
+
+    def __init__(self, **options):
+        self.options, self.n, self.said, self.closed = options, 0.0, [], False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.closed = True
+
+    def update(self, step):
+        self.n += step
+
+    def set_description_str(self, text):
+        self.said.append(text)
+
+
+def shown(monkeypatch, stream, after=0.0, *, work=0.2, **options):
+    monkeypatch.setattr(module, "AFTER", after)
+    monkeypatch.setattr(module, "EVERY", 0.01)
+    monkeypatch.setattr(sys, "stderr", stream)
+    with progress("adding", **options) as report:
+        report("thirds")
+        report(0.5)
+        time.sleep(work)
+    return stream.getvalue()
+
+
+def test_a_terminal_has_one_line_that_is_cleared(monkeypatch):
+    text = shown(monkeypatch, Terminal())
+    assert "\n" not in text
+    assert f"{CLEAR}adding ...  thirds  50%  0 s" in text
+    assert text.endswith(CLEAR)
+
+
+def test_a_line_is_no_wider_than_the_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "20")
+    assert max(map(len, shown(monkeypatch, Terminal()).split(CLEAR))) == 19
+
+
+@pytest.mark.parametrize(
+    ("stream", "options"),
+    [
+        (io.StringIO(), {}),
+        (Terminal(), {"terminal": False}),
+        (Terminal(), {"after": 60.0, "work": 0.0}),
+    ],
+)
+def test_pipes_and_short_work_show_nothing(monkeypatch, stream, options):
+    assert shown(monkeypatch, stream, **options) == ""
+
+
+def test_the_line_is_cleared_when_the_work_fails(monkeypatch):
+    monkeypatch.setattr(module, "AFTER", 0.0)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with contextlib.suppress(ZeroDivisionError), progress("dividing"):
+        time.sleep(0.05)
+        raise ZeroDivisionError
+    assert sys.stderr.getvalue().endswith(CLEAR)
+
+
+def test_a_notebook_has_a_bar(monkeypatch):
+    bars = []
+    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=True))
+    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    auto = SimpleNamespace(tqdm=lambda **options: bars.append(Bar(**options)) or bars[-1])
+    monkeypatch.setitem(sys.modules, "tqdm", SimpleNamespace(auto=auto))
+    monkeypatch.setitem(sys.modules, "tqdm.auto", auto)
+    assert shown(monkeypatch, Terminal(), work=0.0) == ""
+    (bar,) = bars
+    assert (bar.n, bar.said, bar.closed, bar.options["desc"]) == (50.0, ["adding: thirds"], True, "adding")
+
+
+def test_a_notebook_without_tqdm_has_none(monkeypatch):
+    kernel = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=True))
+    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    assert shown(monkeypatch, Terminal(), work=0.0) == ""

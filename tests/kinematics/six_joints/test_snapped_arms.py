@@ -1,0 +1,109 @@
+"""All branches of six-joint arms: as many as a search from many starts finds, also where the arm is not quite exact."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.kinematics.branches import wrap
+from lwr_dyn.kinematics.six_joints.six_joint_branches import SixJointBranches
+from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_pose
+from lwr_dyn.kinematics.solution import PoseProblem
+from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
+
+SOLVED = 1e-11
+"""[m and dimensionless] The polish stops here."""
+SAME = 1e-9
+"""[rad] Largest difference of a branch to the same solution of a search, away from singularities."""
+
+
+ROUNDED = ("m1013", "lite6")
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_each_arm_is_of_one_kind_exactly_or_snapped(name):
+    exact, calibrated = six_joint_arm(name).chain, six_joint_arm(name, error=1e-4).chain
+    ball, other = (4, 3) if name in PARALLEL else (3, 4)
+    assert 1e-5 < snapped_arm(calibrated, ball).off < 1e-3
+    assert (snapped_arm(exact, ball).off > 0.0) == (name in ROUNDED)
+    assert snapped_arm(exact, other) is None
+
+
+def test_constants_of_a_ur10e_are_those_of_its_table():
+    g = snapped_arm(six_joint_arm("ur10e").chain, 4).geometry
+    assert g.lengths == pytest.approx((0.6127, 0.57155), abs=1e-15)
+    assert abs(g.lateral) == pytest.approx(0.17415, abs=1e-15)
+    assert np.hypot(*g.lever) == pytest.approx(0.11985, abs=1e-15)
+    assert abs(g.straight) < 1e-12
+    calibrated = snapped_arm(six_joint_arm("ur10e", error=1e-4).chain, 4).geometry
+    assert calibrated.lengths == pytest.approx(g.lengths, abs=1e-3)
+
+
+@pytest.mark.parametrize("error", [0.02, 0.1])
+def test_axes_far_from_the_kind_are_not_snapped(error):
+    for name in ("ur10e", "kr210"):
+        chain = six_joint_arm(name, error).chain
+        assert snapped_arm(chain, 3) is snapped_arm(chain, 4) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "seed"),
+    [("ur10e", 0.0, 0), ("ur10e", 1e-4, 1), ("kr210", 1e-3, 2), ("m1013", 0.0, 3), ("z1", 1e-4, 4), ("tx60", 0.0, 5)],
+)
+def test_branches_are_those_of_a_search_from_many_starts(name, error, seed):
+    arm = six_joint_arm(name, error, seed)
+    T = lwr_dyn.forward_kinematics(arm, np.random.default_rng(seed).uniform(-np.pi, np.pi, 6))
+    count, shared, only_searched, gap = against_search(arm, T, starts=120)
+    assert (count, only_searched) == (shared, 0)
+    assert count >= 2
+    assert gap < SAME
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-4])
+@pytest.mark.parametrize("name", TABLES)
+def test_the_joints_of_random_poses_are_among_their_branches(name, error):
+    arm = six_joint_arm(name, error)
+    for q in np.random.default_rng(1).uniform(-np.pi, np.pi, (5, 6)):
+        result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q))
+        exact = error == 0.0 and name not in ROUNDED
+        assert (result.status, result.complete) == ("solved", exact)
+        assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < 1e-7
+        assert max(s.residual for s in result.solutions) < SOLVED
+        labels = {s.branch for s in result.solutions}
+        assert len(labels) == len({tuple(np.round(np.exp(1j * s.q), 6)) for s in result.solutions})
+
+
+@pytest.mark.parametrize("name", ["ur10e", "kr210"])
+@pytest.mark.parametrize("joint", [2, 4])
+def test_stretched_and_aligned_arms_with_calibrated_numbers_keep_their_branches(name, joint):
+    arm = six_joint_arm(name, 1e-4, seed=3)
+    q = np.array([0.4, -1.0, 1.1, -0.6, 1.3, 0.2])
+    q[joint] = (np.arctan2(0.054, 1.5) - np.pi / 2) * (joint == 2 and name == "kr210")
+    result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q))
+    assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < 1e-4
+    assert max(s.residual for s in result.solutions) < SOLVED
+
+
+def test_every_copy_whole_turns_apart_is_listed():
+    arm = six_joint_arm("ur10e")
+    result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, [0.1, -1.0, 1.2, 0.3, 0.4, 0.5]))
+    assert len(result.solutions) == 2**6 * len({s.branch for s in result.solutions})
+    assert len({tuple(s.q.round(9)) for s in result.solutions}) == len(result.solutions)
+    assert max(s.residual for s in result.solutions) < SOLVED
+    assert all(s.inside_limits for s in result.solutions)
+
+
+def test_a_pose_out_of_reach_is_proven_so_only_on_an_exact_arm():
+    far = np.eye(4)
+    far[0, 3] = 3.0
+    for error, proven in ((0.0, True), (1e-4, False)):
+        result = lwr_dyn.inverse_kinematics(six_joint_arm("ur10e", error), far)
+        assert (result.status, result.complete) == ("out of reach", proven)
+        assert 1.5 < result.distance < 2.0
+
+
+def test_a_closed_form_that_finds_nothing_is_out_of_reach():
+    arm = six_joint_arm("ur10e")
+    nothing = SixJointBranches(np.full((1, 8, 6), np.nan), np.full((1, 8), 0.25), np.ones((1, 8, 3)))
+    problem = PoseProblem(arm, np.eye(4))
+    result = solve_pose(lambda *given: nothing, problem, snapped_arm(arm.chain, 4))
+    assert (result.status, result.distance) == ("out of reach", 0.25)

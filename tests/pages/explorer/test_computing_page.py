@@ -1,0 +1,191 @@
+"""The page that computes: the flange and links are dragged, branches and arm angles chosen, torques written."""
+
+import gzip
+import hashlib
+from importlib.resources import files
+
+import numpy as np
+import pytest
+from selenium.webdriver.support.ui import WebDriverWait
+
+import lwr_dyn
+from lwr_dyn.pages.explorer import computing
+from lwr_dyn.pages.explorer.computing import BUNDLE, functions_script, three_bundle
+from lwr_dyn.pages.explorer.page import explorer_html, write_explorer
+from tests.headless import logs
+from tests.pages.explorer.by_hand import pulled
+from tests.pages.explorer.explored import explored_arm, opened
+
+FOLLOWED = 1e-6
+"""[m] that the flange may be from where it is dragged."""
+LARGEST, LARGEST_ZIPPED = 900_000, 250_000
+Q = [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1]
+START = "const e = lwrExplorer; e.setPose(arguments[0]); e.state.compute();"
+DRAG = f"""{START} const drag = e.flangeDrag; drag.begin();
+    ["x", "y", "z"].forEach((axis, k) => {{ drag.handle.position[axis] += arguments[1][k]; }});
+    const found = drag.moved(), asked = drag.handle.position.toArray(); drag.end();
+    return [found, asked, e.flangePose().slice(0, 3).map((row) => row[3]), e.positions(), drag.word.textContent]"""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    path = tmp_path_factory.mktemp("computing") / "lwr4plus.html"
+    write_explorer(path, lwr_dyn.load("lwr4plus"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def window(browser, page):
+    return opened(browser, page.as_uri())
+
+
+def test_the_bundle_is_the_one_of_its_digest_and_carries_its_licence():
+    digest = files("lwr_dyn.pages.explorer").joinpath("bundle/three.sha256").read_text(encoding="utf-8").split()[0]
+    assert hashlib.sha256(three_bundle().encode()).hexdigest() == digest
+    assert "The MIT License" in three_bundle()[:300]
+    assert BUNDLE.endswith(".js")
+
+
+def test_a_page_keeps_its_size(page):
+    data = page.read_bytes()
+    assert len(data) < LARGEST
+    assert len(gzip.compress(data)) < LARGEST_ZIPPED
+
+
+def test_the_arm_follows_the_dragged_flange(window):
+    _, asked, reached, q, word = window.execute_script(DRAG, Q, [0.02, -0.03, 0.01])
+    np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
+    assert np.abs(np.subtract(q, Q)).max() > 1e-3
+    assert word == ""
+
+
+def test_out_of_reach_is_a_wall(window):
+    found, _, reached, q, word = window.execute_script(DRAG, Q, [3.0, 0.0, 0.0])
+    assert (found, word) == (3, "out of reach")
+    start = lwr_dyn.forward_kinematics(lwr_dyn.load("lwr4plus"), np.array(Q))[:3, 3]
+    x, y, z = np.subtract(reached, start)
+    assert x > 0.05  # it went as far as it gets on the straight way
+    np.testing.assert_allclose([y, z], 0, atol=FOLLOWED)
+    further, *_ = window.execute_script(DRAG, q, [1e-4, 0.0, 0.0])
+    assert further in (1, 2, 3)  # the end of the way, or of what this arm angle allows
+
+
+def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
+    path = tmp_path / "panda.html"
+    write_explorer(path, explored_arm("panda"))
+    window = opened(browser, path.as_uri())
+    assert window.execute_script("return 'inverse_kinematics' in robot") is False
+    q = [0.1, 0.2, 0.3, -1.5, 0.2, 1.6, 0.4]
+    _, asked, reached, _, _ = window.execute_script(DRAG, q, [0.02, 0.01, -0.02])
+    np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
+
+
+@pytest.mark.parametrize("pointer", ["mouse", "touch"])
+def test_a_dragged_link_turns_its_joint_alone(browser, page, pointer):
+    window = opened(browser, page.as_uri())
+    where = window.execute_script(
+        f"""{START} e.stage.frameView(); e.flangeDrag.controls.detach();
+        const canvas = e.stage.viewer.canvas.getBoundingClientRect();
+        for (let y = canvas.top; y < canvas.bottom; y += 4) for (let x = canvas.left; x < canvas.right; x += 4) {{
+          const hit = e.linkDrag.hit(x, y);
+          if (hit && hit.joint === 3) return [x, y];
+        }}""",
+        Q,
+    )
+    pulled(window, pointer, *where, 9, 12)
+    moved = np.abs(np.subtract(window.execute_script("return lwrExplorer.positions()"), Q)) > 1e-6
+    assert moved.tolist() == [False, False, False, True, False, False, False]
+
+
+def test_keys_turn_a_joint_and_move_the_flange(window):
+    press = """lwrExplorer.stage.pane.dispatchEvent(new KeyboardEvent("keydown", {key: arguments[1], shiftKey: false}));
+        lwrExplorer.state.compute();"""
+    window.execute_script(START, Q)
+    for key in ("2", "ArrowRight"):
+        window.execute_script(press, Q, key)
+    q = window.execute_script("return lwrExplorer.positions()")
+    np.testing.assert_allclose(np.subtract(q, Q), np.radians([0, 1, 0, 0, 0, 0, 0]), atol=1e-10)
+    before = window.execute_script("return lwrExplorer.flangePose()")
+    after = window.execute_script(f"{press} return lwrExplorer.flangePose()", Q, "z")
+    np.testing.assert_allclose(np.subtract(after, before)[:3, 3], [0, 0, 0.005], atol=FOLLOWED)
+
+
+def test_the_strip_moves_the_elbow_and_keeps_the_flange_and_the_limits(window):
+    arm = lwr_dyn.load("lwr4plus")
+    rows = window.execute_script(
+        f"""{START} const {{ strip }} = e, out = [];
+        const before = e.flangePose();
+        for (let k = -35; k <= 35; k += 1) {{
+          const psi = (k * Math.PI) / 36, free = [];
+          for (let j = 0; j < strip.counts[strip.branch]; j += 1) {{
+            const at = 32 * strip.branch + 2 * j;
+            free.push([strip.ends[at], strip.ends[at + 1]]);
+          }}
+          const went = strip.go(strip.branch, psi);
+          out.push([psi, free, went, e.positions(), e.flangePose()]);
+        }}
+        return [before, out]""",
+        Q,
+    )
+    before, found = rows
+    went = [row[2] for row in found]
+    for psi, free, reached, q, pose in found:
+        inside = any(low <= x <= up for low, up in free for x in (psi, psi + 2 * np.pi))
+        assert inside == reached
+        assert ((arm.lower - 1e-9 <= q) & (q <= arm.upper + 1e-9)).all()
+        np.testing.assert_allclose(pose, before, rtol=0, atol=1e-9)
+    assert any(went)
+    assert not all(went)
+
+
+def test_torques_are_those_of_the_arm(window):
+    arm, rates = lwr_dyn.load("lwr4plus"), np.linspace(-1.0, 1.5, 7)
+    tau, parts, B = window.execute_script(
+        f"""{START} e.state.set({{ dq: arguments[1], ddq: arguments[2] }}); e.state.compute();
+        const {{ tau, parts, B }} = e.torques; return [[...tau], [...parts], [...B]]""",
+        Q,
+        rates.tolist(),
+        rates[::-1].tolist(),
+    )
+    dynamics = lwr_dyn.dynamics_of(arm)
+    expected = dynamics.inverse_dynamics(np.array(Q), rates, rates[::-1])
+    np.testing.assert_allclose(tau, expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.reshape(parts, (7, 3)).sum(axis=1), expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.reshape(B, (7, 7)), dynamics.mass_matrix(np.array(Q)), rtol=0, atol=1e-9)
+
+
+def test_without_webgl_the_page_says_so_and_computes(browser, page):
+    browser.get("about:blank")
+    no_webgl = """const real = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+          return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
+        };"""
+    mark = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": no_webgl})
+    try:
+        window = opened(browser, page.as_uri())
+        assert "draws no WebGL" in window.execute_script("return document.getElementById('no-webgl').textContent")
+        _, asked, reached, _, _ = window.execute_script(DRAG, Q, [0.02, -0.03, 0.01])
+        np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
+        assert window.execute_script("return document.querySelectorAll('#joints .n').length > 0")
+        window.execute_script("document.querySelectorAll('#switches input').forEach((box) => box.click())")
+        WebDriverWait(window, 100).until(lambda w: w.execute_script("return lwrExplorer.section.drawn"))
+        slide = "const s = document.getElementById('slider_1'); s.value = 30; s.dispatchEvent(new Event('input'));"
+        window.execute_script(slide)
+        np.testing.assert_allclose(window.execute_script("return lwrExplorer.positions()[0]"), np.radians(30))
+        window.execute_script("lwrExplorer.choose(1)")
+        (said,) = logs(browser)[1]
+        assert "Error creating WebGL context" in said  # three.js says so itself, nothing else is said
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", mark)
+
+
+def test_what_cannot_be_computed_is_said(monkeypatch):
+    arm = lwr_dyn.load("lwr4plus")
+    monkeypatch.setattr(computing, "MOST_JOINTS", 6)
+    script, why = functions_script(arm, "robot")
+    assert why == "torques are computed for arms of at most 6 joints; this one has 7"
+    assert "jacobian" in script
+    assert "inverse_dynamics" not in script
+    text = explorer_html(arm)
+    assert why in text
+    assert "class FlangeDrag" in text

@@ -1,0 +1,76 @@
+"""Responses as figures and in words, and what `simulate` prints of them."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.pages.plotting.axes import frequency_axis
+from lwr_dyn.simulation.responses.text import response_lines
+from tests.json_schemas import faults
+from tests.simulation.responses.loops import ARM, answered
+
+POSE = ("--from-deg", "0,30,0,-70,0,35,0")
+
+
+@pytest.fixture(scope="module")
+def step():
+    return answered("step", 0.5, 2, duration=0.2)
+
+
+@pytest.fixture(scope="module")
+def chirp():
+    return answered("chirp", 0.5, 2, low=2.0, high=30.0, duration=1.5)
+
+
+def test_a_step_is_drawn_as_a_share_of_it(step):
+    (figure,) = lwr_dyn.plot(step, "response").figures
+    (panel,) = figure.panels
+    assert panel.title == "joint 2"
+    assert "overshoot 16" in panel.note
+    assert float(panel.curves[0].y[-1]) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_chirp_is_drawn_as_magnitude_and_phase(chirp):
+    picture = lwr_dyn.plot([chirp, chirp], "response", labels=["a", "b"])
+    magnitude, phase = picture.figures[0].panels
+    assert [curve.label for curve in magnitude.curves] == ["a", "b"]
+    assert magnitude.curves[0].y.max() == pytest.approx(20.0 * math.log10(2.0 / math.sqrt(3.0)), abs=0.02)
+    assert magnitude.levels[0].value == pytest.approx(20.0 * math.log10(math.sqrt(0.5)))
+    assert phase.curves[0].y.min() < -90.0
+    assert picture.figure.axes[0].get_xscale() == "log"
+
+
+def test_other_runs_have_no_response_to_draw(two_runs, step, chirp):
+    for runs in (two_runs[0], [step, chirp], [step, two_runs[0]]):
+        with pytest.raises(OptionError, match="not all of the task step"):
+            lwr_dyn.plot(runs, "response")
+
+
+def test_a_frequency_axis_has_its_own_ends():
+    axis = frequency_axis(np.array([0.7, 8.0, 33.0]))
+    assert (axis.low, axis.high) == (0.7, 33.0)
+    assert float(axis.share(8.0)) == pytest.approx(math.log(8.0 / 0.7) / math.log(33.0 / 0.7))
+
+
+def test_words(step, chirp, two_runs):
+    assert "16.3" in response_lines(step, ARM)[0]
+    assert "bandwidth [Hz]" in response_lines(chirp, ARM)[0]
+    assert response_lines(two_runs[0]) == []
+
+
+def test_simulate_prints_the_response(lwr_dyn_command):
+    arguments = ("simulate", "lwr4plus", "--task", "step", *POSE, "--joint", "2", "--duration", "0.3")
+    code, out, _ = lwr_dyn_command(*arguments)
+    assert code == 0
+    assert "response to the step: rise 10 to 90 %" in out
+    code, out, _ = lwr_dyn_command(*arguments, "--json")
+    record = json.loads(out)
+    assert not faults("simulate", record)
+    assert record["responses"][0]["joint"] == 2
+    code, _, err = lwr_dyn_command("simulate", "lwr4plus", "--task", "step", *POSE, "--joint", "9")
+    assert code == 2
+    assert err.count("\n") == 1

@@ -1,0 +1,95 @@
+"""One step of the exponential: exact where the motion is linear, of order 3 where it is not."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.simulation.elastic.dynamics import ElasticDynamics
+from lwr_dyn.simulation.elastic.exponential import WEIGHTS, HeldExponential
+from tests.simulation.elastic.elastic_arms import physical, states
+
+FREE = SimpleNamespace(friction=None, sides=np.zeros(14), at_rest=np.zeros(14, dtype=bool))
+TAU = np.concatenate([np.zeros(7), np.linspace(20.0, -3.0, 7)])
+
+
+def exact(model, state, tau, h, friction=lambda dx: 0.0, external=lambda t, x, dx: 0.0):
+    """SciPy's Radau, with the works of dampers, friction and external torques as states."""
+
+    def rates(t, y):
+        x, dx = y[:14], y[14:28]
+        lost, push = friction(dx) * np.ones(14), external(t, x, dx) * np.ones(14)
+        ddx = model.forward_dynamics(x, dx, tau - lost + push)
+        return np.concatenate([dx, ddx, [model.damper_power(dx), -lost @ dx, push @ dx]])
+
+    y0 = np.concatenate([state.ravel(), np.zeros(3)])
+    return solve_ivp(rates, (0.0, h), y0, method="Radau", rtol=1e-10, atol=1e-13).y[:, -1]
+
+
+def stepped(model, state, h, mode=FREE, **options):
+    held, after = HeldExponential(model, mode, h, **options), np.zeros((2, 14))
+    return held, after, held.step(0.0, state, TAU, after)
+
+
+def test_the_weights_integrate_polynomials_of_degree_nine():
+    nodes = np.linspace(0.0, 1.0, 9)
+    assert [WEIGHTS @ nodes**k for k in range(10)] == pytest.approx([1 / (k + 1) for k in range(10)], rel=1e-13)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e4])
+def test_a_step_against_radau(factor):
+    own = physical().elasticity
+    model = ElasticDynamics(physical(), JointElasticity(factor * own.stiffness, factor * own.damping))
+    state = states(4, 1)[0]
+    if factor > 1.0:
+        state[:, 7:] = state[:, :7]
+    held, after, _ = stepped(model, state, 1e-3, substeps=4)
+    expected = exact(model, state, TAU, 1e-3)
+    assert np.abs(after[0] - expected[:14]).max() <= 1e-8
+    assert held.damped == pytest.approx(expected[28], rel=2e-2)
+
+
+def test_order_three_in_the_step():
+    model = ElasticDynamics(physical(), physical().elasticity)
+    state = states(5, 1)[0]
+    state[:, 7:] = state[:, :7]
+    fine = stepped(model, state, 1e-3, substeps=64)[1]
+    errors = [np.abs(stepped(model, state, 1e-3, substeps=k)[1] - fine)[0].max() for k in (1, 2, 4)]
+    assert np.log2(errors[0] / errors[1]) > 2.5
+    assert np.log2(errors[1] / errors[2]) > 2.5
+
+
+def test_friction_and_a_motor_at_rest():
+    at_rest = np.zeros(14, dtype=bool)
+    at_rest[9] = True
+    slope = np.concatenate([np.zeros(7), np.full(7, 4.0)]) * ~at_rest
+    mode = SimpleNamespace(friction=lambda dx: slope * dx, sides=np.ones(14), at_rest=at_rest)
+    model = ElasticDynamics(physical(), physical().elasticity)
+    state = states(6, 1)[0]
+    state[1, 7:] = state[1, :7]
+    state[1, 9] = 0.0
+    _, after, works = stepped(model, state, 2e-4, mode, substeps=2)
+    assert (after[0, 9], after[1, 9]) == (state[0, 9], 0.0)
+
+    def held(t, x, dx):
+        """What holds the motor: friction as strong as what drives it."""
+        return np.eye(14)[9] * -(TAU[9] - model.gear_torque(x, dx)[2])
+
+    expected = exact(model, state, TAU, 2e-4, mode.friction, held)
+    assert np.abs(after.ravel()[:14] - expected[:14]).max() <= 1e-9
+    assert works == pytest.approx((0.0, expected[29]), rel=1e-5)
+
+
+def test_an_external_torque_that_changes_with_time_place_and_speed():
+    def push(t, x, dx):
+        return np.concatenate([3.0 * np.sin(300 * t) - 50.0 * x[:7] - 0.1 * dx[:7] + x[0], np.zeros(7)])
+
+    model = ElasticDynamics(physical(), physical().elasticity)
+    state = states(7, 1)[0]
+    state[:, 7:] = state[:, :7]
+    _, after, works = stepped(model, state, 1e-3, substeps=4, external=push)
+    expected = exact(model, state, TAU, 1e-3, external=push)
+    assert np.abs(after[0] - expected[:14]).max() <= 1e-8
+    assert works[2] == pytest.approx(expected[30], rel=1e-4)

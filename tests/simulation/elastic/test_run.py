@@ -1,0 +1,161 @@
+"""Elastic runs: against Radau, the rigid limit, energy, stick, stops, external torques, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lwr_dyn.foundation.errors import DivergenceError
+from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.run import Run
+from lwr_dyn.pages.replay.replay_page import run_record
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.simulation.other_road import uneventful
+from lwr_dyn.simulation.simulate import simulate
+from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short_run
+from tests.simulation.sample_runs import MIDDLE, StandStill, joint_waves
+
+
+@pytest.mark.parametrize("elasticity", [5e3, 1e4, 3e4])
+def test_one_step_a_sample_against_radau(elasticity):
+    run, fine = short_run(elasticity=elasticity), short_run(elasticity=elasticity, method="radau", substeps=2)
+    assert np.abs(run.q - fine.q).max() <= 1e-8
+    assert np.abs(run.signals["theta"] - fine.signals["theta"]).max() <= 1e-8
+    assert (run.meta["options"]["method"], fine.meta["options"]["method"]) == ("exponential", "radau")
+    assert run.audit["closed"]
+    assert fine.audit["closed"]
+
+
+def test_the_rigid_limit_has_order_one_and_costs_the_same():
+    rigid = simulate(physical(), law(), joint_waves(), duration=0.1)
+    runs = [short_run(elasticity=10.0**k) for k in range(4, 9)]
+    gaps = np.array([np.abs(run.q - rigid.q).max() for run in runs])
+    assert np.log10(gaps[1:-1] / gaps[2:]) == pytest.approx(1.0, abs=0.02)
+    assert len({run.meta["evaluations"] for run in runs}) == 1
+    assert all(run.audit["closed"] for run in runs)
+
+
+def test_the_work_of_all_channels_is_the_change_of_energy():
+    run = short_run(friction=FRICTION, duration=0.3)
+    assert set(run.work) == {"actuator", "friction", "stop", "damper"}
+    assert run.audit["residual"] <= 1e-7
+    assert run.audit["channels"]["damper"] < -1e-4
+    assert run.audit["channels"]["friction"] < -1e-2
+    assert run.audit["inverse_dynamics"]["closed"]
+    assert run.audit["inverse_dynamics"]["engine"] == "newton-euler and Radau IIA 5"
+
+
+def test_motors_stick_truly_and_slip_again():
+    run = short_run(friction=FRICTION, duration=0.4)
+    theta, dtheta = run.signals["theta"], run.signals["dtheta"]
+    sticks = [event for event in run.events if event.kind == "stick"]
+    assert sticks
+    assert all(0 <= event.joint < 7 for event in sticks)
+    plain = uneventful(run, False)
+    rests = (dtheta[plain + 1] == 0.0) & (dtheta[plain] == 0.0)
+    assert rests.sum() > 20
+    assert ((theta[plain + 1] - theta[plain])[rests] == 0.0).all()
+    assert (run.dq[plain][rests] != 0.0).any()  # the link still swings on its spring
+
+
+def test_a_link_stops_at_its_limit_while_its_motor_turns_on():
+    limits = list(physical().limits)
+    limits[3] = replace(limits[3], upper=float(MIDDLE[3]) + 0.002)
+    tight = replace(physical(), limits=tuple(limits))
+    run = simulate(tight, law(), joint_waves(), elasticity="file", duration=0.5)
+    assert any(event.kind == "stop" and event.joint == 3 for event in run.events)
+    assert run.q[:, 3].max() <= tight.upper[3]
+    assert run.signals["theta"][:, 3].max() > tight.upper[3]
+    assert run.meta["at_stop_s"][3] > 0.0
+    assert run.audit["residual"] <= 1e-7
+    assert run.work["stop"][-1] <= 0.0
+
+
+def test_external_torques_act_on_the_links():
+    def push(t, q, dq):
+        return np.array([0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+    still = StandStill(MIDDLE, 0.2)
+    run = short_run(reference=still, external=push, duration=0.2)
+    assert run.audit["closed"]
+    assert run.signals["tau_external"].tolist() == [[0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]] * 201
+    assert run.work["external"][-1] == pytest.approx(5.0 * (run.q[-1, 1] - run.q[0, 1]), rel=1e-6)
+    alone = short_run(reference=still, duration=0.2)
+    assert run.q[-1, 1] > alone.q[-1, 1]
+
+
+def test_at_rest_the_springs_carry_the_arm():
+    def hold(t, q, dq, q_ref, dq_ref, ddq_ref):
+        return weight
+
+    run0 = short_run(reference=StandStill(MIDDLE, 0.02), duration=0.02)
+    weight = run0.signals["torque_sensor"][0]
+    run = short_run(hold, reference=StandStill(MIDDLE, 0.02), duration=0.02)
+    assert np.abs(run.q - MIDDLE).max() <= 1e-12
+    assert run.signals["theta"][0] - MIDDLE == pytest.approx(weight / physical().elasticity.stiffness, rel=1e-12)
+
+
+def test_both_engines_move_it_alike():
+    one, other = short_run(duration=0.004), short_run(duration=0.004, engine="newton-euler")
+    assert np.abs(one.q - other.q).max() <= 1e-9
+    assert other.audit["inverse_dynamics"]["engine"] == "pinocchio and Radau IIA 5"
+    assert other.audit["closed"]
+
+
+def test_a_loop_that_only_the_torque_limits_bound_is_told_by_the_share_of_cut_torques():
+    unstable = short_run(law("pd-gravity"), encoders="link", duration=0.5)
+    stable = short_run(law("pd-gravity"), duration=0.5)
+    assert np.isfinite(unstable.q).all()
+    assert max(unstable.meta["cut_share"]) > 0.1
+    assert max(stable.meta["cut_share"]) == 0.0
+
+
+def test_a_loop_that_nothing_bounds_diverges_with_its_run():
+    with pytest.raises(DivergenceError) as fault:
+        short_run(lambda t, q, dq, *rest: 1e9 * dq + 1.0, saturate=False)
+    assert fault.value.joint in physical().joint_names
+    assert fault.value.run.meta["diverged"]["joint"] == fault.value.joint
+
+
+def test_a_run_file_keeps_the_motors(tmp_path):
+    run = short_run(duration=0.01)
+    run.save(tmp_path / "run.npz")
+    loaded = Run.load(tmp_path / "run.npz")
+    assert np.array_equal(loaded.signals["theta"], run.signals["theta"])
+    assert loaded.meta["elasticity"]["stiffness"] == physical().elasticity.stiffness.tolist()
+    assert loaded.meta["elasticity"]["encoders"] == "motor"
+    assert np.array_equal(loaded.work["damper"], run.work["damper"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"continuous": True}, "continuous: with elastic joints; allowed: a sampled run"),
+        ({"method": "dop853"}, "method: dop853 with elastic joints; allowed: rk4"),
+        ({"elasticity": 0.0}, "stiffness: 0.0; allowed"),
+        ({"encoders": "both"}, "encoders: 'both'; allowed: motor, link"),
+        ({"elasticity": None, "encoders": "link"}, "encoders: would do nothing with rigid joints"),
+        ({"elasticity": None, "method": "radau"}, "method: would do nothing with rigid joints"),
+        ({"elasticity": JointElasticity([1.0], [0.0])}, "joint stiffness: 1 number; allowed: 7"),
+    ],
+)
+def test_what_means_nothing_is_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        short_run(**options)
+
+
+def test_figures_of_an_elastic_run_say_so():
+    run = short_run(duration=0.01)
+    assert metrics(run, physical()).caveat == "rigid links, elastic joints"
+    assert run_record(replayed_runs([run], [physical()])[0])["tip_model"] == "rigid links, elastic joints"
+    again = audit(replace(run, setup=None))
+    assert again.residual == run.audit["residual"]
+    assert (again.actuator_gap, again.other_road) == (None, None)
+
+
+def test_steep_smooth_friction_is_followed():
+    run = short_run(friction=lambda dq: 5.0 * np.tanh(dq / 0.01), duration=0.02, substeps=4)
+    assert run.audit["residual"] <= 1e-7
+    assert run.work["friction"][-1] < 0.0

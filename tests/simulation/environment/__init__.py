@@ -1,0 +1,1 @@
+"""Tests of `lwr_dyn.simulation.environment`: what acts on an arm from outside."""

@@ -1,0 +1,123 @@
+"""The wall: its force by hand, its energy, what it takes out, where it touches, and its channel in the audit."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.kinematics.forward import jacobian
+from lwr_dyn.simulation.environment.wall import Wall
+from tests.slips import uncaught
+
+ARM = lwr_dyn.load("lwr4plus", reading="physical")
+POSE = np.array([0.0, 0.7, 0.0, -1.5, 0.0, 0.9, 0.0])
+TIP = lwr_dyn.forward_kinematics(ARM, POSE)[:3, 3]
+SPEED = np.array([0.1, -0.2, 0.3, 0.2, -0.1, 0.3, 0.2])
+NORMAL = np.array([1.0, 2.0, 2.0]) / 3.0
+K, LOSS, M, MU, SLIP = 2e4, 0.8, 1.5, 0.3, 0.02
+MODULE = "lwr_dyn.simulation.environment.wall"
+SLIPS = (
+    ("inward = -self.normal.dot(velocity)", "inward = self.normal.dot(velocity)"),
+    ("(1.0 + self.loss * inward), 0.0)", "(1.0 + self.loss * inward), -1e9)"),
+    ("depth**self.exponent * (1.0", "depth * (1.0"),
+    ("velocity + inward * self.normal", "velocity - inward * self.normal"),
+    ("self.normal - drag * along", "self.normal + drag * along"),
+    ("+ self.slip_speed**2)", "+ self.slip_speed)"),
+    ("self.place - T[:3, 3] - arm_of_force", "self.place - T[:3, 3] + arm_of_force"),
+    ("linear = J[:3] + _cross(arm_of_force).T.dot(J[3:])", "linear = J[:3] + _cross(arm_of_force).dot(J[3:])"),
+    ("linear = J[:3] + _cross(arm_of_force).T.dot(J[3:])", "linear = J[:3]"),
+    ("if not depth > 0.0:", "if not depth < 0.0:"),
+    ("(self.exponent + 1.0) / (self.exponent + 1.0)", "(self.exponent + 1.0) / self.exponent"),
+    ("[[0.0, -z, y], [z, 0.0, -x]", "[[0.0, z, y], [z, 0.0, -x]"),
+)
+
+
+def force_by_hand(depth, velocity):
+    """f (3,) of the formulas in the module's docstring."""
+    if depth <= 0.0:
+        return np.zeros(3)
+    inward = -NORMAL @ velocity
+    normal = max(K * depth**M * (1.0 + LOSS * inward), 0.0)
+    along = velocity + inward * NORMAL
+    return normal * NORMAL - MU * normal * along / np.sqrt(along @ along + SLIP**2)
+
+
+def check(module):
+    point = np.array([0.04, -0.02, 0.1])
+    T, J = lwr_dyn.forward_kinematics(ARM, POSE), jacobian(ARM.chain, POSE)
+    lever = T[:3, :3] @ point
+    at_point = J[:3] + np.cross(J[3:].T, lever).T
+    touching = T[:3, 3] + lever
+    for depth in (-1e-3, 2e-3):
+        for side in (1.0, -1.0, 400.0, -400.0):  # away so fast that the force would pull, in one of the last two
+            wall = module.Wall(ARM, touching + depth * NORMAL, 3.0 * NORMAL, K, LOSS, M, MU, SLIP, point)
+            expected = force_by_hand(depth, at_point @ (side * SPEED))
+            np.testing.assert_allclose(wall.forces(POSE, side * SPEED), expected, rtol=1e-9)
+            np.testing.assert_allclose(wall(0.0, POSE, side * SPEED), at_point.T @ expected, rtol=1e-9, atol=1e-12)
+            np.testing.assert_allclose(wall.depth(POSE), depth, rtol=1e-9)
+    spring = module.Wall(ARM, touching + 2e-3 * NORMAL, NORMAL, K, 0.0, M, 0.0, SLIP, point)
+    slope = [spring.energy(POSE + 1e-6 * e) - spring.energy(POSE - 1e-6 * e) for e in np.eye(7)]
+    np.testing.assert_allclose(-np.array(slope) / 2e-6, spring(0.0, POSE, 0.0 * SPEED), rtol=1e-5, atol=1e-6)
+
+
+def test_planted_slips_are_caught():
+    assert not uncaught(MODULE, SLIPS, check)
+
+
+def test_a_slow_impact_returns_the_share_of_hunt_and_crossley():
+    """1 kg at 0.1 m/s with c = 1 s/m: 1 - 2 c v / 3 of the speed, to the square of that loss."""
+    wall = Wall(ARM, [0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 1e5, 1.0)
+    x, v, h = 0.0, -0.1, 1e-5
+    while x <= 0.0 or v < 0.0:
+        force = wall._force(-x, np.array([0.0, 0.0, v]))[2] if x < 0.0 else 0.0
+        v += h * force
+        x += h * v
+    assert abs(v / 0.1 - (1.0 - 2.0 * 0.1 / 3.0)) < (2.0 * 0.1 / 3.0) ** 2
+
+
+def test_batches_of_states_are_states_one_by_one():
+    wall = Wall(ARM, TIP + 1e-3 * NORMAL, NORMAL, friction=0.2)
+    q = POSE + np.linspace(0.0, 0.02, 6).reshape(2, 3, 1)
+    dq = np.broadcast_to(SPEED, q.shape)
+    together = wall.forces(q, dq)
+    assert (together.shape, wall.depth(q).shape) == ((2, 3, 3), (2, 3))
+    np.testing.assert_array_equal(together[1, 2], wall.forces(q[1, 2], SPEED))
+
+
+def test_a_press_closes_the_audit_with_its_channel():
+    """The second engine sees the wall too: its residual is that of a run without it."""
+    wall = Wall(ARM, TIP - [0.0, 0.0, 0.01], [0.0, 0.0, 1.0], friction=0.3)
+    law = lwr_dyn.controller("cartesian-impedance", ARM)
+    press = lwr_dyn.reference("line", ARM, start=POSE, to_xyz=TIP - [0.0, 0.0, 0.02], duration=0.6)
+    run = lwr_dyn.simulate(ARM, law, press, external=wall, duration=0.8, friction="none")
+    record = run.meta["audit"]
+    assert record["closed"]
+    assert record["channels"]["external"] < -1e-3
+    assert run.meta["external"]["parameters"] == wall.parameters
+    np.testing.assert_allclose(
+        run.signals["tau_external"], [wall(0.0, *state) for state in zip(run.q, run.dq, strict=True)]
+    )
+    assert -run.work["external"][-1] > wall.energy(run.q[-1])  # the rest is lost to friction and damping
+
+
+@pytest.mark.parametrize(
+    "options", [{"stiffness": 0.0}, {"stiffness": -1.0}, {"loss": -0.1}, {"exponent": 0.5}, {"friction": -0.1},
+                {"slip_speed": 0.0}, {"stiffness": float("inf")}, {"normal": [0.0, 0.0, 0.0]}],
+)  # fmt: skip
+def test_bad_numbers_are_refused(options):
+    with pytest.raises(OptionError, match=next(iter(options))):
+        Wall(ARM, **({"place": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]} | options))
+
+
+@pytest.mark.parametrize("options", [{"place": [0.0, 0.0]}, {"point": np.eye(3)}, {"normal": [0.0, np.nan, 1.0]}])
+def test_arrays_of_another_shape_are_refused(options):
+    with pytest.raises(ShapeError, match=next(iter(options))):
+        Wall(ARM, **({"place": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]} | options))
+
+
+def test_states_that_do_not_fit_are_refused():
+    wall = Wall(ARM, TIP, [0.0, 0.0, 1.0])
+    with pytest.raises(ShapeError, match="dq"):
+        wall.forces(np.zeros((2, 7)), np.zeros((3, 7)))
+    with pytest.raises(ShapeError, match="q"):
+        wall.depth(np.zeros(6))

@@ -1,0 +1,73 @@
+"""Figures of a step against those of the second-order loop."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.simulation.responses.step import step_responses
+from lwr_dyn.simulation.responses.text import response_lines
+from tests.simulation.responses.loops import ARM, OMEGA, START, answered
+
+
+def theory(xi):
+    """Rise 10 to 90 %, peak, overshoot, settling within 2 % of a step of w^2 / (s^2 + 2 xi w s + w^2), xi < 1."""
+    t = np.linspace(0.0, 1.0, 2_000_001)
+    damped = OMEGA * np.sqrt(1.0 - xi**2)
+    y = 1.0 - np.exp(-xi * OMEGA * t) * (np.cos(damped * t) + xi * OMEGA / damped * np.sin(damped * t))
+    rise = t[np.argmax(y >= 0.9)] - t[np.argmax(y >= 0.1)]
+    settling = t[np.flatnonzero(np.abs(y - 1.0) > 0.02)[-1]]
+    return rise, np.pi / damped, np.exp(-np.pi * xi / np.sqrt(1.0 - xi**2)), settling
+
+
+@pytest.mark.parametrize(("xi", "joint"), [(0.3, 2), (0.7, 6)])
+def test_figures_are_those_of_theory(xi, joint):
+    (found,) = step_responses(answered("step", xi, joint, rate=2000.0), ARM)
+    rise, peak, overshoot, settling = theory(xi)
+    assert found.joint == joint
+    assert found.rise == pytest.approx(rise, abs=5e-6)  # a line between samples
+    assert found.peak == pytest.approx(peak, abs=5.1e-4)
+    assert found.overshoot == pytest.approx(overshoot, abs=2e-4)
+    # the last stage of RK4 before the step sees it already: the loop is a sixth of 0.5 ms ahead
+    assert found.settling == pytest.approx(settling - 0.5e-3 / 6.0, abs=5e-6)
+    assert abs(found.left) < 2e-3
+    assert found.cut == 0.0
+
+
+def test_without_overshoot():
+    """xi = 1: y = 1 - (1 + w t) exp(-w t)."""
+    (found,) = step_responses(answered("step", 1.0, 1))
+    assert found.overshoot < 1e-6
+    t = np.linspace(0.0, 0.3, 300_001)
+    y = 1.0 - (1.0 + OMEGA * t) * np.exp(-OMEGA * t)
+    assert found.rise == pytest.approx(t[np.argmax(y >= 0.9)] - t[np.argmax(y >= 0.1)], abs=5e-5)
+
+
+def test_a_window_that_is_too_short_gives_no_numbers():
+    (found,) = step_responses(answered("step", 0.3, 1, duration=0.02), ARM)
+    assert np.isnan(found.rise)
+    assert np.isnan(found.settling)
+    assert found.to_json()["settling"] is None
+    (later,) = step_responses(answered("step", 0.3, 1, duration=0.1), ARM)
+    assert np.isnan(later.settling)
+    assert later.rise > 0.0
+
+
+def test_torques_that_were_cut_are_told():
+    run = answered("step", 1.0, 2, continuous=False, size=0.2)
+    (found,) = step_responses(run, ARM)
+    assert 0.0 < found.cut < 0.1
+    assert "torque was cut while joint 2" in response_lines(run, ARM)[-1]
+
+
+def test_each_joint_has_its_answer():
+    loop = lwr_dyn.controller("pd-gravity", ARM)
+    run = lwr_dyn.simulate(ARM, loop, lwr_dyn.reference("step", ARM, start=START, duration=0.3))
+    found = step_responses(run, ARM)
+    assert [one.joint for one in found] == [1, 2, 3, 4, 5, 6, 7]
+    assert all(0.06 < one.rise < 0.09 for one in found)
+
+
+def test_a_run_of_another_task_is_refused(two_runs):
+    with pytest.raises(OptionError, match="a run of the task 'step'"):
+        step_responses(two_runs[0])

@@ -1,0 +1,79 @@
+"""Gains of one margin: each law gets the omega_n of the search, on the plants of the set, and a study uses it."""
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.control.controller_specs import controller_spec
+from lwr_dyn.design.gain_search import largest_omega_n
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.studies.compare import tuning
+from lwr_dyn.studies.compare.plants import plant_case
+from lwr_dyn.studies.compare.study import ControllerStudy
+from lwr_dyn.studies.compare.tuning import cases_of, poses_of, tuned_frequencies
+
+POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
+LAWS = ("inverse-dynamics", "inverse-dynamics:no-gravity+observer")
+
+
+@pytest.fixture(scope="module")
+def physical():
+    return lwr_dyn.load("lwr4plus", reading="physical")
+
+
+@pytest.fixture
+def move(physical, monkeypatch):
+    monkeypatch.setattr(tuning, "POSES", 3)
+    return lwr_dyn.reference("point-to-point", physical, start=POSE, end=POSE + 0.3, duration=0.2)
+
+
+def test_the_set_is_rigid_with_delays_and_elastic_where_rotors_carry_it(physical, arm, move):
+    words = ["rigid, 1000 Hz, delay of 1 sample", *(f"rigid, 1000 Hz, delay of {k} samples" for k in (2, 3, 4))]
+    elastic = "elastic (motor encoders), 1000 Hz"
+    assert [case.words for case in cases_of(physical, 1000.0, poses_of(move))] == [*words, elastic]
+    assert [case.words for case in cases_of(arm, 1000.0, poses_of(move))] == words  # light rotors
+    wam = lwr_dyn.load("wam7")
+    assert len(cases_of(wam, 1000.0, np.zeros((1, 7)))) == 4  # no stiffness
+
+
+def test_each_law_gets_what_the_search_finds_and_a_study_uses_it(physical, move):
+    specs = [controller_spec(text) for text in LAWS]
+    found = tuned_frequencies(physical, specs, move, 1.7)
+    cases, poses = cases_of(physical, 1000.0, poses_of(move)), poses_of(move)
+    for spec, text in zip(specs, LAWS, strict=True):
+        same = largest_omega_n(physical, spec.name, cases, q=poses, peak=1.7, **spec.options)
+        assert found[text].omega_n == same.omega_n
+        assert found[text].peak <= 1.7
+    compared, runs = ControllerStudy(physical, move, LAWS, [plant_case(physical, "nominal")], peak=1.7).run()
+    gains = runs[0].meta["controller"]["parameters"]["Kp"]
+    np.testing.assert_allclose(gains, found[LAWS[0]].omega_n ** 2, rtol=1e-12)
+    assert compared.record()["tuned"][LAWS[1]]["omega_n"] == found[LAWS[1]].omega_n
+    assert any(note.startswith("inverse-dynamics: omega_n ") for note in compared.notes)
+
+
+def test_a_law_that_keeps_the_peak_nowhere_is_a_line(arm, monkeypatch):
+    monkeypatch.setattr(tuning, "POSES", 3)
+    move = lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.3, duration=0.05)
+    laws, cases = ("adaptive", "inverse-dynamics", "cartesian-impedance"), [plant_case(arm, "nominal")]
+    compared, _ = ControllerStudy(arm, move, laws, cases, peak=1.7).run()
+    assert [one.typed for one in compared.runs] == ["inverse-dynamics", "cartesian-impedance"]
+    assert compared.failures[0].startswith("adaptive: no omega_n keeps |S_ii| <= 1.7, rigid, 1000 Hz, delay of ")
+    assert list(compared.tuned) == ["inverse-dynamics"]
+    with pytest.raises(LwrDynError, match=r"tuned: 1\.7; allowed: a higher peak"):
+        ControllerStudy(arm, move, ["adaptive"], cases, peak=1.7).run()
+
+
+BAD = {
+    "peak": ("pid", 1.0, "tuned: 1.0; allowed: a peak of |S| above 1"),
+    "nan": ("pid", float("nan"), "tuned: nan"),
+    "given": ("pid:omega-n=2", 1.7, "omega-n given, which is to be tuned; allowed: without it"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_is_one_line(case, physical, move):
+    text, peak, words = BAD[case]
+    with pytest.raises(LwrDynError) as fault:
+        tuned_frequencies(physical, [controller_spec(text)], move, peak)
+    assert words in str(fault.value)
+    assert "\n" not in str(fault.value)

@@ -1,0 +1,100 @@
+"""Chunks by threads and by processes that die."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.studies.sweep.running.processes import TRIES, WorkerStartError, in_processes
+from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault, in_threads
+
+CHUNKS = [Chunk(0, k, 4 * k, 4 * k + 4) for k in range(6)]
+
+
+def work(folder, chunk):
+    """Chunk 1 kills its process each time, chunk 2 the first time, chunk 3 is refused."""
+    if chunk.number == 1 or (chunk.number == 2 and not (folder / "died").exists()):
+        (folder / "died").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    if chunk.number == 3:
+        raise LwrDynError("run 13: no")
+    return bytes(range(chunk.first, chunk.stop))
+
+
+class Unreadable:
+    """Work that a process cannot read."""
+
+    def __reduce__(self):
+        return os._exit, (3,)
+
+
+def test_a_process_that_dies_costs_its_own_chunk_only(tmp_path):
+    done = dict(in_processes(CHUNKS, partial(work, tmp_path), 2))
+    assert set(done) == set(CHUNKS)
+    for chunk in (CHUNKS[k] for k in (0, 2, 4, 5)):
+        assert done[chunk] == bytes(range(chunk.first, chunk.stop))
+    assert done[CHUNKS[1]] == ChunkFault(f"its process died {TRIES} times (killed by SIGKILL)")
+    assert done[CHUNKS[3]] == ChunkFault("run 13: no")
+
+
+def test_processes_that_cannot_begin_end_the_sweep():
+    with pytest.raises(WorkerStartError, match="exit code 3"):
+        list(in_processes(CHUNKS, Unreadable(), 1))
+
+
+def test_threads_make_every_chunk_once_and_raise_what_is_a_fault_of_the_package(tmp_path):
+    seen = []
+
+    def made(chunk):
+        seen.append(chunk)
+        return work(tmp_path, chunk)
+
+    (tmp_path / "died").touch()
+    chunks = [chunk for chunk in CHUNKS if chunk.number != 1]
+    done = dict(in_threads(chunks, made, 3))
+    assert sorted(seen) == chunks == sorted(done)
+    assert done[CHUNKS[3]] == ChunkFault("run 13: no")
+    assert done[CHUNKS[5]] == bytes(range(20, 24))
+    with pytest.raises(ZeroDivisionError):
+        list(in_threads(chunks, lambda chunk: 1 // 0, 2))
+
+
+FIRST = """
+import time
+from functools import partial
+from tests.studies.sweep.running.test_processes import CHUNKS, waits
+from lwr_dyn.studies.sweep.running.processes import in_processes
+if __name__ == "__main__":
+    list(in_processes(CHUNKS, partial(waits, FILE), 1))
+"""
+
+
+def waits(path, chunk):
+    Path(path).write_text(str(os.getpid()))
+    time.sleep(60)
+    return b""
+
+
+def test_processes_end_with_a_first_one_that_is_killed(tmp_path):
+    script, said = tmp_path / "first.py", tmp_path / "said"
+    script.write_text(FIRST.replace("FILE", repr(str(said))))
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[4])}
+    first = subprocess.Popen([sys.executable, str(script)], env=environment)
+    while not (said.exists() and said.read_text()):
+        assert first.poll() is None
+        time.sleep(0.02)
+    first.kill()
+    first.wait()
+    worker = int(said.read_text())
+    for _ in range(500):
+        if not Path(f"/proc/{worker}").exists():
+            break
+        time.sleep(0.02)
+    else:
+        pytest.fail("the worker goes on")

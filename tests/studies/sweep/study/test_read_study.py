@@ -1,0 +1,129 @@
+"""The file of a study: what it becomes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.studies.sweep.study.read_study import study_of_text
+from lwr_dyn.studies.sweep.study.study_setup import arm_of_study, controller_of_study, references_of_study, task_choices
+from tests.studies.sweep.study.texts import HEAD, PAYLOAD
+
+
+def test_a_short_study_has_the_usual_for_all_else(read):
+    study = read(HEAD + PAYLOAD)
+    assert (study.name, study.method, study.count, study.seed) == ("s", "sobol", 256, 0)
+    assert study.loop == {"rate": 1000.0, "substeps": 1, "friction": "none"}
+    (one,) = study.parameters
+    assert (one.path, one.distribution, one.low, one.high, one.kind) == ("payload.mass", "uniform", 0.0, 7.0, "assumed")
+    assert (one.unit, one.nominal, one.distribution_words) == ("kg", 0.0, "uniform from 0 to 7")
+    np.testing.assert_allclose(study.task_options["q"], np.radians([0, 30, 0, -60, 0, 30, 0]))
+    assert arm_of_study(study).reading == "physical"
+    (reference,) = references_of_study(study)
+    assert reference.duration == 0.5
+    assert controller_of_study(study, "robust:omega_n=20").omega_n == 20.0
+
+
+def test_a_slow_loop_needs_no_cut_off_unless_it_has_encoders(tmp_path):
+    slow = HEAD + "[loop]\nrate = 150\n"
+    payload, noise = (f'[[parameter]]\npath = "{x}"\nlow = 0\nhigh = 1e-3\n' for x in ("payload.mass", "sensor.noise"))
+    assert study_of_text(slow + payload, tmp_path / "slow.toml").loop["rate"] == 150.0
+    with pytest.raises(PaperError, match=r"loop: cut-off of the velocity filter: 100.0; allowed: above 0 and below 75"):
+        study_of_text(slow + noise, tmp_path / "slow.toml")
+
+
+def test_each_distribution_is_known_by_its_fields(read):
+    tables = {
+        "arm.mass.all": "mean = 1\ndeviation = 0.1\nlow = 0.5",
+        "arm.com.7.z": "mean = 0\ndeviation = 0.003",
+        "loop.delay": "values = [0, 2]",
+        "limits.torque": "low = 0.8\nhigh = 1\ncount = 3",
+        "payload.mass": "value = 3",
+    }
+    study = read(HEAD + "".join(f'[[parameter]]\npath = "{path}"\n{rest}\n' for path, rest in tables.items()))
+    assert [one.distribution for one in study.parameters] == ["normal", "normal", "choice", "levels", "fixed"]
+    assert study.parameters[3].values == pytest.approx((0.8, 0.9, 1.0))
+    assert study.columns == (
+        "arm.mass.all", "arm.com.7.z", "loop.delay", *(f"limits.torque.{i}" for i in range(1, 8)), "payload.mass",
+    )  # fmt: skip
+    assert [one.path for one in study.varied] == list(tables)[:4]
+
+
+def test_many_numbers_a_run_are_drawn_by_a_latin_hypercube(read):
+    assert read(HEAD + '[[parameter]]\npath = "arm.com"\nlow = -0.01\nhigh = 0.01\n').method == "latin-hypercube"
+    assert read(HEAD + '[[parameter]]\npath = "arm.mass"\nlow = 0.9\nhigh = 1.1\n').method == "sobol"
+
+
+def test_comments_and_limits_do_not_change_the_digest(read):
+    study = read(HEAD + PAYLOAD)
+    assert read("# other words\n" + HEAD + PAYLOAD + "[limits]\ntip_max = 1e-3\n").digest == study.digest
+    assert read(HEAD + PAYLOAD.replace("7", "6")).digest != study.digest
+    assert replace(study, runs=512).count == 512
+
+
+def test_a_distance_from_a_limit_may_be_bounded_below_zero(read):
+    assert read(HEAD + PAYLOAD + "[limits]\nlimit_margin = -0.1\n").limits == {"limit_margin": -0.1}
+
+
+def test_a_grid_counts_its_levels_and_tasks_vary_by_choice(read):
+    study = read(
+        HEAD.replace("duration = 0.5\n", "")
+        + '[sampling]\nmethod = "grid"\n[[parameter]]\npath = "payload.mass"\nlow = 0\nhigh = 7\ncount = 8\n'
+        + '[[parameter]]\npath = "task.duration"\nvalues = [0.5, 0.25, 1.0]\n'
+    )
+    assert study.count == 24
+    assert task_choices(study) == [{"duration": 0.5}, {"duration": 0.25}, {"duration": 1.0}]
+    assert [reference.duration for reference in references_of_study(study)] == [0.5, 0.25, 1.0]
+    values = study.values(0, 24)
+    np.testing.assert_array_equal(values["task.duration"], [0.5, 0.25, 1.0] * 8)
+    np.testing.assert_allclose(values["payload.mass"], np.arange(8).repeat(3))
+
+
+def test_files_stand_beside_the_study_and_count_by_their_content(read, tmp_path):
+    own = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n"
+    (tmp_path / "mine.py").write_text(own, encoding="utf-8")
+    text = HEAD.replace("robust:omega_n=20", "mine.py") + PAYLOAD
+    study = read(text)
+    assert list(study.sources) == ["mine.py"]
+    assert controller_of_study(study, "mine.py").name == "mine.py"
+    (tmp_path / "mine.py").write_text(own + "# other\n", encoding="utf-8")
+    assert read(text).digest != study.digest
+
+
+def test_files_of_one_name_in_two_folders_count_both(read, tmp_path):
+    own = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return 0 * q\n"
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "mine.py").write_text(own, encoding="utf-8")
+    text = HEAD.replace("robust:omega_n=20", 'a/mine.py", "b/mine.py') + PAYLOAD
+    before = read(text).digest
+    (tmp_path / "a" / "mine.py").write_text(own + "# other\n", encoding="utf-8")
+    assert read(text).digest != before
+
+
+def test_assumed_friction_is_in_the_model(read):
+    study = read("assumed_friction = 0.02\n" + HEAD.replace("robust:omega_n=20", "pid+friction") + PAYLOAD)
+    arm = arm_of_study(study)
+    coulomb = [model.positive.coulomb for model in arm.friction_models()]
+    np.testing.assert_allclose(coulomb, 0.02 * lwr_dyn.load("lwr4plus").effort)
+    assert study.loop["friction"] == "smooth"
+
+
+def test_nominal_values_are_those_of_the_model(read):
+    free = HEAD.replace(":omega_n=20", "").replace("duration = 0.5\n", "")
+    paths = (
+        "friction.coulomb.all",
+        "friction.viscous.1",
+        "controller.omega_n",
+        "task.duration",
+        "loop.delay",
+        "arm.mass.2",
+    )
+    tables = "".join(f'[[parameter]]\npath = "{path}"\nvalues = [1, 2]\n' for path in paths)
+    assert [one.nominal for one in read(free + tables).parameters] == [0.0, 0.0, 50.0, 2.0, 0.0, 1.0]
+    assumed = read("assumed_friction = 0.02\n" + free + tables)
+    assert [one.nominal for one in assumed.parameters[:2]] == [0.02, 0.0]
+    wam = free.replace("lwr4plus", "wam7").replace('reading = "physical"', "").replace("-60", "60")
+    assert [one.nominal for one in read(wam + tables).parameters[:2]] == [None, None]

@@ -1,0 +1,79 @@
+"""Points of a study: whole ranges, and the same however they are cut."""
+
+import numpy as np
+import pytest
+from scipy.stats import sobol_indices
+
+from lwr_dyn.studies.sweep.study.sampling import METHODS, points, saltelli_rows
+
+SIZES = (1, 3, 1)
+LEVELS = (4, 2, 3, 5, 20)
+RUNS = 2400
+
+
+def all_points(method, first=0, stop=RUNS, seed=3):
+    return points(method, SIZES, LEVELS, RUNS, seed, first, stop)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_any_chunks_give_the_same_points(method):
+    whole = all_points(method)
+    assert whole.shape == (RUNS, 5)
+    assert (whole >= 0.0).all()
+    assert (whole < 1.0).all()
+    for size in (1000, 37):
+        parts = [all_points(method, k, min(k + size, RUNS)) for k in range(0, RUNS, size)]
+        np.testing.assert_array_equal(np.concatenate(parts), whole)
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS if m != "grid"])
+def test_the_seed_decides(method):
+    np.testing.assert_array_equal(all_points(method), all_points(method))
+    assert (all_points(method) != all_points(method, seed=4)).mean() > 0.9
+
+
+@pytest.mark.parametrize("method", ["sobol", "random", "latin-hypercube", "grid"])
+def test_no_point_comes_twice(method):
+    assert len(np.unique(all_points(method), axis=0)) == RUNS
+
+
+@pytest.mark.parametrize(("method", "error"), [("sobol", 2e-3), ("latin-hypercube", 5e-4), ("random", 4e-2)])
+def test_means_are_those_of_the_cube(method, error):
+    np.testing.assert_allclose(all_points(method).mean(axis=0), 0.5, atol=error)
+
+
+def test_a_hypercube_has_one_run_in_each_slice():
+    slices = np.sort((all_points("latin-hypercube") * RUNS).astype(int), axis=0)
+    np.testing.assert_array_equal(slices, np.arange(RUNS)[:, None].repeat(5, axis=1))
+
+
+def test_a_grid_has_each_combination_once():
+    cells = (all_points("grid") * LEVELS).astype(int)
+    assert len(np.unique(cells, axis=0)) == RUNS
+    np.testing.assert_array_equal(cells.max(axis=0) + 1, LEVELS)
+    np.testing.assert_array_equal(cells[:21, -1], [*range(20), 0])
+
+
+def test_saltelli_takes_each_parameter_from_b_in_turn():
+    rows = saltelli_rows(len(SIZES))
+    sets = points("saltelli", SIZES, LEVELS, 4 * rows, 3, 0, 4 * rows).reshape(4, rows, 5)
+    A, B = sets[:, 0], sets[:, 1]
+    for j, moved in enumerate(([0], [1, 2, 3], [4])):
+        kept = [k for k in range(5) if k not in moved]
+        np.testing.assert_array_equal(sets[:, 2 + j, moved], B[:, moved])
+        np.testing.assert_array_equal(sets[:, 2 + j, kept], A[:, kept])
+    assert not (A == B).any()
+
+
+def test_saltelli_gives_the_indices_of_ishigami():
+    """S_1 = 0.3139, S_2 = 0.4424, S_3 = 0; S_T3 = 0.2437 (Ishigami and Homma, 1990; a = 7, b = 0.1)."""
+    n, rows = 1024, saltelli_rows(3)
+    x = 2 * np.pi * points("saltelli", (1, 1, 1), (), n * rows, 1, 0, n * rows) - np.pi
+    f = (np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])).reshape(n, rows)
+    found = sobol_indices(func={"f_A": f[:, :1].T, "f_B": f[:, 1:2].T, "f_AB": f[:, 2:].T[:, None, :]}, n=n)
+    np.testing.assert_allclose(found.first_order, [0.3139, 0.4424, 0.0], atol=0.03)
+    np.testing.assert_allclose(found.total_order, [0.5576, 0.4424, 0.2437], atol=0.03)
+
+
+def test_without_parameters_there_are_no_numbers():
+    assert points("sobol", (), (), 4, 0, 1, 3).shape == (2, 0)
