@@ -2,71 +2,52 @@
 
     B(q) ddq + C(q, dq) dq + g(q) = tau - tau_friction(dq)
 
-Names are loaded when they are first used, so importing the package loads no engine.
+Names are loaded when they are first used, so importing the package loads no engine; `__init__.pyi` has their types.
 """
 
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import Any
 
 from lwr_dyn.foundation.version import VERSION
 
 __version__ = VERSION
 
-if TYPE_CHECKING:
-    from lwr_dyn.front import batch_dynamics as batch_dynamics
-    from lwr_dyn.front import compare as compare
-    from lwr_dyn.front import controller as controller
-    from lwr_dyn.front import dynamics_of as dynamics_of
-    from lwr_dyn.front import engines as engines
-    from lwr_dyn.front import forward_kinematics as forward_kinematics
-    from lwr_dyn.front import ik_solver as ik_solver
-    from lwr_dyn.front import inverse_kinematics as inverse_kinematics
-    from lwr_dyn.front import load as load
-    from lwr_dyn.front import margins as margins
-    from lwr_dyn.front import plot as plot
-    from lwr_dyn.front import readings as readings
-    from lwr_dyn.front import reference as reference
-    from lwr_dyn.front import replay as replay
-    from lwr_dyn.front import robots as robots
-    from lwr_dyn.front import rollouts as rollouts
-    from lwr_dyn.front import show as show
-    from lwr_dyn.front import simulate as simulate
-    from lwr_dyn.front import urdf_text as urdf_text
-    from lwr_dyn.model.run import Run as Run
+_PLACES = {
+    "Run": "lwr_dyn.model.run",
+    "batch_dynamics": "lwr_dyn.codegen.kernels.batch",
+    "compare": "lwr_dyn.studies.compare.comparison",
+    "controller": "lwr_dyn.control.controllers",
+    "dynamics_of": "lwr_dyn.dynamics.engines",
+    "engines": "lwr_dyn.dynamics.engines",
+    "forward_kinematics": "lwr_dyn.kinematics.forward",
+    "ik_solver": "lwr_dyn.kinematics.pose_solver",
+    "inverse_kinematics": "lwr_dyn.kinematics.inverse",
+    "load": "lwr_dyn.arms.loading",
+    "margins": "lwr_dyn.design.margins",
+    "plot": "lwr_dyn.pages.notebook.plot",
+    "readings": "lwr_dyn.arms.papers.catalog",
+    "reference": "lwr_dyn.trajectory.references.tasks",
+    "replay": "lwr_dyn.pages.replay.replay_page",
+    "robots": "lwr_dyn.arms.papers.catalog",
+    "rollouts": "lwr_dyn.codegen.rollouts.rollouts",
+    "show": "lwr_dyn.pages.explorer.shown",
+    "simulate": "lwr_dyn.simulation.simulate",
+    "urdf_text": "lwr_dyn.arms.urdf.writer",
+}
+"""Name -> the module in which it stands."""
+_EXTRAS = {"batch_dynamics": "batch", "plot": "plots", "rollouts": "batch", "show": "batch"}
+"""Name -> the pip extra without which its module cannot be imported."""
 
-__all__ = [
-    "Run",
-    "batch_dynamics",
-    "compare",
-    "controller",
-    "dynamics_of",
-    "engines",
-    "forward_kinematics",
-    "ik_solver",
-    "inverse_kinematics",
-    "load",
-    "margins",
-    "plot",
-    "readings",
-    "reference",
-    "replay",
-    "robots",
-    "rollouts",
-    "show",
-    "simulate",
-    "urdf_text",
-]
+__all__ = [*_PLACES]  # names as texts
 
 
 def __getattr__(name: str) -> Any:
-    if name == "Run":
-        from lwr_dyn.model import run
+    if name not in _PLACES:
+        raise AttributeError(f"module 'lwr_dyn' has no attribute {name!r}")
+    from lwr_dyn.foundation.errors import needs_extra
 
-        return run.Run
-    if name in __all__:
-        from lwr_dyn import front
-
-        return getattr(front, name)
-    raise AttributeError(f"module 'lwr_dyn' has no attribute {name!r}")
+    with needs_extra(_EXTRAS.get(name, "")):
+        return getattr(import_module(_PLACES[name]), name)
 
 
 def __dir__() -> list[str]:

@@ -1,13 +1,12 @@
 """Functions of `import lwr_dyn` answer bad input with one clear line."""
 
+import sys
+
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn import front
-from lwr_dyn.arms.loading import FUNCTIONS
-from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.foundation.registry import Registry
+from lwr_dyn.foundation.errors import LwrDynError, MissingPackageError
 from lwr_dyn.trajectory.references.joint_moves import hold
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -35,16 +34,12 @@ def test_bad_input_is_one_line(case):
     assert "\n" not in str(fault.value)
 
 
-def test_functions_of_optional_packages_are_rows_that_are_loaded_when_they_are_used(monkeypatch):
-    called = []
-    monkeypatch.setattr(Registry, "load", lambda self, name: lambda arm, *options: called.append((name, options)))
-    front.batch_dynamics(ARM, rotors="none")
-    assert called == [("batch_dynamics", ("float64", 1, (), "none", "none", "rows", "dense"))]
-
-
-def test_each_function_that_is_installed_can_be_called():
-    installed = [name for name in FUNCTIONS.names if FUNCTIONS[name].is_installed]
-    assert [name for name in installed if not callable(FUNCTIONS.load(name))] == []
+def test_a_function_whose_extra_is_missing_names_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "numba", None)
+    for name in [name for name in sys.modules if name.startswith("lwr_dyn.codegen")]:
+        monkeypatch.delitem(sys.modules, name)
+    with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[batch\]'"):
+        lwr_dyn.batch_dynamics(ARM)
 
 
 def test_a_run_of_an_arm_that_was_changed_is_replayed_with_that_arm(arm, tmp_path):

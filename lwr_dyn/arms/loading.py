@@ -1,13 +1,11 @@
-"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again.
-
-Here are also the functions that optional packages lend.
-"""
+"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from lwr_dyn.arms.mount_and_tool import installed
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in
@@ -15,39 +13,66 @@ from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 
-PARTS: Registry[Callable[[Arm, Any, Any], Arm]] = Registry(
-    "part", {"installation": Row("lwr_dyn.arms.mount_and_tool:installed", "a mount and a tool")}
-)
-"""Parts of loading that an optional package does."""
-FUNCTIONS: Registry[Callable[..., Any]] = Registry(
-    "function",
+FILE_FORMATS: Registry[Callable[[str, str | None, Mapping[str, float] | None], Arm]] = Registry(
+    "file_format",
     {
-        "batch_dynamics": Row(
-            "lwr_dyn.codegen.kernels.batch:batch_dynamics", "dynamics over rows of states", extra="batch"
-        ),
-        "passive_refit": Row("lwr_dyn.model.passive_refit:passive_refit", "nearest passive friction"),
-        "dh_matrices_text": Row(
-            "lwr_dyn.dynamics.symbolic.dh_matrices:dh_matrices_text", "DH matrices", extra="symbolic"
-        ),
-        "inertia_certificates": Row(
-            "lwr_dyn.control.inertia.bounds.certificate:inertia_certificates", "proven largest inertias", extra="batch"
-        ),
-        "sampled_notes": Row("lwr_dyn.design.sampled_text:sampled_notes", "the sampled loop of a simulation"),
-        "margins": Row("lwr_dyn.design.margins:margins", "margins of a sampled loop"),
-        "loop_pictures": Row("lwr_dyn.pages.plotting.loop_pictures:LoopPictures", "pictures of a loop", extra="plots"),
-        "compare": Row("lwr_dyn.studies.compare.comparison:compare", "runs side by side"),
-        "plot": Row("lwr_dyn.pages.notebook.plot:plot", "pictures of runs", extra="plots"),
-        "rollouts": Row(
-            "lwr_dyn.codegen.rollouts.rollouts:rollouts", "many runs of a closed loop at once", extra="batch"
-        ),
-        "responses": Row("lwr_dyn.simulation.responses.text:responses_said", "what a loop made of a step or a chirp"),
-        "show": Row("lwr_dyn.pages.explorer.shown:show", "an arm or a run in the browser"),
-        "plot_writer": Row("lwr_dyn.pages.notebook.plot:plot_writer", "the option --plot", extra="plots"),
-        "machine_arm": Row("lwr_dyn.krl.robot.machine_arm:load_machine_arm", "KUKA's machine data", extra="krl"),
-        "kuka_units": Row("lwr_dyn.krl.robot.kuka_units:KukaUnits", "poses in mm and deg, Status, Turn", extra="krl"),
+        ".dat": Row("lwr_dyn.krl.robot.machine_arm:load_machine_arm", "KUKA's machine data", extra="krl"),
+        ".kuka.toml": Row("lwr_dyn.krl.robot.machine_arm:load_machine_arm", "KUKA's machine data", extra="krl"),
     },
 )
-"""Functions of optional packages that are offered by `import lwr_dyn` and by the commands."""
+"""Further files that hold an arm, by their ending; each row is a function of path, reading and locked joints."""
+
+
+def load(
+    robot: str | Path,
+    reading: str | None = None,
+    *,
+    tip: str | None = None,
+    lock: Mapping[str, float] | None = None,
+    mount: Any = None,
+    tool: Any = None,
+    xacro_args: Mapping[str, str] | None = None,
+) -> Arm:
+    """A robot by name, from a user's own `.toml`, a `.urdf` or `.xacro`, or the `$machine.dat` of a KUKA robot.
+
+    Parameters
+    ----------
+    robot : str or path
+    reading : str, optional
+        One of `readings(robot)`; the paper's default if not given.
+    tip : str, optional
+        Last link of the chain, for a `.urdf`; if not given that of the one obvious arm. `notes` of the arm say which
+        was taken and where joints beside the chain are held.
+    lock : mapping, optional
+        Joint name -> value [rad or m] at which it is held.
+    mount : "floor", "wall", "ceiling", mapping, path of a .toml file or (4, 4) array_like, optional
+        The base in the world, whose z is up: fields `on` (one of the names), `xyz` [m], and `rpy` [rad] or `rpy_deg`,
+        which turn the base there. Poses of the arm are then in the world.
+    tool : mapping, path of a .toml file or (4, 4) array_like, optional
+        What is fixed to the flange: the tool centre point in the flange by `xyz`, `rpy` or `rpy_deg`; `mass` [kg]; its
+        `com` [m] in the flange; `inertia` about `com` in axes of the flange [kg m^2] (3 or 6 numbers, or a matrix).
+        Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
+    xacro_args : mapping, optional
+        Arguments of a `.xacro` file, which the package `xacro` expands. That runs the Python expressions of the file:
+        load only a xacro that you trust.
+
+    Raises
+    ------
+    UnknownNameError
+        No robot, reading, tip or joint of that name.
+    FileAccessError, PaperError, UrdfError
+        The file cannot be read, or is not what it should be, or holds several arms and no tip is given.
+    MissingPackageError
+        A `.xacro` without the extra `urdf`.
+    OptionError, ShapeError
+        A tip for a robot that is no `.urdf`, a lock outside the joint's limits, a mount or tool that cannot be.
+
+    >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
+    (7, 6)
+    >>> load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]}).installation.mount.on
+    'ceiling'
+    """
+    return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args)[0]
 
 
 def load_with_paper(
@@ -78,13 +103,13 @@ def load_with_paper(
         arm, paper = read_urdf(name, tip, lock, xacro_args), None
     elif tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
-    elif ends_in(name, ".dat", ".kuka.toml"):
-        arm, paper = FUNCTIONS.load("machine_arm")(name, reading, lock), None
+    elif ending := next((ending for ending in FILE_FORMATS.names if ends_in(name, ending)), None):
+        arm, paper = FILE_FORMATS.load(ending)(name, reading, lock), None
     else:
         arm, paper = _of_paper(name, reading, lock or {})
     file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat") else ""
     arm = replace(arm, file=file, loaded_with=options)
-    return (arm if mount is tool is None else PARTS.load("installation")(arm, mount, tool)), paper
+    return (arm if mount is tool is None else installed(arm, mount, tool)), paper
 
 
 def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:

@@ -16,13 +16,12 @@ from lwr_dyn.arms.papers.units import to_si
 from lwr_dyn.foundation.arrays import fixed_array, number_of, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_text
-from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.feasibility import is_physical
 from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.installation import MOUNTS, Tool
-from lwr_dyn.model.spatial import Pose, from_rpy
+from lwr_dyn.model.spatial import Pose, from_rpy, pose_array
 
 _POSE = ("xyz", "rpy", "rpy_deg", "pose")
 _FIELDS = {"mount": ("on", *_POSE), "tool": (*_POSE, "mass", "com", "inertia")}

@@ -5,8 +5,9 @@ from typing import Any
 
 import click
 
-from lwr_dyn.checks.arm.run_checks import FILE_CHECKS, check_arm
+from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict
+from lwr_dyn.checks.urdf.report_text import file_verdict
 from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, print_json, robot_options
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in
@@ -26,9 +27,10 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         loaded = load_robot_and_paper(robot, reading, tip, locks)
     except UrdfError as refused:
         fault = refused
-    written, left = _as_written(robot)
-    if not as_json and (written or left):
-        click.echo("\n".join([*(part.text for part in written), *left]))
+    written = [file_verdict(robot, given_xacro_args())] if ends_in(robot, ".urdf", ".xacro") else []
+    left: list[str] = []
+    if not as_json and written:
+        click.echo(written[0].text)
     if fault is not None:
         judged = written and (_wants_a_chain(fault) or not all(part.holds for part in written))
         if tip is not None or locks or not judged:
@@ -42,14 +44,6 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     else:
         click.echo(left[-1]) if report is None else _print_table(report, robot, written)
     sys.exit(0 if holds else 1)
-
-
-def _as_written(robot: str) -> tuple[list[FileVerdict], list[str]]:
-    """What the checks of the file find, and a line for each that is not installed."""
-    names = FILE_CHECKS.names if ends_in(robot, ".urdf", ".xacro") else ()
-    found = [FILE_CHECKS.load(name)(robot, given_xacro_args()) for name in names if FILE_CHECKS[name].is_installed]
-    rows = [FILE_CHECKS[name] for name in names if not FILE_CHECKS[name].is_installed]
-    return found, [f"note: {row.about} not judged as written: {row.module} is not installed" for row in rows]
 
 
 def _wants_a_chain(fault: UrdfError) -> bool:

@@ -4,14 +4,16 @@ import click
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, positions, print_json, robot_options
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, print_json, robot_options
 from lwr_dyn.foundation.arrays import Array, fixed_array
-from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 from lwr_dyn.foundation.files import ends_in
-from lwr_dyn.front import FUNCTIONS, forward_kinematics, kuka_units
+from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.krl.robot.kuka_units import kuka_units
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.installation import names_of_ends
+from lwr_dyn.model.option_values import from_degrees, positions
 from lwr_dyn.model.spatial import to_rpy
 
 
@@ -69,8 +71,10 @@ def command(
 def _symbolic_text(robot: str, reading: str | None) -> str:
     if ends_in(robot, ".urdf"):
         raise OptionError("--symbolic", robot, "a robot with a DH table")
-    text: str = FUNCTIONS.load("dh_matrices_text")(open_paper(robot, reading))
-    return text
+    with needs_extra("symbolic"):
+        from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices_text
+
+    return dh_matrices_text(open_paper(robot, reading))
 
 
 def _positions(

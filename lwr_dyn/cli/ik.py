@@ -7,16 +7,17 @@ from typing import Any
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_options
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import aligned
-from lwr_dyn.front import FUNCTIONS, kuka_units
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
 from lwr_dyn.kinematics.six_joints.nearest_point import nearest_words
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
+from lwr_dyn.krl.robot.kuka_units import KukaUnits, kuka_units
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.option_values import from_degrees
 from lwr_dyn.model.spatial import from_rpy
 
 ANGLES = ("--rpy", "--rpy-deg", "--abc-deg")
@@ -74,7 +75,7 @@ def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) 
     """The solutions with the Status and Turn that are given, and of these the one nearest to --from-deg."""
     s, t, start = given["status"], given["turn"], _start(arm, given)
     if s is not None or t is not None:
-        solutions = FUNCTIONS.load("kuka_units")(arm).selected(solutions, s, t)
+        solutions = KukaUnits(arm).selected(solutions, s, t)
     if start is None or not solutions:
         return solutions
     return (nearest_solution(solutions, start),)
@@ -98,7 +99,7 @@ def _pose(arm: Arm, given: dict[str, Any]) -> tuple[Array, bool]:
     angles_option = _one_of(given, *ANGLES)
     angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
     if angles_option == "--abc-deg":
-        pose[:3, :3] = FUNCTIONS.load("kuka_units")(arm).rotation(angles.tolist())
+        pose[:3, :3] = KukaUnits(arm).rotation(angles.tolist())
     else:
         pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
     return pose, True

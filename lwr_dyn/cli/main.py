@@ -81,7 +81,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "reproduce": Row("lwr_dyn.cli.reproduce:command", "Recompute what a paper prints.", extra="all"),
     },
 )
-"""Subcommands; optional packages bring theirs as rows."""
+"""Subcommands, imported when they are used; other packages can add rows."""
 
 
 PIPE_CLOSED = 141
@@ -96,13 +96,8 @@ class RegistryGroup(NamedGroup):
         self.registry = registry
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Names in the order of the rows, without those whose package is not installed."""
-        return [name for name in self.registry.names if self.registry[name].is_installed]
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """As of any group; a command whose package is not installed raises `MissingPackageError`."""
-        hidden = cmd_name in self.registry.names and cmd_name not in self.list_commands(ctx)
-        return self.registry.load(cmd_name) if hidden else super().get_command(ctx, cmd_name)
+        """Names in the order of the rows."""
+        return list(self.registry.names)
 
     def found(self, ctx: click.Context, name: str) -> click.Command:
         """The command from its module."""

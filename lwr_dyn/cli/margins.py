@@ -12,7 +12,6 @@ from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.options import (
     NUMBERS,
     OneOf,
-    from_degrees,
     given_elasticity,
     load_robot,
     print_json,
@@ -22,14 +21,15 @@ from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, split_name
-from lwr_dyn.design.margin_pictures import picture_writer
 from lwr_dyn.design.margins import LIMIT, MarginReport, margins
 from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.option_values import from_degrees
+from lwr_dyn.pages.figures.margins import picture_writer
 from lwr_dyn.simulation.setup import ENCODERS
 from lwr_dyn.trajectory.references.tasks import REFERENCES
 

@@ -21,7 +21,7 @@ KINDS: Registry[click.Command] = Registry(
         "study": Row("lwr_dyn.cli.new_study:command", "A study of many closed loops."),
     },
 )
-"""What `lwr-dyn new` can write; optional packages bring theirs as rows."""
+"""What `lwr-dyn new` can write."""
 
 
 @click.group("new", cls=RegistryGroup, registry=KINDS)

@@ -4,17 +4,15 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import click
-import numpy as np
 from click.shell_completion import CompletionItem
 
 from lwr_dyn.arms.loading import load_with_paper, xacro_arguments
 from lwr_dyn.arms.papers.catalog import robots
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.foundation.arrays import Array, joint_array, number_of
-from lwr_dyn.foundation.errors import OptionError, ShapeError, did_you_mean
+from lwr_dyn.foundation.arrays import number_of
+from lwr_dyn.foundation.errors import OptionError, did_you_mean
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -139,20 +137,6 @@ def _lock(text: str) -> tuple[str, float]:
         return joint, number_of(value)
     except ValueError:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
-
-
-def positions(arm: Arm, values: tuple[float, ...], name: str) -> Array:
-    """Joint positions of an option (n,) [rad or m]; raises `ShapeError`, which names the arm."""
-    if len(values) != arm.n:
-        raise ShapeError(name, f"{len(values)} numbers", f"{arm.n} numbers: {arm.name} has {arm.n} joints")
-    return joint_array(name, values, arm.n)
-
-
-def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> Array:
-    """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
-    q = positions(arm, values, name)
-    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
-    return np.where(turning, np.radians(q), q)
 
 
 def given_elasticity(text: str | None) -> str | float | None:

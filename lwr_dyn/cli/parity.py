@@ -8,6 +8,8 @@ from pathlib import Path
 import click
 import numpy as np
 
+from lwr_dyn.arms.loading import load
+from lwr_dyn.arms.papers.catalog import readings, robots
 from lwr_dyn.arms.urdf.model_files import model_stem
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.checks.engines.engine import ENGINES, is_installed
@@ -18,7 +20,6 @@ from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import Report, progress
-from lwr_dyn.front import load, readings, robots
 from lwr_dyn.model.arm import Arm
 
 

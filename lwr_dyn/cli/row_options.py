@@ -8,11 +8,11 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, from_degrees
-from lwr_dyn.foundation.arrays import fixed_array
+from lwr_dyn.cli.options import NUMBERS, OneOf
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.option_values import si_value
 
 Given = Mapping[str, Any]
 """Values of a command's options by click's names."""
@@ -35,17 +35,6 @@ class Flag:
     def is_typed(self) -> bool:
         """Whether the user gave it in the running command."""
         return click.get_current_context().get_parameter_source(self.key) is ParameterSource.COMMANDLINE
-
-    def value(self, row: str, given: Given, arm: Arm) -> Any:
-        """The typed value as the row's factory takes it [rad, m]."""
-        value = given[self.key]
-        if self.kind is bool:
-            return not self.rows[row].default
-        if self.kind is Quantity.ANGLE:
-            return float(np.radians(value))
-        if self.kind is Quantity.ANGLES:
-            return np.radians(fixed_array(f"--{self.name}", value, (3,)))
-        return from_degrees(arm, value, f"--{self.name}") if self.kind is Quantity.JOINT_POSITIONS else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +65,7 @@ class RowOptions:
         values = {}
         for flag in (flag for flag in self.flags if row in flag.rows):
             if flag.is_typed:
-                values[flag.rows[row].keyword] = flag.value(row, given, arm)
+                values[flag.rows[row].keyword] = si_value(flag.rows[row], given[flag.key], arm, f"--{flag.name}")
             elif flag.rows[row].default is REQUIRED:
                 raise OptionError(f"--{flag.name}", "not given", _needed(flag, row, arm))
         return values
@@ -88,7 +77,7 @@ def row_options(registry: Registry[Any], chooser: str, others: Iterable[click.Pa
     flags: dict[str, Flag] = {}
     for row in registry.names:
         for option in _options_of(registry, row):
-            name = option.flag or flag_name(option)
+            name = option.flag_name
             flag = flags.get(name) or Flag(name, option.kind)
             if f"--{name}" not in taken and option.kind == flag.kind:
                 flags[name] = flag
@@ -102,14 +91,6 @@ def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
         return options_of(registry.load(row)).values()
     except LwrDynError:
         return ()
-
-
-def flag_name(option: Option) -> str:
-    """The name of an option on the command line, derived from its keyword."""
-    name = option.keyword.replace("_", "-")
-    if option.kind in (Quantity.ANGLE, Quantity.ANGLES, Quantity.JOINT_POSITIONS):
-        return f"{name}-deg"
-    return f"no-{name}" if option.kind is bool and option.default else name
 
 
 def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:

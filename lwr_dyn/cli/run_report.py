@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.loading import FUNCTIONS
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
@@ -13,12 +12,13 @@ from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.audit import audit_lines
 from lwr_dyn.simulation.events import ACTIVE_FRICTION
 from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.responses.text import responses_said
 
 
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:
     """Metrics, audit, events and the record of the setup."""
     events = [{"t": e.t, "kind": e.kind, "joint": e.joint, "value": e.value} for e in run.events]
-    found = {"metrics": metrics(run, arm).to_json(), "responses": _responses(run, arm)[1]}
+    found = {"metrics": metrics(run, arm).to_json(), "responses": responses_said(run, arm)[1]}
     return {**found, "events": events, "meta": dict(run.meta)}
 
 
@@ -31,12 +31,7 @@ def run_text(run: Run, arm: Arm, full: bool = False) -> str:
         f"limits of position, speed and torque: {figures.limits}",
         *audit_lines(run.audit),
     ]
-    return "\n".join([*lines, *friction_lines(run, arm), *_responses(run, arm)[0]])
-
-
-def _responses(run: Run, arm: Arm) -> tuple[list[str], list[dict[str, Any]]]:
-    """Answers to steps and chirps as lines and records; both empty without the package `responses`."""
-    return FUNCTIONS.load("responses")(run, arm) if FUNCTIONS["responses"].is_installed else ([], [])
+    return "\n".join([*lines, *friction_lines(run, arm), *responses_said(run, arm)[0]])
 
 
 def _title(run: Run, arm: Arm) -> str:

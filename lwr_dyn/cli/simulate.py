@@ -6,22 +6,25 @@ from typing import Any
 
 import click
 
+from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.options import OneOf, given_elasticity, load_robot, print_json, robot_options
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.run_report import run_record, run_text
 from lwr_dyn.control.controller_file import faults_in
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, make_controller, split_name
+from lwr_dyn.design.sampled_text import sampled_notes
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.front import FUNCTIONS, load
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.passive_refit import passive_refit
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import format_of
+from lwr_dyn.pages.notebook.plot import plot_writer
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.options import METHODS
-from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.setup import ENCODERS, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
@@ -114,19 +117,17 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     out = given["out"]
     _check_target(out, ".npz")
     _check_target(given["csv"], ".csv")
-    pictures = [FUNCTIONS.load("plot_writer")(wish) for wish in given["plot"]]
+    pictures = [plot_writer(wish) for wish in given["plot"]]
     arm = load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
-    sampled = FUNCTIONS.load("sampled_notes")(setup) if FUNCTIONS["sampled_notes"].is_installed else None
-    said = None if given["json"] else sampled
-    _note([] if said is None else said.before)
-    run = _simulated(setup, law, out, [] if said is None else said.once_begun)
+    sampled = sampled_notes(setup)
+    _note([] if given["json"] else sampled.before)
+    run = _simulated(setup, law, out, [] if given["json"] else sampled.once_begun)
     others = _other_files(run, given["csv"], pictures)
     if given["json"]:
-        print_json({**run_record(run, arm), "sampled_loop": None if sampled is None else sampled.record})
+        print_json({**run_record(run, arm), "sampled_loop": sampled.record})
         return
-    if sampled is not None:
-        _note(sampled.after)
+    _note(sampled.after)
     click.echo(run_text(run, arm, given["full"]))
     for path in others:
         click.echo(f"wrote {path}")
@@ -222,7 +223,7 @@ def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[
         raise OptionError("--passive-refit", f"with --friction {form}", f"with --friction {FORMS[0]}")
     if not any(plant.friction_models()):
         raise OptionError("--passive-refit", f"{plant.name} has no friction", "with an arm whose friction is known")
-    nearest = FUNCTIONS.load("passive_refit")(plant.friction_models())
+    nearest = passive_refit(plant.friction_models())
     return nearest.models, {"passive_refit": [_change(plant, c) for c in nearest.changes]}
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import click
 
+from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.cli.options import load_robot, robot_options
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, write_file, write_folder
-from lwr_dyn.front import urdf_text
 
 
 @click.command("urdf")

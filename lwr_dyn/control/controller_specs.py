@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.cli.row_options import flag_name
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, make_controller
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.protocol import Dynamics
@@ -89,7 +88,7 @@ def _check(base: str, text: str) -> None:
 def _option(base: str, name: str, value: str) -> tuple[str, Any]:
     """The keyword and the value of one option of a row."""
     _check(base, base)
-    known = {option.flag or flag_name(option): option for option in options_of(CONTROLLERS.load(base)).values()}
+    known = {option.flag_name: option for option in options_of(CONTROLLERS.load(base)).values()}
     if name not in known:
         found = f"option {name!r}{did_you_mean(name, known)}"
         raise OptionError(f"controller {base}", found, ", ".join(known) or "no options")

@@ -8,6 +8,7 @@ from lwr_dyn.control.controller_file import controller_from_file
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
 
@@ -63,6 +64,19 @@ def split_name(name: str) -> tuple[str, tuple[str, ...]]:
         return name, ()
     law, wrappers = split_name(inner)
     return law, (*wrappers, last)
+
+
+def controller(name: str, arm: Arm, *, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:
+    """A controller by name ("pd-gravity", "pid", "inverse-dynamics", or one that a package adds), or from a .py file.
+
+    Options are those of its factory, such as omega_n [rad/s]; errors as of `make_controller`. The
+    engine computes the model of the arm.
+
+    >>> import lwr_dyn
+    >>> controller("inverse-dynamics", lwr_dyn.load("lwr4plus"), omega_n=20.0).Kp[0]
+    np.float64(400.0)
+    """
+    return make_controller(name, arm_argument(arm), engine, **options)
 
 
 def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", **options: Any) -> Controller:

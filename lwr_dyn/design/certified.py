@@ -3,19 +3,20 @@
 from collections.abc import Sequence
 from typing import Any
 
-from lwr_dyn.arms.loading import FUNCTIONS
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum
-from lwr_dyn.foundation.errors import MissingPackageError, OptionError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError, needs_extra
 from lwr_dyn.model.arm import Arm
 
 
 def certificates(arm: Arm, maxima: Sequence[InertiaMaximum]) -> Sequence[Any] | None:
     """A proven bound for each maximum (`lwr_dyn.control.inertia.bounds.certificate.InertiaCertificate`).
 
-    None without the package or its extra, and for an arm with too many joints for it.
+    None without the extra `batch`, and for an arm with too many joints for it.
     """
     try:
-        found: Sequence[Any] = FUNCTIONS.load("inertia_certificates")(arm, maxima)
+        with needs_extra("batch"):
+            from lwr_dyn.control.inertia.bounds.certificate import inertia_certificates
+        found: Sequence[Any] = inertia_certificates(arm, maxima)
     except (MissingPackageError, OptionError):
         return None
     return found

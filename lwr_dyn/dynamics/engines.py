@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
@@ -33,7 +34,7 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
-    """The dynamics of an arm by one of `ENGINES`.
+    """The dynamics of an arm by one of `engines()`: "pinocchio", "newton-euler", or "kernels" for large batches.
 
     Parameters
     ----------
@@ -53,9 +54,19 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     MissingPackageError
         The engine's extra is not installed.
     """
+    arm_argument(arm)
     known = ENGINES[engine].facts.get("rotors", ROTORS)
     if rotors not in known:
         others = [name for name, row in ENGINES.rows.items() if rotors in row.facts["rotors"]]
         allowed = ", ".join(known) + (f", or engine {' or '.join(others)}" if others else "")
         raise OptionError("rotors", f"{rotors!r} with engine {engine}", allowed)
     return ENGINES.load(engine)(arm, rotors)
+
+
+def engines() -> dict[str, str]:
+    """Names of the engines of `dynamics_of`, with a line on each.
+
+    >>> list(engines())[:2]
+    ['pinocchio', 'newton-euler']
+    """
+    return {name: ENGINES[name].about for name in ENGINES.names}

@@ -13,9 +13,8 @@ from typing import Any, TextIO
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
+from lwr_dyn.foundation.errors import FileAccessError, LogError, MissingPackageError
 from lwr_dyn.foundation.files import check_readable, reason_of
-from lwr_dyn.identification.logs.log_columns import LogError
 
 SUFFIXES = (".csv", ".parquet")
 LARGEST = 2_000_000_000

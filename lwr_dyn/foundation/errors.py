@@ -4,7 +4,8 @@ Each error also has a built-in parent, so ``except ValueError`` works for caller
 `exit_code` is what `lwr-dyn` returns when the error ends a command. Optional packages define their own errors.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any
 
@@ -64,6 +65,14 @@ class UnknownNameError(LwrDynError, LookupError):
         super().__init__(f"no {kind} named {name!r}{did_you_mean(name, self.known)}; known: {listed}")
 
 
+class LogError(LwrDynError, ValueError):
+    """A log cannot be used for identification: which `file`, `where` (a row or column), `found` and `needed`."""
+
+    def __init__(self, file: str, where: str, found: str, needed: str) -> None:
+        super().__init__(f"{file}: {where}: {found}; needed: {needed}")
+        self.file, self.where, self.found, self.needed = file, where, found, needed
+
+
 class PaperError(FaultError, ValueError):
     """A data file breaks the schema: which `file`, which `field`."""
 
@@ -117,6 +126,21 @@ class MissingPackageError(LwrDynError, ImportError):
         target, without = f"lwr_dyn[{extra}]" if extra else "lwr_dyn", f"; without it: {instead}" if instead else ""
         super().__init__(f"{package} is not installed; install it with: pip install '{target}'{without}")
         self.package, self.extra = package, extra
+
+
+@contextmanager
+def needs_extra(extra: str) -> Iterator[None]:
+    """A block of imports that needs a pip extra; raises `MissingPackageError` where a package is not installed.
+
+    >>> with needs_extra("symbolic"):
+    ...     import a_package_that_does_not_exist
+    Traceback (most recent call last):
+    lwr_dyn.foundation.errors.MissingPackageError: a_package_that_does_not_exist is not installed; install it with: ...
+    """
+    try:
+        yield
+    except ModuleNotFoundError as fault:
+        raise MissingPackageError(fault.name or extra, extra) from None
 
 
 class PathLimitError(FaultError, ValueError):

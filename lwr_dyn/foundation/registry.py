@@ -11,12 +11,11 @@ from enum import Enum
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from importlib.util import find_spec
 from inspect import Parameter, signature
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar, cast, get_type_hints
 
-from lwr_dyn.foundation.errors import MissingPackageError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError, UnknownNameError, needs_extra
 
 T = TypeVar("T")
 REQUIRED = Parameter.empty
@@ -59,6 +58,16 @@ class Option:
     keyword: str = ""
     default: Any = REQUIRED
 
+    @property
+    def flag_name(self) -> str:
+        """The name on the command line without its dashes: `flag`, or derived from the keyword."""
+        name = self.keyword.replace("_", "-")
+        if self.kind in (Quantity.ANGLE, Quantity.ANGLES, Quantity.JOINT_POSITIONS):
+            name = f"{name}-deg"
+        elif self.kind is bool and self.default:
+            name = f"no-{name}"
+        return self.flag or name
+
 
 def options_of(factory: Callable[..., Any]) -> dict[str, Option]:
     """The options of a factory by keyword, with their defaults.
@@ -96,14 +105,6 @@ class Row:
     def module(self) -> str:
         """The module that holds the target."""
         return self.target.partition(":")[0]
-
-    @property
-    def is_installed(self) -> bool:
-        """Whether the row's own module is there; the packages it imports may still be missing."""
-        try:
-            return find_spec(self.module) is not None
-        except ModuleNotFoundError:  # its parent package is missing
-            return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,9 +147,10 @@ class Registry(Generic[T]):
         """
         row, attribute = self[name], self[name].target.partition(":")[2]
         try:
-            module = import_module(row.module)
-        except ModuleNotFoundError as fault:
-            raise MissingPackageError(fault.name or row.module, row.extra) from None
+            with needs_extra(row.extra):
+                module = import_module(row.module)
+        except MissingPackageError:
+            raise
         except Exception as fault:
             if name in self.rows:
                 raise

@@ -19,10 +19,10 @@ from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimit
 from lwr_dyn.kinematics.arm_angle_search import BranchOptimum, Corridor, largest_margin
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.branches import Branch, JointRanges, joint_ranges, one_turn_note
-from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.srs import ON_AXIS, arm_triangle
 from lwr_dyn.kinematics.srs_margins import margin_problem, margins
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import pose_array
 
 PULL = 1e3
 """Weight of the distance from the corridor's middle, for a path of length 1: bends die out over 1/PULL^(1/4) of it."""

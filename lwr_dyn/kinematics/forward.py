@@ -1,4 +1,4 @@
-"""Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate; the gate for poses.
+"""Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate.
 
 [v; omega] = J(q) dq          [a; domega] = J(q) ddq + dJ/dt dq
 
@@ -11,13 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.foundation.arrays import Array, joint_array, real_array
-from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain, link_frames
 from lwr_dyn.model.dh import JointKind
-
-ORTHONORMAL = 1e-6
-"""Entries of R^T R - 1 up to here are rounding of typed or printed numbers; the nearest rotation is taken."""
 
 
 def frames(chain: Chain, q: ArrayLike) -> Array:
@@ -25,7 +22,19 @@ def frames(chain: Chain, q: ArrayLike) -> Array:
     return np.stack(list(link_frames(chain, joint_array("q", q, chain.n))), axis=-3)
 
 
-def forward_kinematics(chain: Chain, q: ArrayLike) -> Array:
+def forward_kinematics(arm: Arm, q: ArrayLike) -> Array:
+    """Pose of the flange in the base, (..., 4, 4), for q (..., n) [rad or m]; raises `ShapeError`.
+
+    Of a mounted arm with a tool it is the pose of the tool centre point in the world.
+
+    >>> import lwr_dyn
+    >>> forward_kinematics(lwr_dyn.load("lwr4plus"), [0] * 7)[2, 3].round(3)
+    np.float64(0.868)
+    """
+    return flange_pose(arm_argument(arm).chain, q)
+
+
+def flange_pose(chain: Chain, q: ArrayLike) -> Array:
     """T_{0,flange}, (..., 4, 4), for q (..., n) [rad or m]; raises `ShapeError`."""
     (pose,) = deque(link_frames(chain, joint_array("q", q, chain.n)), maxlen=1)
     return pose
@@ -92,34 +101,3 @@ def jacobian(chain: Chain, q: ArrayLike) -> Array:
     """Jacobian of the flange, (..., 6, n), for q (..., n) [rad or m]; raises `ShapeError`."""
     axes = joint_axes(chain, joint_array("q", q, chain.n))
     return jacobian_at(axes, axes.flange[..., :3, 3])
-
-
-def pose_array(name: str, value: ArrayLike) -> Array:
-    """Poses (..., 4, 4) with rotations made exact; each with last row 0 0 0 1, lengths in metres.
-
-    Raises
-    ------
-    ShapeError
-        Not (..., 4, 4), or not finite.
-    OptionError
-        The last row is not 0 0 0 1, or the rotation is not one (to `ORTHONORMAL`).
-
-    >>> pose_array("T", np.eye(4)).shape
-    (4, 4)
-    """
-    T = real_array(name, value)
-    if T.ndim < 2 or T.shape[-2:] != (4, 4):
-        raise ShapeError(name, f"shape {T.shape}", "(..., 4, 4), a homogeneous matrix")
-    if not (T[..., 3, :] == np.array([0.0, 0.0, 0.0, 1.0])).all():
-        raise OptionError(name, "last row is not 0 0 0 1", "a homogeneous matrix")
-    R = T[..., :3, :3]
-    error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
-    if error > ORTHONORMAL:
-        raise OptionError(name, f"R^T R differs from 1 by {error:.3g}", f"a rotation (to {ORTHONORMAL:g})")
-    if (np.linalg.det(R) < 0.0).any():
-        raise OptionError(name, "a mirror image (det R = -1)", "a rotation, det R = +1")
-    for _ in range(2):  # Newton steps of the polar decomposition lead to the nearest rotation
-        R = 1.5 * R - 0.5 * R @ np.swapaxes(R, -1, -2) @ R
-    out = T.copy()
-    out[..., :3, :3] = R
-    return out

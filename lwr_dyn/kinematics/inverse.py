@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import arm_argument, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.numeric import solve_position
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import pose_array
 
 IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
     "solver",
@@ -109,8 +109,6 @@ def inverse_kinematics(
 def _solver_of(arm: Arm, name: str | None) -> tuple[IkSolver[Any], Any]:
     """The solver of that name, or the first of our own that recognises the arm, with the arm's geometry."""
     for candidate in IK_SOLVERS.rows if name is None else (name,):
-        if name is None and not IK_SOLVERS[candidate].is_installed:
-            continue
         solver = IK_SOLVERS.load(candidate)
         geometry = solver.recognise(arm.chain)
         if geometry is not None:

@@ -17,9 +17,10 @@ from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.branches import Branch, joint_ranges
-from lwr_dyn.kinematics.forward import JointAxes, jacobian_at, joint_axes, pose_array, velocity_product_at
+from lwr_dyn.kinematics.forward import JointAxes, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import pose_array
 
 SINGULAR = 1e-7
 """Sine of a tilt, of the elbow's bend, or of the wrist's angle to the reference, below which rates are not determined:

@@ -18,9 +18,9 @@ from scipy.linalg.lapack import dgesv
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.kinematics.branches import TURN
-from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE, SearchRanges, search_ranges
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import pose_array
 
 _PATIENCE = ((1e-6, 300), (1e-3, 40), (np.inf, 15))
 """Steps of a start by its E: where an arm is stretched, E falls by a constant factor a step."""

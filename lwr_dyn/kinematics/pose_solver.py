@@ -17,9 +17,9 @@ from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array, real_arr
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.branches import drawing_range
-from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import pose_array
 
 FOUND, OUTSIDE, NOT_REACHED, INVALID = range(4)
 """What became of a pose: solved, reached outside the limits only, not reached, no pose or q0 at all."""

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.kinematics.branches import TOUCH, whole_turns
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.dh import JointKind
@@ -115,7 +115,7 @@ def make_solutions(
     arm, q = problem.arm, read_only(q)
     margins = np.minimum(arm.upper - q, q - arm.lower)
     names = np.array(arm.joint_names)[margins.argmin(axis=1)].tolist()
-    residuals = np.abs(forward_kinematics(arm.chain, q) - problem.pose).max(axis=(1, 2)).tolist()
+    residuals = np.abs(flange_pose(arm.chain, q) - problem.pose).max(axis=(1, 2)).tolist()
     return [
         Solution(row, branch, None, margin, joint, margin >= -TOUCH, residual, near)
         for row, branch, margin, joint, residual, near in zip(

@@ -57,5 +57,5 @@ def _shortly(value: Any) -> str:
 
 
 def repr_html(value: Any) -> str | None:
-    """What a notebook shows; None, and so the text, without the package `lwr_dyn.pages.notebook`."""
-    return NOTEBOOK_FORMS.load("html")(value) if NOTEBOOK_FORMS["html"].is_installed else None
+    """What a notebook shows."""
+    return NOTEBOOK_FORMS.load("html")(value)

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 
 SNAP = 1e-15
 """An angle within this [rad] of a multiple of 90 deg counts as that multiple: cos(pi/2) is 6e-17 only because pi is not
 a float, and a recursion can drop terms with an exact zero."""
+ORTHONORMAL = 1e-6
+"""Entries of R^T R - 1 up to here are rounding of typed or printed numbers; the nearest rotation is taken."""
 _GIMBAL = 1e-14
 """Below this cosine of the pitch, roll and yaw turn about one axis, and roll is set to 0."""
 
@@ -173,3 +177,34 @@ def principal_moments(tensor: Array) -> Array:
     array([1., 2., 3.])
     """
     return np.asarray(np.linalg.eigvalsh(tensor), dtype=np.float64)
+
+
+def pose_array(name: str, value: ArrayLike) -> Array:
+    """Poses (..., 4, 4) with rotations made exact; each with last row 0 0 0 1, lengths in metres.
+
+    Raises
+    ------
+    ShapeError
+        Not (..., 4, 4), or not finite.
+    OptionError
+        The last row is not 0 0 0 1, or the rotation is not one (to `ORTHONORMAL`).
+
+    >>> pose_array("T", np.eye(4)).shape
+    (4, 4)
+    """
+    T = real_array(name, value)
+    if T.ndim < 2 or T.shape[-2:] != (4, 4):
+        raise ShapeError(name, f"shape {T.shape}", "(..., 4, 4), a homogeneous matrix")
+    if not (T[..., 3, :] == np.array([0.0, 0.0, 0.0, 1.0])).all():
+        raise OptionError(name, "last row is not 0 0 0 1", "a homogeneous matrix")
+    R = T[..., :3, :3]
+    error = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max(initial=0.0)
+    if error > ORTHONORMAL:
+        raise OptionError(name, f"R^T R differs from 1 by {error:.3g}", f"a rotation (to {ORTHONORMAL:g})")
+    if (np.linalg.det(R) < 0.0).any():
+        raise OptionError(name, "a mirror image (det R = -1)", "a rotation, det R = +1")
+    for _ in range(2):  # Newton steps of the polar decomposition lead to the nearest rotation
+        R = 1.5 * R - 0.5 * R @ np.swapaxes(R, -1, -2) @ R
+    out = T.copy()
+    out[..., :3, :3] = R
+    return out

@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.reproduction.case import PaperCase, formulas
 from lwr_dyn.reproduction.results import ResultBlock
@@ -46,7 +46,7 @@ def link_moments(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def flange(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """T_0n(q): position [m] and the flange's axes in the base"""
-    T = forward_kinematics(case.arm.chain, _state(case, block, "q"))
+    T = flange_pose(case.arm.chain, _state(case, block, "q"))
     return {"position": T[:3, 3], "rotation": T[:3, :3].tolist()}
 
 
@@ -59,7 +59,7 @@ def limits(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def height(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """Height of the flange above the floor at q: pedestal plus p_z [m]"""
-    T = forward_kinematics(case.arm.chain, _state(case, block, "q"))
+    T = flange_pose(case.arm.chain, _state(case, block, "q"))
     return {"height": [case.arm.drawing.pedestal + T[2, 3]]}
 
 

@@ -6,8 +6,7 @@ from functools import cache
 from importlib import import_module, resources
 from typing import Any, Literal
 
-from lwr_dyn.foundation.errors import OptionError, UnknownNameError
-from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 
 ALL = "all"
 """In place of a paper's name: every paper."""
@@ -53,8 +52,9 @@ class Study:
 
     def load(self, part: str) -> Any:
         """The object that `part` ("run", "formulas", "proofs") names; raises `MissingPackageError`."""
-        parts: Registry[Any] = Registry("part", {part: Row(getattr(self, part), "", extra="all")})
-        return parts.load(part)
+        module, _, attribute = getattr(self, part).partition(":")
+        with needs_extra("all"):
+            return getattr(import_module(module), attribute)
 
 
 @cache

@@ -3,7 +3,7 @@
 simulate      simulate = run_setup(prepare(...)): the closed loop as a Run
 setup         Setup, prepare: a simulation whose options are all checked
 options       SimulationOptions, and the checks of reference, start and friction
-plant         Plant: the arm that is simulated; arm_with_payload, arm_with_scaled_inertia
+plant         Plant: the arm that is simulated
 external      ExternalTorque: what acts on the links from outside, such as walls and pushes
 arm_friction  ArmFriction: set-valued friction with true stick, and its smooth forms
 sensors       Encoder

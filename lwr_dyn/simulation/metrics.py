@@ -10,7 +10,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.shown import repr_html, short_repr
@@ -137,7 +137,7 @@ def tip_model(run: Run) -> str:
 
 
 def _tip(arm: Arm, q: Array) -> Array:
-    return forward_kinematics(arm.chain, q)[..., :3, 3]
+    return flange_pose(arm.chain, q)[..., :3, 3]
 
 
 def _use(peak: Array, limit: Array) -> Array:

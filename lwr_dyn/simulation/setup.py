@@ -15,6 +15,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
 from lwr_dyn.model.run import Motion, Reference
@@ -28,7 +29,7 @@ from lwr_dyn.simulation.options import (
     sampled_reference,
     start_state,
 )
-from lwr_dyn.simulation.plant import Plant, arm_with_payload, plant_of
+from lwr_dyn.simulation.plant import Plant, plant_of
 from lwr_dyn.simulation.sensors import Encoder, Sensor
 
 ENCODERS = ("motor", "link")

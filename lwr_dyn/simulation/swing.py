@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import Array, joint_array
 from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
+from lwr_dyn.model.run import Motion, Run
 from lwr_dyn.simulation.setup import prepare
 from lwr_dyn.simulation.simulate import run_setup
-from lwr_dyn.trajectory.motion_profile import quintic
-from lwr_dyn.trajectory.references.joint_moves import JointReference
 
 EQUILIBRIUM = 1e-3
 """[rad/s^2] A pose with less acceleration at rest counts as an equilibrium: centres of mass are printed to 1e-8 m, so
@@ -38,6 +36,20 @@ CASES: Mapping[str, SwingCase] = MappingProxyType(
         "offset": SwingCase(1e-3, 0.0, "upright, every joint offset by 1e-3 rad: the equilibrium is unstable"),
     }
 )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Standstill:
+    """The reference of a swing, which no controller follows: the pose q (n,) [rad or m] for `duration` [s]."""
+
+    q: Array
+    duration: float
+
+    def sample(self, t: Array) -> Motion:
+        """The pose, without speed or acceleration, at times t (k,) [s]."""
+        times = np.atleast_1d(t)
+        still = np.zeros((times.size, self.q.size))
+        return Motion(times, still + self.q, still, still)
 
 
 def no_torque(t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
@@ -81,7 +93,7 @@ def free_swing(
     start = CASES[case]
     pose = joint_array("q0", np.full(arm.n, start.offset) if q0 is None else q0, arm.n)
     speed = np.full(arm.n, start.speed) if dq0 is None else dq0
-    stay = JointReference(np.array([pose, pose]), (quintic(1.0, duration),))
+    stay = Standstill(pose, float(duration))
     setup = prepare(arm, no_torque, stay, q0=pose, dq0=speed, method=method, position_limits=position_limits, **options)
     none = np.zeros(arm.n)
     largest = float(np.abs(setup.plant.dynamics.forward_dynamics(pose, none, none)).max())

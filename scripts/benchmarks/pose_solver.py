@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 import lwr_dyn
 from benchmarks.timing import installed
 from lwr_dyn.foundation.errors import PoseNotReachedError
-from lwr_dyn.kinematics.forward import pose_array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.spatial import pose_array
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from tests.public_arms import NAMES, public_arm, random_positions

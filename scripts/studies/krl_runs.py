@@ -27,8 +27,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
+from lwr_dyn.arms.loading import load  # noqa: E402
 from lwr_dyn.foundation.errors import LwrDynError  # noqa: E402
-from lwr_dyn.front import load  # noqa: E402
 from lwr_dyn.krl.project.program import load_program  # noqa: E402
 from lwr_dyn.krl.running.cell_file import read_cell  # noqa: E402
 from lwr_dyn.krl.running.cell_values import with_cell  # noqa: E402

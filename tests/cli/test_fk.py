@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from lwr_dyn.cli import fk
-from lwr_dyn.foundation.registry import Row
-from lwr_dyn.front import FUNCTIONS
 
 HOME = ("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90")
 BAD = {
@@ -32,14 +30,6 @@ def test_axes_by_name(lwr_dyn_command):
     code, out, _ = lwr_dyn_command(*HOME)
     assert code == 0
     assert "position  1.340000000 0.000000000 1.810000000 m" in out
-
-
-def test_without_the_package_krl_the_pose_is_in_si_alone(lwr_dyn_command, monkeypatch):
-    monkeypatch.setitem(FUNCTIONS.rows, "kuka_units", Row("no_such_package:units", "gone", extra="krl"))
-    code, out, _ = lwr_dyn_command(*HOME)
-    assert code == 0
-    assert "KUKA" not in out
-    assert json.loads(lwr_dyn_command(*HOME, "--json")[1])["kuka"] is None
 
 
 def test_named_and_listed_positions_give_the_same_pose_and_its_point(lwr_dyn_command):

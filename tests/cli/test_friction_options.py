@@ -4,8 +4,6 @@ import json
 
 import pytest
 
-from lwr_dyn.front import FUNCTIONS
-
 MOVE = ("simulate", "wam7", "--task", "lspb", "--from-deg", "0,-60,0,90,0,0,0", "--own-gains", "--velocity-error")
 FAST = (*MOVE, "--to-deg", "0,-60,0,130,0,0,0", "--duration", "1.0", "--blend", "0.3")
 
@@ -17,7 +15,6 @@ def test_friction_that_drives_is_warned_of(lwr_dyn_command):
     assert "warning: friction of joint_4 feeds energy in from" in out
 
 
-@pytest.mark.skipif(not FUNCTIONS["passive_refit"].is_installed, reason="the refit is part of identification")
 def test_a_passive_refit_shows_its_cost_and_drives_no_more(lwr_dyn_command):
     code, out, _ = lwr_dyn_command(*FAST, "--passive-refit", "--json")
     record = json.loads(out)

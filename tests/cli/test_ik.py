@@ -9,9 +9,6 @@ from scipy.spatial.transform import Rotation
 import lwr_dyn
 from lwr_dyn.cli.ik import command
 from lwr_dyn.cli.main import group
-from lwr_dyn.foundation.errors import MissingPackageError
-from lwr_dyn.foundation.registry import Row
-from lwr_dyn.front import FUNCTIONS
 from lwr_dyn.kinematics.six_joints.nearest_point import nearest_point
 
 POINT_1 = ["--rpy-deg", "-90,0,0"]
@@ -166,17 +163,6 @@ def test_the_solution_with_the_least_axis_travel():
     travel = [np.abs(np.array(s["q"]) - np.radians([0, -90, 90, 0, 0, 0])).sum() for s in every]
     assert len(near) == 1
     assert near[0]["q"] == every[int(np.argmin(travel))]["q"]
-
-
-def test_without_the_package_krl_its_options_name_the_extra(monkeypatch):
-    monkeypatch.setitem(FUNCTIONS.rows, "kuka_units", Row("no_such_package:units", "gone", extra="krl"))
-    done = CliRunner().invoke(command, [*KUKA, "--rpy", "0,0,0"])
-    assert done.exit_code == 0
-    assert "arm angle" in done.stdout
-    for options in (["--abc-deg", "0,0,0"], ["--rpy", "0,0,0", "--status", "4"], ["--rpy", "0,0,0", "--turn", "52"]):
-        done = CliRunner().invoke(command, [*KUKA, *options])
-        assert isinstance(done.exception, MissingPackageError)
-        assert "pip install 'lwr_dyn[krl]'" in str(done.exception)
 
 
 def test_a_sliding_joint_starts_at_metres(tmp_path):

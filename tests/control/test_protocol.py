@@ -29,7 +29,7 @@ def behaviour(controller):
 
 def variants():
     """Every row of the registry under every choice of its switches."""
-    for name in (name for name, row in CONTROLLERS.rows.items() if row.is_installed):
+    for name in CONTROLLERS.rows:
         switches = [key for key, option in options_of(CONTROLLERS.load(name)).items() if option.kind is bool]
         for values in product([False, True], repeat=len(switches)):
             known = {"inertia": B} if "inertia" in signature(CONTROLLERS.load(name)).parameters else {}

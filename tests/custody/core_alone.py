@@ -1,4 +1,4 @@
-"""The core in an environment of its own: installed from a built wheel, the optional packages deleted."""
+"""The core in an environment of its own: a built wheel with its plain dependencies, no extra."""
 
 from __future__ import annotations
 
@@ -9,22 +9,25 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-OPTIONAL = (
-    "arm_setup", "audit", "cartesian", "codegen", "comparison", "design", "elastic", "emit", "environment", "explorer",
-    "export", "feedback", "identification", "ik_solvers", "inertia_bounds", "krl", "notebook", "parity", "plotting",
-    "reproduction", "responses", "rollout", "sweeps", "symbolic",
+CORE = (
+    "foundation", "model", "arms/papers", "arms/urdf", "arms/*", "dynamics/*", "kinematics/*", "control/*",
+    "trajectory/*", "trajectory/references", "simulation/*", "checks/arm", "pages/replay",
 )  # fmt: skip
-"""Packages of `lwr_dyn` that the core must run without."""
+"""Packages of the core; `/*` is the package without its sub-packages."""
 READY = Path(os.environ["LWR_DYN_WHEEL_ENVIRONMENT"]) if "LWR_DYN_WHEEL_ENVIRONMENT" in os.environ else None
 """An environment with the wheel of this checkout alone, its plain dependencies and the file `complete`: `.ci/run`."""
 NEEDED = ("pytest", "hypothesis")
 """What tests of the core need beside it; `EVERYTHING` of them needs more."""
 EVERYTHING = (*NEEDED, "mujoco", "example-robot-data", "casadi", "matplotlib", "selenium", "axe-playwright-python")
-FOLDERS = (
-    "agreement", "checks", "cli", "control", "dynamics", "kinematics", "laws", "model", "papers", "simulation",
-    "trajectory", "urdf", "viewer", *sorted(path.name for path in (ROOT / "tests").glob("test_*.py")),
-)  # fmt: skip
+FOLDERS = ("agreement", "laws", "test_*.py", *CORE)
 """Tests of the core."""
+
+
+def core_files(root: Path, name: str, pattern: str) -> list[Path]:
+    """The files of one entry of `CORE` below a folder."""
+    if name.endswith("/*"):
+        return sorted((root / name[:-2]).glob(pattern))
+    return sorted(root.glob(name)) if name.endswith(".py") else sorted((root / name).rglob(pattern))
 
 
 def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
@@ -48,9 +51,6 @@ def installed_core(folder: Path, packages: tuple[str, ...] = NEEDED) -> Path:
         wheel = (str(_built(folder, python)),)
     install = ("install", "-q", "--no-compile", *wheel, *packages)
     _succeed([sys.executable, "-m", "pip", "--python", str(python), *install], folder)
-    site = next((folder / "environment" / "lib").glob("python3*")) / "site-packages" / "lwr_dyn"
-    for name in OPTIONAL:
-        shutil.rmtree(site / name)
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "models", folder / "models")
     shutil.copy(ROOT / "pyproject.toml", folder / "pyproject.toml")
@@ -84,7 +84,7 @@ def _built(folder: Path, python: Path) -> Path:
 
 def run_tests(python: Path, folder: Path, names: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
     """The tests of these folders in the environment."""
-    places = [f"tests/{name}" for name in names]
+    places = [str(path) for name in names for path in core_files(folder / "tests", name, "test_*.py")]
     return run([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *places], folder)
 
 

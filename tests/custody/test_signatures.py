@@ -1,19 +1,20 @@
 """The functions of `import lwr_dyn` have real signatures: a user's editor, `help()` and mypy see them."""
 
 import inspect
+import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import lwr_dyn
-from lwr_dyn import front
-from lwr_dyn.codegen.kernels.batch import batch_dynamics
 from lwr_dyn.pages.replay.replay_page import replay_html
 from lwr_dyn.simulation.setup import prepare
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = ROOT / "lwr_dyn"
 OF_FACTORIES = {"controller", "margins", "reference"}
 """Their options are those of the row or the page that is chosen, so they cannot be listed."""
 
@@ -33,9 +34,8 @@ def test_wrapped_functions_have_the_options_of_what_they_call():
     def options(function, left_out=()):
         return {p.name: p.default for p in inspect.signature(function).parameters.values() if p.name not in left_out}
 
-    assert options(front.batch_dynamics) == options(batch_dynamics)
-    assert options(front.replay, ("path",)) == options(replay_html, ("arms", "live"))
-    assert options(front.simulate, ("progress",)) == options(prepare)
+    assert options(lwr_dyn.replay, ("path",)) == options(replay_html, ("arms", "live"))
+    assert options(lwr_dyn.simulate, ("progress",)) == options(prepare)
 
 
 USER_SCRIPT = """
@@ -66,10 +66,18 @@ def test_a_users_script_is_checked_by_mypy(tmp_path):
     assert 'Unexpected keyword argument "rates" for "simulate"' in faults[0]
 
 
-def test_every_name_of_the_package_is_a_function_of_the_front_door():
-    offered = set(lwr_dyn.__all__) - {"Run"}
-    assert {name for name in offered if getattr(lwr_dyn, name) is not getattr(front, name)} == set()
-    with pytest.raises(AttributeError, match="no attribute 'loads'"):
-        front.loads  # noqa: B018
+def test_types_and_functions_are_those_of_the_same_modules():
+    typed = re.findall(r"^from (\S+) import (\w+) as \2$", (PACKAGE / "__init__.pyi").read_text("utf-8"), re.MULTILINE)
+    assert sorted(name for _, name in typed) == lwr_dyn.__all__
+    for module, name in typed:
+        assert getattr(lwr_dyn, name) is getattr(import_module(module), name)
+
+
+def test_no_first_level_package_has_the_name_of_a_function():
+    packages = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    assert packages & {*lwr_dyn.__all__} == set()
+
+
+def test_another_name_is_no_attribute():
     with pytest.raises(AttributeError, match="no attribute 'loads'"):
         lwr_dyn.loads  # noqa: B018

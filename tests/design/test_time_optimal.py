@@ -9,9 +9,9 @@ import lwr_dyn
 from lwr_dyn.design.time_optimal import least_time
 from lwr_dyn.design.time_optimal_pieces import CurveReference, path_of_reference
 from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, ShapeError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.trajectory.motion_profile import constant_speed
 
 ARM = lwr_dyn.load("lwr4plus")
@@ -84,7 +84,7 @@ def test_it_is_faster_than_any_uniform_scaling(ist, quick):
 
 def test_the_path_is_not_changed(ist, quick):
     t = np.linspace(0.0, quick.duration, 500)
-    tip = forward_kinematics(ARM.chain, quick.sample(t).q)[:, :3, 3]
+    tip = flange_pose(ARM.chain, quick.sample(t).q)[:, :3, 3]
     assert np.abs(tip - ist.poses.path.at(quick.poses.profile.at(t).s).p).max() < 1e-9
     ends = quick.sample(np.array([0.0, quick.duration]))
     assert ends.q == pytest.approx(ist.sample(np.array([0.0, ist.duration])).q, abs=1e-12)

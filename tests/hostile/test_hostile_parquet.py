@@ -5,9 +5,8 @@ import pyarrow
 import pytest
 from pyarrow import parquet
 
-from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError, LogError
 from lwr_dyn.identification.logs.joint_log import read_log
-from lwr_dyn.identification.logs.log_columns import LogError
 
 T = np.arange(50) * 0.01
 GOOD = {"time [s]": T, "q1 [rad]": np.sin(T), "tau1 [N m]": np.cos(T)}

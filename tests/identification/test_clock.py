@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.logs.clock import clock_of, on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 
 STEP = 0.002
 

@@ -10,9 +10,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.regression.commanded_motion import commanded_motion, instrumental_information
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_text
 from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
 from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.elasticity import JointElasticity
 from tests.identification.elastic_plants import elastic_log

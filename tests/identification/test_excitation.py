@@ -16,8 +16,8 @@ from lwr_dyn.identification.excitation.motion_design import ExcitationError
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.motion_score import motion_score
 from lwr_dyn.identification.logs.joint_log import read_log
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.trajectory.recorded.motion_reference import csv_reference
 
 pytest.importorskip("numba")

@@ -11,7 +11,6 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.urdf.model_files import FORMATS
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.identification.fitted.fitted_arm import fitted_arm
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
@@ -199,4 +198,3 @@ def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
     (tmp_path / "bag" / "a").write_bytes(b"1")
     assert digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
     assert digest_of(tmp_path / "none") == ""
-    assert FORMATS[".toml"].is_installed

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.foundation.errors import LogError, OptionError, ShapeError
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.instrumental import (
     UNFILTERED,

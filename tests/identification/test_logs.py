@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, LogError, LwrDynError, OptionError
 from lwr_dyn.identification.friction.identify_friction import identify_friction, identify_friction_files
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
-from lwr_dyn.identification.logs.log_columns import LogError, declared_units
+from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.model.friction import symmetric
 from tests.identification.simulated import ideal_cruise

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
 from lwr_dyn.identification.bodies.constraints import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_rule import MotionRule
 from lwr_dyn.identification.motion.motion_tables import motion_text

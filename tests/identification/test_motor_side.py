@@ -10,9 +10,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of

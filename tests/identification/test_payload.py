@@ -9,8 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.payload.identify_load import RULES, identify_load
 from lwr_dyn.identification.payload.load_columns import body_of, load_columns
 from lwr_dyn.identification.payload.load_tables import load_record, load_text, states

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError, LogError
 from lwr_dyn.identification.logs.joint_log import log_of_run, read_log
-from lwr_dyn.identification.logs.log_columns import LogError
 
 
 @pytest.fixture(scope="module")

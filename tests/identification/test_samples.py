@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression import samples as module
 from lwr_dyn.identification.regression.samples import SampleRule, sample_parts, samples_of
 from lwr_dyn.model.transmission import Transmission

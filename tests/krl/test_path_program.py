@@ -6,7 +6,7 @@ from scipy.spatial.distance import cdist
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.six_joint_geometry import wrist_arm_geometry
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.krl.writing.corners import Approximation
@@ -35,7 +35,7 @@ def fourier(arm, seed, duration=3.0):
 
 
 def tool_places(arm, q, tool):
-    return (forward_kinematics(arm.chain, q) @ tool)[:, :3, 3]
+    return (flange_pose(arm.chain, q) @ tool)[:, :3, 3]
 
 
 def hausdorff(a, b):

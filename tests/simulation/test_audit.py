@@ -11,9 +11,9 @@ import lwr_dyn
 from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation import fast_step
 from lwr_dyn.simulation.audit import audit, audit_lines, audit_words
-from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, joint_waves, lwr, lwr_dynamics, with_limits
 

@@ -25,7 +25,7 @@ FORMATS: Registry[Callable[[Arm], str]] = Registry(
 def model_stem(arm: Arm) -> str:
     """ROBOT for the default reading of a robot of this package, else ROBOT_READING.
 
-    >>> from lwr_dyn.front import load
+    >>> from lwr_dyn import load
     >>> model_stem(load("lwr4plus")), model_stem(load("lwr4plus", reading="physical"))
     ('lwr4plus', 'lwr4plus_physical')
     """
@@ -38,7 +38,7 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
 
     Names begin with `stem`, or with `model_stem(arm)`.
 
-    >>> from lwr_dyn.front import load
+    >>> from lwr_dyn import load
     >>> list(model_files(load("lwr4")))
     ['lwr4.urdf', 'lwr4.provenance.json']
     """
@@ -46,7 +46,7 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     out = {f"{stem}.urdf": urdf_text(arm), f"{stem}.provenance.json": provenance_text(arm)}
     if any(link.rotor is not None for link in arm.chain.links):
         out[f"{stem}.srdf"] = srdf_text(arm)
-    if arm.chain.bodies is not None and not weightless_links(arm) and FORMATS[".xml"].is_installed:
+    if arm.chain.bodies is not None and not weightless_links(arm):
         out[f"{stem}.xml"] = FORMATS.load(".xml")(arm)
     return out
 

@@ -22,7 +22,7 @@ def provenance_text(arm: Arm) -> str:
     cells: `value` under the reading in the printed `unit`, and the `errata` that changed it. What a URDF cannot hold
     (friction per direction, motor map, gains) has blocks of its own, in SI.
 
-    >>> from lwr_dyn.front import load
+    >>> from lwr_dyn import load
     >>> sidecar = json.loads(provenance_text(load("lwr4plus")))
     >>> sidecar["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]
     {'written': [2.7782], 'quantities': ['link_1.mass']}

@@ -6,7 +6,7 @@ link without `<inertial>` is massless, as the format defines, if a link further 
 and the arm no dynamics.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY
 from lwr_dyn.arms.urdf.elements import PLACEHOLDERS
+from lwr_dyn.arms.urdf.obvious_arm import obvious_tip
 from lwr_dyn.arms.urdf.parse import UrdfFile, parse_urdf, placeholder_name
 from lwr_dyn.arms.urdf.tree import (
     KINDS,
@@ -28,7 +29,6 @@ from lwr_dyn.arms.urdf.tree import (
     with_held_joints,
 )
 from lwr_dyn.foundation.errors import UrdfError
-from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.spatial import Pose
@@ -36,10 +36,6 @@ from lwr_dyn.model.written_link import WrittenLink, heavy, welded
 
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
-TIPS: Registry[Callable[[Tree], str]] = Registry(
-    "tip", {"obvious-arm": Row("lwr_dyn.arms.urdf.obvious_arm:obvious_tip", "of the one arm in a tree of several ends")}
-)
-"""The choice of a tip where several links are ends and none is given."""
 _OWN_LINKS = ("base", "flange")
 """Link names that our writer uses; a moving link of that name gets an underscore."""
 
@@ -94,7 +90,7 @@ def read_urdf(
     urdf = parse_urdf(path, xacro_args)
     tree = build_tree(urdf, lock or {})
     ends = [link for link, joints in tree.out_of.items() if not joints]
-    given, tip = tip, tip or (ends[0] if len(ends) == 1 else TIPS.load("obvious-arm")(tree))
+    given, tip = tip, tip or (ends[0] if len(ends) == 1 else obvious_tip(tree))
     tree, held = with_held_joints(tree, tip)
     base, *groups = _groups(tree, tree.path_to(tip))
     names = [_free_name(group.link, urdf.links) for group in groups]

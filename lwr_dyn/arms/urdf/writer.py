@@ -32,6 +32,7 @@ from lwr_dyn.arms.urdf.elements import (
 )
 from lwr_dyn.arms.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.arms.urdf.xml_text import header
+from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.chain import Body, ChainLink
 from lwr_dyn.model.file_layout import fitting
@@ -44,7 +45,7 @@ ENDS = ("base", "flange")
 
 def urdf_text(arm: Arm) -> str:
     """The arm as URDF text; the same arm gives the same bytes."""
-    return "\n".join(urdf_with_sources(arm).text) + "\n"
+    return "\n".join(urdf_with_sources(arm_argument(arm)).text) + "\n"
 
 
 def urdf_with_sources(arm: Arm) -> SourcedText:

@@ -1,9 +1,7 @@
-"""All checks of one arm: frames, feasibility, identities, agreement of the two roads, energy, and those of `CHECKS`.
+"""All checks of one arm: frames, feasibility, identities, agreement of the two roads, energy, data sheet.
 
 Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
 """
-
-from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -23,37 +21,19 @@ from lwr_dyn.checks.arm.identities import (
     torque_floor,
     velocity_identities,
 )
-from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict, Verdict
+from lwr_dyn.checks.arm.verdict import CheckReport, Verdict
+from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts
+from lwr_dyn.checks.engines.file_check import file_verdicts
 from lwr_dyn.dynamics.gate import Gated
 from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
 from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
 from lwr_dyn.dynamics.protocol import Dynamics, singular_joint
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import SingularMassError
-from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import Convention
 
-CHECKS: Registry[Callable[[Arm, Paper], Iterable[Verdict]]] = Registry(
-    "check",
-    {
-        "data-sheet": Row(
-            "lwr_dyn.checks.datasheet.datasheet:datasheet_verdicts", "poses, ranges, reach, envelope and mass"
-        )
-    },
-)
-"""Checks of optional packages by name; each row is a function of the arm and its paper."""
-FILE_CHECKS: Registry[Callable[[str, Mapping[str, str]], FileVerdict]] = Registry(
-    "file_check",
-    {"as-written": Row("lwr_dyn.checks.urdf.report_text:file_verdict", "each link, joint and shape of a URDF")},
-)
-"""Checks of a `.urdf` or `.xacro` before it is read as a chain: functions of the path and a xacro's arguments."""
-READER_CHECKS: Registry[Callable[[Arm], tuple[list[Verdict], list[str]]]] = Registry(
-    "reader_check",
-    {"pinocchio": Row("lwr_dyn.checks.engines.file_check:file_verdicts", "Pinocchio on a foreign file itself")},
-)
-"""Other readers of an arm's own URDF by name; each gives verdicts against our reading, and what it could not judge."""
 STATES = 1000
 SEED = 20240607
 METRES = 1e-12
@@ -68,7 +48,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     ----------
     arm : Arm
     paper : Paper, optional
-        Adds the checks against the paper's tabulated frames, and those of `CHECKS`.
+        Adds the checks against its tabulated frames and its data sheet.
     states : int
         Random states inside the limits.
     seed : int
@@ -80,19 +60,12 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     notes = [box_note(arm)]
     if paper is not None:
         verdicts += tabulated_frames(paper)
-        for name in CHECKS.names:
-            if CHECKS[name].is_installed:
-                verdicts += CHECKS.load(name)(arm, paper)
-            else:
-                notes.append(f"{name} not checked: {CHECKS[name].module} is not installed")
+        verdicts += datasheet_verdicts(arm, paper)
     verdicts += feasibility_verdicts(arm)
     left = not_judged(arm)
-    for name in READER_CHECKS.names if arm.file and arm.layout is not None else ():
-        if READER_CHECKS[name].is_installed:
-            found, unjudged = READER_CHECKS.load(name)(arm)
-            verdicts, left = verdicts + found, left + unjudged
-        else:
-            notes.append(f"{READER_CHECKS[name].about} not checked: {READER_CHECKS[name].module} is not installed")
+    if arm.file and arm.layout is not None:
+        found, unjudged = file_verdicts(arm)
+        verdicts, left = verdicts + found, left + unjudged
     if road_a is None:
         verdicts += missing_mass(arm)
         left += ["B, C, g, forward dynamics and free swing"] if missing_mass(arm) else []
@@ -143,7 +116,7 @@ def forward_agrees(road_a: Dynamics, road_b: Gated[Recursion], states: States) -
 
 def frames_agree(arm: Arm, urdf_flange: Array, states: States) -> Verdict:
     """Flange pose through the URDF frames against the product of the native matrices."""
-    native = forward_kinematics(arm.chain, states.q)
+    native = flange_pose(arm.chain, states.q)
     size = max(1.0, float(np.abs(native).max()))
     return Verdict("flange: URDF against DH table", float(np.abs(urdf_flange - native).max()), METRES * size, "m")
 

@@ -68,6 +68,11 @@ class CheckReport:
         """The verdicts under the robot's name."""
         return verdict_table(f"{self.robot}, reading {self.reading}", self.verdicts)
 
+    def failing_first(self) -> Table:
+        """The verdicts with those that fail first, under how many hold."""
+        verdicts = sorted(self.verdicts, key=lambda verdict: verdict.holds)
+        return verdict_table(f"{self.robot}, reading {self.reading}: {self.summary()}", verdicts)
+
 
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     """Verdicts as a table.

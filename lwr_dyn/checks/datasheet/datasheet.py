@@ -14,7 +14,7 @@ from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.checks.datasheet.envelope import SECTION, working_envelope
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.kinematics.forward import forward_kinematics, joint_axes
+from lwr_dyn.kinematics.forward import flange_pose, joint_axes
 from lwr_dyn.kinematics.six_joints.six_joint_geometry import wrist_arm_geometry
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy
@@ -35,7 +35,7 @@ def datasheet_verdicts(arm: Arm, paper: Paper) -> list[Verdict]:
 
 def _poses(arm: Arm, paper: Paper) -> Iterator[Verdict]:
     printed = {name: paper.columns[f"poses.{name}"].si() for name in _POSES if f"poses.{name}" in paper.columns}
-    zero = forward_kinematics(arm.chain, np.zeros(arm.n))
+    zero = flange_pose(arm.chain, np.zeros(arm.n))
     if "axis" in printed:
         deviation = float(np.abs(joint_axes(arm.chain, np.zeros(arm.n)).z - printed["axis"]).max())
         yield Verdict("axes at zero - the maker's", deviation, RIGHT_ANGLES, "1")
@@ -46,7 +46,7 @@ def _poses(arm: Arm, paper: Paper) -> Iterator[Verdict]:
         yield _rotation_verdict("flange at zero: rotation - the maker's", zero, printed["flange_rpy"][0])
     if not arm.mastering:
         return
-    mastered = forward_kinematics(arm.chain, np.array(arm.mastering))
+    mastered = flange_pose(arm.chain, np.array(arm.mastering))
     if "flange_rpy" in printed:
         yield _rotation_verdict("flange at mastering: rotation - the maker's", mastered, printed["flange_rpy"][0])
     if "mastering_wrist" in printed:

@@ -18,7 +18,7 @@ from lwr_dyn.checks.engines.engine import ArmInFile
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.files import ends_in, write_file
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 
 STATES, SEED = 20, 7
@@ -53,7 +53,7 @@ class FileReference:
 
     def flange(self) -> Array:
         """Poses (k, 4, 4)."""
-        return forward_kinematics(self.arm.chain, self.states.q)
+        return flange_pose(self.arm.chain, self.states.q)
 
     def held(self) -> dict[str, Array]:
         """The numbers beside the dynamics, infinite where a limit is not known."""

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from lwr_dyn.foundation.arrays import Array
 
@@ -81,6 +80,8 @@ def solid_hull(points: Array) -> Hull | None:
     """The convex hull of points, (n, 3) array [m]; None for a sheet, a line or fewer than four points."""
     if len(points) < 4:
         return None
+    from scipy.spatial import ConvexHull, QhullError  # most files have no mesh, and the linter starts without SciPy
+
     try:
         found = ConvexHull(points)
     except (QhullError, ValueError):

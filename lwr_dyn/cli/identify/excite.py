@@ -25,7 +25,7 @@ from lwr_dyn.identification.excitation.excitation_text import excitation_record,
 from lwr_dyn.identification.excitation.motion_limits import MARGIN, SPEED_SHARE, TORQUE_SHARE, MotionLimits
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES
 from lwr_dyn.identification.excitation.room import check_room
-from lwr_dyn.simulation.plant import arm_with_payload
+from lwr_dyn.model.changed_arm import arm_with_payload
 
 
 @click.command("excite")

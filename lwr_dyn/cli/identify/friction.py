@@ -4,11 +4,11 @@ from typing import Any
 
 import click
 
+from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.cli.row_options import OptionRule, refuse_unused
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.front import load
 from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.friction.direction_fit import MODELS
 from lwr_dyn.identification.friction.friction_tables import friction_record, friction_text

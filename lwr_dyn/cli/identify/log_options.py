@@ -7,11 +7,10 @@ from typing import Any, TypeVar
 import click
 import numpy as np
 
-from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.errors import LogError, LwrDynError
 from lwr_dyn.identification.log_faults.found_faults import log_faults, prepared_logs
 from lwr_dyn.identification.logs.column_map import column_map
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.model.arm import Arm
 
 F = TypeVar("F", bound=Callable[..., Any])

@@ -4,11 +4,11 @@ from typing import Any
 
 import click
 
+from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options, warn
 from lwr_dyn.cli.identify.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.front import load
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.logs.repeated import apart_from
 from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.front import load
+from lwr_dyn.arms.loading import load
 from lwr_dyn.krl.names.names_file import known_names
 from lwr_dyn.krl.project.program import Program, load_program
 from lwr_dyn.krl.robot.machine_arm import raise_times

@@ -8,13 +8,13 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.krl.options import ROBOT
 from lwr_dyn.cli.options import NUMBERS
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_files
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.front import load
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.krl.robot.machine_arm import raise_times

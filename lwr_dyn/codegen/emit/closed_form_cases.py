@@ -5,7 +5,7 @@ import numpy as np
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
@@ -58,7 +58,7 @@ def positions(arm: Arm) -> Array:
 
 def poses(arm: Arm) -> Array:
     """Their poses, (POSES, 4, 4)."""
-    return forward_kinematics(arm.chain, positions(arm))
+    return flange_pose(arm.chain, positions(arm))
 
 
 def branches(arm: Arm, geometry: SrsGeometry, T: Array, psi: Array) -> Array:

@@ -16,6 +16,7 @@ from lwr_dyn.codegen.kernels.batch_arguments import address_and_step, input_rows
 from lwr_dyn.codegen.kernels.kernel import Kernel, kernel_of, require_packages, thread_count
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape, kernel_spec
 from lwr_dyn.codegen.kernels.result_form import MatrixEntries, ResultForm, matrix_entries
+from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 
@@ -226,7 +227,7 @@ def batch_dynamics(
     MissingPackageError
         The extra `batch` (numba, casadi) is not installed.
     """
-    spec = kernel_spec(arm, inputs, friction, rotors, dtype, layout, structure)
+    spec = kernel_spec(arm_argument(arm), inputs, friction, rotors, dtype, layout, structure)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise OptionError("threads", repr(threads), "a whole number above 0, or None for all processors")
     require_packages()

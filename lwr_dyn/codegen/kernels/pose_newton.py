@@ -13,10 +13,11 @@ up to |e|^2, with z_i the axis of joint i (0 where it slides). Eigenvalues count
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import jacobian_at, joint_axes, pose_array
+from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_search import pose_error, with_turns
 from lwr_dyn.kinematics.pose_solver import FOUND, OUTSIDE, TOLERANCE, SearchRanges
 from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.spatial import pose_array
 
 _STEPS, _LONGEST, _LEAST, _SETTLED = 60, 0.3, 1e-15, 1e-3
 """Steps at most; the longest [rad or m]; the least eigenvalue, above the rounding of J^T J; at a minimum of E above 0

@@ -1,6 +1,6 @@
 """Arms of single runs from rows of parameters, and rows of parameters as what kernels take.
 
-A load is a point mass at its centre in the flange's frame, as `simulation.plant.arm_with_payload` without an inertia.
+A load is a point mass at its centre in the flange's frame, as `model.changed_arm.arm_with_payload` without an inertia.
 """
 
 from collections.abc import Mapping

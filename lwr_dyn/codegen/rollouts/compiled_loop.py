@@ -24,11 +24,11 @@ from lwr_dyn.control.protocol import label_of
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, RatingWarning
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import Progress
-from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.simulation.record import Log, run_of
 from lwr_dyn.simulation.setup import Setup
 

@@ -12,7 +12,7 @@ from lwr_dyn.codegen.rollouts.slots import FIGURES, Slots
 from lwr_dyn.codegen.rollouts.small_turn import LARGEST
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.events import TURN
@@ -85,7 +85,7 @@ def figures_of(run: Run, arm: Arm, tolerance: float | None = None, quantiles: Se
     quantiles : sequence of float
         Shares of time.
     """
-    tip = [forward_kinematics(arm.chain, q)[:, :3, 3] for q in (run.q_ref, run.q)]
+    tip = [flange_pose(arm.chain, q)[:, :3, 3] for q in (run.q_ref, run.q)]
     away, error = np.linalg.norm(tip[0] - tip[1], axis=1), run.q_ref - run.q
     steps = np.diff(run.t, append=run.t[-1])
     beyond = np.flatnonzero(away > (np.inf if tolerance is None else tolerance))

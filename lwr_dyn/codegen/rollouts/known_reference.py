@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.run import Motion, Reference
 
@@ -49,4 +49,4 @@ def _kept(reference: Reference) -> KnownReference:
 @lru_cache(maxsize=_KEPT)
 def reference_rows(motion: Motion, chain: Chain) -> Array:
     """Rows of a kernel's table, (samples, 3 n + 3): q, dq, ddq, and the place of the tip."""
-    return np.hstack([motion.q, motion.dq, motion.ddq, forward_kinematics(chain, motion.q)[:, :3, 3]])
+    return np.hstack([motion.q, motion.dq, motion.ddq, flange_pose(chain, motion.q)[:, :3, 3]])

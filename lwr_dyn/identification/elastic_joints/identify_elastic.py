@@ -20,9 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
 from lwr_dyn.identification.regression.grouped import equations_of, grouped
 from lwr_dyn.identification.regression.instrumental import instrumental_fit

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
+from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.column_files import table_bytes
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, write_file
-from lwr_dyn.front import dynamics_of
 from lwr_dyn.identification.excitation.design import Excitation
 from lwr_dyn.model.dh import JointKind
 from lwr_dyn.model.friction import friction_torque

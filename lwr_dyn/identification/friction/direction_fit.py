@@ -8,9 +8,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from lwr_dyn.foundation.arrays import Array, read_only
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.friction.friction_map import FrictionPoint
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.least_squares import HUBER, Estimate, has_full_rank, huber, weighted
 from lwr_dyn.model.friction import Direction
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, Cruise, CruiseRule, find_cruises
 from lwr_dyn.identification.friction.torque_model import ModelTorque
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.foundation.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.errors import LogError, LwrDynError, OptionError
 from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.friction.direction_fit import DirectionFit, Model, fit_direction
 from lwr_dyn.identification.friction.friction_map import FrictionPoint, map_points, points_of
 from lwr_dyn.identification.friction.torque_model import ModelTorque, Subtract
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.repeated import repeated
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import JointFriction

@@ -8,9 +8,8 @@ from scipy.signal import savgol_filter
 
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.recordings import even_step, recordings
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.vectors import ZERO

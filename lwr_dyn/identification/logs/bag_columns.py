@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
-from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, LogError
+from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn
 from lwr_dyn.identification.logs.recordings import GAP
 from lwr_dyn.identification.logs.ros_bags import FIELDS, JointStates, joint_states
 

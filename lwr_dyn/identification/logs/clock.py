@@ -14,8 +14,8 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.recordings import GAP, JITTER, recordings
 
 GAPS = 0.02

@@ -19,9 +19,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, LogError, OptionError
 from lwr_dyn.foundation.files import read_text
-from lwr_dyn.identification.logs.log_columns import UNITS, LogError, declared_units
+from lwr_dyn.identification.logs.log_columns import UNITS, declared_units
 
 NEEDED = "a map of columns: quantity = name, name with *, or list of names, and [units]"
 _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")

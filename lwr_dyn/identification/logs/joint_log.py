@@ -8,12 +8,12 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.column_files import SUFFIXES, read_columns, read_head, table_bytes
-from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError, LogError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.identification.logs.bag_columns import bag_table
 from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
 from lwr_dyn.identification.logs.log_checks import check_arm, check_log
-from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, LogError, check_kinds, layout_of
+from lwr_dyn.identification.logs.log_columns import SI, Layout, LogColumn, check_kinds, layout_of
 from lwr_dyn.identification.logs.ros_bags import is_bag
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run

@@ -6,7 +6,8 @@ from math import pi
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.logs.log_columns import UNITS, LogColumn, LogError
+from lwr_dyn.foundation.errors import LogError
+from lwr_dyn.identification.logs.log_columns import UNITS, LogColumn
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.dh import JointKind
 

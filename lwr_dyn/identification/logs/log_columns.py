@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 
-from lwr_dyn.foundation.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.model.dh import JointKind
 
 _TURN = {"rad": 1.0, "deg": pi / 180}
@@ -27,14 +27,6 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 SI: Mapping[str, str] = {"time": "s", "q": "rad", "dq": "rad/s", "tau": "N m", "qm": "rad", "i": "A"}
 """The unit of a column that declares none (m, m/s and N for a sliding joint)."""
 _COLUMN = re.compile(r"^(time|dq|qm|q|tau|i)(\d*)\s*(?:\[([^\]]*)\])?$")
-
-
-class LogError(LwrDynError, ValueError):
-    """A log cannot be used for identification: which `file`, `where` (a row or column), `found` and `needed`."""
-
-    def __init__(self, file: str, where: str, found: str, needed: str) -> None:
-        super().__init__(f"{file}: {where}: {found}; needed: {needed}")
-        self.file, self.where, self.found, self.needed = file, where, found, needed
 
 
 @dataclass(frozen=True, slots=True)

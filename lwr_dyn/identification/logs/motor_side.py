@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.transmission import Transmission
 

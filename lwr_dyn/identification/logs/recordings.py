@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.foundation.errors import LogError
 
 GAP = 3.0
 """A step between rows longer than this many usual ones ends a recording and begins another."""

@@ -5,8 +5,8 @@ from hashlib import blake2b
 
 import numpy as np
 
+from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.logs.joint_log import FIELDS, JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 
 _BLOCK = 10_000
 """Rows at once."""

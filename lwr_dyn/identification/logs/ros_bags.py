@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
+from lwr_dyn.foundation.errors import FileAccessError, LogError, MissingPackageError
 from lwr_dyn.foundation.files import check_readable
-from lwr_dyn.identification.logs.log_columns import LogError
 
 SUFFIXES = (".mcap", ".db3")
 LARGEST = 2_000_000_000

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.bodies.constraints import constraints_of
 from lwr_dyn.identification.bodies.possible_bodies import BodyVerdict, judge_bodies
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.motion.missing_motions import MissingMotion, missing_motions
 from lwr_dyn.identification.motion.motion_rule import DEFAULT_MOTION, MotionRule
 from lwr_dyn.identification.motion.parameter_states import (

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.payload.arm_doubt import arm_doubt, model_squares
 from lwr_dyn.identification.payload.load_columns import NAMES, load_shift
 from lwr_dyn.identification.regression.grouped import GroupedEstimate, equations_of, grouped

@@ -7,9 +7,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.instrumental import UNFILTERED, instrumental
 from lwr_dyn.identification.regression.normal_equations import normal_equations

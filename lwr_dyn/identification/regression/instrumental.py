@@ -20,8 +20,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.logs.log_columns import LogError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.regression.base_parameters import BaseParameters
 from lwr_dyn.identification.regression.long_run import HANN_BAND, WINDOW, window_sums
 from lwr_dyn.identification.regression.normal_equations import BLOCK

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.log_columns import LogError
 from lwr_dyn.identification.logs.recordings import even_step, recordings
 from lwr_dyn.model.transmission import Transmission
 

@@ -12,7 +12,7 @@ import numpy as np
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
-from lwr_dyn.kinematics.forward import forward_kinematics, joint_axes
+from lwr_dyn.kinematics.forward import flange_pose, joint_axes
 from lwr_dyn.kinematics.numeric import distinct, missed
 from lwr_dyn.kinematics.solution import IkSolver, InverseResult, PoseProblem, turned_result
 from lwr_dyn.model.chain import Chain
@@ -51,7 +51,7 @@ def solve_pose(problem: PoseProblem, geometry: EaikArm) -> InverseResult:
     pose[:3, :3] = pose[:3, :3] @ geometry.home_rotation.T
     q = np.asarray(geometry.robot.IK(pose).Q, dtype=float).reshape(-1, 6)
     q = q[np.isfinite(q).all(axis=1)]
-    q = q[np.abs(forward_kinematics(arm.chain, q) - problem.pose).max(axis=(1, 2)) <= CONFIRMED]
+    q = q[np.abs(flange_pose(arm.chain, q) - problem.pose).max(axis=(1, 2)) <= CONFIRMED]
     if not len(q):
         return missed(problem, arm.chain)
     q = ranges.middle + wrap(q - ranges.middle)

@@ -16,7 +16,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics import numeric
 from lwr_dyn.kinematics.arm_geometry import meeting_point
 from lwr_dyn.kinematics.branches import joint_ranges, wrap
-from lwr_dyn.kinematics.forward import JointAxes, forward_kinematics
+from lwr_dyn.kinematics.forward import JointAxes, flange_pose
 from lwr_dyn.kinematics.six_joints.six_joint_branches import ClosedForm, branch_result
 from lwr_dyn.kinematics.six_joints.six_joint_geometry import WRIST_ARM, SixJointGeometry, planar_arm, six_axes
 from lwr_dyn.kinematics.six_joints.spherical_wrist import closed_form
@@ -85,7 +85,7 @@ def solve_pose(closed_form: ClosedForm, problem: PoseProblem, snapped: SnappedAr
     if snapped.off and (np.maximum(branches.clearance, branches.reach_excess[..., None]) < snapped.unsure).any():
         found = closed_form(geometry, ranges, problem.pose @ _NEARBY, ROUNDED)
     q, which = found.q[found.reachable], np.nonzero(found.reachable)[1]
-    if len(q) and np.abs(forward_kinematics(arm.chain, q) - problem.pose).max() > numeric.SOLVED:
+    if len(q) and np.abs(flange_pose(arm.chain, q) - problem.pose).max() > numeric.SOLVED:
         q, kept = _polished(problem, q)
         q, which = ranges.middle + wrap(q - ranges.middle), which[kept]
     if len(q):

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, MotionSegment, PtpSegment
 from lwr_dyn.krl.motion.pose_paths import STILL
 from lwr_dyn.krl.motion.settings import Blend, Corner
@@ -80,7 +80,7 @@ def _share_near(segment: PtpSegment | AxisSplineSegment, tool: Array, distance: 
         middle = 0.5 * (low + high)
         share = middle * SAMPLES
         q = segment.axes_at(1.0 - share if at_end else share)
-        p = (forward_kinematics(segment.arm.chain, q) @ tool)[:, :3, 3]
+        p = (flange_pose(segment.arm.chain, q) @ tool)[:, :3, 3]
         inside = float(np.max(np.linalg.norm(p - p[0], axis=1))) <= distance
         low, high = (middle, high) if inside else (low, middle)
     return low

@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics, jacobian_at, joint_axes
+from lwr_dyn.kinematics.forward import flange_pose, jacobian_at, joint_axes
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
 from lwr_dyn.krl.motion.motion_segments import CartesianSegment, PtpSegment, ptp_bounds
 from lwr_dyn.krl.motion.path_axes import FLIP, axes_along, degrees_text
@@ -89,4 +89,4 @@ def warn_of_flip(arm: Arm, start: Array, end: Array, report: Report) -> None:
 
 def tool_pose(arm: Arm, q: Array, tool: Array) -> Array:
     """T_{base,tcp} (4, 4) [m] at q (n,)."""
-    return np.asarray(forward_kinematics(arm.chain, q) @ tool)
+    return np.asarray(flange_pose(arm.chain, q) @ tool)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.foundation.files import write_file
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.language.source import SourceFile, SourceLine
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.program_run import ProgramRun
@@ -97,7 +97,7 @@ def _flange_speed(run: ProgramRun) -> dict[str, Any]:
     t = run.motion.t
     if t.size < 2:
         return {"t": pack_int32(t), "values": pack_int32(np.zeros(t.size))}
-    place = forward_kinematics(run.arm.chain, run.motion.q)[:, :3, 3]
+    place = flange_pose(run.arm.chain, run.motion.q)[:, :3, 3]
     speed = np.linalg.norm(np.diff(place, axis=0), axis=1) / np.diff(t)
     begins = np.arange(0, speed.size, -(-speed.size // SPEEDS))
     largest = np.maximum.reduceat(speed, begins)

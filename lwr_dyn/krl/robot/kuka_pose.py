@@ -16,7 +16,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics, joint_axes
+from lwr_dyn.kinematics.forward import flange_pose, joint_axes
 from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.solution import Solution
 from lwr_dyn.model.arm import Arm
@@ -68,7 +68,7 @@ def _triad(z: Array) -> Array:
 
 def kuka_pose(arm: Arm, q: Array) -> KukaPose:
     """The flange at q (6,) [rad] with Status and Turn; ungated. Raises `OptionError` for another kind of arm."""
-    return replace(pose_of_matrix(forward_kinematics(arm.chain, q)), s=status(arm, q), t=turn(q))
+    return replace(pose_of_matrix(flange_pose(arm.chain, q)), s=status(arm, q), t=turn(q))
 
 
 def frame_matrix(values: Sequence[float]) -> Array:
@@ -117,7 +117,7 @@ def degenerate_abc(abc_deg: Sequence[float]) -> bool:
 def status(arm: Arm, q: Array) -> int:
     """Status S at q (6,) [rad]; raises `OptionError` for an arm without a spherical wrist."""
     g = require_wrist_arm(arm)
-    flange = forward_kinematics(arm.chain, q)
+    flange = flange_pose(arm.chain, q)
     wrist = (flange[:3, 3] + flange[:3, :3] @ g.wrist_in_flange - g.origin) @ g.frame
     ahead = g.front * float(math.cos(q[0]) * wrist[0] + math.sin(q[0]) * wrist[1])
     bits = (ahead < -ZERO, q[2] >= g.straight - ZERO, q[4] < -ZERO)

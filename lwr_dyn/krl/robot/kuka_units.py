@@ -78,3 +78,9 @@ class KukaUnits:
 def pose_record(pose: KukaPose) -> dict[str, Any]:
     """The numbers of a pose by name."""
     return {name: getattr(pose, name) for name in KukaPose.__slots__}
+
+
+def kuka_units(arm: Arm) -> KukaUnits | None:
+    """Poses and solutions of an arm in KUKA's units; None for an arm without KUKA's axes A1 to A6."""
+    units = KukaUnits(arm)
+    return units if units.has_axes else None

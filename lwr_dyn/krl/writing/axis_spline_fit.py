@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.writing.path_fit import FittedMotion, within
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 from lwr_dyn.krl.writing.spline_fit import MOST, ROUNDS, STEPS, halves
@@ -38,7 +38,7 @@ def _knots(samples: SampledPath, first: int, last: int, tolerance: tuple[float, 
     for _ in range(ROUNDS):
         if len(knots) > MOST:
             return None
-        T = forward_kinematics(samples.arm.chain, _nearest(samples, q, way, knots)) @ samples.tool
+        T = flange_pose(samples.arm.chain, _nearest(samples, q, way, knots)) @ samples.tool
         good = within(T, wanted, tolerance)
         bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
         if not bad:

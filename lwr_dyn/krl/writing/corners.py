@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.writing.path_fit import FittedMotion, rotation_angle
 from lwr_dyn.krl.writing.sampled_path import SampledPath
@@ -88,7 +88,7 @@ def _ptp_share(samples: SampledPath, a: FittedMotion, b: FittedMotion, tolerance
 
 
 def _poses(samples: SampledPath, q: Array) -> Array:
-    return np.asarray(forward_kinematics(samples.arm.chain, q) @ samples.tool)
+    return np.asarray(flange_pose(samples.arm.chain, q) @ samples.tool)
 
 
 def _rounded_down(x: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.path_axes import NEAR
@@ -144,7 +144,7 @@ def _ptp_follows(samples: SampledPath, tolerance: tuple[float, float], first: in
     if last > first + 1 and not _in_order(u, 1e-3):
         return False
     on_line = q[0] + np.clip(u, 0.0, 1.0)[:, None] * way
-    T = forward_kinematics(samples.arm.chain, on_line) @ samples.tool
+    T = flange_pose(samples.arm.chain, on_line) @ samples.tool
     return bool(within(T, samples.T[first : last + 1], tolerance).all())
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.krl.writing.path_fit import FittedMotion, Tolerance
 from lwr_dyn.krl.writing.sampled_path import SampledPath
@@ -63,7 +63,7 @@ def _program_places(samples: SampledPath, run: ProgramRun, begin: float, end: fl
     count = FEWEST
     while True:
         q = run.timeline.sample(np.linspace(begin, end, count + 1)).q
-        T = np.asarray(forward_kinematics(samples.arm.chain, q) @ samples.tool)
+        T = np.asarray(flange_pose(samples.arm.chain, q) @ samples.tool)
         bend = float(np.linalg.norm(np.diff(T[:, :3, 3], 2, axis=0), axis=1).max()) / 8.0
         if bend <= finest or count >= MOST:
             return T

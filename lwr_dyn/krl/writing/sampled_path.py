@@ -15,7 +15,7 @@ from scipy.interpolate import CubicHermiteSpline
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import ends_in, read_text
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.robot.kuka_pose import rotation_of_abc
 from lwr_dyn.krl.writing.branches import followed
 from lwr_dyn.model.arm import Arm
@@ -92,7 +92,7 @@ def _refined(arm: Arm, motion: Run | Motion, tool: Array) -> tuple[Array, Array]
     t, q = motion.t, motion.q
     if len(t) < 3:
         return t, q
-    T = forward_kinematics(arm.chain, q) @ tool
+    T = flange_pose(arm.chain, q) @ tool
     bend = np.linalg.norm(np.diff(T[:, :3, 3], 2, axis=0), axis=1) / (8.0 * SAGITTA_M)
     turn = np.linalg.norm(np.diff(T[:, :3, :3], 2, axis=0), axis=(1, 2)) / (8.0 * SAGITTA_RAD)
     each = np.sqrt(np.maximum(bend, turn))
@@ -144,7 +144,7 @@ def _of_axes(arm: Arm, q: Array, t: Array | None, tool: Array, source: str) -> S
     if moved.sum() > MOST:
         raise OptionError(source, f"{int(moved.sum())} samples", f"at most {MOST}")
     kept = np.array(q[moved])
-    T = forward_kinematics(arm.chain, kept) @ tool
+    T = flange_pose(arm.chain, kept) @ tool
     if t is None:
         return SampledPath(arm, kept, T, tool, None, source)
     last = np.append(np.flatnonzero(moved)[1:], len(q)) - 1

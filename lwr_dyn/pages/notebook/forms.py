@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arms.loading import arm_of
-from lwr_dyn.checks.arm.verdict import CheckReport, verdict_table
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.solution import InverseResult
@@ -19,11 +18,6 @@ from lwr_dyn.pages.notebook.markup import ROWS, line, table_html
 from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.metrics import Metrics, metrics
-
-if TYPE_CHECKING:
-    from lwr_dyn.identification.friction.identify_friction import FrictionIdentification
-    from lwr_dyn.identification.motion.motion_fit import MotionIdentification
-    from lwr_dyn.reproduction.paper_study import Reproduction
 
 UNKNOWN = "unknown"
 SLIDING = "of a sliding joint in m, m/s, N, kg"
@@ -93,11 +87,9 @@ def _share(use: float) -> str:
     return UNKNOWN if np.isnan(use) else f"{100 * use:.2g} %"
 
 
-def check_html(report: CheckReport) -> str:
+def check_html(report: Any) -> str:
     """How many checks hold; those that fail first."""
-    verdicts = sorted(report.verdicts, key=lambda verdict: verdict.holds)
-    table = verdict_table(f"{report.robot}, reading {report.reading}: {report.summary()}", verdicts)
-    return table_html(table) + "".join(line(f"not judged: {text}") for text in report.not_judged[:3])
+    return table_html(report.failing_first()) + "".join(line(f"not judged: {text}") for text in report.not_judged[:3])
 
 
 def inverse_html(result: InverseResult) -> str:
@@ -118,14 +110,14 @@ def _shortfalls(result: InverseResult) -> list[tuple[str, float | None]]:
     ]  # fmt: skip
 
 
-def reproduction_html(result: Reproduction) -> str:
+def reproduction_html(result: Any) -> str:
     """Whether everything printed is reproduced or explained, and the count."""
     verdict = "everything printed is reproduced or explained" if result.holds else "printed numbers DIFFER"
     tables = [table for table in result.tables if isinstance(table, Table)]
     return line(verdict, "b") + "".join(map(table_html, tables[:1]))
 
 
-def friction_html(result: FrictionIdentification) -> str:
+def friction_html(result: Any) -> str:
     """The fit of each joint and direction with standard errors."""
     rows = [
         (f"{fit.joint}{'+' if fit.sign > 0 else '-'}", _values(fit), f"{fit.estimate.rms:.3g}") for fit in result.fits
@@ -140,7 +132,7 @@ def _values(fit: Any) -> str:
     return ", ".join(f"{n} {v:.4g} +- {s:.2g}" for n, v, s in zip(fit.names, e.values, e.standard_errors, strict=True))
 
 
-def motion_html(result: MotionIdentification) -> str:
+def motion_html(result: Any) -> str:
     """How many parameters are identified, and how well they predict torques they were not fitted to."""
     share = f"{result.identified} of {len(result.states)} base parameters identified"
     title = f"{share} from {result.equations} equations, condition {result.condition:.3g}"

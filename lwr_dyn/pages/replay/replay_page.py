@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.arms.urdf.geometry import floor_height, stand_foot
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import write_file
@@ -154,3 +155,28 @@ def replay_policy(live: bool) -> str:
     connect = "connect-src 'self' ws:" if live else "connect-src 'none'"
     inside = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; font-src data:; img-src data: blob:"
     return f"default-src 'none'; {inside}; {connect}"
+
+
+def replay(
+    runs: Run | Sequence[Run],
+    path: str | Path,
+    *,
+    labels: Sequence[str] | None = None,
+    title: str | None = None,
+    trace: bool = True,
+    frames: bool = False,
+    layout: str = "overlaid",
+    rate: float = 100.0,
+) -> None:
+    """Write one HTML page to `path`, no network, that replays runs in 3D with the arms that they name.
+
+    labels: one per run; the controllers' names if not given. title: headline; the arm's title if not given. trace,
+    frames: whether the trace and the source's frames are shown at the start. layout: "overlaid" or "beside". rate:
+    samples a second on the page. Raises `FileAccessError`, `UnknownNameError` (an unknown robot), `OptionError`,
+    `ShapeError`.
+    """
+    if not isinstance(runs, (Run, Sequence)):
+        raise OptionError("runs", repr(runs), "a run or a list of runs, as simulate or Run.load give them")
+    several = [runs] if isinstance(runs, Run) else list(runs)
+    arms = [arm_of(run) for run in several]
+    write_replay(path, several, arms, labels=labels, title=title, trace=trace, frames=frames, layout=layout, rate=rate)

@@ -129,7 +129,7 @@ def _replayed(run: Run, arm: Arm, label: str, place: int) -> ReplayedRun:
         array = real_array(f"{name} of {label}", getattr(run, name))
         if array.shape != shape:
             raise ShapeError(f"{name} of {label}", f"shape {array.shape}", f"{shape} for {arm.name}")
-    pose, pose_ref = (forward.forward_kinematics(arm.chain, q) for q in (run.q, run.q_ref))
+    pose, pose_ref = (forward.flange_pose(arm.chain, q) for q in (run.q, run.q_ref))
     return ReplayedRun(run, arm, label, place, pose, pose_ref)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.points import RightPoint
@@ -82,7 +82,7 @@ def cycle(arm: Arm, points: Sequence[RightPoint]) -> Cycle:
     roads = {engine: dynamics_of(arm, engine) for engine in ROADS}
     waypoints = []
     for point, end in zip(points, ends, strict=True):
-        flange = forward_kinematics(arm.chain, run.q[int(np.searchsorted(run.t, end - 1e-9))])
+        flange = flange_pose(arm.chain, run.q[int(np.searchsorted(run.t, end - 1e-9))])
         missed = float(1e3 * np.linalg.norm(flange[:3, 3] - point.target.matrix()[:3, 3]))
         holding = {name: road.gravity_vector(point.q) for name, road in roads.items()}
         waypoints.append(Waypoint(point.name, holding, missed))

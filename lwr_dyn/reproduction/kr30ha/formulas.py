@@ -13,7 +13,7 @@ from lwr_dyn.checks.datasheet.envelope import working_envelope
 from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError
-from lwr_dyn.kinematics.forward import forward_kinematics, frames
+from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, link_frames
 from lwr_dyn.model.spatial import from_rpy
@@ -146,7 +146,7 @@ def branches(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 def mastering(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Forward kinematics at the mastering position [mm]"""
     q = np.array(case.arm.mastering)
-    return {"flange": 1e3 * forward_kinematics(case.arm.chain, q)[:3, 3], "wrist": wrist_centre_mm(case.arm, q)}
+    return {"flange": 1e3 * flange_pose(case.arm.chain, q)[:3, 3], "wrist": wrist_centre_mm(case.arm, q)}
 
 
 def elbow(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -170,7 +170,7 @@ def envelope_figures(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 def pose_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """[poses] of the data file less forward kinematics: lengths [mm], directions [1]"""
     arm, columns, zero = case.arm, case.paper.columns, np.zeros(case.n)
-    at_zero = forward_kinematics(arm.chain, zero)
+    at_zero = flange_pose(arm.chain, zero)
     wrist = wrist_centre_mm(arm, np.array(arm.mastering)) - 1e3 * columns["poses.mastering_wrist"].si()[0]
     flange = 1e3 * (at_zero[:3, 3] - columns["poses.zero_flange"].si()[0])
     turn = at_zero[:3, :3] - from_rpy(columns["poses.flange_rpy"].si()[0])

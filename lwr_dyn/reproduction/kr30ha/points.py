@@ -15,7 +15,7 @@ import numpy as np
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm
 from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_solution
@@ -164,7 +164,7 @@ def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[Ri
     tables = printed_tables("kr30ha") if printed is None else printed
     for name in POINTS:
         if name == "home":
-            pose = forward_kinematics(arm.chain, mastering)
+            pose = flange_pose(arm.chain, mastering)
             target = pose_of_matrix(pose)
             result = inverse_kinematics(arm, pose)
             q, travel = mastering, float(np.abs(mastering - q_before).sum())
@@ -183,7 +183,7 @@ def right_points(arm: Arm, printed: Mapping[str, Any] | None = None) -> tuple[Ri
 
 def wrist_centre_mm(arm: Arm, q: Array) -> Array:
     """The wrist centre in the base at q (6,) [rad], (3,) [mm]; ungated."""
-    flange = forward_kinematics(arm.chain, q)
+    flange = flange_pose(arm.chain, q)
     return np.asarray(1e3 * (flange[:3, 3] + flange[:3, :3] @ require_wrist_arm(arm).wrist_in_flange))
 
 
@@ -191,7 +191,7 @@ def _miss(arm: Arm, name: str, tables: Mapping[str, Any]) -> Miss:
     sign, reading = (1.0, "A = theta") if name == "home" else (-1.0, "A = -theta")
     q = np.zeros(6)
     q[:3] = sign * np.radians([float(text) for text in tables["table_5"][name]])
-    wrist, flange = wrist_centre_mm(arm, q), 1e3 * forward_kinematics(arm.chain, q)[:3, 3]
+    wrist, flange = wrist_centre_mm(arm, q), 1e3 * flange_pose(arm.chain, q)[:3, 3]
     target = np.array(tables[name]["xyz"])
     distances = (float(np.linalg.norm(place - target)) for place in (wrist, flange))
     return Miss(name, reading, q + 0.0, wrist, flange, *distances)

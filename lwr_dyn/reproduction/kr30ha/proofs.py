@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import rot_x, rot_z
 from lwr_dyn.reproduction.case import PaperCase, PaperData
@@ -131,7 +131,7 @@ def mastering_transform(data: PaperData) -> Proof:
     """The flange at A = 0 and at mastering, against the printed T_TCP^0."""
     case = data.reading()
     printed = np.array(case.numbers("mastering_flange", "position"))
-    at = [1e3 * forward_kinematics(case.arm.chain, q)[:3, 3] for q in (np.zeros(6), np.array(case.arm.mastering))]
+    at = [1e3 * flange_pose(case.arm.chain, q)[:3, 3] for q in (np.zeros(6), np.array(case.arm.mastering))]
     misses = [float(np.linalg.norm(place - printed)) for place in at]
     return Proof("the printed transform is that of A = 0", misses[0] < 1e-6 and misses[1] > 1000.0,
                  {"missed at A = 0 [mm]": misses[0], "missed at mastering [mm]": misses[1]})  # fmt: skip

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
-from lwr_dyn.kinematics.forward import forward_kinematics, frames
+from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha.formulas import simplified_point
@@ -19,7 +19,7 @@ def home_x(data: PaperData) -> Proof:
     case = data.reading()
     text, table = (float(case.printed["home_position"][name][0]) for name in ("text", "table_4"))
     wrist = float(wrist_centre_mm(case.arm, np.array(case.arm.mastering))[0])
-    flange = float(1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[0, 3])
+    flange = float(1e3 * flange_pose(case.arm.chain, np.array(case.arm.mastering))[0, 3])
     return Proof(
         "Table 4's x is the wrist centre's; the text's is neither the wrist centre's nor the flange's",
         agrees(f"{table:.0f}", wrist) and text not in (round(wrist), round(flange)),

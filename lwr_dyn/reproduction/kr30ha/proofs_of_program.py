@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.running.run import check_program
 from lwr_dyn.reproduction.case import PaperData
@@ -45,7 +45,7 @@ def status_turn(data: PaperData) -> Proof:
 def mastering_cartesian(data: PaperData) -> Proof:
     """The Cartesian point (0, 0, 0) against where the arm stands at mastering."""
     case = data.reading()
-    flange = 1e3 * forward_kinematics(case.arm.chain, np.array(case.arm.mastering))[:3, 3]
+    flange = 1e3 * flange_pose(case.arm.chain, np.array(case.arm.mastering))[:3, 3]
     proof = diagnosed(data, ("inside-robot", "outside-limits"), (32,))
     return Proof(proof.statement, proof.holds and float(np.linalg.norm(flange)) > 1000.0,
                  {**proof.numbers, "flange at mastering from there [mm]": float(np.linalg.norm(flange))})  # fmt: skip

@@ -8,7 +8,7 @@ import sympy as sp
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices as matrices_of
 from lwr_dyn.dynamics.symbolic.dh_matrices import vector_route
-from lwr_dyn.kinematics.forward import forward_kinematics, frames
+from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.reproduction.case import REPEATED, PaperCase, formulas
 from lwr_dyn.reproduction.expressions import compared
 from lwr_dyn.reproduction.quantities import SHARED
@@ -37,7 +37,7 @@ def joints_by_group(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
 
 def tool_point(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """T_07(q) (0, 0.05, 0.1, 1)^T [m]"""
-    T = forward_kinematics(case.arm.chain, np.radians(block.printed["q_deg"]))
+    T = flange_pose(case.arm.chain, np.radians(block.printed["q_deg"]))
     return {"position": T[:3, :3] @ np.array(block.printed["point"]) + T[:3, 3]}
 
 

@@ -11,7 +11,7 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
 from lwr_dyn.reproduction.report.content import Still
@@ -48,7 +48,7 @@ def exercise() -> Exercise:
     full = full_product(matrices, sp.Matrix([0, 0, 0, 1]))
     short = vector_route(matrices[:4], sp.Matrix([0, 0, names["M"], 1]))
     tool = printed["tool"]
-    pose = forward_kinematics(arm_from_paper(paper).chain, np.radians(tool["q_deg"]))
+    pose = flange_pose(arm_from_paper(paper).chain, np.radians(tool["q_deg"]))
     return Exercise(
         matrices=matrices,
         identical=tuple(bool(m == t) for m, t in zip(matrices, tables, strict=True)),

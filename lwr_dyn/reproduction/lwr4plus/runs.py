@@ -8,9 +8,9 @@ from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
-from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.simulate import simulate
 
 PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")

@@ -13,7 +13,7 @@ import numpy as np
 
 from lwr_dyn.arms.urdf.geometry import floor_height, primitives
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.installation import ends_of
@@ -147,7 +147,7 @@ def _shade(normal: Array, grey: float, eye: Array) -> Array:
 
 def _camera(arm: Arm, solids: Sequence[Solid], tracks: Sequence[Array]) -> Camera:
     """Turned as the 3D view turns, so near that arm and paths fill the picture."""
-    azimuth = _azimuth(tracks, forward_kinematics(arm.chain, np.zeros(arm.n))[:3, 3])
+    azimuth = _azimuth(tracks, flange_pose(arm.chain, np.zeros(arm.n))[:3, 3])
     c, s, e = np.cos(azimuth), np.sin(azimuth), _ELEVATION
     toward = np.array([c * np.cos(e), s * np.cos(e), np.sin(e)])
     right = np.array([-s, c, 0.0])

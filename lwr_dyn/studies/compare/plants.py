@@ -15,8 +15,8 @@ from lwr_dyn.foundation.arrays import number_of
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_scaled_inertia
 from lwr_dyn.simulation.environment.wall import Wall
-from lwr_dyn.simulation.plant import arm_with_scaled_inertia
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.setup import ENCODERS
 
@@ -82,7 +82,7 @@ def plant_case(arm: Arm, text: str) -> PlantCase:
     OptionError
         A value that is missing, not needed, or outside what is allowed; the same plant twice.
 
-    >>> from lwr_dyn.front import load
+    >>> from lwr_dyn import load
     >>> case = plant_case(load("lwr4plus"), "payload=3+scale=1.1")
     >>> case.words, case.options["payload"]
     (('masses times 1.1',), 3.0)

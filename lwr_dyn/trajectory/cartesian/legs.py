@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.cartesian.arm_angle_legs import best_legs
@@ -115,7 +115,7 @@ def follow_waypoints(arm: Arm, points: Waypoints, start: Array | None, smooth: b
         Two waypoints that are the same, half a turn apart, or too little time between them.
     """
     if start is not None:
-        return follow_legs(arm, start, _pose_legs(points, forward_kinematics(arm.chain, start), smooth), pace)
+        return follow_legs(arm, start, _pose_legs(points, flange_pose(arm.chain, start), smooth), pace)
     legs, furthest = _pose_legs(points, None, smooth), (-1, -1.0)
     if pace.turning and srs_geometry(arm.chain) is not None:
         found = best_legs(arm, [leg.curve for leg in legs], [leg.name for leg in legs])

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Option, Quantity
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.trajectory.cartesian.joint_curves import LegsReference
@@ -79,7 +79,7 @@ def line_reference(
     2.89
     """
     q = _start(arm, start)
-    begin = forward_kinematics(arm.chain, q)
+    begin = flange_pose(arm.chain, q)
     end = begin.copy()
     end[:3, 3] = fixed_array("to_xyz", to_xyz, (3,))
     if to_rpy is not None:

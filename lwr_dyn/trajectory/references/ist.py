@@ -196,7 +196,7 @@ def ist_clear_reference(
 ) -> PosePathReference:
     """`ist_reference` far from the limits of the LWR 4+ (see this module); takes its options, raises its errors.
 
-    >>> from lwr_dyn.front import load
+    >>> from lwr_dyn import load
     >>> round(math.degrees(ist_clear_reference(load("lwr4plus")).margin), 1)
     50.9
     """

@@ -42,7 +42,7 @@ class JointReference:
     def sample(self, t: Array) -> Motion:
         """The motion at times t (k,) [s]; before 0 and after `duration` it stands still.
 
-        >>> from lwr_dyn.front import load
+        >>> from lwr_dyn import load
         >>> move = point_to_point(load("lwr4plus"), [[0] * 7, [1] * 7], [2.0])
         >>> move.sample(np.array([1.0])).q[0, 0]
         np.float64(0.5)
@@ -149,7 +149,7 @@ def lspb_move(
     PathLimitError
         Start or end outside the position limits.
 
-    >>> from lwr_dyn.front import load
+    >>> from lwr_dyn import load
     >>> move = lspb_move(load("wam7"), [0, -2, 0, 1.6, 0, 0, 0], [0.5, -2, 0, 1.6, 0, 0, 0], duration=7.0, blend=1.0)
     >>> move.sample(np.array([3.5])).dq[0, :2].round(5)
     array([0.08333, 0.     ])

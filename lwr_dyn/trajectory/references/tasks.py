@@ -1,11 +1,13 @@
 """Tasks by name: references for the joints that `lwr-dyn simulate --task` takes."""
 
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 from numpy.typing import ArrayLike
 
+from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 
 REFERENCES: Registry[Callable[..., Reference]] = Registry(
@@ -44,3 +46,18 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
 Duration = Annotated[float, Option(float, "Duration, s.")]
 Start = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")]
 End = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints end (m for sliding).", "to-deg")]
+
+
+def reference(name: str, arm: Arm, **options: Any) -> Reference:
+    """A reference for the joints by name: "ist", "ist-clear", "point-to-point", "lspb", "hold", or an added one.
+
+    Options are those of its factory in `lwr_dyn.trajectory.references`, such as q [rad or m] or duration [s] of "hold".
+    Raises `UnknownNameError`, `OptionError`, and the factory's own (`PathLimitError`: the path leaves the limits).
+
+    >>> import lwr_dyn
+    >>> move = reference("point-to-point", lwr_dyn.load("lwr4plus"), start=[0] * 7, end=[1] * 7, duration=3.0)
+    >>> move.duration
+    3.0
+    """
+    motion: Reference = REFERENCES.make(name, arm_argument(arm), **options)
+    return motion

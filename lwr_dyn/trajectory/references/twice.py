@@ -59,7 +59,7 @@ class Twice:
     def sample(self, t: Array) -> Motion:
         """The motion at times t (k,) [s].
 
-        >>> from lwr_dyn.front import load, reference
+        >>> from lwr_dyn import load, reference
         >>> arm = load("lwr4plus")
         >>> move = Twice(reference("point-to-point", arm, start=[0] * 7, end=[1] * 7, duration=2.0))
         >>> move.duration, move.sample(np.array([2.0, 3.5, 5.0, 6.0])).q[:, 0].round(9).tolist()

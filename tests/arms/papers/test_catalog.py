@@ -2,6 +2,7 @@
 
 import tomllib
 from copy import deepcopy
+from importlib.util import find_spec
 
 import pytest
 
@@ -11,13 +12,12 @@ from lwr_dyn.arms.papers.errata import apply_errata
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
-from lwr_dyn.front import FUNCTIONS
 
 Q = "--q=0,0,0,0,0,0,0"
 COMMANDS = [
     ["check", "lwr4plus"],
     ["fk", "lwr4plus", Q],
-    *([["fk", "lwr4plus", "--symbolic"]] if FUNCTIONS["dh_matrices_text"].is_installed else []),
+    *([["fk", "lwr4plus", "--symbolic"]] if find_spec("sympy") else []),
     ["urdf", "lwr4plus"],
     ["urdf", "lwr4plus", "--out", "out.urdf"],
     ["simulate", "lwr4plus", "--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--duration", "0.01"],

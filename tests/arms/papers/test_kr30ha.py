@@ -13,9 +13,9 @@ from lwr_dyn.arms.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, 
 from lwr_dyn.arms.urdf.provenance import provenance_text
 from lwr_dyn.foundation.errors import PaperError, RatingWarning
 from lwr_dyn.model.chain import with_payload
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.drawing import DrawnCylinder
 from lwr_dyn.model.spatial import principal_moments
-from lwr_dyn.simulation.plant import arm_with_payload
 
 TEXT = resources.files("lwr_dyn.arms.papers").joinpath("kr30ha.toml").read_text(encoding="utf-8")
 LEAST, MOST = (

@@ -14,7 +14,7 @@ from lwr_dyn.codegen.emit.restricted_c import used_functions
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
@@ -36,7 +36,7 @@ def states(arm, seed=0, count=COUNT):
     """Positions inside the limits, their poses (every tenth farther out), arm angles."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, arm.n))
-    T = np.ascontiguousarray(forward_kinematics(arm.chain, q))
+    T = np.ascontiguousarray(flange_pose(arm.chain, q))
     T[::10, :3, 3] *= 2.5
     return q, T, rng.uniform(-np.pi, np.pi, count)
 
@@ -69,7 +69,7 @@ def test_branches_are_those_of_python_and_lead_to_the_pose(library):
     assert (np.isnan(out[..., 0]) == ~reached).all()
     assert np.abs(wrap(out - expected))[reached].max() < CLOSE * (1.0 if library.arm.n == 7 else 100.0)
     poses = np.broadcast_to(T[:, None], (*reached.shape, 4, 4))[reached]
-    assert np.abs(forward_kinematics(library.arm.chain, out[reached]) - poses).max() < CLOSE
+    assert np.abs(flange_pose(library.arm.chain, out[reached]) - poses).max() < CLOSE
 
 
 def test_arm_angle_and_intervals_of_every_branch(library):
@@ -104,14 +104,14 @@ def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
         # stretched, both balls aligned at every arm angle
         geometry = srs_geometry(arm.chain)
         q[0] = 0.3, -geometry.first.offset, -0.1, geometry.straight, 0.2, -geometry.last.offset, 0.1
-    T = np.ascontiguousarray(forward_kinematics(arm.chain, q))
+    T = np.ascontiguousarray(flange_pose(arm.chain, q))
     out, _ = branches(library, T, psi)
     there = ~np.isnan(out[..., 0])
     assert there.any(axis=1).all()
     expected, _ = expected_branches(arm, T, psi)
     assert np.abs(wrap(out - expected))[there].max() < 1e-7
     poses = np.broadcast_to(T[:, None], (*there.shape, 4, 4))[there]
-    assert np.abs(forward_kinematics(arm.chain, out[there]) - poses).max() < CLOSE
+    assert np.abs(flange_pose(arm.chain, out[there]) - poses).max() < CLOSE
     for pose in T if arm.n == 7 else ():
         pairs, counts = np.zeros((8, 16, 2)), np.zeros(8, dtype=np.intc)
         library.call(NAME + "_intervals", pose, 0.0, pairs, counts)
@@ -130,7 +130,7 @@ def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
     angle, seen = np.zeros(4), set()
     for start in q:
         end = np.clip(start + 2e-3, arm.lower, arm.upper)
-        T = np.ascontiguousarray(forward_kinematics(arm.chain, end))
+        T = np.ascontiguousarray(flange_pose(arm.chain, end))
         more = []
         if arm.n == 7:
             library.call(NAME + "_arm_angle", end, angle, kind=None)
@@ -140,7 +140,7 @@ def test_the_nearest_follows_a_path_and_stops_at_the_limits(library):
         if arm.n == 7:
             status = library.call(NAME + "_near", T, more[0] + 1.5, start, out, kind=ctypes.c_int)
             assert np.maximum(arm.lower - out, out - arm.upper).max() < 1e-9
-            assert np.abs(forward_kinematics(arm.chain, out) - T).max() < CLOSE
+            assert np.abs(flange_pose(arm.chain, out) - T).max() < CLOSE
             seen.add(status)
         T[:3, 3] *= 10.0
         out[:] = 9.0

@@ -20,9 +20,9 @@ from lwr_dyn.control.laws.momentum_observer import MomentumObserver
 from lwr_dyn.control.laws.observed import observed
 from lwr_dyn.control.velocity import FilteredDifference
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Motion
 from lwr_dyn.simulation.environment.push import Push
-from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.simulation.sensors import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_clear_reference

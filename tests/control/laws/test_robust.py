@@ -12,8 +12,8 @@ from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
 from lwr_dyn.control.linear_feedback import gravity_stiffness
 from lwr_dyn.control.protocol import describe
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.plant import arm_with_payload
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 from tests.control.laws.lyapunov import ARM, STATES, Instant, missing_load
 from tests.slips import uncaught

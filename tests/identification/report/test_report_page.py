@@ -13,7 +13,7 @@ from lwr_dyn.identification.report.inertia_ellipsoids import ellipsoid_matrix
 from lwr_dyn.identification.report.parameter_rows import ShownParameter, link_table, parameter_table_html
 from lwr_dyn.identification.report.report_page import report_html, write_report
 from lwr_dyn.identification.report.torque_charts import rms_of, torque_rows_html
-from lwr_dyn.kinematics.forward import forward_kinematics, frames
+from lwr_dyn.kinematics.forward import flange_pose, frames
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting
 from tests.identification.report.made_fit import BAD, NOISE, made_fit
@@ -131,7 +131,7 @@ def test_ellipsoids_stand_in_their_links(opened, shown):
     arm, one, k = shown.arm, shown.recordings[0], 300
     opened.execute_script("lwrReport.setTime(arguments[0])", one.t[k])
     pose = np.array(opened.execute_script("return lwrReport.flangePose()"))
-    np.testing.assert_allclose(pose, forward_kinematics(arm.chain, one.q[k]), atol=1e-5)
+    np.testing.assert_allclose(pose, flange_pose(arm.chain, one.q[k]), atol=1e-5)
     poses = frames(arm.chain, one.q[k])
     for what, rows in (("before", shown.before), ("after", shown.after)):
         drawn = opened.execute_script(f"return lwrReport.ellipsoids('{what}')")
@@ -152,7 +152,7 @@ def test_another_recording_and_one_state(opened, shown):
     hidden = "return [...document.querySelectorAll('[data-recording]')].map((part) => part.hidden)"
     assert opened.execute_script(hidden) == [True, False]
     pose = np.array(opened.execute_script("lwrReport.setTime(2.0); return lwrReport.flangePose()"))
-    np.testing.assert_allclose(pose, forward_kinematics(shown.arm.chain, shown.recordings[1].q[200]), atol=1e-5)
+    np.testing.assert_allclose(pose, flange_pose(shown.arm.chain, shown.recordings[1].q[200]), atol=1e-5)
     opened.execute_script("lwrReport.choose(0)")
     pick = (
         "const s = document.querySelector('select.states'); s.value = arguments[0];"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.pages.explorer.page import write_explorer
-from lwr_dyn.simulation.plant import arm_with_payload
 from tests.pages.explorer.explored import explored_arm, opened
 
 Q = np.array([0.3, 0.7, 0.2, -1.2, 0.3, 0.9, 0.1])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.pages.plotting.run_figures import (
     error_figure,
@@ -59,7 +59,7 @@ def test_torque_panels_have_both_limits_or_a_note_that_there_is_none(arm, two_ru
 
 def test_path_is_drawn_in_the_plane_given_or_the_widest(arm, runs):
     figure = path_figure(runs, plane="xz")
-    points = forward_kinematics(arm.chain, runs[1].run.q)[:, :3, 3]
+    points = flange_pose(arm.chain, runs[1].run.q)[:, :3, 3]
     np.testing.assert_allclose(np.column_stack(figure.curves[-1].points(runs)), points[:, [0, 2]])
     assert (figure.x_label, figure.panels[0].y_label) == ("x", "z")
     assert path_figure(runs).x_label in "xy"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.pages.replay.figures import Curve, Figure, Panel, Series, run_series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
@@ -35,7 +35,7 @@ def test_what_cannot_be_drawn_is_refused(make, message):
 
 def test_series_are_the_numbers_of_the_runs(arm, two_runs):
     runs = replayed_runs(two_runs, arm)
-    run, pose = two_runs[1], forward_kinematics(arm.chain, two_runs[1].q)
+    run, pose = two_runs[1], flange_pose(arm.chain, two_runs[1].q)
     np.testing.assert_array_equal(run_series(runs[1], "torque"), run.tau_applied)
     np.testing.assert_array_equal(run_series(runs[1], "flange y"), pose[:, 1, 3])
     np.testing.assert_array_equal(run_series(runs[1], "energy"), run.energy)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.pages.replay.look import tokens
 from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs, run_name, run_places
 
 
 def test_poses_and_tip_error_are_those_of_forward_kinematics(arm, two_runs):
     (run,) = replayed_runs(two_runs[:1], arm)
-    poses = [forward_kinematics(arm.chain, q) for q in (two_runs[0].q, two_runs[0].q_ref)]
+    poses = [flange_pose(arm.chain, q) for q in (two_runs[0].q, two_runs[0].q_ref)]
     np.testing.assert_array_equal(run.pose, poses[0])
     np.testing.assert_array_equal(run.reference_path, poses[1][:, :3, 3])
     np.testing.assert_allclose(run.tip_error, np.linalg.norm((poses[1] - poses[0])[:, :3, 3], axis=1))

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import lwr_dyn
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report import still_image
 from lwr_dyn.reproduction.report.content import Replay, Still
@@ -49,7 +49,7 @@ def test_what_is_nearer_hides_what_is_behind():
 def test_the_arm_stands_as_forward_kinematics_says(arm):
     q = np.linspace(-0.5, 0.7, 7)
     solids = arm_solids(arm, q)
-    tip = forward_kinematics(arm.chain, q)[:3, 3]
+    tip = flange_pose(arm.chain, q)[:3, 3]
     assert min(np.linalg.norm(one.pose[:3, 3] - tip) for one in solids) < 0.1
 
 

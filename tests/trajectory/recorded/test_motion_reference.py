@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.forward import forward_kinematics
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.spatial import to_rpy
 from lwr_dyn.trajectory.recorded.motion_file import MotionFileError
 
@@ -65,25 +65,25 @@ def test_the_csv_of_a_run_is_a_reference(tmp_path):
 
 def test_poses_of_a_redundant_arm(tmp_path):
     """The tip follows them; the arm angle is that with the largest margin."""
-    poses = forward_kinematics(ARM.chain, swing(T))
+    poses = flange_pose(ARM.chain, swing(T))
     reference = lwr_dyn.reference("csv", ARM, file=pose_file(tmp_path / "p.csv", poses))
-    assert forward_kinematics(ARM.chain, reference.sample(T).q) == pytest.approx(poses, abs=1e-7)
+    assert flange_pose(ARM.chain, reference.sample(T).q) == pytest.approx(poses, abs=1e-7)
     near = lwr_dyn.reference("csv", ARM, file=str(tmp_path / "p.csv"), start=MIDDLE)
-    assert forward_kinematics(ARM.chain, near.sample(T).q) == pytest.approx(poses, abs=1e-7)
+    assert flange_pose(ARM.chain, near.sample(T).q) == pytest.approx(poses, abs=1e-7)
     assert np.abs(near.sample(T).q - swing(T)).max() < 0.2
 
 
 def test_poses_of_an_arm_with_six_joints(tmp_path):
     q = np.array([0.3, -1.2, 1.4, 0.2, 0.7, 0.1]) + 0.2 * np.sin(T)[:, None]
-    poses = forward_kinematics(KR.chain, q)
+    poses = flange_pose(KR.chain, q)
     reference = lwr_dyn.reference("csv", KR, file=pose_file(tmp_path / "p.csv", poses))
-    assert forward_kinematics(KR.chain, reference.sample(T).q) == pytest.approx(poses, abs=1e-7)
+    assert flange_pose(KR.chain, reference.sample(T).q) == pytest.approx(poses, abs=1e-7)
 
 
 def test_what_the_arm_cannot_do_is_said_in_one_line(tmp_path):
-    far = forward_kinematics(ARM.chain, swing(T))
+    far = flange_pose(ARM.chain, swing(T))
     far[120:, 0, 3] += 3.0
-    six = forward_kinematics(KR.chain, np.tile([0.3, -1.2, 1.4, 0.2, 0.7, 0.1], (201, 1)))
+    six = flange_pose(KR.chain, np.tile([0.3, -1.2, 1.4, 0.2, 0.7, 0.1], (201, 1)))
     six[60:, 0, 3] += 9.0
     beyond, fast = swing(T), MIDDLE + 0.3 * np.sin(20.0 * T)[:, None]
     beyond[:, 3] += 1.5 * np.sin(T) ** 2 + 2.5
@@ -112,8 +112,8 @@ def test_the_slower_motion_that_is_named_is_allowed(tmp_path):
 
 
 def test_jumps_between_rows_are_no_path(tmp_path):
-    poses = forward_kinematics(ARM.chain, swing(T))
-    poses[100:] = forward_kinematics(ARM.chain, swing(T)[100:] + 0.6)
+    poses = flange_pose(ARM.chain, swing(T))
+    poses[100:] = flange_pose(ARM.chain, swing(T)[100:] + 0.6)
     with pytest.raises(MotionFileError, match=r"t = 1 s: .* from the row before"):
         lwr_dyn.reference("csv", ARM, file=pose_file(tmp_path / "p.csv", poses), start=MIDDLE)
 
@@ -124,6 +124,6 @@ def test_bad_options(tmp_path):
         lwr_dyn.reference("csv", ARM, file=file, slower=0.0)
     with pytest.raises(MotionFileError, match="start: given with joint positions"):
         lwr_dyn.reference("csv", ARM, file=file, start=MIDDLE)
-    poses = pose_file(tmp_path / "p.csv", forward_kinematics(ARM.chain, swing(T)))
+    poses = pose_file(tmp_path / "p.csv", flange_pose(ARM.chain, swing(T)))
     with pytest.raises(ShapeError, match="start"):
         lwr_dyn.reference("csv", ARM, file=poses, start=[0.0])

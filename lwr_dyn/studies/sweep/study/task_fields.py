@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.papers.fields import Fields
-from lwr_dyn.cli.row_options import Flag, flag_name
 from lwr_dyn.foundation.errors import PaperError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.option_values import si_value
 from lwr_dyn.studies.sweep.study.study_fields import number_at
 from lwr_dyn.studies.sweep.study.study_setup import field_of
 from lwr_dyn.trajectory.references.tasks import REFERENCES
@@ -34,7 +34,7 @@ def read_task(table: Any, file: str, folder: Path, arm: Arm) -> TaskFields:
     fields = Fields(table, file, "task")
     name = fields.take("name", str)
     with field_of(file, "task.name"):
-        known = {option.flag or flag_name(option): option for option in options_of(REFERENCES.load(name)).values()}
+        known = {option.flag_name: option for option in options_of(REFERENCES.load(name)).values()}
     options, files = {}, []
     for key in (key for key in table if key != "name"):
         written = key.replace("_", "-")
@@ -54,7 +54,7 @@ def missing_option(task: TaskFields, varied: set[str]) -> str | None:
     """An option that the task needs, and that is neither given nor varied, by its name in the file."""
     for option in options_of(REFERENCES.load(task.name)).values():
         if option.default is REQUIRED and option.keyword not in {*task.options, *varied}:
-            return option.flag or flag_name(option)
+            return option.flag_name
     return None
 
 
@@ -94,4 +94,4 @@ def _list(value: Any, option: Option, file: str, field: str, arm: Arm, task: str
     if option.kind is Quantity.POINT:
         return numbers
     key = field.partition(".")[2]
-    return Flag(key, option.kind, {task: option}).value(task, {key.replace("-", "_"): tuple(numbers.tolist())}, arm)
+    return si_value(option, tuple(numbers.tolist()), arm, f"--{key}")

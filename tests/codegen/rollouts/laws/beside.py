@@ -11,8 +11,8 @@ from lwr_dyn.codegen.rollouts.laws.check import differences, form_function, stat
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.laws.motor_side_pd import MotorSidePD
 from lwr_dyn.model.chain import first_links
+from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.simulation.plant import arm_with_payload
 
 WHOLE = lwr_dyn.load("lwr4plus")
 

@@ -10,7 +10,7 @@ from lwr_dyn.codegen.rollouts.laws.no_form import NoKernelFormError
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.pid import PID
 from lwr_dyn.model.chain import first_links
-from lwr_dyn.simulation.plant import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from tests.codegen.rollouts.laws.beside import ARM, WHOLE, made
 from tests.slips import uncaught
 

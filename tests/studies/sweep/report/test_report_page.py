@@ -224,9 +224,9 @@ def test_a_button_replays_its_run_without_a_request(opened, worst):
         pose = np.array(opened.execute_script("return lwrReplay.flangePose(0)"))
     finally:
         opened.switch_to.default_content()
-    from lwr_dyn.kinematics.forward import forward_kinematics
+    from lwr_dyn.kinematics.forward import flange_pose
 
-    np.testing.assert_allclose(pose, forward_kinematics(worst[1].arm.chain, worst[1].run.q[k]), atol=1e-5)
+    np.testing.assert_allclose(pose, flange_pose(worst[1].arm.chain, worst[1].run.q[k]), atol=1e-5)
     sent, said = logs(opened)
     assert [address for address in sent if not address.startswith(("data:", "blob:", "file:", "about:"))] == []
     assert [line for line in said if line.startswith("SEVERE")] == []

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.loading import FUNCTIONS
 from lwr_dyn.design.joint_box import joint_box
 from lwr_dyn.design.loop_response import frequency_grid, largest_sensitivity, loop_gain, single_loops
 from lwr_dyn.design.margins import COARSE, MarginReport
 from lwr_dyn.design.sampled_stability import pose_text
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError, needs_extra
 from lwr_dyn.model.dh import JointKind
 
 KINDS = ("bode", "nyquist", "sensitivity", "map")
@@ -34,7 +33,7 @@ def picture_writer(wish: str) -> Callable[[MarginReport, tuple[int, int] | None]
     UnknownNameError
         Another picture.
     FileAccessError, MissingPackageError
-        Nothing can be written there; the package `plotting` or Matplotlib is missing.
+        Nothing can be written there; Matplotlib is missing.
     """
     path = Path(wish)
     kind = next((kind for kind in KINDS if kind in path.stem.lower()), None)
@@ -42,15 +41,16 @@ def picture_writer(wish: str) -> Callable[[MarginReport, tuple[int, int] | None]
         raise FileAccessError(wish, f"ends in {path.suffix}", "a path that ends in .png or .svg, or a name")
     if kind is None:
         raise UnknownNameError("picture", wish, KINDS)
-    pictures: Any = FUNCTIONS.load("loop_pictures")
-    pictures.check(path)
+    with needs_extra("plots"):
+        from lwr_dyn.pages.plotting.loop_pictures import LoopPictures
+    LoopPictures.check(path)
 
     def write(report: MarginReport, joints: tuple[int, int] | None) -> tuple[Path, Path]:
         written: tuple[Path, Path]
         if kind == "map":
-            written = pictures.save_map(path, *pose_map(report, joints))
+            written = LoopPictures.save_map(path, *pose_map(report, joints))
         else:
-            written = pictures(**loop_curves(report)).save(kind, path)
+            written = LoopPictures(**loop_curves(report)).save(kind, path)
         return written
 
     return write

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from lwr_dyn.design.loop_response import loop_gain, single_loops
-from lwr_dyn.design.margin_pictures import ACROSS, loop_curves, picture_writer, pose_map
 from lwr_dyn.design.margins import margins
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.pages.figures.margins import ACROSS, loop_curves, picture_writer, pose_map
 from tests.design.margin_cases import BENT, arm, dynamics, law
 from tests.simulation.sample_runs import one_joint
 
