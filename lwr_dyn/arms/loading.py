@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from lwr_dyn.arms.mount_and_tool import installed
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in
@@ -121,10 +123,8 @@ def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _of_paper(name: str, reading: str | None, lock: Mapping[str, float]) -> tuple[Arm, Paper]:
-    from lwr_dyn.arms.papers import assembly, catalog
-
-    paper = catalog.open_paper(name, reading)
-    arm = assembly.arm_from_paper(paper)
+    paper = open_paper(name, reading)
+    arm = arm_from_paper(paper)
     for joint, value in lock.items():
         arm = arm.with_locked_joint(joint, value)
     return arm, paper

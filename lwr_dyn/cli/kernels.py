@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from lwr_dyn.cli.options import load_robot, print_json, robot_options
+from lwr_dyn.codegen.emit.emission import EmittedArm
 from lwr_dyn.codegen.kernels.kernel import require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, kernel_spec
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import cache_folder, check_writable, write_files
 from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.model.arm import Arm
-
-if TYPE_CHECKING:
-    from lwr_dyn.codegen.emit.emission import EmittedArm
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -18,10 +17,8 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import pose_as_run, start_pose
 from lwr_dyn.pages.explorer.shown import has_display, open_in_browser, show
+from lwr_dyn.pages.replay.live import LiveReplay
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-
-if TYPE_CHECKING:
-    from lwr_dyn.pages.replay.live import LiveReplay
 
 _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
 """Options that a run file answers by itself."""

@@ -11,7 +11,8 @@ from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
 from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.names.known import FunctionParameter
 from lwr_dyn.krl.names.types import NUMBERS, UNKNOWN, Type
-from lwr_dyn.krl.project.symbols import Scope, type_of
+from lwr_dyn.krl.project.scope import Scope
+from lwr_dyn.krl.project.symbols import type_of
 
 KERNEL = "KSS"
 """The package of the controller's own functions."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.names.types import Type
-from lwr_dyn.krl.project.symbols import Scope
+from lwr_dyn.krl.project.scope import Scope
 
 FASTEST = 3.0
 """[m/s] $VEL_MA.CP, the largest path speed, as the robots are delivered."""

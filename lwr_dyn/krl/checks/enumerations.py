@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.names.types import SIMPLE, Type
-from lwr_dyn.krl.project.symbols import Scope
+from lwr_dyn.krl.project.scope import Scope
 from lwr_dyn.krl.project.unknown_names import near_name, slip_of
 
 

@@ -14,7 +14,8 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Signal, StructType
 from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
 from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.project.symbols import Scope, SymbolTable, scope_of, signature, type_of
+from lwr_dyn.krl.project.scope import Scope, scope_of, signature
+from lwr_dyn.krl.project.symbols import SymbolTable, type_of
 from lwr_dyn.krl.project.unknown_names import UnknownNames, slip_of
 
 BEFORE_BRACKETS = ("RETURN", "WHILE", "UNTIL", "SWITCH")

@@ -22,7 +22,7 @@ from lwr_dyn.krl.names.types import (
     UNKNOWN,
     Type,
 )
-from lwr_dyn.krl.project.symbols import Scope, signature
+from lwr_dyn.krl.project.scope import Scope, signature
 from lwr_dyn.krl.project.unknown_names import slip_of
 
 _BRACKETS = "; comparisons bind weaker than AND and OR: put each in brackets"

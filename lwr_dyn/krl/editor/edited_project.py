@@ -20,7 +20,7 @@ from lwr_dyn.krl.project.folder import is_program_file, read_files
 from lwr_dyn.krl.project.module import ModuleFile, module_file
 from lwr_dyn.krl.project.program import Program, program_in
 from lwr_dyn.krl.project.project import Project, project_of
-from lwr_dyn.krl.project.symbols import Scope
+from lwr_dyn.krl.project.scope import Scope
 
 LOST = "\ufffd"
 """Stands in a text where bytes could not be decoded."""

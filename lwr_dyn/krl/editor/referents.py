@@ -17,7 +17,8 @@ from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
 from lwr_dyn.krl.names.types import Type
 from lwr_dyn.krl.project.module import ModuleFile
 from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.project.symbols import DeclaredName, Scope, SymbolTable, scope_of
+from lwr_dyn.krl.project.scope import Scope, scope_of
+from lwr_dyn.krl.project.symbols import DeclaredName, SymbolTable
 
 Meaning = Literal["variable", "routine", "type", "component", "constant", "label"]
 

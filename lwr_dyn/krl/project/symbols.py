@@ -1,23 +1,17 @@
-"""Symbol tables: the declared names of a routine and of a program, and which of them a routine sees."""
+"""Symbol tables: the declared names of a routine and of a program."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from lwr_dyn.krl.diagnostics import Diagnostic, Severity, SourcePosition
+from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Declaration, Declarator, EnumType, External, Signal, StructType
 from lwr_dyn.krl.language.source import SourceFile
-from lwr_dyn.krl.names.known import KnownNames
-from lwr_dyn.krl.names.types import GEOMETRY, LARGEST, SIMPLE, UNKNOWN, Type
-from lwr_dyn.krl.project.unknown_names import UnknownNames
-
-if TYPE_CHECKING:
-    from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.names.types import Type
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,129 +111,3 @@ def type_of(kind: str | None, declarator: Declarator) -> Type:
     dimensions = 0 if declarator.sizes is None else max(len(declarator.sizes), 1 + declarator.commas)
     sizes = tuple(x.value if isinstance(x, e.Integer) else 0 for x in declarator.sizes or ())
     return Type("?" if kind is None else kind.upper(), dimensions, sizes)
-
-
-@dataclass(slots=True)
-class Scope:
-    """The names that one routine sees: its own, then the program's, then the controller's."""
-
-    program: Program
-    own: SymbolTable
-    file: SourceFile
-    diagnostics: list[Diagnostic]
-    routine: Routine | None = None
-    """None for a `.dat`."""
-    line: int = 0
-    unknown: UnknownNames = field(default_factory=UnknownNames)
-    """Of the file."""
-
-    @property
-    def known(self) -> KnownNames:
-        """The names that need no declaration."""
-        return self.program.project.known
-
-    def silent(self) -> Scope:
-        """The same names; what is reported in it is not kept."""
-        return Scope(self.program, self.own, self.file, [], self.routine, self.line)
-
-    def report_unknown(self, column: int, code: str, message: str, name: str, known: Iterable[str], hint: str) -> None:
-        """Note an unknown name; the hint is the file that hides it, or for the first ones of a file a similar name."""
-        hidden = self.program.project.declaring(self.program.module, name)
-        if hidden is not None:
-            known, hint = (), f"{hidden} declares it, but not for other modules: GLOBAL, and PUBLIC in a .dat"
-        self.unknown.note(self.file.position(self.line, max(column, 1)), code, message, name, known, hint)
-
-    def report(self, column: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
-        """Add a diagnostic in the current line."""
-        position = self.file.position(self.line, max(column, 1))
-        self.diagnostics.append(Diagnostic(position, severity, code, message, hint))
-
-    def variable(self, name: str) -> Type | None:
-        """The type of a variable; None where it is not declared."""
-        key = name.upper()
-        for names in (self.own, self.program.names):
-            if key in names.variables:
-                return self.type_seen(names.variables[key].type)
-        return self.known.variables.get(key, UNKNOWN if key.startswith("$") else None)
-
-    def type_seen(self, kind: Type) -> Type:
-        """A type as declared; unknown if nothing declares that type: then nothing more can be said of its values."""
-        return kind if self.is_type(kind.name) else Type(UNKNOWN.name, kind.dimensions, kind.sizes)
-
-    def structure(self, name: str) -> Mapping[str, Type] | None:
-        """The components of a structure; None for another name."""
-        for names in (self.own, self.program.names):
-            if name in names.structures:
-                return names.structures[name]
-        return self.known.structures.get(name)
-
-    def enum(self, name: str) -> frozenset[str] | None:
-        """The members of an enumeration; None for another name."""
-        return self.own.enums.get(name) or self.program.names.enums.get(name) or self.known.enums.get(name)
-
-    def is_foreign(self, name: str) -> bool:
-        """Whether a type is one of the controller's or of an option's, whose members differ between versions."""
-        tables = (self.own, self.program.names)
-        return name not in GEOMETRY and not any(name in x.structures or name in x.enums for x in tables)
-
-    def is_open(self, name: str) -> bool:
-        """Whether a type of the controller or of an option has members that are not listed here."""
-        return name in self.known.open and self.is_foreign(name)
-
-    def external(self, name: str) -> External | None:
-        """The declaration with EXT of a subprogram; None where there is none."""
-        return self.own.externals.get(name.upper()) or self.program.names.externals.get(name.upper())
-
-    def declared(self, name: str) -> DeclaredName | Routine | None:
-        """What a name means here, with its place: a variable, a subprogram, a type; None for a predefined one."""
-        key, tables = name.upper(), (self.own, self.program.names)
-        of_variables = (names.variables.get(key) for names in tables)
-        found = next((x for x in of_variables if x is not None), None) or self.program.routine(name)
-        return found or next((names.types[key] for names in tables if key in names.types), None)
-
-    def is_type(self, name: str) -> bool:
-        """Whether a type of that name exists."""
-        return name in SIMPLE or name == "?" or self.structure(name) is not None or self.enum(name) is not None
-
-    def report_variable(self, column: int, name: str) -> None:
-        """Note a variable that nothing declares."""
-        known = (v.name for names in (self.own, self.program.names) for v in names.variables.values())
-        where = "" if self.program.data is not None else "; no .dat is there"
-        hint = f"declare it in the .dat or with DECL{where}"
-        self.report_unknown(column, "undeclared", f"{name} is not declared", name, known, hint)
-
-
-def scope_of(
-    program: Program, routine: Routine, diagnostics: list[Diagnostic], unknown: UnknownNames | None = None
-) -> Scope:
-    """The names that a routine sees: its parameters and declarations, anywhere in its body, and the program's."""
-    own = SymbolTable()
-    for p in routine.head.parameters:
-        position = routine.file.position(routine.first - 1, p.column)
-        own.variables[p.name.upper()] = DeclaredName(p.name, Type("?", p.dimensions), position)
-    for i, x in routine.lines():
-        own.declare(x, routine.file, i, diagnostics)
-    return Scope(program, own, routine.file, diagnostics, routine, unknown=unknown or UnknownNames())
-
-
-def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
-    """The type that a call returns (None: no value), and the least and most arguments it takes."""
-    key = x.name.upper()
-    routine = scope.program.routine(x.name)
-    if routine is not None:
-        kind = routine.head.returns
-        returned = None if kind is None else scope.type_seen(Type(kind.upper(), int(routine.head.returns_array)))
-        return returned, 0, len(routine.head.parameters)
-    external = scope.external(x.name)
-    if external is not None:
-        return (None if external.returns is None else Type(external.returns.upper())), 0, len(external.parameters)
-    if key in scope.known.functions:
-        function = scope.known.functions[key]
-        return function.returns, function.least, function.most
-    if scope.variable(x.name) in (None, UNKNOWN):
-        hint = "define it, declare it with EXT, or lend its file with --with, its names with --names"
-        known = (*scope.program.names.routines, *scope.known.functions)
-        scope.report_unknown(x.column, "unknown-call", f"the subprogram {x.name} is not known", x.name, known, hint)
-    else:
-        scope.report(x.column, "type", f"{x.name} is a variable, no subprogram", "an array takes square brackets")
-    return UNKNOWN, 0, LARGEST

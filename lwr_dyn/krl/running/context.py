@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import Any, Protocol
 
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
 from lwr_dyn.krl.language import expressions as e
@@ -14,11 +14,6 @@ from lwr_dyn.krl.running.controller import ControllerState, MachineData
 from lwr_dyn.krl.running.evaluate import Environment
 from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.values import Variable
-
-if TYPE_CHECKING:
-    from lwr_dyn.krl.running.background import Background
-    from lwr_dyn.krl.running.module_data import ModuleData
-    from lwr_dyn.krl.running.passes import LoopPasses, LoopWatch
 
 
 @dataclass(slots=True, eq=False)
@@ -31,7 +26,7 @@ class StackFrame:
     variables: dict[str, Variable]
     loops: dict[int, tuple[int, int]] = field(default_factory=dict)
     """Line of a FOR -> its last value and step."""
-    watched: dict[int, LoopWatch] = field(default_factory=dict)
+    watched: dict[int, Any] = field(default_factory=dict)
     """Line to which the routine has gone back -> the passes of that loop."""
 
 
@@ -42,11 +37,11 @@ class ExecutionContext(Environment, Protocol):
     machine: MachineData
     controller: ControllerState
     motions: Motions
-    data: ModuleData
-    background: Background
+    data: Any
+    background: Any
     log: DiagnosticLog
     stack: list[StackFrame]
-    passes: LoopPasses | None
+    passes: Any
 
     @property
     def here(self) -> Program:

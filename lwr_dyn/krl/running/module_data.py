@@ -13,7 +13,8 @@ from lwr_dyn.krl.language.declarations import Def
 from lwr_dyn.krl.names.types import UNKNOWN
 from lwr_dyn.krl.project.program import Program, program_in
 from lwr_dyn.krl.project.project import Project
-from lwr_dyn.krl.project.symbols import DeclaredName, scope_of
+from lwr_dyn.krl.project.scope import scope_of
+from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
 from lwr_dyn.krl.running.execute import assign
 from lwr_dyn.krl.running.initial import argument_variable, initialised

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
@@ -15,9 +15,7 @@ from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.pages.replay.figures import Figure
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
-
-if TYPE_CHECKING:
-    from lwr_dyn.reproduction.ledger import LedgerEntry
+from lwr_dyn.reproduction.ledger import LedgerEntry
 
 CellVerdict = Literal[
     "reproduced", "after erratum", "differs", "structural", "repeated in print", "under assumed conditions",

@@ -6,9 +6,10 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lwr_dyn.control.controller_specs import ControllerSpec, controller_spec
+from lwr_dyn.design.gain_search import TunedFrequency
 from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, RatingWarning
 from lwr_dyn.foundation.progress import Report
 from lwr_dyn.model.arm import Arm
@@ -16,9 +17,6 @@ from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.studies.compare.comparison import RunComparison, comparison_of
 from lwr_dyn.studies.compare.plants import PlantCase
 from lwr_dyn.studies.compare.study_run import StudyFault, StudyRun, Workshop, begin, run_in_pool
-
-if TYPE_CHECKING:
-    from lwr_dyn.design.gain_search import TunedFrequency
 
 MANY = 24
 """From so many runs on, pages and pictures keep `RATE` samples a second of each; its figures are of all samples."""

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lwr_dyn.codegen.rollouts.laws.protocol import LawForm
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -25,9 +26,6 @@ from lwr_dyn.studies.sweep.study.study_setup import (
     spec_of_study,
     takes_inertia,
 )
-
-if TYPE_CHECKING:
-    from lwr_dyn.codegen.rollouts.laws.protocol import LawForm
 
 OWN_LOAD = ("robust",)
 """Controllers whose model holds a load of its own, the middle of their set: a known payload is not added to it."""
