@@ -29,7 +29,7 @@ from benchmarks.rollouts import closed_loops
 from benchmarks.timing import Call, head, installed, paired, row, seconds, use_processor_time
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
 

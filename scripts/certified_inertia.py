@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import lwr_dyn
-from lwr_dyn.control.inertia.bounds.certificate import InertiaCertificate, inertia_certificate
+from lwr_dyn.control.inertia.certificate import InertiaCertificate, inertia_certificate
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.model.arm import Arm

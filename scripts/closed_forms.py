@@ -14,9 +14,8 @@ from typing import Any
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.catalog import readings
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.dynamics.symbolic.dh_matrices import length_letters
-from lwr_dyn.dynamics.symbolic.entry_text import SymbolicEntries, named_entries, symbolic_entries
-from lwr_dyn.dynamics.symbolic.link_motion import SymbolicLink
+from lwr_dyn.dynamics.symbolic.equation_forms import SymbolicEntries, named_entries, symbolic_entries
+from lwr_dyn.dynamics.symbolic.link_motion import SymbolicLink, length_letters
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.model.chain import Chain
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # for `tests`
 
-from lwr_dyn.reproduction.study import studies
+from lwr_dyn.reproduction.papers import studies
 from tests.reproduction.mutants import Mutant, Survey, mutants, survey
 
 PIECES = 8

@@ -20,7 +20,7 @@ from typing import Any
 
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.studies.compare.cross_table import cross_table
+from lwr_dyn.studies.compare.comparison import cross_table
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE, NUMBERS = ROOT / "docs" / "ranking.md", ROOT / "docs" / "ranking.json"

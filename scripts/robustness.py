@@ -25,7 +25,7 @@ from ranking import folded  # noqa: E402
 
 from lwr_dyn.foundation.files import write_file  # noqa: E402
 from lwr_dyn.foundation.version import VERSION  # noqa: E402
-from lwr_dyn.studies.sweep.statistics.intervals import quantile_of, share_of  # noqa: E402
+from lwr_dyn.studies.sweep.intervals import quantile_of, share_of  # noqa: E402
 
 PAGE, NUMBERS = ROOT / "docs" / "robustness.md", ROOT / "docs" / "robustness.json"
 STUDY = ROOT / "scripts" / "studies" / "robustness.toml"

@@ -12,19 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.codegen.rollouts.bodies_of_runs import arm_of_run
-from lwr_dyn.codegen.rollouts.laws.forms import law_form
+from lwr_dyn.codegen.rollouts.law_forms import law_form
+from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.studies.sweep.running.results import SweepResults
+from lwr_dyn.studies.sweep.outwards import FirstBreak, Span, outward_search
+from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.rollout_arguments import rollout_arguments
+from lwr_dyn.studies.sweep.running.sweep import SweepResults
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
-from lwr_dyn.studies.sweep.statistics.metric_words import metric_words
-from lwr_dyn.studies.sweep.statistics.outwards import FirstBreak, Span, outward_search
-from lwr_dyn.studies.sweep.statistics.summary import spans
-from lwr_dyn.studies.sweep.study.read_study import read_study
-from lwr_dyn.studies.sweep.study.rollout_arguments import rollout_arguments
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.summary import spans
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
+from lwr_dyn.studies.sweep.vocabulary import metric_words
 
 STICKING = 12
 """Runs of each controller that are simulated with friction that sticks."""

@@ -4,8 +4,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body, Chain, ChainLink, Rotor
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind, Rotor
 from lwr_dyn.model.spatial import Pose, from_rpy
 
 

@@ -3,7 +3,7 @@
 SLIPS = (("+ self._gravity(q)", "- self._gravity(q)"), ...)
 def check(law: ModuleType) -> None: ...  # asserts; reads the law from the module that it is given
 def test_planted_slips_are_caught() -> None:
-    assert not uncaught("lwr_dyn.control.pd_gravity", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.paper_laws", SLIPS, check)
 """
 
 import sys

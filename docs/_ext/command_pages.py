@@ -8,8 +8,7 @@ from pathlib import Path
 import click
 from used_in import used_in
 
-from lwr_dyn.cli.help_text import help_texts, with_help
-from lwr_dyn.cli.main import COMMANDS, group
+from lwr_dyn.cli.main import COMMANDS, group, help_texts, with_help
 
 PAGE = "docs/reference/command_line.md"
 

@@ -1,11 +1,11 @@
-"""The project's look: tokens and fonts of `lwr_dyn.pages.replay.look`, and names for the landmarks of the theme."""
+"""The look of the project on the site: tokens and fonts of the pages, and names for the landmarks of the theme."""
 
 import re
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from lwr_dyn.pages.replay.look import font_faces, look_css
+from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css
 
 LANDMARKS = {
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',

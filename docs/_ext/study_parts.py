@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from lwr_dyn.cli.new_study import study_template
-from lwr_dyn.studies.sweep.study.metric_table import METRICS
-from lwr_dyn.studies.sweep.study.parameter_paths import PATHS, PathRow
+from lwr_dyn.cli.new import study_template
+from lwr_dyn.studies.sweep.vocabulary import METRICS, PATHS, PathRow
 
 
 def study_text(root: Path) -> str:

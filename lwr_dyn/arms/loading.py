@@ -1,25 +1,166 @@
-"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again."""
+"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again.
+
+Mount and tool of an arm: from a name, a table, a .toml file, a pose, or the options of the command.
+
+The load is given as robot controllers want it (KUKA's LOAD_DATA, UR, Franka): com in the flange, inertia about com.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.arms.mount_and_tool import installed
+import numpy as np
+
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
-from lwr_dyn.foundation.files import ends_in
+from lwr_dyn.arms.papers.columns import parse_toml
+from lwr_dyn.arms.papers.schema import Paper, to_si
+from lwr_dyn.foundation.arrays import fixed_array, number_of, real_array
+from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, FileLayout, Source
+from lwr_dyn.model.chain import MOUNTS, Body, Tool, is_physical
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.spatial import Pose, from_rpy, pose_array
+
+_POSE = ("xyz", "rpy", "rpy_deg", "pose")
+
+_FIELDS = {"mount": ("on", *_POSE), "tool": (*_POSE, "mass", "com", "inertia")}
+
+WORLD = "world"
+"""The root link of the URDF of a mounted arm."""
+
+_LARGEST = 1e6
+"""Of a number of a mount or tool [m, kg, kg m^2]."""
+
+
+def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
+    """The arm on its mount and with its tool, each None where nothing is said.
+
+    Their fields as JSON values are added to `loaded_with`; they are sources of the numbers that they change.
+
+    Raises
+    ------
+    FileAccessError, PaperError
+        A .toml file that cannot be read.
+    UnknownNameError, OptionError, ShapeError
+        A place or field that does not exist, two rotations, an inertia that no body can have, other shapes.
+    """
+    given = {key: _description(key, value) for key, value in (("mount", mount), ("tool", tool)) if value is not None}
+    body, last = _tool(given.get("tool", {})), arm.chain.links[-1].link
+    if "mount" in given and arm.layout is not None and arm.layout.root == WORLD:
+        name = next(name for k in count(1) if (name := WORLD + "_" * k) not in arm.layout.shapes)
+        arm = replace(arm, layout=_with_root(arm.layout, name))
+    out = arm.installed(_mount(given["mount"]) if "mount" in given else None, body)
+    cells = {key: Source(key, "option of loading", "given", row, "SI", "multiplied") for key, row in given.items()}
+    sources: dict[str, tuple[Source, ...]] = {key: (cell,) for key, cell in cells.items()}
+    if body.mass:
+        changed = [f"{last}.{part}" for part in ("mass", "com", "inertia")]
+        sources |= {name: (*arm.sources.get(name, ()), replace(cells["tool"], conversion="added")) for name in changed}
+    return replace(out, sources={**out.sources, **sources}, loaded_with={**arm.loaded_with, **given})
+
+
+def _with_root(layout: FileLayout, name: str) -> FileLayout:
+    """The layout with its root under another name: Drake takes any link `world` for its own world."""
+
+    def named(link: str) -> str:
+        return name if link == layout.root else link
+
+    return replace(
+        layout, root=name, joints=tuple(replace(joint, parent=named(joint.parent)) for joint in layout.joints),
+        fixed=tuple(tuple(replace(x, parent=named(x.parent)) for x in row) for row in layout.fixed),
+        shapes={named(link): shapes for link, shapes in layout.shapes.items()},
+        inertials={named(link): inertial for link, inertial in layout.inertials.items()},
+    )  # fmt: skip
+
+
+def _description(what: str, given: Any) -> dict[str, Any]:
+    """A mount or tool as JSON values: a place by name, a table, that of a `.toml` file, or a pose (4, 4)."""
+    if isinstance(given, tuple) and given and all(isinstance(x, str) for x in given):
+        given = _of_texts(what, given)
+    if isinstance(given, str | Path) and ends_in(given, ".toml"):
+        given = parse_toml(read_text(given, f"a readable .toml file of a {what}"), Path(given).name)
+    elif isinstance(given, str | Path) and what == "mount":
+        given = {"on": str(given)}
+    elif isinstance(given, str | Path):
+        raise OptionError(what, repr(str(given)), f"a .toml file, or xyz=0,0,0.15; fields: {', '.join(_FIELDS[what])}")
+    elif not isinstance(given, Mapping):
+        given = {"pose": given}
+    for key in given:
+        if key not in _FIELDS[what]:
+            raise UnknownNameError(f"field of a {what}", key, _FIELDS[what])
+    return {key: x if key == "on" else _numbers(f"{what} {key}", x) for key, x in given.items()}
+
+
+def _of_texts(what: str, texts: tuple[str, ...]) -> Any:
+    """Options of the command: a place or a file by its name, or KEY=NUMBERS one by one."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
+    fields: dict[str, Any] = {}
+    for key, mark, value in (text.partition("=") for text in texts):
+        if (not mark and what == "tool") or (key if mark else "on") in fields:
+            raise OptionError(f"--{what}", repr(key), "each KEY=NUMBERS once, or one file")
+        fields[key if mark else "on"] = _plain_numbers(f"--{what} {key}", value) if mark else key
+    return fields
+
+
+def _plain_numbers(name: str, text: str) -> float | list[float]:
+    try:
+        numbers = [number_of(x) for x in text.split(",")]
+    except ValueError:
+        raise OptionError(name, repr(text), "numbers such as 0,0,0.15; one field an option") from None
+    return numbers if "," in text else numbers[0]
+
+
+def _numbers(name: str, given: Any) -> Any:
+    array = real_array(name, given)
+    if np.abs(array).max(initial=0.0) > _LARGEST:
+        raise OptionError(name, given, f"numbers up to {_LARGEST:g}, in SI")
+    return array.tolist()
+
+
+def _mount(table: Mapping[str, Any]) -> Pose:
+    place = str(table.get("on", "floor"))
+    if place not in MOUNTS:
+        raise UnknownNameError("mount", place, MOUNTS)
+    pose = _pose("mount", table)
+    return Pose(MOUNTS[place].rotation @ pose.rotation, pose.position)
+
+
+def _pose(what: str, table: Mapping[str, Any]) -> Pose:
+    turns = [key for key in ("rpy", "rpy_deg", "pose") if key in table]
+    if len(turns) > 1 or {"pose", "xyz"} <= set(table):
+        raise OptionError(what, " and ".join({**dict.fromkeys(turns), **table}), "xyz with rpy or rpy_deg, or pose")
+    if "pose" in table:
+        matrix = pose_array(f"{what} pose", fixed_array(f"{what} pose", table["pose"], (4, 4)))
+        return Pose(matrix[:3, :3], matrix[:3, 3])
+    angles = fixed_array(f"{what} {turns[0]}", table[turns[0]], (3,)) if turns else np.zeros(3)
+    rpy = [to_si(x, "deg") for x in angles] if "rpy_deg" in table else angles
+    return Pose(from_rpy(rpy), fixed_array(f"{what} xyz", table.get("xyz", np.zeros(3)), (3,)))
+
+
+def _tool(table: Mapping[str, Any]) -> Tool:
+    mass = float(fixed_array("tool mass", table.get("mass", 0.0), ()))
+    com = fixed_array("tool com", table.get("com", np.zeros(3)), (3,))
+    given = np.asarray(table.get("inertia", np.zeros(3)))
+    if given.shape not in ((3,), (6,), (3, 3)):
+        allowed = "3 numbers (ixx, iyy, izz), 6 (ixx, ixy, ixz, iyy, iyz, izz) or a matrix, kg m^2"
+        raise ShapeError("tool inertia", f"shape {given.shape}", allowed)
+    six = given[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3) if given.shape == (6,) else given
+    tensor = np.diag(six) if six.ndim == 1 else six
+    if not is_physical(Body(mass, com, tensor)):
+        raise OptionError("tool", f"mass {mass:g}, inertia {given.tolist()}", "an inertia that a body can have")
+    return Tool(_pose("tool", table), mass, com, tensor)
+
 
 FILE_FORMATS: Registry[Callable[[str, str | None, Mapping[str, float] | None], Arm]] = Registry(
     "file_format",
     {
-        ".dat": Row("lwr_dyn.krl.robot.machine_arm:load_machine_arm", "KUKA's machine data", extra="krl"),
-        ".kuka.toml": Row("lwr_dyn.krl.robot.machine_arm:load_machine_arm", "KUKA's machine data", extra="krl"),
+        ".dat": Row("lwr_dyn.krl.robot.machine_data:load_machine_arm", "KUKA's machine data", extra="krl"),
+        ".kuka.toml": Row("lwr_dyn.krl.robot.machine_data:load_machine_arm", "KUKA's machine data", extra="krl"),
     },
 )
 """Further files that hold an arm, by their ending; each row is a function of path, reading and locked joints."""

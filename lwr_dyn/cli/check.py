@@ -7,7 +7,7 @@ import click
 
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict
-from lwr_dyn.checks.urdf.report_text import file_verdict
+from lwr_dyn.checks.urdf.reports import file_verdict
 from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, print_json, robot_options
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in

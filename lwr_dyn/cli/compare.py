@@ -7,23 +7,19 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
-from lwr_dyn.cli.row_options import row_options
-from lwr_dyn.control.controller_specs import controller_spec
-from lwr_dyn.control.controllers import CONTROLLERS
-from lwr_dyn.control.laws.assumed_friction import arm_with_friction
+from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options, row_options
+from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.model.run import Run
-from lwr_dyn.studies.compare.comparison import RunComparison, comparison_of
-from lwr_dyn.studies.compare.cross_table import cross_table
-from lwr_dyn.studies.compare.page import comparison_html
+from lwr_dyn.studies.compare.comparison import RunComparison, comparison_html, comparison_of, cross_table
 from lwr_dyn.studies.compare.pair_page import pair_html
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
-from lwr_dyn.trajectory.references.tasks import REFERENCES
-from lwr_dyn.trajectory.references.twice import Twice
+from lwr_dyn.trajectory.references.ist import Twice
+from lwr_dyn.trajectory.references.joint_moves import REFERENCES
 
 RUNS = ".npz"
 PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(

@@ -6,12 +6,11 @@ import click
 
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.conventions.evidence import Evidence
-from lwr_dyn.checks.conventions.evidence_file import packaged_evidence, read_evidence
-from lwr_dyn.checks.conventions.joint_zero import ZeroReadings, zero_readings, zero_text
+from lwr_dyn.checks.conventions.evidence import Evidence, packaged_evidence, read_evidence
 from lwr_dyn.checks.conventions.printed_table import PrintedTable, printed_table
 from lwr_dyn.checks.conventions.ranking import RankedReadings, rank_readings
 from lwr_dyn.checks.conventions.ranking_text import judged_rankings, ranking_text
+from lwr_dyn.checks.datasheet.datasheet import ZeroReadings, zero_readings, zero_text
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
@@ -31,7 +30,7 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     Readings differ by the point the tensors are about, the sign of the products, the order of axes, the end of the
     link that centres of mass are measured from, the DH convention, and rows that belong elsewhere. The file's own
     errata are not used. Built-in robots bring their evidence along; for your own arm write it as a file, in the form
-    that lwr_dyn/checks/conventions/evidence_file.py shows.
+    that lwr_dyn/checks/conventions/evidence.py shows.
     """
     if ends_in(robot, ".urdf", ".xacro"):
         raise OptionError("ROBOT", robot, "a robot's name or a .toml file; a URDF states its conventions")

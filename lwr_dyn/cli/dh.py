@@ -13,7 +13,7 @@ from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.chain import Convention, JointKind
 from lwr_dyn.model.spatial import Pose, to_rpy
 
 

@@ -9,10 +9,9 @@ from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.robot.kuka_units import kuka_units
+from lwr_dyn.krl.robot.kuka_pose import kuka_units
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.installation import names_of_ends
+from lwr_dyn.model.chain import JointKind, names_of_ends
 from lwr_dyn.model.option_values import from_degrees, positions
 from lwr_dyn.model.spatial import to_rpy
 
@@ -72,7 +71,7 @@ def _symbolic_text(robot: str, reading: str | None) -> str:
     if ends_in(robot, ".urdf"):
         raise OptionError("--symbolic", robot, "a robot with a DH table")
     with needs_extra("symbolic"):
-        from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices_text
+        from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
 
     return dh_matrices_text(open_paper(robot, reading))
 

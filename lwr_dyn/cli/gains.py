@@ -7,23 +7,27 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.margins import ELASTIC_HELP
-from lwr_dyn.cli.options import OneOf, given_elasticity, load_robot, print_json, robot_options
-from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.cli.options import (
+    OneOf,
+    OptionRule,
+    given_elasticity,
+    load_robot,
+    print_json,
+    refuse_unused,
+    robot_options,
+)
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
-from lwr_dyn.design.certified import certificates, certified
-from lwr_dyn.design.gain_search import PEAK, check_margin
-from lwr_dyn.design.loop_case import LoopCase
-from lwr_dyn.design.margin_gains import MarginGains, margin_gains
-from lwr_dyn.design.sampled_gains import judge_of_gains
+from lwr_dyn.design.gain_search import PEAK, MarginGains, certificates, certified, check_margin, margin_gains
+from lwr_dyn.design.loop_judgement import LoopCase, judge_of_gains
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.registry import REQUIRED, options_of
 from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.elasticity import chosen_elasticity
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.transmission import chosen_elasticity
 from lwr_dyn.simulation.setup import ENCODERS
-from lwr_dyn.trajectory.references.tasks import REFERENCES
+from lwr_dyn.trajectory.references.joint_moves import REFERENCES
 
 TASKS = tuple(
     name

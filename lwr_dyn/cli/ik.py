@@ -11,12 +11,11 @@ from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_op
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import aligned
-from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
-from lwr_dyn.kinematics.six_joints.nearest_point import nearest_words
+from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_words
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
-from lwr_dyn.krl.robot.kuka_units import KukaUnits, kuka_units
+from lwr_dyn.krl.robot.kuka_pose import KukaUnits, kuka_units
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.option_values import from_degrees
 from lwr_dyn.model.spatial import from_rpy
 

@@ -82,8 +82,7 @@ def _write(
     arm: Arm, where: WhereWritten, functions: list[str], inputs: list[str], friction: str, dtype: str
 ) -> None:  # fmt: skip
     require_packages()
-    from lwr_dyn.codegen.emit.cases import vectors_text
-    from lwr_dyn.codegen.emit.emission import LANGUAGES, emitted_arm
+    from lwr_dyn.codegen.emit.emission import LANGUAGES, emitted_arm, vectors_text
 
     files_of = LANGUAGES.load(str(where.language))
     for path in filter(None, (where.out, where.vectors)):
@@ -104,7 +103,7 @@ def _write(
 
 def _print_written(emitted: EmittedArm, asked: str, joined: str) -> None:
     """What the file holds, gains of laws left to it; `asked` is the name that functions should begin with."""
-    from lwr_dyn.codegen.emit.laws import TUNED
+    from lwr_dyn.codegen.emit.further_functions import TUNED
 
     begin = f"{emitted.prefix}{joined}"
     if emitted.prefix != asked:

@@ -11,9 +11,8 @@ from lwr_dyn.arms.loading import xacro_arguments
 from lwr_dyn.arms.papers.catalog import robots
 from lwr_dyn.checks.tables.rules import lint, sheet_of_file, sheets_of_robot
 from lwr_dyn.checks.tables.sheet import Finding, Sheet
-from lwr_dyn.checks.urdf.lint import LintReport
-from lwr_dyn.checks.urdf.lint_files import is_urdf, judge_all, print_reports
-from lwr_dyn.checks.urdf.rules import explanation
+from lwr_dyn.checks.urdf.lint import LintReport, explanation
+from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 

@@ -12,15 +12,16 @@ from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.options import (
     NUMBERS,
     OneOf,
+    OptionRule,
     given_elasticity,
     load_robot,
     print_json,
+    refuse_unused,
     robot_options,
+    row_options,
 )
-from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
-from lwr_dyn.control.controller_file import faults_in
-from lwr_dyn.control.controllers import CONTROLLERS, split_name
+from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
 from lwr_dyn.design.margins import LIMIT, MarginReport, margins
 from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
 from lwr_dyn.foundation.arrays import Array
@@ -31,7 +32,7 @@ from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.option_values import from_degrees
 from lwr_dyn.pages.figures.margins import picture_writer
 from lwr_dyn.simulation.setup import ENCODERS
-from lwr_dyn.trajectory.references.tasks import REFERENCES
+from lwr_dyn.trajectory.references.joint_moves import REFERENCES
 
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 LOOP = [

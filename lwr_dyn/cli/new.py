@@ -1,8 +1,12 @@
-"""`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`."""
+"""`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`.
+
+`lwr-dyn new study`: a commented study to start from.
+"""
 
 import re
 from importlib.resources import files
 from pathlib import Path
+from textwrap import wrap
 
 import click
 
@@ -11,14 +15,15 @@ from lwr_dyn.cli.main import RegistryGroup
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS
 
 KINDS: Registry[click.Command] = Registry(
     "new",
     {
         "arm": Row("lwr_dyn.cli.new:arm", "A data file for your own arm."),
         "controller": Row("lwr_dyn.cli.new:controller", "A Python file for your own controller."),
-        "cell": Row("lwr_dyn.cli.krl.new_cell:command", "What stands around a KRL program.", extra="krl"),
-        "study": Row("lwr_dyn.cli.new_study:command", "A study of many closed loops."),
+        "cell": Row("lwr_dyn.cli.krl.options:new_cell", "What stands around a KRL program.", extra="krl"),
+        "study": Row("lwr_dyn.cli.new:study", "A study of many closed loops."),
     },
 )
 """What `lwr-dyn new` can write."""
@@ -62,3 +67,24 @@ def new_file(file: str, ending: str) -> Path:
     if path.exists():
         raise FileAccessError(file, "exists already", "a new file")
     return path
+
+
+def study_template(file: str, name: str) -> str:
+    """The text of a commented study; it runs as it stands.
+
+    >>> 'path = "payload.mass"' in study_template("x.toml", "x")
+    True
+    """
+    text = (files("lwr_dyn.studies.sweep") / "new_study.toml").read_text(encoding="utf-8")
+    paths = ", ".join(path for path in PATHS if OPTION not in path)
+    listed = "\n#   ".join(wrap(paths, 100))
+    return text.replace("@@file@@", file).replace("@@name@@", name).replace("@@paths@@", f"\n#   {listed}")
+
+
+@click.command("study")
+@click.argument("file")
+def study(file: str) -> None:
+    """Write a study: which loops, what varies, how many runs; `lwr-dyn sweep` runs it."""
+    path = new_file(file, ".toml")
+    write_file(path, study_template(file, path.stem))
+    click.echo(f"wrote {file}; next: edit it, then  lwr-dyn sweep {file} --out {path.stem}")

@@ -13,9 +13,8 @@ from lwr_dyn.arms.papers.catalog import readings, robots
 from lwr_dyn.arms.urdf.model_files import model_stem
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.checks.engines.engine import ENGINES, is_installed
-from lwr_dyn.checks.engines.reference import as_urdf
-from lwr_dyn.checks.engines.report import markdown, matrix, record, text
-from lwr_dyn.checks.engines.survey import ModelReport, survey
+from lwr_dyn.checks.engines.losses import as_urdf
+from lwr_dyn.checks.engines.survey import ModelReport, markdown, matrix, record, survey, text
 from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file

@@ -7,7 +7,7 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.reproduction.study import ALL, option_keywords, studies, takers
+from lwr_dyn.reproduction.papers import ALL, option_keywords, studies, takers
 
 
 def _options() -> list[click.Parameter]:

@@ -8,8 +8,7 @@ import numpy as np
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import readings
-from lwr_dyn.checks.sensitivity.analysis import POSES, Sensitivity, sensitivity
-from lwr_dyn.checks.sensitivity.result_tables import errors_text, notes, result_tables
+from lwr_dyn.checks.sensitivity.analysis import POSES, Sensitivity, errors_text, notes, result_tables, sensitivity
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in

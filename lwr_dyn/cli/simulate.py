@@ -1,34 +1,117 @@
-"""`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit."""
+"""`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit.
+
+A run as a table for people and a record for programs: errors joint by joint, limits, audit, friction.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from lwr_dyn.arms.loading import load
-from lwr_dyn.cli.options import OneOf, given_elasticity, load_robot, print_json, robot_options
-from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
-from lwr_dyn.cli.run_report import run_record, run_text
-from lwr_dyn.control.controller_file import faults_in
-from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, make_controller, split_name
-from lwr_dyn.design.sampled_text import sampled_notes
+from lwr_dyn.cli.options import (
+    OneOf,
+    OptionRule,
+    given_elasticity,
+    load_robot,
+    print_json,
+    refuse_unused,
+    robot_options,
+    row_options,
+)
+from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, faults_in, make_controller, split_name
+from lwr_dyn.design.loop_judgement import sampled_notes
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
-from lwr_dyn.model.passive_refit import passive_refit
-from lwr_dyn.model.run import Run
-from lwr_dyn.model.shown import format_of
-from lwr_dyn.pages.notebook.plot import plot_writer
+from lwr_dyn.model.passivity import passive_refit
+from lwr_dyn.model.run import Run, format_of
+from lwr_dyn.pages.notebook.exported_runs import plot_writer
+from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
-from lwr_dyn.simulation.options import METHODS
-from lwr_dyn.simulation.sensors import Encoder
-from lwr_dyn.simulation.setup import ENCODERS, Setup, prepare
+from lwr_dyn.simulation.audit import audit_lines
+from lwr_dyn.simulation.contact import ACTIVE_FRICTION
+from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.simulation.responses.step_and_chirp import responses_said
+from lwr_dyn.simulation.setup import ENCODERS, METHODS, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
-from lwr_dyn.trajectory.references.tasks import REFERENCES
+from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+
+
+def run_record(run: Run, arm: Arm) -> dict[str, Any]:
+    """Metrics, audit, events and the record of the setup."""
+    events = [{"t": e.t, "kind": e.kind, "joint": e.joint, "value": e.value} for e in run.events]
+    found = {"metrics": metrics(run, arm).to_json(), "responses": responses_said(run, arm)[1]}
+    return {**found, "events": events, "meta": dict(run.meta)}
+
+
+def run_text(run: Run, arm: Arm, full: bool = False) -> str:
+    """Errors, limits, audit and notes as text; with `full` all errors."""
+    figures = metrics(run, arm)
+    lines = [
+        error_table(arm, figures, _title(run, arm), full).text(),
+        f"tip error ({figures.caveat}): largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
+        f"limits of position, speed and torque: {figures.limits}",
+        *audit_lines(run.audit),
+    ]
+    return "\n".join([*lines, *friction_lines(run, arm), *responses_said(run, arm)[0]])
+
+
+def _title(run: Run, arm: Arm) -> str:
+    """The first line: what was simulated."""
+    known = facts(run)
+    parts = [f"{arm.name}, reading {arm.reading}: {known['controller']}"]
+    parts += [f"{name} {known[name]}" for name in ("mount", "tool", "task", "payload", "plant") if name in known]
+    return ", ".join([*parts, f"{run.t[-1]:g} s", f"{run.t.size} samples"])
+
+
+def friction_lines(run: Run, arm: Arm) -> list[str]:
+    """The friction of a run in words: its form, what a refit changed, and where it drove instead of braking."""
+    form = run.meta["friction_law"]["form"]
+    if form == "none":
+        return []
+    lines = [f"friction: {form}; accelerations computed {run.meta['evaluations']} times"]
+    for c in run.meta["note"].get("passive_refit", ()):
+        before, after = (f"F_c {x['coulomb']:.4f}, sigma {x['viscous']:.4f}" for x in (c["before"], c["after"]))
+        cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"
+        lines.append(f"passive refit of {c['joint']}, {c['side']}: {before} -> {after}; {cost}")
+    for joint, name in enumerate(arm.joint_names):
+        for e in (e for e in run.events if e.kind == ACTIVE_FRICTION and e.joint == joint):
+            lines.append(f"warning: friction of {name} feeds energy in from {e.t:g} s on, at {e.value:.4g} rad/s (m/s)")
+    return lines
+
+
+def error_table(arm: Arm, figures: Metrics, title: str, full: bool = False) -> Table:
+    """RMS and largest errors, or with `full` all of them, and uses of the limits, one row a joint."""
+    p, v = figures.position_mrad, figures.velocity_mrad_s
+    errors = {"RMS": p.rms, "max": np.maximum(p.max, -p.min) + 0.0}  # no -0
+    if full:
+        errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
+        errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
+    uses = (figures.peak_torque, figures.torque_use, figures.speed_use, figures.saturated_s)
+    units = ["mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links]
+    headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
+    return Table(title, headings, list(zip(arm.joint_names, units, *errors.values(), *uses, strict=True)))
+
+
+def _share(use: float) -> str:
+    """A use of a limit; a question mark where the limit is not known."""
+    return "?" if np.isnan(use) else f"{use:.0%}"
+
+
+USES = (
+    Heading("peak torque [N m]", format=".4g"), Heading("of limit", format=_share),
+    Heading("speed of limit", format=_share), Heading("saturated [s]", format=".3g"),
+)  # fmt: skip
+"""Columns of how much of the limits was used; forces of sliding joints are in N."""
 
 
 class NameOrFile(OneOf):
@@ -57,9 +140,13 @@ def _option(name: str, text: str, kind: Any = bool, default: Any = None, multipl
 
 
 TASK = _option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist")
+
 LAWS = NameOrFile(CONTROLLERS.names)
+
 AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
+
 CONTROLLER = _option("--controller", AROUND, LAWS, "pd-gravity")
+
 PLANT = [
     _option("--plant-reading", "Simulate another reading than the controller's.", str),
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
@@ -70,6 +157,7 @@ PLANT = [
     _option("--encoders", "The side of elastic joints that the controller gets.", OneOf(ENCODERS), ENCODERS[0]),
     _option("--passive-refit", "Use the nearest friction that feeds no energy in."),
 ]
+
 LOOP = [
     _option("--no-saturation", "Do not cut torques at the limits."),
     _option("--no-stops", "Let joints pass their position limits."),
@@ -93,6 +181,7 @@ LOOP = [
     _option("--full", "All errors of the joints: means, extremes, velocities."),
     _option("--json", "One JSON object."),
 ]
+
 RULES = (
     OptionRule("payload-known", lambda given: given["payload"] != 0.0, "with --payload"),
     OptionRule("seed", lambda given: given["encoder_noise"] != 0.0, "with --encoder-noise"),
@@ -147,9 +236,13 @@ def _note(lines: list[str]) -> None:
 
 
 OWN = [*command.params, TASK, CONTROLLER, *PLANT, *LOOP]
+
 TASK_OPTIONS = row_options(REFERENCES, "task", OWN)
+
 OF_TASK = TASK_OPTIONS.click_options()
+
 CONTROLLER_OPTIONS = row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
+
 command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), *PLANT, *LOOP]
 
 

@@ -10,13 +10,12 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.progress import CLEAR, progress
-from lwr_dyn.studies.sweep.finished import FinishedSweep, finish
+from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.report_page import FinishedSweep, finish
 from lwr_dyn.studies.sweep.running.cost import SweepCost, duration
-from lwr_dyn.studies.sweep.running.results import SweepResults
-from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, sweep
-from lwr_dyn.studies.sweep.statistics.summary_tables import summary_record, summary_text
-from lwr_dyn.studies.sweep.study.read_study import read_study
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, SweepResults, sweep
+from lwr_dyn.studies.sweep.summary_text import summary_record, summary_text
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 
 @click.command("sweep")

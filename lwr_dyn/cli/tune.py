@@ -7,23 +7,19 @@ from dataclasses import fields
 import click
 
 from lwr_dyn.cli.options import print_json
-from lwr_dyn.control.controller_specs import ControllerSpec
-from lwr_dyn.control.controllers import CONTROLLERS
+from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.registry import options_of
+from lwr_dyn.studies.sweep.gain_search import SearchedGain, gain_aim, searched_gain
+from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.rollout_arguments import plant_parameters
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
-from lwr_dyn.studies.sweep.study.distributions import Values
-from lwr_dyn.studies.sweep.study.parameter_paths import parameter_path
-from lwr_dyn.studies.sweep.study.plant_rows import plant_parameters
-from lwr_dyn.studies.sweep.study.read_study import read_study
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
-from lwr_dyn.studies.sweep.study.study_setup import arm_of_study, is_task, spec_of_study
-from lwr_dyn.studies.sweep.tuning.gain_aim import gain_aim
-from lwr_dyn.studies.sweep.tuning.gain_box import SearchedGain, searched_gain
-from lwr_dyn.studies.sweep.tuning.tune import USE, Evaluate, SearchSize, tune
-from lwr_dyn.studies.sweep.tuning.tune_text import tuned_record, tuned_text
+from lwr_dyn.studies.sweep.sampling import Values
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, arm_of_study, is_task, spec_of_study
+from lwr_dyn.studies.sweep.tune import USE, Evaluate, SearchSize, tune, tuned_record, tuned_text
+from lwr_dyn.studies.sweep.vocabulary import parameter_path
 
 USUAL = {"omega_n": (0.2, 5.0), "xi": (0.4, 2.0)}
 """Options that are searched where none is named, and the bounds as factors of what is given."""

@@ -1,37 +1,123 @@
-"""Controllers by name, or from a Python file of one's own."""
+"""Controllers by name, or from a Python file of one's own.
 
-from collections.abc import Callable
+A controller from a Python file of a user's own; whatever fails in the file becomes one line that says where.
+
+Controllers of a study as texts: a name or a file, its options, and what is wrapped around it.
+
+`pid:omega-n=20:velocity-error` gives a row its options, by the names that they have in `lwr-dyn simulate` (`omega_n` is
+read too); a switch has no value. `pid:omega-n=20+friction` adds a wrapper, as `A+B` adds a change to a plant.
+"""
+
+import inspect
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from inspect import signature
-from typing import Any
+from pathlib import Path
+from traceback import extract_tb
+from types import ModuleType
+from typing import Any, cast
 
-from lwr_dyn.control.controller_file import controller_from_file
+import numpy as np
+
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.foundation.arrays import arm_argument
-from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.foundation.arrays import arm_argument, number_of
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError, UnknownNameError, did_you_mean
+from lwr_dyn.foundation.files import read_text
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row, check_options, options_of
 from lwr_dyn.model.arm import Arm
+
+NEEDED = "a Python file with controller(t, q, dq, q_ref, dq_ref, ddq_ref), or make(arm, dynamics) that returns one"
+
+
+def controller_from_file(path: str, arm: Arm, dynamics: Dynamics, **options: Any) -> Controller:
+    """The controller of a Python file: its function `controller`, or what its function `make` returns.
+
+    The file holds `make(arm, dynamics)`, or else `controller(t, q, dq, q_ref, dq_ref, ddq_ref)` itself. A function
+    without a `name` of its own is named as the file, such as "mine.py".
+
+    Raises
+    ------
+    FileAccessError
+        The file cannot be read, an error is raised in it (says in which line), or it holds no controller.
+    OptionError
+        An option that `make` does not know.
+    """
+    module = _run(path)
+    controller, make = getattr(module, "controller", None), getattr(module, "make", None)
+    if make is not None:
+        if not _takes(make, 2):
+            raise FileAccessError(path, "make does not take two arguments", NEEDED)
+        check_options(f"make in {path}", make, 2, options)
+        with faults_in(path):
+            controller = make(arm, dynamics, **options)
+    if controller is None or not _takes(controller, 6):
+        raise FileAccessError(path, "no function of six arguments for a controller", NEEDED)
+    if inspect.isfunction(controller) and not hasattr(controller, "name"):
+        controller.name = Path(path).name  # type: ignore[attr-defined]
+    return cast(Controller, controller)
+
+
+@contextmanager
+def faults_in(path: str) -> Iterator[None]:
+    """Turns an error that the code of a file raises into a `FileAccessError` that says in which line."""
+    try:
+        yield
+    except LwrDynError:
+        raise
+    except (Exception, SystemExit) as fault:
+        lines = [frame.lineno for frame in extract_tb(fault.__traceback__) if frame.filename == path]
+        if isinstance(fault, SyntaxError) and fault.filename == path:
+            lines = [fault.lineno]
+        if not lines:
+            raise
+        text = f"line {lines[-1]}: {type(fault).__name__}: {getattr(fault, 'msg', fault)}"
+        raise FileAccessError(path, text, "a controller that runs") from fault
+
+
+def _run(path: str) -> ModuleType:
+    text = read_text(path, NEEDED)
+    module = ModuleType(f"lwr_dyn_controller_{Path(path).stem}")
+    module.__file__ = path
+    sys.modules[module.__name__] = module  # dataclasses look their module up there
+    with faults_in(path):
+        exec(compile(text, path, "exec"), module.__dict__)
+    return module
+
+
+def _takes(function: Any, arguments: int) -> bool:
+    try:
+        inspect.signature(function).bind(*range(arguments))
+    except (TypeError, ValueError):
+        return False
+    return True
+
 
 CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
     "controller",
     {
-        "pd-gravity": Row("lwr_dyn.control.pd_gravity:tuned_pd_gravity", "PD with gravity compensation"),
-        "pid": Row("lwr_dyn.control.pid:tuned_pid", "PID with back-calculation against wind-up"),
+        "pd-gravity": Row("lwr_dyn.control.paper_laws:tuned_pd_gravity", "PD with gravity compensation"),
+        "pid": Row("lwr_dyn.control.paper_laws:tuned_pid", "PID with back-calculation against wind-up"),
         "inverse-dynamics": Row(
-            "lwr_dyn.control.inverse_dynamics:tuned_inverse_dynamics", "inverse dynamics: the model linearises the arm"
+            "lwr_dyn.control.paper_laws:tuned_inverse_dynamics", "inverse dynamics: the model linearises the arm"
         ),
         "motor-pd": Row(
-            "lwr_dyn.control.laws.motor_side_pd:tuned_motor_side_pd", "PD on the motor side of elastic joints"
+            "lwr_dyn.control.laws.motor_side:tuned_motor_side_pd", "PD on the motor side of elastic joints"
         ),
         "joint-impedance": Row(
-            "lwr_dyn.control.laws.joint_impedance:tuned_joint_impedance",
+            "lwr_dyn.control.laws.impedance:tuned_joint_impedance",
             "joints as springs; the damping fits every pose",
         ),
         "cartesian-impedance": Row(
-            "lwr_dyn.control.laws.cartesian_impedance:tuned_cartesian_impedance", "the tip as a spring in space"
+            "lwr_dyn.control.laws.impedance:tuned_cartesian_impedance", "the tip as a spring in space"
         ),
         "hand-guiding": Row(
-            "lwr_dyn.control.laws.hand_guiding:tuned_hand_guiding", "weight and friction carried; a hand moves the arm"
+            "lwr_dyn.control.laws.friction_compensation:tuned_hand_guiding",
+            "weight and friction carried; a hand moves the arm",
         ),
         "adaptive": Row("lwr_dyn.control.laws.adaptive:tuned_adaptive", "Slotine and Li: learns load, and friction"),
         "robust": Row("lwr_dyn.control.laws.robust:tuned_robust", "passivity-based, for a load out of a set"),
@@ -46,7 +132,7 @@ WRAPPERS: Registry[Callable[..., Controller]] = Registry(
         "friction-measured": Row("lwr_dyn.control.laws.friction_compensation:with_measured_friction", "friction of dq"),
         "motor-side": Row("lwr_dyn.control.laws.motor_side:on_motor_side", "reads the motor side of elastic joints"),
         "observer": Row(
-            "lwr_dyn.control.laws.observed:observed", "external torque and collisions by a momentum observer"
+            "lwr_dyn.control.laws.observer:observed", "external torque and collisions by a momentum observer"
         ),
     },
 )
@@ -113,3 +199,116 @@ def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", *
     for wrapper in wrappers:
         controller = WRAPPERS.make(wrapper, controller, arm, dynamics, **own[wrapper])
     return controller
+
+
+_FORM = re.compile(r"(?P<base>.*\.py|[^:+]*)(?P<options>(?::[^:+]*)*)(?P<wrappers>(?:\+[^:+]*)*)")
+
+FORM = "NAME:OPTION=VALUE:SWITCH+WRAPPER"
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerSpec:
+    """A controller by text: `base` is a name of `CONTROLLERS` or a file; `options` by keyword of its factory."""
+
+    text: str
+    base: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    wrappers: tuple[str, ...] = ()
+
+    @property
+    def is_file(self) -> bool:
+        """Whether it stands in a file of a user's own."""
+        return self.base.endswith(".py")
+
+    @property
+    def name(self) -> str:
+        """The name or file with its wrappers, as `make_controller` takes it."""
+        return "+".join((self.base, *self.wrappers))
+
+    def make(self, arm: Arm, dynamics: Dynamics, tuned: Mapping[str, Any] | None = None) -> Controller:
+        """A new controller; `tuned` are further options. Raises as `make_controller`."""
+        return make_controller(self.name, arm, dynamics, **{**self.options, **(tuned or {})})
+
+
+def controller_spec(text: str) -> ControllerSpec:
+    """The controller of a text such as "pid:omega-n=20:velocity-error+friction".
+
+    Raises
+    ------
+    UnknownNameError
+        No controller or wrapper of that name.
+    OptionError
+        Another form, an option that the controller does not have, a value that is missing, not needed or not allowed.
+
+    >>> spec = controller_spec("pid:omega-n=20:velocity-error")
+    >>> spec.base, dict(spec.options)
+    ('pid', {'omega_n': 20.0, 'velocity_error': True})
+    """
+    parts = _FORM.fullmatch(text.strip())
+    if parts is None:
+        raise OptionError("controller", repr(text), FORM)
+    base, wrappers = parts["base"].strip(), tuple(name.strip() for name in parts["wrappers"].split("+")[1:])
+    pairs = [option.partition("=") for option in parts["options"].split(":")[1:]]
+    given = [(name.strip().replace("_", "-"), value.strip()) for name, _, value in pairs]
+    for name, _ in given:
+        if [other for other, _ in given].count(name) > 1:
+            raise OptionError(f"controller {text!r}", f"{name} twice", "each option once")
+    if base.endswith(".py"):
+        options = {name.replace("-", "_"): _free(value) for name, value in given}
+    else:
+        options = dict(_option(base, name, value) for name, value in given)
+    _check(base, text)
+    for wrapper in wrappers:
+        WRAPPERS[wrapper]  # raises for an unknown one
+    return ControllerSpec(text, base, options, wrappers)
+
+
+def _check(base: str, text: str) -> None:
+    if not base.endswith(".py") and base not in CONTROLLERS.names:
+        raise UnknownNameError("controller", base or text, (*CONTROLLERS.names, "or a file that ends in .py"))
+
+
+def _option(base: str, name: str, value: str) -> tuple[str, Any]:
+    """The keyword and the value of one option of a row."""
+    _check(base, base)
+    known = {option.flag_name: option for option in options_of(CONTROLLERS.load(base)).values()}
+    if name not in known:
+        found = f"option {name!r}{did_you_mean(name, known)}"
+        raise OptionError(f"controller {base}", found, ", ".join(known) or "no options")
+    option = known[name]
+    return option.keyword, _value(f"controller {base}: {name}", option, name, value)
+
+
+def _value(subject: str, option: Option, name: str, text: str) -> Any:
+    kind = option.kind
+    if kind is bool:
+        if text:
+            raise OptionError(subject, f"with the value {text!r}", f"{name}, without a value")
+        return not option.default
+    if not text:
+        raise OptionError(subject, "no value", f"{name}=VALUE ({option.help.rstrip('.')})")
+    if kind in (int, float, Quantity.ANGLE):
+        number = _number(subject, text, f"a number ({option.help.rstrip('.')})")
+        if kind is int and number != int(number):
+            raise OptionError(subject, repr(text), "a whole number")
+        return float(np.radians(number)) if kind is Quantity.ANGLE else kind(number)
+    if isinstance(kind, Registry) and text not in kind.names:
+        raise UnknownNameError(kind.kind, text, kind.names)
+    if isinstance(kind, Quantity):
+        raise OptionError(subject, repr(text), "a controller in a file, for values that are lists")
+    return text
+
+
+def _number(subject: str, text: str, allowed: str) -> float:
+    try:
+        return number_of(text)
+    except ValueError:
+        raise OptionError(subject, repr(text), allowed) from None
+
+
+def _free(text: str) -> Any:
+    """A value for the file's own `make`: True without one, a number where it is one, else text."""
+    try:
+        return number_of(text) if text else True
+    except ValueError:
+        return text

@@ -3,9 +3,13 @@
 The margin is max |S_ii| over frequency, joints, poses and plants. It does not grow steadily with omega_n: a law that
 adds g(q) feeds positions back positively, and low gains lift |S_ii| again. So the search comes from above: down in
 steps of `STEP` to the first omega_n that keeps the margin, then bisection between it and the one above.
+
+The largest omega_n of each controller that keeps a stated margin, rigid and elastic, for the command `gains`.
+
+The largest inertias with what is proven of them, where the package that proves it can be used.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from inspect import signature
 from itertools import product
@@ -14,30 +18,35 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
-from lwr_dyn.control.inertia.worst_case import worst_case_inertias
+from lwr_dyn.control.gains import Gains
+from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.design.joint_box import climb, joint_box
-from lwr_dyn.design.law_differences import law_at_rest
-from lwr_dyn.design.loop_case import LoopCase, reads_motor
-from lwr_dyn.design.loop_response import PlantResponse, frequency_grid, sensitivity
-from lwr_dyn.design.resting_plant import RestingPlant
-from lwr_dyn.design.sampled_loop import GROWS, RestingLoop
+from lwr_dyn.design.loop_judgement import LoopCase, reads_motor
+from lwr_dyn.design.loop_margins import PlantResponse, frequency_grid, sensitivity
+from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, RestingPlant, law_at_rest
+from lwr_dyn.design.sampled_stability import climb, joint_box, pose_text
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, joint_array
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError, needs_extra
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 
 PEAK = 1.7
 """Of |S_ii|: by it the gain of any one joint may grow by 2.4 or fall by 0.63, and its phase by 34 deg."""
+
 POSES, SEED = 200, 0
 """Poses drawn evenly from the joint box."""
+
 LEAST, STEP, CLOSE = 0.5, 1.2, 1.003
 """The search ends at LEAST [rad/s]; its steps from above, and the ratio at which the bisection ends."""
+
 PART = 10
 """Poses that are computed at once; those where the last try failed come first."""
+
 COUNT = 100
 """Frequencies: neighbours differ by 10 %, and a peak of 1.7 is met to 0.1 %."""
+
 CLIMBS, CLIMBED = 3, 0.005
 """Times that a pose is searched that is worse than the worst one, and added; by less of the margin it is no worse."""
 
@@ -226,3 +235,88 @@ class _Search:
         end = climb(lambda x: self.peaks(controller, found.case, x).max(axis=1), found.q, lower, upper)
         worst = float(self.peaks(controller, found.case, end[None]).max())
         return end if worst > (1.0 + CLIMBED) * self.peak else None
+
+
+LAWS = ("pd-gravity", "pid", "inverse-dynamics")
+
+OF_INERTIA = LAWS[:2]
+"""Those whose gains are made of the largest inertias."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MarginGains:
+    """The frequencies found, by (controller, case in words)."""
+
+    arm: Arm
+    limit: float
+    where: str
+    found: Mapping[tuple[str, str], TunedFrequency]
+
+    @property
+    def table(self) -> Table:
+        """One row a controller and case: omega_n, and where a larger one would break the margin."""
+        title = (
+            f"Largest omega_n with |S_ii| <= {self.limit:g}, {self.where}; linear and at rest, without friction and"
+            " torque limits"
+        )
+        headings = ("controller", "plant", Heading("omega_n", "rad/s"), "stopped by")
+        return Table(title, headings, [self._row(*key, each) for key, each in self.found.items()])
+
+    def _row(self, controller: str, case: str, each: TunedFrequency) -> tuple[str, str, str, str]:
+        pose = f"{self.arm.joint_names[each.joint]} at {pose_text(each.q, self.arm)}"
+        if each.omega_n is None:
+            return controller, case, "none", pose
+        if each.at_most:
+            return controller, case, f"over {each.omega_n:.4g}", "nothing that was tried"
+        return controller, case, f"{each.omega_n:.1f}", pose
+
+    def record(self) -> dict[str, Any]:
+        """The table as JSON values."""
+        rows = [{"controller": name, **each.to_json()} for (name, _), each in self.found.items()]
+        return {"limit": self.limit, "where": self.where, "controllers": rows}
+
+
+def margin_gains(
+    arm: Arm, limit: float, cases: Sequence[LoopCase], gains: Gains, q: Array | None = None, **options: Any
+) -> MarginGains:
+    """The largest omega_n of each controller in each case, over the joint box or at the poses q (k, n).
+
+    `gains` say of which largest inertias and damping ratio the controllers are made; `options` are those of
+    `largest_omega_n`, which says what is raised.
+    """
+    inertia = gains.Kp / gains.omega_n**2
+    found: dict[tuple[str, str], TunedFrequency] = {}
+    for name in LAWS:
+        own: dict[str, Any] = {"inertia": inertia} if name in OF_INERTIA else {}
+        for case in cases:
+            found[name, case.words] = largest_omega_n(arm, name, [case], q=q, peak=limit, xi=gains.xi, **own, **options)
+    poses = max(each.poses for each in found.values())
+    where = f"over the joint box ({poses} poses)" if q is None else f"at {poses} poses of the task"
+    return MarginGains(arm, limit, where, found)
+
+
+def certificates(arm: Arm, maxima: Sequence[InertiaMaximum]) -> Sequence[Any] | None:
+    """A proven bound for each maximum (`lwr_dyn.control.inertia.certificate.InertiaCertificate`).
+
+    None without the extra `batch`, and for an arm with too many joints for it.
+    """
+    try:
+        with needs_extra("batch"):
+            from lwr_dyn.control.inertia.certificate import inertia_certificates
+        found: Sequence[Any] = inertia_certificates(arm, maxima)
+    except (MissingPackageError, OptionError):
+        return None
+    return found
+
+
+def certified(arm: Arm, proven: Sequence[Any]) -> list[str]:
+    """What is proven, in a line for all joints; one for each joint whose bound is not as near as asked."""
+    closed = [x.gap for x in proven if x.holds]
+    boxes = sum(x.boxes for x in proven)
+    words = f"more than {max(closed):.1e} above these values" if closed else "above the bounds that follow"
+    lines = [f"certified: nowhere in the joint box {words} ({boxes} boxes; rounding is in it)" + _but(proven, closed)]
+    return [*lines, *(f"  {arm.joint_names[x.joint]}: {x.statement()}" for x in proven if not x.holds)]
+
+
+def _but(proven: Sequence[Any], closed: Sequence[float]) -> str:
+    return ", except:" if closed and len(closed) < len(proven) else ""

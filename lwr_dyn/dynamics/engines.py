@@ -23,7 +23,7 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
             facts={"rotors": ROTORS},
         ),
         "kernels": Row(
-            "lwr_dyn.codegen.kernels.engine:kernel_engine",
+            "lwr_dyn.codegen.kernels.batch:kernel_engine",
             "generated code, for large batches",
             extra="batch",
             facts={"rotors": ROTORS},

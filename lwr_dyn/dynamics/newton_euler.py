@@ -10,11 +10,11 @@ from typing import Any, Self
 
 import numpy as np
 
-from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.dynamics.protocol import Gated
 from lwr_dyn.dynamics.recursion import LinkConstants, Rotors, inverse_dynamics, link_constants, potential_energy
-from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.dynamics.regressor import chain_with_dynamics
 from lwr_dyn.model.chain import Chain
-from lwr_dyn.model.vectors import ZERO, Scalar, Vector
+from lwr_dyn.model.spatial import ZERO, Scalar, Vector
 
 _ZERO = 0.0  # a literal zero, whose terms the recursion drops
 

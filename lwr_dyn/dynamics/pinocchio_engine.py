@@ -10,11 +10,11 @@ import numpy as np
 import pinocchio as pin
 
 from lwr_dyn.arms.urdf.writer import urdf_text
-from lwr_dyn.dynamics.gate import Gated
-from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.dynamics.protocol import Gated
+from lwr_dyn.dynamics.regressor import chain_with_dynamics
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 
 PinocchioModel = Any
 """pinocchio.Model; the wheel ships no types."""

@@ -5,7 +5,7 @@ corrected): vectors of link i are in its own frame i, its joint acts along z0 of
 
 Two things are more general than the book: a constant pose `before` may precede the joint (modified DH, URDF), and
 rotors enter completely ("full"), by their inertia at the joint ("armature", k_r^2 I_m ddq) or not at all ("none").
-Scalars are those of `lwr_dyn.model.vectors`. This module must never import `urdf`, `Arm` or Pinocchio.
+Scalars are those of `lwr_dyn.model.spatial`. This module must never import `urdf`, `Arm` or Pinocchio.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from lwr_dyn.model.chain import Chain
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.vectors import ZERO, Matrix3, Scalar, Vector, Z, add, multiply
+from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.spatial import ZERO, Matrix3, Scalar, Vector, Z, add, multiply
 
 Rotors = Literal["armature", "full", "none"]
 

@@ -4,23 +4,31 @@
 
 A column is the torque of the Newton-Euler recursion for a chain with one parameter of 1 and all others 0. Friction and
 rotors add columns for their own joint.
+
+Inertial parameters that a source leaves open: allowed where no torque depends on them.
+
+Torques are linear in the parameters, tau = Y(q, dq, ddq) pi. A parameter cannot matter when its column of Y is zero at
+all states: of a link on a vertical first axis only Izz moves anything. The columns are computed at random states.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.dynamics.recursion import LinkConstants, inverse_dynamics, link_constants
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Body, Chain
-from lwr_dyn.model.spatial import steiner
-from lwr_dyn.model.vectors import ZERO, Matrix3, Vector
+from lwr_dyn.model.spatial import ZERO, Matrix3, Vector, steiner
 
 INERTIAL = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """Mass [kg], first moment [kg m], tensor about the origin of the frame [kg m^2]."""
+
 JOINT = ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-")
 """Rotor inertia at the joint [kg m^2], friction per direction [N m, N m s/rad]."""
+
 ROW_BY_ROW = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Entries of the tensor in the order of `INERTIAL`."""
 
@@ -109,3 +117,38 @@ def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
         tensor[a, b] = tensor[b, a] = 1.0
         bodies.append(replace(bare, inertia=Matrix3.of(tensor)))
     return bodies
+
+
+STATES = 20
+
+ROUNDING = 1e-12
+"""Of the largest entry of Y: what a column of zeros may be off."""
+
+_UNITS = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
+
+
+def chain_with_dynamics(arm: Any) -> Chain:
+    """The chain of an arm whose torques its source determines.
+
+    Raises
+    ------
+    MissingDataError
+        Links without inertia, or an unknown parameter on which a torque depends.
+    """
+    chain: Chain = arm.require_dynamics()
+    if any(link.body.unknown for link in chain.links if link.body is not None):
+        _refuse_what_matters(arm.name, chain)
+    return chain
+
+
+def _refuse_what_matters(name: str, chain: Chain) -> None:
+    rng = np.random.default_rng(0)
+    Y = np.abs(Regressor(chain)(*rng.uniform(-np.pi, np.pi, (3, STATES, chain.n)))).max(axis=0)  # (n, 15 n)
+    largest = float(Y[:, : len(INERTIAL) * chain.n].max())
+    for i, link in enumerate(chain.links):
+        for p in () if link.body is None else link.body.unknown:
+            column = Y[:, len(INERTIAL) * i + p]
+            joint = int(np.argmax(column))
+            if column[joint] > ROUNDING * largest:
+                share = f"the torque of {chain.links[joint].joint}: up to {column[joint]:.3g} N m per {_UNITS[p]}"
+                raise MissingDataError(name, f"{INERTIAL[p]} of {link.link} about its frame's origin is", share)

@@ -17,8 +17,8 @@ from scipy.linalg.lapack import dgesv
 
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
 from lwr_dyn.foundation.arrays import Array, fixed_array
-from lwr_dyn.kinematics.branches import TURN
 from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE, SearchRanges, search_ranges
+from lwr_dyn.kinematics.solution import TURN
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import pose_array
 

@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array, real_array
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError, PoseNotReachedError, ShapeError
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.kinematics.branches import drawing_range
+from lwr_dyn.kinematics.solution import drawing_range
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.spatial import pose_array
 
 FOUND, OUTSIDE, NOT_REACHED, INVALID = range(4)

@@ -13,16 +13,36 @@ limit from the bend of the branch.
 
 Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b sin(psi) + c: the forms below.
 (Shimizu, Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
+
+Joint motion of an S-R-S arm along a path: q from the closed form, dq and ddq from the extended Jacobian, exactly.
+
+The arm angle is a seventh task row under the Jacobian. With w from shoulder to wrist, rho = |w|, the elbow axis n and
+the reference direction r,
+
+    tan(psi) = P / C,    P = rho (n . r),    C = n . (r x w)        (plus half a turn on the other elbow branch)
+    [J; psi_row] dq  = [v; omega; dpsi]
+    [J; psi_row] ddq = [a; domega; ddpsi] - [dJ/dt dq; psi's own second derivative at ddq = 0]
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry
-from lwr_dyn.kinematics.branches import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, wrap
-from lwr_dyn.model.spatial import turn_about
+from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.errors import OutOfReachError, ShapeError, SingularArmError
+from lwr_dyn.kinematics.forward import (
+    Ball,
+    JointAxes,
+    SrsGeometry,
+    jacobian_at,
+    joint_axes,
+    require_srs,
+    velocity_product_at,
+)
+from lwr_dyn.kinematics.solution import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, joint_ranges, wrap
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import pose_array, turn_about
 
 ON_AXIS = 1e-9
 """Sine of the angle to the reference direction below which the wrist counts as being on it."""
@@ -135,3 +155,170 @@ def _ball_angles(M: Array, ball: Ball, sign: Array, middle: Array) -> Array:
     tilt = np.arctan2(c * M[:, 0, 2] + s * M[:, 1, 2], M[:, 2, 2])
     second = np.arctan2(c * M[:, 1, 0] - s * M[:, 0, 0], c * M[:, 1, 1] - s * M[:, 0, 1])
     return np.stack([roll, tilt - ball.offset, second], axis=1)
+
+
+SINGULAR = 1e-7
+"""Sine of a tilt, of the elbow's bend, or of the wrist's angle to the reference, below which rates are not determined:
+their relative error would exceed 1e-9."""
+
+
+def follow(
+    arm: Arm,
+    branch: Branch,
+    T: ArrayLike,
+    velocity: ArrayLike,
+    acceleration: ArrayLike,
+    psi: ArrayLike,
+    dpsi: ArrayLike,
+    ddpsi: ArrayLike,
+    *,
+    reference: ArrayLike | None = None,
+) -> tuple[Array, Array, Array]:
+    """q, dq, ddq (k, 7) [rad, per s, per s^2] along a path of the flange: exact derivatives, no differences.
+
+    Every q lies within half a turn of the middle of its range, row by row, whatever the rows before.
+
+    Parameters
+    ----------
+    arm : Arm
+        An S-R-S arm.
+    branch : Branch
+    T : (k, 4, 4) array_like
+        Flange poses in the base.
+    velocity, acceleration : (k, 6) array_like
+        Of the flange: linear of its origin, then angular, base frame [m/s, rad/s, per s].
+    psi, dpsi, ddpsi : (k,) array_like
+        Arm angle and its derivatives along time [rad, per s, per s^2].
+    reference : (3,) array_like, optional
+        Direction psi is counted from, as `ArmAngleCurve.reference`; the axis of joint 1 if not given.
+
+    Raises
+    ------
+    ShapeError, OptionError
+        Wrong shapes, T not poses, not an S-R-S arm.
+    OutOfReachError
+        `.at` is the row of the pose furthest out of reach.
+    SingularArmError
+        At row `.index` the arm is stretched or folded, a ball's rolls are aligned, or the wrist is on the
+        reference, and velocity or acceleration is not zero there (where both are zero, dq = ddq = 0).
+
+    References
+    ----------
+    Siciliano et al., Robotics, eqs. 3.78 (extended Jacobian) and 3.97 (second order).
+    """
+    geometry, ranges = require_srs(arm, reference), joint_ranges(arm)
+    poses = pose_array("T", T)
+    if poses.ndim != 3:
+        raise ShapeError("T", f"shape {poses.shape}", "(k, 4, 4)")
+    k = len(poses)
+    angles = [fixed_array(name, x, (k,)) for name, x in (("psi", psi), ("dpsi", dpsi), ("ddpsi", ddpsi))]
+    rate = np.column_stack([fixed_array("velocity", velocity, (k, 6)), angles[1]])
+    change = np.column_stack([fixed_array("acceleration", acceleration, (k, 6)), angles[2]])
+    excess = arm_triangle(geometry, poses).reach_excess
+    if excess.any():
+        raise OutOfReachError(arm.name, float(np.argmax(excess)), float(excess.max()), parameter="row")
+    q = closed_form(geometry, ranges, poses, angles[0], branch)
+    resting = ~(np.any(rate != 0.0, axis=1) | np.any(change != 0.0, axis=1))
+    dq, ddq = np.zeros_like(q), np.zeros_like(q)
+    if not resting.all():
+        moving = np.flatnonzero(~resting)
+        dq[moving], ddq[moving] = _rates(geometry, arm, q[moving], rate[moving], change[moving], moving)
+    return q, dq, ddq
+
+
+def _rates(
+    geometry: SrsGeometry, arm: Arm, q: Array, rate: Array, change: Array, rows: NDArray[np.intp]
+) -> tuple[Array, Array]:
+    axes = joint_axes(arm.chain, q)
+    task = _arm_angle_task(geometry, axes)
+    _require_regular(geometry, axes, task, q, rows)
+    tip = axes.flange[:, :3, 3]
+    extended = np.concatenate([jacobian_at(axes, tip), task.row[:, None]], axis=1)
+    dq = np.linalg.solve(extended, rate[..., None])[..., 0]
+    own = np.column_stack([velocity_product_at(axes, tip, dq), _own_change(geometry, axes, task, dq)])
+    return dq, np.linalg.solve(extended, (change - own)[..., None])[..., 0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _ArmAngleTask:
+    """The terms of psi for k rows, as in the module's docstring; wrist_jacobian and n_jacobian are (k, 3, 7)."""
+
+    w: Array
+    n: Array
+    rho: Array
+    P: Array
+    C: Array
+    wrist_jacobian: Array
+    n_jacobian: Array
+    row: Array
+    """(k, 7) dpsi = row dq."""
+
+
+def _arm_angle_task(geometry: SrsGeometry, axes: JointAxes) -> _ArmAngleTask:
+    r, n = geometry.reference, axes.z[:, 3]
+    wrist = _wrist(geometry, axes)
+    w = wrist - geometry.shoulder
+    rho = np.linalg.norm(w, axis=1)
+    P, C = rho * (n @ r), _dot(n, np.cross(r, w))
+    wrist_jacobian = jacobian_at(axes, wrist)[:, :3]
+    n_jacobian = np.zeros_like(wrist_jacobian)
+    n_jacobian[:, :, :3] = np.swapaxes(np.cross(axes.z[:, :3], n[:, None]), 1, 2)
+    of_rho = np.einsum("ki,kij->kj", w / rho[:, None], wrist_jacobian)
+    of_P = (n @ r)[:, None] * of_rho + rho[:, None] * np.einsum("i,kij->kj", r, n_jacobian)
+    of_C = np.einsum("ki,kij->kj", np.cross(r, w), n_jacobian) + np.einsum("ki,kij->kj", np.cross(n, r), wrist_jacobian)
+    row = (C[:, None] * of_P - P[:, None] * of_C) / np.maximum(P**2 + C**2, np.finfo(float).tiny)[:, None]
+    return _ArmAngleTask(w, n, rho, P, C, wrist_jacobian, n_jacobian, row)
+
+
+def _own_change(geometry: SrsGeometry, axes: JointAxes, task: _ArmAngleTask, dq: Array) -> Array:
+    """d2psi/dt2 (k,) at constant joint speeds dq: quotient rule twice on P and C."""
+    r, n, w, rho = geometry.reference, task.n, task.w, task.rho
+    dw = np.einsum("kij,kj->ki", task.wrist_jacobian, dq)
+    ddw = velocity_product_at(axes, _wrist(geometry, axes), dq)[:, :3]
+    dn, ddn = np.einsum("kij,kj->ki", task.n_jacobian, dq), _turning_change(axes, n, dq)
+    drho = _dot(w, dw) / rho
+    ddrho = (_dot(dw, dw) + _dot(w, ddw) - drho**2) / rho
+    dP = drho * (n @ r) + rho * (dn @ r)
+    ddP = ddrho * (n @ r) + 2.0 * drho * (dn @ r) + rho * (ddn @ r)
+    dC = _dot(dn, np.cross(r, w)) + _dot(n, np.cross(r, dw))
+    ddC = _dot(ddn, np.cross(r, w)) + 2.0 * _dot(dn, np.cross(r, dw)) + _dot(n, np.cross(r, ddw))
+    size = task.P**2 + task.C**2
+    dpsi = (task.C * dP - task.P * dC) / size
+    change: Array = (task.C * ddP - task.P * ddC) / size - 2.0 * dpsi * (task.P * dP + task.C * dC) / size
+    return change
+
+
+def _turning_change(axes: JointAxes, n: Array, dq: Array) -> Array:
+    """Second derivative (k, 3) of a direction on the upper arm at constant speeds of joints 1 to 3."""
+    omega, domega = np.zeros_like(n), np.zeros_like(n)
+    for i in range(3):
+        turn = axes.z[:, i] * dq[:, i, None]
+        domega = domega + np.cross(omega, turn)
+        omega = omega + turn
+    change: Array = np.cross(domega, n) + np.cross(omega, np.cross(omega, n))
+    return change
+
+
+def _wrist(geometry: SrsGeometry, axes: JointAxes) -> Array:
+    wrist: Array = axes.flange[:, :3, 3] + axes.flange[:, :3, :3] @ geometry.wrist_in_flange
+    return wrist
+
+
+def _dot(a: Array, b: Array) -> Array:
+    product: Array = np.einsum("ki,ki->k", a, b)
+    return product
+
+
+def _require_regular(
+    geometry: SrsGeometry, axes: JointAxes, task: _ArmAngleTask, q: Array, rows: NDArray[np.intp]
+) -> None:
+    """Raises `SingularArmError` with the alignment that makes the extended Jacobian singular."""
+    sines = {
+        "the arm is stretched or folded": np.sin(q[:, 3] - geometry.straight),
+        "the rolls of the shoulder are aligned": np.sin(q[:, 1] + geometry.first.offset),
+        "the rolls of the wrist are aligned": np.sin(q[:, 5] + geometry.last.offset),
+        "the wrist stands on the reference direction": np.hypot(task.P, task.C) / task.rho,
+    }
+    for why, sine in sines.items():
+        if (low := np.abs(sine) < SINGULAR).any():
+            raise SingularArmError(int(rows[int(np.argmax(low))]), why)

@@ -4,20 +4,82 @@
 
 Standard DH has before = identity, modified DH has after = Rz Tz only, a URDF has its joint origin before and a rotation
 of the axis after. A payload, a changed mass and a locked joint are Chain -> Chain, so both roads include them.
+
+Denavit-Hartenberg rows in both conventions, as constant poses before and after the joint's motion.
+
+standard  T_{i-1,i} = Rz(theta) Tz(d) Tx(a) Rx(alpha)        (Denavit and Hartenberg 1955; Siciliano eq. 2.52)
+modified  T_{i-1,i} = Rx(alpha) Tx(a) Rz(theta) Tz(d)        (Craig, Introduction to Robotics, eq. 3.6)
+
+theta = sign q + theta_offset for a revolute joint, d = sign q + d for a prismatic one. `sign` is -1 where the source's
+positive direction is against the DH axis; half turns about x before and after the motion express it. `beta` follows
+alpha, Rx(alpha) Ry(beta) (Hayati and Mirmirani 1985): axes that are almost parallel meet too far away for DH alone.
+
+Physical feasibility: can a distribution of positive mass have this inertia?
+
+Where an arm is mounted and what tool it carries: Chain -> Chain, so both roads, files and kernels include them.
+
+    T_world,tool(q) = T_world,base  T_base,flange(q)  T_flange,tool
+
+The first frame of the chain is then the world, whose z is up, and the last one the tool centre point.
 """
 
 from __future__ import annotations
 
+import enum
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.spatial import Pose, rot_z, steiner, symmetric_part
+from lwr_dyn.model.spatial import Pose, principal_moments, rot_x, rot_y, rot_z, steiner, symmetric_part
+
+
+class Convention(enum.Enum):
+    """The DH convention of a table; there is no default."""
+
+    STANDARD = "standard"
+    MODIFIED = "modified"
+
+
+class JointKind(enum.Enum):
+    """The motion of a joint: about its axis or along it."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+
+
+@dataclass(frozen=True, slots=True)
+class DHRow:
+    """One row of a DH table: angles [rad], lengths [m]."""
+
+    alpha: float
+    a: float
+    d: float
+    theta_offset: float = 0.0
+    sign: int = 1
+    beta: float = 0.0
+
+    def fixed_poses(self, convention: Convention) -> tuple[Pose, Pose]:
+        """The constant poses around the motion: T_{i-1,i}(q) = before @ motion_z(q) @ after.
+
+        >>> before, after = DHRow(alpha=0.0, a=0.5, d=0.2).fixed_poses(Convention.STANDARD)
+        >>> before.is_identity(), after.position
+        (True, array([0.5, 0. , 0.2]))
+        """
+        bend = Pose(rot_x(self.alpha) @ rot_y(self.beta), np.array([self.a, 0.0, 0.0]))
+        rise = Pose(rot_z(self.theta_offset), np.array([0.0, 0.0, self.d]))
+        if convention is Convention.STANDARD:
+            before, after = Pose.identity(), rise @ bend
+        else:
+            before, after = bend, rise
+        if self.sign < 0:
+            half_turn = Pose(rot_x(np.pi), np.zeros(3))
+            before, after = before @ half_turn, half_turn @ after
+        return before, after
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,3 +264,107 @@ def lock_joint(chain: Chain, index: int, value: float) -> Chain:
 def first_links(chain: Chain, count: int) -> Chain:
     """The first `count` links only; the flange is then the frame of the last of them."""
     return replace(chain, links=chain.links[:count], flange=Pose.identity()) if count < chain.n else chain
+
+
+ROUNDING = 1e-12
+"""Allowed rounding error relative to the largest principal moment; a point mass and a thin rod are limit cases."""
+
+
+def is_physical(body: Body) -> bool:
+    """Whether a distribution of mass can have this body's inertia.
+
+    The mass is not negative, the tensor about the centre of mass is symmetric, its principal moments I1 <= I2 <= I3 are
+    not negative, and I1 + I2 >= I3 (the second moments of mass are not negative). Zero mass needs zero inertia. A body
+    of which a part is unknown is not judged.
+
+    >>> is_physical(Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.0])))
+    True
+    >>> is_physical(Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.1])))
+    False
+    """
+    tensor = body.inertia_com
+    if body.unknown:
+        return True
+    if not (np.isfinite(body.mass) and np.isfinite(body.com).all() and np.isfinite(tensor).all()):
+        return False
+    if body.mass <= 0.0:
+        return bool(body.mass == 0.0 and (tensor == 0.0).all())
+    slack = ROUNDING * float(np.abs(tensor).max())
+    if np.abs(tensor - tensor.T).max() > slack:
+        return False
+    smallest, middle, largest = principal_moments(tensor)
+    return bool(smallest >= -slack and smallest + middle >= largest - slack)
+
+
+def unphysical_links(chain: Chain) -> tuple[str, ...]:
+    """Names of the links with an infeasible inertia, from the base outward; links without a body are skipped."""
+    return tuple(link.link for link in chain.links if link.body is not None and not is_physical(link.body))
+
+
+MOUNTS = {
+    "floor": Pose.identity(),
+    "wall": Pose(rot_y(math.pi / 2), np.zeros(3)),
+    "ceiling": Pose(rot_x(math.pi), np.zeros(3)),
+}
+"""Base in the world: on a wall z of the base is along x of the world and its x downward, on a ceiling its z is down."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tool:
+    """A tool on the flange: its centre point, and its body as data sheets and robot controllers give it."""
+
+    frame: Pose = field(default_factory=Pose.identity)
+    """The tool centre point in the flange."""
+    mass: float = 0.0  # [kg]
+    com: Array = field(default_factory=lambda: np.zeros(3))  # (3,) in the flange [m]
+    inertia_com: Array = field(default_factory=lambda: np.zeros((3, 3)))  # [kg m^2] about com, axes of the flange
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "com", "inertia_com")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Installation:
+    """A mount and a tool, with the two frames of the chain that they took the place of."""
+
+    mount: Pose | None
+    """The base in the world; None where nothing is said."""
+    tool: Tool
+    first: Pose
+    """Joint 1 in the base, before its motion."""
+    flange: Pose
+    """The flange in the frame of the last link."""
+
+    @classmethod
+    def of(cls, chain: Chain, mount: Pose | None, tool: Tool) -> Self:
+        """The installation of an arm that has none."""
+        return cls(mount, tool, chain.links[0].before, chain.flange)
+
+    def put_on(self, chain: Chain) -> Chain:
+        """The chain from the world to the tool centre point; gravity keeps its size and points down."""
+        (place, _), gravity = ends_of(self), chain.gravity
+        if self.mount is not None:
+            gravity = np.array([0.0, 0.0, 0.0 - math.hypot(*gravity)])
+        return replace(_with_ends(chain, place @ self.first, self.flange @ self.tool.frame), gravity=gravity)
+
+    def taken_off(self, chain: Chain) -> Chain:
+        """The chain from base to flange again; the tool's mass and the direction of gravity stay."""
+        return _with_ends(chain, self.first, self.flange)
+
+
+def ends_of(there: Installation | None) -> tuple[Pose, Pose]:
+    """The base in the first frame of the chain, and the flange in its last one; identities without an installation."""
+    if there is None:
+        return Pose.identity(), Pose.identity()
+    return Pose.identity() if there.mount is None else there.mount, there.tool.frame.inverse()
+
+
+def names_of_ends(there: Installation | None) -> tuple[str, str]:
+    """What the first and the last frame of the chain are, in words."""
+    first = "base" if there is None or there.mount is None else "world"
+    return first, "flange" if there is None or there.tool.frame.is_identity() else "tool centre point"
+
+
+def _with_ends(chain: Chain, first: Pose, flange: Pose) -> Chain:
+    links = (replace(chain.links[0], before=first), *chain.links[1:])
+    return replace(chain, links=links, flange=flange)

@@ -8,7 +8,7 @@ from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 
 
 def positions(arm: Arm, values: tuple[float, ...], name: str) -> Array:

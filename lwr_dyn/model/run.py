@@ -1,9 +1,17 @@
-"""Records of movement: `Motion` is a reference, `Run` a simulated result; a run file carries its own metadata."""
+"""Records of movement: `Motion` is a reference, `Run` a simulated result; a run file carries its own metadata.
+
+How results show themselves: a short text; HTML in a notebook and other files of a run by optional packages.
+
+What is looked at in a run file before its arrays are unpacked, and in its record before it is believed.
+"""
 
 import io
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+import textwrap
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Protocol, Self
 
@@ -12,11 +20,121 @@ import numpy as np
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only, real_array
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.foundation.files import check_readable, write_file
-from lwr_dyn.model.run_file import LARGEST, check_headers, checked_record
-from lwr_dyn.model.shown import format_of, repr_html, short_repr
+from lwr_dyn.foundation.registry import Registry, Row
+
+NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
+    "notebook_form", {"html": Row("lwr_dyn.pages.notebook.forms:html_of", "a result as small HTML")}
+)
+"""How a notebook shows a result."""
+
+RUN_FORMATS: Registry[Callable[[Any], bytes]] = Registry(
+    "run_format",
+    {
+        ".csv": Row("lwr_dyn.pages.notebook.exported_runs:csv_bytes", "text, every number to its last bit"),
+        ".parquet": Row("lwr_dyn.pages.notebook.exported_runs:parquet_bytes", "Parquet", extra="logs"),
+        ".mat": Row("lwr_dyn.pages.notebook.exported_runs:matlab_bytes", "MATLAB"),
+    },
+)
+"""Ending of a file -> a run as its bytes; .npz is `Run.save`'s own."""
+
+_WIDTH, _LINES = 110, 5
+
+
+def format_of(path: str | Path) -> Callable[[Any], bytes] | None:
+    """What makes a run the bytes of a file of this ending; None for .npz.
+
+    Raises `FileAccessError` for an ending that no format has, `MissingPackageError` for a format that is not installed.
+    """
+    suffix = Path(path).suffix
+    if suffix != ".npz" and suffix not in RUN_FORMATS.names:
+        known = ", ".join((".npz", *RUN_FORMATS.names))
+        raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", f"a path that ends in one of {known}")
+    return None if suffix == ".npz" else RUN_FORMATS.load(suffix)
+
+
+def short_repr(value: Any) -> str:
+    """A record in at most five lines: arrays by their shape, rows by their number."""
+    parts = [f"{f.name}={_shortly(getattr(value, f.name))}" for f in fields(value) if f.repr]
+    text = f"{type(value).__name__}({', '.join(parts)})"
+    return "\n".join(textwrap.wrap(text, _WIDTH, max_lines=_LINES, subsequent_indent="  ", placeholder=" ...)"))
+
+
+def _shortly(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"array{value.shape}"
+    if value is None or isinstance(value, str | int | float):
+        return textwrap.shorten(repr(value), 60)
+    if isinstance(value, Mapping | Sequence):
+        return f"{len(value)} {'entry' if len(value) == 1 else 'entries'}"
+    return type(value).__name__
+
+
+def repr_html(value: Any) -> str | None:
+    """What a notebook shows."""
+    return NOTEBOOK_FORMS.load("html")(value)
+
+
+LARGEST = 2_000_000_000
+"""[bytes] The longest run file, and the most that its arrays take in memory."""
+
+PER_TIME = ("t", "energy")
+"""Arrays with one number a time; the others have one a joint."""
+
+_META: Mapping[str, type] = {
+    "robot": str, "reading": str, "file": str, "digest": str, "plant": dict, "task": str,
+    "note": dict, "loaded_with": dict, "audit": dict, "payload": dict, "joint_units": list,
+}  # fmt: skip
+"""Entries of the record that other modules read, if they are there."""
+
+
+def check_headers(path: Path, names: tuple[str, ...]) -> None:
+    """Raise `ValueError`, before anything is unpacked, unless the arrays fit together and are not too large."""
+    with zipfile.ZipFile(path) as archive:
+        shapes = {name.removesuffix(".npy"): _shape(archive, name) for name in archive.namelist()}
+    k, n = shapes["q"]
+    expected = {name: (k,) if name in PER_TIME else (k, n) for name in names}
+    expected |= {name: (k,) for name in shapes if name.startswith("work_")}
+    expected |= {name: (k, shapes[name][-1]) for name in shapes if name.startswith("signal_")}
+    wrong = [name for name, shape in expected.items() if shapes[name] != shape]
+    if wrong or n < 1 or 8 * sum(map(math.prod, shapes.values())) > LARGEST:
+        raise ValueError("shapes")
+
+
+def _shape(archive: zipfile.ZipFile, name: str) -> tuple[int, ...]:
+    with archive.open(name) as stream:
+        version = np.lib.format.read_magic(stream)
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = read(stream)
+    if dtype.kind not in "fiu":
+        raise ValueError(name)
+    return tuple(shape)
+
+
+def checked_record(record: Any, n: int) -> tuple[list[tuple[float, str, int | None, float | None]], dict[str, Any]]:
+    """Events and facts of a record; raises `ValueError` or `TypeError` for a value of another kind."""
+    events = [_event(row, n) for row in record["events"]]
+    meta = {} | record["meta"]
+    for name, kind in _META.items():
+        if not isinstance(meta.get(name), kind | None):
+            raise TypeError(name)
+    if len(meta.get("joint_units") or range(n)) != n:
+        raise ValueError("joint_units")
+    return events, meta
+
+
+def _event(row: Any, n: int) -> tuple[float, str, int | None, float | None]:
+    t, kind, joint, value = row
+    if not (isinstance(kind, str) and math.isfinite(t) and (value is None or math.isfinite(value))):
+        raise ValueError("event")
+    if joint is not None and not (type(joint) is int and 0 <= joint < n):
+        raise ValueError("joint")
+    return float(t), kind, joint, None if value is None else float(value)
+
 
 RUN_SCHEMA = 1
+
 _ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
+
 _UNITS = {
     "q": {"rad": " [rad]", "m": " [m]"}, "d": {"rad": " [rad/s]", "m": " [m/s]"}, "t": {"rad": " [N m]", "m": " [N]"}
 }  # fmt: skip
@@ -128,7 +246,7 @@ class Run:
         return DataFrame(self.to_columns())
 
     def save(self, path: str | Path) -> None:
-        """Write as .npz without pickle, or by its ending in one of `lwr_dyn.model.shown.RUN_FORMATS`.
+        """Write as .npz without pickle, or by its ending in one of `lwr_dyn.model.run.RUN_FORMATS`.
 
         Only .npz keeps events and the record and can be loaded. Raises `FileAccessError`, `MissingPackageError`.
         """

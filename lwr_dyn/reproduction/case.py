@@ -1,17 +1,31 @@
-"""A case: one paper's tables and printed results under one set of errata, from which formulas recompute numbers."""
+"""A case: one paper's tables and printed results under one set of errata, from which formulas recompute numbers.
+
+The errata ledger: every erratum of a data file with its proof, run anew, its effect and how certain it is.
+
+An entry is "proven" when a computation shows the fault and its right reading; that computation is a function of the
+paper's study. A ledger with a proven entry that has no proof, or whose proof fails, is wrong. "likely" has evidence
+that no computation from printed numbers decides; "open" is listed without a verdict.
+
+Formulas of numbers that any arm has; all studies share them. States (q, dq, ddq) stand in the block's `given`.
+"""
 
 import copy
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.errata import apply_errata, apply_patch
-from lwr_dyn.arms.papers.reader import paper_of_tables
+from lwr_dyn.arms.papers.reader import apply_errata, apply_patch, paper_of_tables
 from lwr_dyn.arms.papers.schema import Erratum, Paper
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.reproduction.results import ResultBlock, Results, results_of_tables
+from lwr_dyn.model.chain import with_payload
+from lwr_dyn.reproduction.papers import ResultBlock, Results, results_of_tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +96,7 @@ class PaperCase:
 
 BASES = COMPUTED, STRUCTURAL, REPEATED = ("computed", "structural", "repeated in print")
 """What a recomputed number rests on, see `basis`."""
+
 Recompute = Callable[[PaperCase, ResultBlock], Mapping[str, Any]]
 """Column -> a value per cell, nested as the cells are; the first line of its docstring is its formula in words."""
 
@@ -156,3 +171,115 @@ def patched_results(results: Results, applied: Collection[Erratum]) -> Results:
         for part in (block["cells"], block.get("given", {})):
             part |= {key: printed[name][key] for key in part}
     return results_of_tables(raw, results.file)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proof:
+    """A computation that shows a fault of a paper: a statement, whether its numbers bear it out, those numbers."""
+
+    statement: str
+    holds: bool
+    numbers: Mapping[str, float | str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        plain = {name: x if isinstance(x, str) else float(x) for name, x in self.numbers.items()}
+        object.__setattr__(self, "numbers", plain)
+        object.__setattr__(self, "holds", bool(self.holds))
+
+    @property
+    def text(self) -> str:
+        """Statement and numbers, a line each."""
+        rows = [f"{name}: {x if isinstance(x, str) else format(x, '.6g')}" for name, x in self.numbers.items()]
+        return "\n".join([self.statement, *rows])
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {"statement": self.statement, "numbers": dict(self.numbers), "holds": self.holds}
+
+
+Prove = Callable[[PaperData], Proof]
+"""A proof of an erratum, computed from the paper's data."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LedgerEntry:
+    """One erratum of a paper with its proof; None where it is not proven."""
+
+    erratum: Erratum
+    proof: Proof | None
+
+    @property
+    def holds(self) -> bool:
+        """A proven entry has a proof that holds; the others claim nothing."""
+        return self.erratum.status != "proven" or (self.proof is not None and self.proof.holds)
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        keys = ("id", "where", "printed", "read_as", "why", "effect", "severity", "status")
+        proof = None if self.proof is None else self.proof.record()
+        return {key: getattr(self.erratum, key) for key in keys} | {"proof": proof}
+
+
+def ledger(data: PaperData, proofs: Mapping[str, Prove]) -> tuple[LedgerEntry, ...]:
+    """An entry for every erratum of a paper, each proof run now."""
+    return tuple(LedgerEntry(e, proofs[e.id](data) if e.id in proofs else None) for e in data.errata)
+
+
+AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
+"""For n . I n every entry of the tensor I counts, each with another weight."""
+
+
+def _state(case: PaperCase, block: ResultBlock, name: str) -> Array:
+    return np.array(block.printed.get(name, np.zeros(case.n)), dtype=np.float64)
+
+
+def total_mass(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
+    """sum m_i over the moving links [kg]"""
+    return {"mass": [sum(case.values("inertial", "mass"))]}
+
+
+def torques(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """g(q), B(q) ddq, C(q, dq) dq by the hand-written recursion [N m]"""
+    recursion = Recursion.of(case.arm.require_dynamics())
+    q, dq, ddq = (_state(case, block, name) for name in ("q", "dq", "ddq"))
+    g = recursion.gravity_vector(q)
+    inertial = recursion.mass_matrix(q) @ ddq
+    return {"g": g, "B_ddq": inertial, "C_dq": recursion.inverse_dynamics(q, dq, ddq) - inertial - g}
+
+
+def payload_torque(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """g(q) with the rated payload at the flange [N m]"""
+    chain = with_payload(case.arm.require_dynamics(), case.arm.ratings.payload or 0.0)
+    return {"g": Recursion.of(chain).gravity_vector(_state(case, block, "q"))}
+
+
+def link_moments(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
+    """n . I_i n about each link's centre of mass, n = (1, 2, 3)/sqrt(14) in the DH frame [kg m^2]"""
+    return {"moment": [AXIS @ body.inertia_com @ AXIS for body in case.arm.chain.bodies or ()]}
+
+
+def flange(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """T_0n(q): position [m] and the flange's axes in the base"""
+    T = flange_pose(case.arm.chain, _state(case, block, "q"))
+    return {"position": T[:3, 3], "rotation": T[:3, :3].tolist()}
+
+
+def limits(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """Limits in SI, positions in the DH coordinate: [rad], [rad/s], [N m]"""
+    arm = case.arm
+    columns = {"lower": arm.lower, "upper": arm.upper, "velocity": arm.velocity, "effort": arm.effort}
+    return {name: columns[name] for name in dict.fromkeys(c.column for c in block.cells)}
+
+
+def height(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """Height of the flange above the floor at q: pedestal plus p_z [m]"""
+    T = flange_pose(case.arm.chain, _state(case, block, "q"))
+    return {"height": [case.arm.drawing.pedestal + T[2, 3]]}
+
+
+def armature(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
+    """k_r^2 I_m: rotor inertia seen at the joint [kg m^2]"""
+    return {"armature": case.arm.armature}
+
+
+SHARED = formulas(total_mass, torques, payload_torque, link_moments, flange, limits, height, armature)

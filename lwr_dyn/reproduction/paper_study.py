@@ -1,33 +1,102 @@
-"""A paper with its formulas and proofs, and the result of reproducing it."""
+"""A paper with its formulas and proofs, and the result of reproducing it.
+
+`figures.json`: what the figures of a paper show, written once; PNG, SVG and page are drawn from what is read back.
+
+A curve of numbers stands there with its numbers (null is a gap), a curve of a run with the run's place in the list of
+run files, its quantity and joint.
+"""
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.foundation.files import make_folder
+import numpy as np
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.files import make_folder, read_text, write_folder
 from lwr_dyn.foundation.tables import Table
-from lwr_dyn.model.run import Run
-from lwr_dyn.model.shown import repr_html, short_repr
+from lwr_dyn.model.run import Run, repr_html, short_repr
+from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
 from lwr_dyn.pages.plotting.plots import save_figure
-from lwr_dyn.pages.replay.figures import Figure
 from lwr_dyn.pages.replay.replay_page import write_replay
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
-from lwr_dyn.reproduction.case import PaperData, PaperFormula
-from lwr_dyn.reproduction.figure_file import written_figures
-from lwr_dyn.reproduction.ledger import Prove
+from lwr_dyn.reproduction.case import PaperData, PaperFormula, Prove
+from lwr_dyn.reproduction.papers import Study, read_results, results_of_tables, results_text, study_of
 from lwr_dyn.reproduction.report.content import Section, Still
-from lwr_dyn.reproduction.results import read_results, results_of_tables, results_text
-from lwr_dyn.reproduction.study import Study, study_of
+
+FIGURES = "figures.json"
+
+FigureFiles = Mapping[str, Sequence[Figure]]
+"""Name of a drawn file -> its figures side by side."""
+
+
+def written_figures(folder: Path, figures: FigureFiles, run_files: Sequence[str]) -> dict[str, tuple[Figure, ...]]:
+    """Write `figures.json` and return what it says.
+
+    Parameters
+    ----------
+    folder : Path
+        Where; raises `FileAccessError`.
+    figures : mapping
+        Name of a drawn file -> its figures.
+    run_files : sequence of str
+        The files of the runs that series refer to by their place.
+    """
+    record = {
+        "runs": list(run_files),
+        "figures": {file: [_plain(figure) for figure in drawn] for file, drawn in figures.items()},
+    }
+    write_folder(folder, {FIGURES: json.dumps(record, allow_nan=False) + "\n"})
+    return read_figures(folder / FIGURES)
+
+
+def read_figures(path: Path) -> dict[str, tuple[Figure, ...]]:
+    """The figures of a `figures.json`; raises `FileAccessError`."""
+    record = json.loads(read_text(path, "figures of a reproduced paper"))
+    return {file: tuple(map(_figure, drawn)) for file, drawn in record["figures"].items()}
+
+
+def _plain(value: Any) -> Any:
+    """A record of `viewer.figures` as JSON values; floats keep every digit."""
+    if isinstance(value, np.ndarray):
+        return [x if np.isfinite(x) else None for x in value.tolist()]
+    if isinstance(value, tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, Figure | Panel | Curve | Series | Level):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _figure(record: Mapping[str, Any]) -> Figure:
+    return Figure(**{**record, "panels": tuple(map(_panel, record["panels"]))})
+
+
+def _panel(record: Mapping[str, Any]) -> Panel:
+    curves = tuple(
+        Curve(**{**curve, **{axis: _source(curve[axis]) for axis in "xy"}, "text": tuple(curve["text"])})
+        for curve in record["curves"]
+    )
+    return Panel(**{**record, "curves": curves, "levels": tuple(Level(**level) for level in record["levels"])})
+
+
+def _source(value: Any) -> Array | Series | None:
+    """Numbers with NaN for a gap, or a series."""
+    if isinstance(value, list):
+        return np.array([np.nan if x is None else x for x in value], dtype=np.float64)
+    return None if value is None else Series(**value)
+
 
 Progress = Callable[[str], None]
 """Called with the name of each step as it begins."""
+
 SimulatedRun = tuple[str, str, Run]
 """Its name in tables, the file that keeps it, and the run."""
 

@@ -7,7 +7,7 @@ from scipy.integrate import DOP853
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.arm_friction import FrictionTorque
-from lwr_dyn.simulation.external import ExternalTorque
+from lwr_dyn.simulation.plant import ExternalTorque
 
 Rates = Callable[[float, Array], Array]
 """dx/dt of (t, x)."""

@@ -15,9 +15,8 @@ import pinocchio as pin
 
 import lwr_dyn
 from benchmarks.timing import Call, paired, row, seconds
-from lwr_dyn.codegen.emit.c_source import c_function
-from lwr_dyn.codegen.emit.functions import EmittedFunction, emitted_function
-from lwr_dyn.codegen.emit.straight_code import SinCosKind, emitted_code
+from lwr_dyn.codegen.emit.c_file import c_function
+from lwr_dyn.codegen.emit.functions import EmittedFunction, SinCosKind, emitted_code, emitted_function
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
 
 ROBOTS = ("lwr4plus", "wam7", "kr30ha")

@@ -25,11 +25,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
 import lwr_dyn  # noqa: E402
-from lwr_dyn.identification.excitation.clearance import clearance_of  # noqa: E402
 from lwr_dyn.identification.excitation.design import design_excitation, rows_of  # noqa: E402
-from lwr_dyn.identification.excitation.fourier import fourier_basis  # noqa: E402
-from lwr_dyn.identification.excitation.motion_limits import MotionLimits  # noqa: E402
-from lwr_dyn.identification.excitation.motion_score import MotionScore, motion_score  # noqa: E402
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of  # noqa: E402
+from lwr_dyn.identification.excitation.objectives import MotionScore, fourier_basis, motion_score  # noqa: E402
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns  # noqa: E402
 from lwr_dyn.model.arm import Arm  # noqa: E402
 from lwr_dyn.model.run import Motion  # noqa: E402

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import lwr_dyn
 from benchmarks.timing import Call, seconds
-from lwr_dyn.control.pd_gravity import PDGravity, tuned_pd_gravity
+from lwr_dyn.control.paper_laws import PDGravity, tuned_pd_gravity
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import smooth_friction
 from lwr_dyn.reproduction.wam7.runs import BLEND, DURATION, PD, START, TRAVEL, move, weightless

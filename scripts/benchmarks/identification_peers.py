@@ -26,9 +26,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
 import lwr_dyn  # noqa: E402
 from lwr_dyn.foundation.arrays import Array  # noqa: E402
+from lwr_dyn.identification.bodies.body_prior import constraints_of  # noqa: E402
 from lwr_dyn.identification.bodies.consistent import consistent_fit  # noqa: E402
-from lwr_dyn.identification.bodies.constraints import constraints_of  # noqa: E402
-from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies  # noqa: E402
+from lwr_dyn.identification.bodies.possible_bodies import are_bodies  # noqa: E402
 from lwr_dyn.identification.regression.information import information_of  # noqa: E402
 from lwr_dyn.identification.regression.samples import exact_samples  # noqa: E402
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns  # noqa: E402

@@ -9,8 +9,7 @@ import numpy as np
 
 import lwr_dyn
 from benchmarks.timing import Call, head, installed, paired, row
-from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics
-from lwr_dyn.kinematics.numeric import search
+from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, search
 
 POSES, STARTS = 20, 300
 

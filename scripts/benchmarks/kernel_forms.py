@@ -8,7 +8,7 @@ import pinocchio as pin
 import lwr_dyn
 from benchmarks.kernel_limit import FORMS, kernel_call
 from benchmarks.timing import head, paired, row
-from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
 

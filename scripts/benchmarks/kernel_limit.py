@@ -7,7 +7,7 @@ import statistics
 import lwr_dyn
 from benchmarks.fused_rate import fused_rate
 from benchmarks.timing import Call, seconds
-from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.codegen.kernels.batch import BatchDynamics
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
 from lwr_dyn.model.arm import Arm

@@ -7,10 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pinocchio as pin
 
-from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.codegen.kernels.batch import batch_dynamics
-from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
-from lwr_dyn.codegen.kernels.parameters import in_parent_frame
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, in_parent_frame
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
 

@@ -17,7 +17,7 @@ from benchmarks.kernel_peers import agreement
 from benchmarks.kernel_processes import compile_times, memory
 from benchmarks.recursion_peers import other_peers
 from benchmarks.timing import Call, head, installed, paired, row
-from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
 

@@ -24,8 +24,11 @@ sys.path.insert(0, str(ROOT))
 
 from lwr_dyn.foundation.errors import FileAccessError  # noqa: E402
 from lwr_dyn.krl.checks.static_checks import static_diagnostics  # noqa: E402
-from lwr_dyn.krl.project.folder import is_program_file, load_project  # noqa: E402
-from lwr_dyn.krl.project.program import program_in  # noqa: E402
+from lwr_dyn.krl.project.program import (  # noqa: E402
+    is_program_file,
+    load_project,
+    program_in,
+)
 from tests.krl.language_client import LanguageClient  # noqa: E402
 
 LINES = 6000

@@ -19,7 +19,7 @@ import lwr_dyn
 from benchmarks.timing import installed
 from lwr_dyn.foundation.errors import PoseNotReachedError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.spatial import pose_array
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))

@@ -12,7 +12,7 @@ import numpy as np
 import lwr_dyn
 from benchmarks.kernel_peers import relative_difference
 from benchmarks.timing import Call, head, installed, paired, row
-from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics
 from lwr_dyn.model.arm import Arm

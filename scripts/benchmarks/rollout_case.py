@@ -10,9 +10,9 @@ import numpy as np
 
 import lwr_dyn
 from benchmarks.timing import Call
-from lwr_dyn.arms.export.mjcf import mjcf_text
-from lwr_dyn.codegen.kernels.parameters import inertial_parameters
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.arms.urdf.model_files import mjcf_text
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.run import Motion, Reference

@@ -21,13 +21,12 @@ from benchmarks.fused_rate import fused_rate
 from benchmarks.peer_process import PEERS, PeerProcess, interpreter
 from benchmarks.rollout_case import KD, KP, RATE, RolloutCase
 from benchmarks.timing import Call, installed
-from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.arms.urdf.model_files import mjcf_text
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
-from lwr_dyn.codegen.rollouts.kernel import rollout_kernel
-from lwr_dyn.codegen.rollouts.laws.forms import law_form
+from lwr_dyn.codegen.rollouts.kernel import RolloutSource, rollout_kernel, rollout_source
+from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.codegen.rollouts.loop_setup import loop_setup
-from lwr_dyn.codegen.rollouts.step_source import RolloutSource, rollout_source
-from lwr_dyn.codegen.rollouts.task_of_runs import plan_of, task_of
+from lwr_dyn.codegen.rollouts.rollouts import plan_of, task_of
 from lwr_dyn.simulation.simulate import simulate
 
 RUNS, SECONDS, OPEN_RUNS = 256, 14.0, 4

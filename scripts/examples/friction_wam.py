@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.paper_laws import PDGravity
 from lwr_dyn.identification.friction.identify_friction import friction_map_figure, identify_friction_files
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.logs.simulated_logs import LogSensors, cruise_logs

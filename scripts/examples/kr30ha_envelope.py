@@ -9,8 +9,8 @@ import lwr_dyn
 from lwr_dyn.checks.datasheet.envelope import SECTION, working_envelope
 from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.pages.plotting.plots import save_figure
-from lwr_dyn.reproduction.kr30ha.figures import envelope_figures
 from lwr_dyn.reproduction.kr30ha.points import right_points
+from lwr_dyn.reproduction.kr30ha.study import envelope_figures
 
 
 def main(arguments: list[str] | None = None) -> None:

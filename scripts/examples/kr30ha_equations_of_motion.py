@@ -13,8 +13,7 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion
-from lwr_dyn.dynamics.symbolic.compiled_equations import compile_equations
-from lwr_dyn.dynamics.symbolic.equation_text import equations_latex, equations_text
+from lwr_dyn.dynamics.symbolic.equation_forms import compile_equations, equations_latex, equations_text
 from lwr_dyn.foundation.files import write_file
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.krl.diagnostics import summary
-from lwr_dyn.krl.running.run import check_program, run_program
+from lwr_dyn.krl.running.program_run import check_program, run_program
 from lwr_dyn.krl.writing.point_program import generate_program, point_program_of
 
 TASK = {

@@ -11,15 +11,14 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body, Chain, ChainLink
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose
+from lwr_dyn.pages.figures.run_figures import register_figure
 from lwr_dyn.pages.plotting.plots import save_figure
-from lwr_dyn.pages.plotting.run_figures import register_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment
-from lwr_dyn.reproduction.wam7.tables import verdict
+from lwr_dyn.reproduction.wam7.study import verdict
 
 MASS, FRICTION = 2.0, JointFriction(Direction(coulomb=3.0, viscous=0.5, static=4.0), Direction(2.0, 0.5, 2.5))
 

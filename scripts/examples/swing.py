@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.simulation.swing import CASES, free_swing
+from lwr_dyn.simulation.simulate import CASES, free_swing
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS
-from lwr_dyn.control.laws.assumed_friction import arm_with_friction
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.codegen.rollouts.law_forms import LAW_FORMS
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
+from lwr_dyn.simulation.plant import Encoder
 
 ROUGH = "inverse-dynamics+friction"
 SHARE = 5e-5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import lwr_dyn
-from lwr_dyn.design.elastic_table import POSES, elastic_table
+from lwr_dyn.design.elastic_loop import POSES, elastic_table
 from lwr_dyn.simulation.metrics import metrics
 
 STABLE = "0 (below 0.2 %)"

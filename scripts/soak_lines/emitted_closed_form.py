@@ -46,7 +46,7 @@ def _singular(arm: Arm) -> np.ndarray:
 def _compared(arm: Arm, q: np.ndarray, folder: Path, is_random: bool) -> tuple[tuple[str, ...], bool]:
     from lwr_dyn.codegen.emit.closed_form import NAME
     from lwr_dyn.codegen.emit.emission import emitted_arm
-    from lwr_dyn.kinematics.branches import wrap
+    from lwr_dyn.kinematics.solution import wrap
     from tests.codegen.emit.shared_library import SharedLibrary
     from tests.codegen.emit.test_closed_form import expected_branches
 
@@ -73,8 +73,8 @@ def _intervals(library: object, T: np.ndarray) -> tuple[int, int]:
     At singular poses an interval of one point, where a joint touches its limit, may be found by one of both alone.
     """
     from lwr_dyn.codegen.emit.closed_form import NAME
-    from lwr_dyn.kinematics.arm_geometry import srs_geometry
-    from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
+    from lwr_dyn.kinematics.forward import srs_geometry
+    from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
     from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
 
     arm, count, other = library.arm, 0, 0  # type: ignore[attr-defined]

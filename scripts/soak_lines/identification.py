@@ -13,7 +13,7 @@ from soak_lines.command import command
 
 def coverage() -> tuple[str, bool]:
     """3-sigma intervals of the WAM's friction over 200 noise draws on one simulated set of logs."""
-    from lwr_dyn.control.pd_gravity import PDGravity
+    from lwr_dyn.control.paper_laws import PDGravity
     from lwr_dyn.identification.logs.simulated_logs import LogSensors, cruise_logs
     from tests.identification.simulated import interval_coverage
 

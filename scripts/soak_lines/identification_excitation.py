@@ -46,7 +46,7 @@ def excitations() -> tuple[str, bool]:
 
 def least_distance(arm, q: np.ndarray) -> float:
     """From the floor and of capsules from each other, by points along them: at most 1 mm more than the distance is."""
-    from lwr_dyn.identification.excitation.clearance import clearance_of
+    from lwr_dyn.identification.excitation.motion_limits import clearance_of
     from lwr_dyn.kinematics.forward import joint_axes
 
     space = clearance_of(arm, kept=0.0)

@@ -23,7 +23,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.cli.main import main
-from lwr_dyn.codegen.kernels import cache
+from lwr_dyn.codegen.kernels import kernel
 
 ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 24
 """Kills of each job."""
@@ -154,7 +154,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 def whole_kernel(folder: Path, name: str) -> bool:
     """Whether a kernel is read; what is signed with another key is built again."""
     os.environ |= {"LWR_DYN_CACHE": str(folder), "XDG_CACHE_HOME": str(folder / "user")}
-    return cache.read_cache(Path(name).stem) is not None
+    return kernel.read_cache(Path(name).stem) is not None
 
 
 def judged(folder: Path, reference: dict[str, bytes], before: dict[str, bytes], outcome: Outcome, number: int) -> None:

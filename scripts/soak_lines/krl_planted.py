@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lwr_dyn.krl.project.folder import load_project
+from lwr_dyn.krl.project.program import load_project
 from tests.krl import planting
 from tests.krl.planting.kinds import KINDS
 from tests.krl.planting.site import seeded

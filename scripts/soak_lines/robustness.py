@@ -8,8 +8,8 @@ import numpy as np
 import robustness as page
 import robustness_runs as runs
 
+from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
-from lwr_dyn.studies.sweep.study.read_study import read_study
 
 CLOSE = 1e-5
 """Relative: the file has six digits."""

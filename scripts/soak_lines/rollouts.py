@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import inertial_parameters
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
 from lwr_dyn.model.arm import Arm
 
 RUNS, SECONDS, MEGABYTES, BESIDE = 10_000, 30.0, 500.0, 10
@@ -25,7 +25,7 @@ def rollouts() -> tuple[str, bool]:
 
 
 def _computed() -> tuple[float, float, int, float]:
-    from lwr_dyn.codegen.rollouts.figures import figures_of
+    from lwr_dyn.codegen.rollouts.result import figures_of
 
     arm = lwr_dyn.load("lwr4plus")
     path, law = lwr_dyn.reference("ist-clear", arm), lwr_dyn.controller("inverse-dynamics", arm, omega_n=50.0)

@@ -32,7 +32,7 @@ def data_mutants() -> tuple[str, bool]:
     """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
     from data_mutants import surveyed
 
-    from lwr_dyn.reproduction.study import studies
+    from lwr_dyn.reproduction.papers import studies
     from tests.reproduction.mutants import mutants
 
     surveys = {paper: surveyed(paper, list(mutants(paper)), 2) for paper in studies()}

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from lwr_dyn.studies.sweep.running.sweep import sweep
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 from tests.studies.sweep.small import contents, small_study
 
 ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 27

@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT))
 
 from lwr_dyn.foundation.errors import FileAccessError  # noqa: E402
 from lwr_dyn.krl.diagnostics import Diagnostic  # noqa: E402
-from lwr_dyn.krl.project.folder import load_project  # noqa: E402
+from lwr_dyn.krl.project.program import load_project  # noqa: E402
 from tests.krl.planting.kinds import KINDS  # noqa: E402
 from tests.krl.planting.site import SeededProject, seeded  # noqa: E402
 from tests.krl.planting.trial import PlantVerdict, clean_modules, diagnostics_of, verdicts  # noqa: E402

@@ -24,11 +24,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from lwr_dyn.krl.diagnostics import Diagnostic  # noqa: E402
-from lwr_dyn.krl.project.folder import load_project  # noqa: E402
-from lwr_dyn.krl.project.module import Module  # noqa: E402
-from lwr_dyn.krl.project.program import load_program, program_in  # noqa: E402
-from lwr_dyn.krl.project.project import Project  # noqa: E402
-from lwr_dyn.krl.running.run import check_program  # noqa: E402
+from lwr_dyn.krl.project.program import load_program, load_project, program_in  # noqa: E402
+from lwr_dyn.krl.project.project import Module, Project  # noqa: E402
+from lwr_dyn.krl.running.program_run import check_program  # noqa: E402
 from scripts.studies.krl_verdicts import (  # noqa: E402
     SYNTAX_CODES,
     VERDICTS,

@@ -10,8 +10,7 @@ import re
 from collections.abc import Iterator
 
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.language.pairing import CodeBlock
+from lwr_dyn.krl.language.blocks import CodeBlock, Routine
 from lwr_dyn.krl.project.program import Program
 
 CALL = re.compile(r"([A-Z_$][A-Z0-9_$]*)\s*\(")

@@ -27,11 +27,10 @@ sys.path.insert(0, str(ROOT))
 import lwr_dyn  # noqa: E402
 from lwr_dyn.foundation.arrays import Array  # noqa: E402
 from lwr_dyn.kinematics.inverse import inverse_kinematics  # noqa: E402
-from lwr_dyn.krl.language.plain_values import given_values  # noqa: E402
-from lwr_dyn.krl.project.folder import load_project  # noqa: E402
-from lwr_dyn.krl.project.module import ModuleFile  # noqa: E402
-from lwr_dyn.krl.project.project import Project  # noqa: E402
+from lwr_dyn.krl.project.program import load_project  # noqa: E402
+from lwr_dyn.krl.project.project import ModuleFile, Project  # noqa: E402
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, status, turn  # noqa: E402
+from lwr_dyn.krl.robot.machine_data import given_values  # noqa: E402
 from lwr_dyn.model.arm import Arm  # noqa: E402
 
 FITS, OTHER_TURN, OTHER_STATUS = "S and T fit", "S fits, T does not", "S does not fit"

@@ -6,8 +6,17 @@ import pytest
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_dynamics
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Chain, ChainLink, Rotor, link_frames, lock_joint, with_payload
-from lwr_dyn.model.dh import Convention, DHRow, JointKind
+from lwr_dyn.model.chain import (
+    Chain,
+    ChainLink,
+    Convention,
+    DHRow,
+    JointKind,
+    Rotor,
+    link_frames,
+    lock_joint,
+    with_payload,
+)
 from lwr_dyn.model.spatial import Pose, rot_x
 from tests.random_arms import random_body
 from tests.tolerances import EXACT

@@ -9,9 +9,9 @@ import pytest
 import yourdfpy
 
 import lwr_dyn
-from lwr_dyn.checks.arm.feasibility import feasibility_verdicts
+from lwr_dyn.checks.arm.model_laws import feasibility_verdicts
 from lwr_dyn.foundation.errors import UrdfError
-from lwr_dyn.model.feasibility import unphysical_links
+from lwr_dyn.model.chain import unphysical_links
 from tests.tolerances import EXACT, METRES
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import friction_parameters, inertial_parameters
-from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS, law_form
+from lwr_dyn.codegen.kernels.kernel_spec import friction_parameters, inertial_parameters
+from lwr_dyn.codegen.rollouts.law_forms import LAW_FORMS, law_form
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from tests.codegen.rollouts.laws.beside import ARM, made
 

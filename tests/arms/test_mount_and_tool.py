@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.model.installation import MOUNTS, ends_of
+from lwr_dyn.model.chain import MOUNTS, ends_of
 from lwr_dyn.model.spatial import Pose, from_rpy
 from tests.tolerances import EXACT
 

@@ -7,7 +7,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS
 from lwr_dyn.studies.compare.plants import PLANTS
-from lwr_dyn.trajectory.references.twice import part_of
+from lwr_dyn.trajectory.references.ist import part_of
 from tests.json_schemas import faults
 
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.02")

@@ -7,8 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.design.loop_case import LoopCase
-from lwr_dyn.design.margin_gains import margin_gains
+from lwr_dyn.design.gain_search import margin_gains
+from lwr_dyn.design.loop_judgement import LoopCase
 
 
 def test_gains_as_json(lwr_dyn_command):
@@ -49,7 +49,7 @@ def test_what_is_proven_of_the_maxima_is_said_once(lwr_dyn_command):
 
 
 def test_joints_whose_bound_is_not_near_are_named(lwr_dyn_command, monkeypatch):
-    monkeypatch.setattr("lwr_dyn.control.inertia.bounds.certificate.MOST_BOXES", 40)
+    monkeypatch.setattr("lwr_dyn.control.inertia.certificate.MOST_BOXES", 40)
     lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("certified"))
     assert lines[at].endswith(", except:")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 import lwr_dyn
 from lwr_dyn.cli.ik import command
 from lwr_dyn.cli.main import group
-from lwr_dyn.kinematics.six_joints.nearest_point import nearest_point
+from lwr_dyn.kinematics.inverse import nearest_point
 
 POINT_1 = ["--rpy-deg", "-90,0,0"]
 

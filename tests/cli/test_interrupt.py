@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from lwr_dyn.cli import main
-from lwr_dyn.cli.interrupt import interruptible
+from lwr_dyn.cli.main import interruptible
 from tests.arms.urdf.small_files import LINK, joint, robot, written
 
 COMMAND = [sys.executable, "-m", "lwr_dyn"]

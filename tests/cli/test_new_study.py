@@ -2,8 +2,8 @@
 
 import pytest
 
-from lwr_dyn.studies.sweep.study.parameter_paths import OPTION, PATHS, parameter_path
-from lwr_dyn.studies.sweep.study.read_study import read_study
+from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS, parameter_path
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.row_options import OptionRule, refuse_unused, row_options
+from lwr_dyn.cli.options import OptionRule, refuse_unused, row_options
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.cli.tune import evaluator
-from lwr_dyn.studies.sweep.study.read_study import read_study
+from lwr_dyn.studies.sweep.read_study import read_study
 from tests.json_schemas import faults
 
 STUDY = """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.controller_specs import controller_spec
+from lwr_dyn.control.controllers import controller_spec
 from lwr_dyn.foundation.errors import LwrDynError
 
 

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.control.pid import PID, default_integral_gain
+from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity, default_integral_gain
 from lwr_dyn.control.protocol import WithMemory, describe, reset
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 

@@ -11,7 +11,7 @@ import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.protocol import describe, label_of
 from lwr_dyn.foundation.registry import options_of
-from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.transmission import JointElasticity
 
 STIFF = JointElasticity(np.full(7, 1e4), np.full(7, 10.0))
 ARM = replace(lwr_dyn.load("wam7"), elasticity=STIFF)  # its file gives gains: every option can be tried
@@ -38,7 +38,7 @@ def variants():
 
 def study_controllers():
     """Every controller of the package's studies, on one arm."""
-    simulated_task = pytest.importorskip("lwr_dyn.checks.sensitivity.simulated_task", reason="audit is optional")
+    simulated_task = pytest.importorskip("lwr_dyn.checks.sensitivity.study_tasks", reason="audit is optional")
     study_tasks = pytest.importorskip("lwr_dyn.checks.sensitivity.study_tasks").study_tasks
     for task in (*study_tasks().values(), simulated_task.JOINT_MOVE):
         for choice in task.controllers:

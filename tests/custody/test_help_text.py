@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf import foreign_xml
+from lwr_dyn.arms.urdf import parse
 from lwr_dyn.checks.tables import rules
-from lwr_dyn.checks.urdf import meshes
+from lwr_dyn.checks.urdf import hulls
 from lwr_dyn.cli import main
-from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
+from lwr_dyn.cli.main import FEW, ROBOT, help_texts
 from lwr_dyn.foundation import column_files, files
 from lwr_dyn.foundation.registry import Row
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.krl.language import lexer, source
-from lwr_dyn.krl.running import initial, interpreter, motions
-from lwr_dyn.model import run_file
+from lwr_dyn.krl.running import interpreter, motions
+from lwr_dyn.model import run
 from lwr_dyn.model.chain import with_payload
 from tests.cli.test_krl import TASK
 from tests.identification.conftest import START, _fourier
@@ -105,17 +105,17 @@ MB, GB = 10**6, 10**9
 KRL = {200 * MB: source.LARGEST, 8192: lexer.LONGEST, 100: lexer.DEEPEST}
 LIMITS = {
     "": {64 * MB: files.LARGEST},
-    "check": {64 * MB: files.LARGEST, 100: foreign_xml._DEEPEST, 256 * MB: meshes._LARGEST},
-    "lint": {64 * MB: files.LARGEST, 100: foreign_xml._DEEPEST, 256 * MB: meshes._LARGEST, 20 * MB: rules.LARGEST},
-    "replay": {2 * GB: run_file.LARGEST},
-    "compare": {2 * GB: run_file.LARGEST},
+    "check": {64 * MB: files.LARGEST, 100: parse._DEEPEST, 256 * MB: hulls._LARGEST},
+    "lint": {64 * MB: files.LARGEST, 100: parse._DEEPEST, 256 * MB: hulls._LARGEST, 20 * MB: rules.LARGEST},
+    "replay": {2 * GB: run.LARGEST},
+    "compare": {2 * GB: run.LARGEST},
     "identify friction": {2 * GB: column_files.LARGEST},
     "identify motion": {2 * GB: column_files.LARGEST},
     "identify table": {2 * GB: column_files.LARGEST},
     "identify elastic": {2 * GB: column_files.LARGEST},
     "identify payload": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
-    "krl run": KRL | {40: interpreter.DEEPEST, 100_000: initial.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
+    "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
 }
 """Command -> the numbers that its help states, and those of the code."""
 

@@ -7,7 +7,7 @@ import click
 import pytest
 from jsonschema import Draft202012Validator
 
-from lwr_dyn.cli.help_text import schema_file
+from lwr_dyn.cli.main import schema_file
 from tests.custody.test_help_text import SINGLE, arguments, make
 from tests.json_schemas import faults
 

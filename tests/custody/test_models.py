@@ -16,10 +16,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.units import to_si
+from lwr_dyn.arms.papers.schema import to_si
 from lwr_dyn.arms.urdf.elements import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
-from lwr_dyn.arms.urdf.model_files import model_files, model_stem
-from lwr_dyn.arms.urdf.provenance import UNSOURCED, provenance_text, quantity_sources
+from lwr_dyn.arms.urdf.model_files import UNSOURCED, model_files, model_stem, provenance_text, quantity_sources
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z, steiner
 from tests.tolerances import EXACT
 

@@ -7,10 +7,9 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
-from lwr_dyn.control.linear_feedback import LinearFeedback
-from lwr_dyn.design.resting_plant import RestingPlant
-from lwr_dyn.design.sampled_loop import RestingLoop
+from lwr_dyn.design.sampled_loop import RestingLoop, RestingPlant
 
 BENT = np.array([0.3, 1.0, -0.5, -1.4, 0.8, 0.9, 0.0])
 

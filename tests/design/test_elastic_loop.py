@@ -7,15 +7,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import tuned_inverse_dynamics
-from lwr_dyn.control.laws.motor_side_pd import MotorSidePD, tuned_motor_side_pd
-from lwr_dyn.control.linear_feedback import LinearFeedback
-from lwr_dyn.control.pd_gravity import tuned_pd_gravity
-from lwr_dyn.control.pid import tuned_pid
+from lwr_dyn.control.gains import LinearFeedback
+from lwr_dyn.control.laws.motor_side import MotorSidePD, tuned_motor_side_pd
+from lwr_dyn.control.paper_laws import tuned_inverse_dynamics, tuned_pd_gravity, tuned_pid
 from lwr_dyn.design.elastic_loop import ElasticArm, at_rest, continuous_poles, elastic_plant
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
-from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.transmission import JointElasticity
 
 B_MAX = np.array([3.00451, 2.99244, 0.60745, 0.59539, 0.16877, 0.16404, 0.16048])
 """Largest inertias of the reading `physical` [kg m^2], as `lwr-dyn gains` finds them."""

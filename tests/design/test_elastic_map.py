@@ -10,8 +10,8 @@ import lwr_dyn
 from lwr_dyn.control.protocol import JointReadings, WithJointSensors, reset
 from lwr_dyn.design.elastic_loop import ElasticArm
 from lwr_dyn.design.sampled_loop import GROWS, Sampling
-from lwr_dyn.simulation.elastic.dynamics import ElasticDynamics
 from lwr_dyn.simulation.elastic.exponential import HeldExponential
+from lwr_dyn.simulation.elastic.plant import ElasticDynamics
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from tests.design.test_elastic_loop import B_MAX, arm, law, springs

@@ -6,7 +6,7 @@ from types import ModuleType
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.control.linear_feedback import LinearFeedback
+from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.design.sampled_loop import RestingLoop
 from lwr_dyn.model.run import Motion
 from tests.design.test_elastic_loop import arm, law, springs

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.linear_feedback import LinearFeedback, diagonal
-from lwr_dyn.design.elastic_loop import ElasticArm
-from lwr_dyn.design.elastic_table import ElasticShares, elastic_shares, elastic_table
+from lwr_dyn.control.gains import LinearFeedback, diagonal
+from lwr_dyn.design.elastic_loop import ElasticArm, ElasticShares, elastic_shares, elastic_table
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.foundation.errors import MissingDataError
 from tests.design.test_elastic_loop import arm, law

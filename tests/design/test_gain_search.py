@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.design import gain_search
 from lwr_dyn.design.gain_search import largest_omega_n
-from lwr_dyn.design.loop_case import LoopCase
-from lwr_dyn.design.loop_response import largest_sensitivity
+from lwr_dyn.design.loop_judgement import LoopCase
+from lwr_dyn.design.loop_margins import largest_sensitivity
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
 from tests.design.margin_cases import arm, dynamics, law, linear
 from tests.simulation.sample_runs import one_joint

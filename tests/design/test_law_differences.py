@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.design import law_differences
-from lwr_dyn.design.law_differences import law_at_rest
-from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
+from lwr_dyn.design import sampled_loop
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling, law_at_rest
 from lwr_dyn.foundation.errors import OptionError
 from tests.design.margin_cases import BENT, dynamics, law
 from tests.slips import uncaught
@@ -48,7 +47,7 @@ SLIPS = (
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught(law_differences.__name__, SLIPS, check)
+    assert not uncaught(sampled_loop.__name__, SLIPS, check)
 
 
 def test_a_law_that_is_not_smooth_at_rest_is_named():

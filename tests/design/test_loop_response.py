@@ -5,14 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lwr_dyn.design import loop_response
-from lwr_dyn.design.loop_case import LoopCase
-from lwr_dyn.design.loop_response import (
-    frequency_grid,
-    largest_sensitivity,
-    loop_gain,
-    sensitivity,
-)
+from lwr_dyn.design import loop_margins
+from lwr_dyn.design.loop_judgement import LoopCase
+from lwr_dyn.design.loop_margins import frequency_grid, largest_sensitivity, loop_gain, sensitivity
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from tests.design.margin_cases import BENT, arm, dynamics, law, sliders
 from tests.slips import uncaught
@@ -112,7 +107,7 @@ SLIPS = (
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught(loop_response.__name__, SLIPS, check)
+    assert not uncaught(loop_margins.__name__, SLIPS, check)
 
 
 def test_the_peak_bounds_what_one_gain_may_do():

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from lwr_dyn.design.joint_box import wilson_interval
-from lwr_dyn.design.loop_case import LoopCase
-from lwr_dyn.design.loop_response import largest_sensitivity
+from lwr_dyn.design.loop_judgement import LoopCase
+from lwr_dyn.design.loop_margins import largest_sensitivity
 from lwr_dyn.design.margins import margins
+from lwr_dyn.design.sampled_stability import wilson_interval
 from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.foundation.tables import json_text

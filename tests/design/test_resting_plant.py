@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lwr_dyn.design import resting_plant
-from lwr_dyn.design.resting_plant import RestingPlant, rigid_plant
+from lwr_dyn.design import sampled_loop
+from lwr_dyn.design.sampled_loop import RestingPlant, rigid_plant
 from tests.simulation.sample_runs import MIDDLE, lwr_dynamics
 from tests.slips import uncaught
 
@@ -51,7 +51,7 @@ SLIPS = (
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught(resting_plant.__name__, SLIPS, check)
+    assert not uncaught(sampled_loop.__name__, SLIPS, check)
 
 
 def test_a_part_of_the_poses_is_the_plant_of_these_poses():

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.design.sampled_gains import sampled_loops
+from lwr_dyn.design.loop_judgement import sampled_loops
 from lwr_dyn.design.sampled_loop import Sampling
 from tests.simulation.sample_runs import one_joint
 

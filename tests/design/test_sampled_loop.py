@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.linear_feedback import LinearFeedback
-from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.control.pid import PID
+from lwr_dyn.control.gains import LinearFeedback
+from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.model.changed_arm import arm_with_payload
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import WORST_CASE, StandStill, lwr, lwr_dynamics, one_joint
 

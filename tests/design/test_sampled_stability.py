@@ -9,11 +9,11 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.linear_feedback import LinearFeedback
+from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.design.sampled_stability import joint_box, stability_along, stability_in_box
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from tests.simulation.sample_runs import MIDDLE, lwr, lwr_dynamics, one_joint, with_limits
 
 KNOWN = {"computed": 0.2346, "printed": 0.1750}

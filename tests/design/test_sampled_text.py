@@ -5,8 +5,8 @@ import json
 import pytest
 
 import lwr_dyn
+from lwr_dyn.design.loop_judgement import sampling_text, stability_lines
 from lwr_dyn.design.sampled_loop import Sampling
-from lwr_dyn.design.sampled_text import sampling_text, stability_lines
 from tests.simulation.sample_runs import lwr
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from lwr_dyn.design.loop_response import frequency_grid, loop_gain, sensitivity
+from lwr_dyn.design.loop_margins import frequency_grid, loop_gain, sensitivity
 from lwr_dyn.design.margins import margins
 from lwr_dyn.design.sampled_loop import GROWS
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
@@ -76,7 +76,7 @@ def test_without_python_control_the_extra_is_named(monkeypatch):
 
 
 def test_a_loop_of_several_poses_is_refused(control):
-    from lwr_dyn.design.state_spaces import state_spaces
+    from lwr_dyn.design.loop_margins import state_spaces
 
     found = report()
     with pytest.raises(OptionError, match="one pose"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.design.time_optimal_pieces import joined, path_of_reference
+from lwr_dyn.design.path_pieces import joined, path_of_reference
 from lwr_dyn.trajectory.motion_profile import quintic
 
 ARM = lwr_dyn.load("lwr4plus")

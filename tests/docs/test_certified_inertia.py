@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inertia.bounds.certificate import inertia_certificate
+from lwr_dyn.control.inertia.certificate import inertia_certificate
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 
 ROOT = Path(__file__).resolve().parents[2]

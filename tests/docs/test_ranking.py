@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.assumed_friction import arm_with_friction
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.studies.compare.plants import plant_case
-from lwr_dyn.studies.compare.study import ControllerStudy
-from lwr_dyn.studies.compare.tuning import tuned_frequencies
-from lwr_dyn.trajectory.references.twice import Twice
+from lwr_dyn.studies.compare.study import ControllerStudy, tuned_frequencies
+from lwr_dyn.trajectory.references.ist import Twice
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))

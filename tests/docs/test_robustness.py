@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
-from lwr_dyn.studies.sweep.study.read_study import read_study
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))

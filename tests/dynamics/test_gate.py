@@ -7,8 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
-from lwr_dyn.dynamics.gate import FUNCTIONS, Gated
-from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.protocol import FUNCTIONS, Dynamics, Gated
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from tests.random_arms import random_arm
 

@@ -10,10 +10,8 @@ from lwr_dyn.dynamics.recursion import (
     potential_energy,
     turn_about_z,
 )
-from lwr_dyn.model.chain import Body, Chain, ChainLink, Rotor
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.spatial import Pose, rot_z
-from lwr_dyn.model.vectors import Vector
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind, Rotor
+from lwr_dyn.model.spatial import Pose, Vector, rot_z
 from tests.tolerances import EXACT
 
 G, MASS, LEVER, INERTIA = 9.81, 2.0, 0.4, 0.05

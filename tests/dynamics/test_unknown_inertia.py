@@ -10,12 +10,11 @@ import lwr_dyn
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.checks.arm.feasibility import not_judged
+from lwr_dyn.checks.arm.model_laws import not_judged
 from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.dynamics.regressor import chain_with_dynamics
 from lwr_dyn.foundation.errors import MissingDataError, PaperError
-from lwr_dyn.model.chain import with_payload
-from lwr_dyn.model.feasibility import is_physical
+from lwr_dyn.model.chain import is_physical, with_payload
 
 TEXT = (Path(__file__).parent / "puma560.toml").read_text(encoding="utf-8")
 OPEN = "m, my, Ixx, Ixy, Ixz, Iyz, Izz"

@@ -97,9 +97,9 @@ def _kuka() -> Any:
 def krl(folder: Path, rng: random.Random) -> bool:
     """A KRL program without an error, and inputs from outside; every tenth is moved."""
     from lwr_dyn.krl.project.program import load_program
-    from lwr_dyn.krl.running.constants import input_values
+    from lwr_dyn.krl.running.cell import input_values
     from lwr_dyn.krl.running.controller import MachineData
-    from lwr_dyn.krl.running.run import check_program
+    from lwr_dyn.krl.running.program_run import check_program
 
     source, data = rng.choice(_programs())
     path = written(
@@ -121,9 +121,9 @@ def krl(folder: Path, rng: random.Random) -> bool:
 def cell(folder: Path, rng: random.Random) -> bool:
     """A cell file, and the check of a small program in it."""
     from lwr_dyn.krl.project.program import parse_program
-    from lwr_dyn.krl.running.cell_file import read_cell
-    from lwr_dyn.krl.running.cell_values import with_cell
-    from lwr_dyn.krl.running.run import check_program
+    from lwr_dyn.krl.running.cell import read_cell
+    from lwr_dyn.krl.running.outside_values import with_cell
+    from lwr_dyn.krl.running.program_run import check_program
 
     read = read_cell(written(folder, "x.toml", changed(_text(f"{GOOD}/cell.toml"), rng, "nnnnnnnnvrrwdsx")))
     lines = ("DEF a(JOB :IN)", "DECL INT JOB", "GRIP()", "$OUT[5]=$IN[3] AND NOT $T1", "WAIT FOR $IN[7] AND $IN[8]",
@@ -152,7 +152,7 @@ def _tables() -> dict[str, Any]:
 
 def evidence(folder: Path, rng: random.Random) -> bool:
     """Evidence for a table of a paper."""
-    from lwr_dyn.checks.conventions.evidence_file import read_evidence
+    from lwr_dyn.checks.conventions.evidence import read_evidence
 
     name = rng.choice(("lwr4plus", "wam7"))
     text = changed(_text(f"lwr_dyn/arms/papers/evidence/{name}.toml"), rng, "nnnnnnnnvrrwdsx")
@@ -170,7 +170,7 @@ def tool(folder: Path, rng: random.Random) -> bool:
 
 def study(folder: Path, rng: random.Random) -> bool:
     """A study of many runs, and the values of its first and last run."""
-    from lwr_dyn.studies.sweep.study.read_study import read_study
+    from lwr_dyn.studies.sweep.read_study import read_study
 
     read = read_study(written(folder, "x.toml", changed(_text(f"{GOOD}/study.toml"), rng)))
     for first in {0, read.count - 1}:

@@ -5,7 +5,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import check_program, run_program
+from lwr_dyn.krl.running.program_run import check_program, run_program
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
 HEAD = ["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.3", HOME]

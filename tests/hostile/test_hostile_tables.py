@@ -3,14 +3,13 @@
 import pytest
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.fields import parse_toml
+from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.checks.conventions.evidence_file import parse_evidence
+from lwr_dyn.checks.conventions.evidence import parse_evidence
 from lwr_dyn.checks.conventions.printed_table import printed_table
-from lwr_dyn.checks.tables.csv_sheet import sheet_of_csv
+from lwr_dyn.checks.tables.formulas import equalities
 from lwr_dyn.checks.tables.rules import lint
-from lwr_dyn.checks.tables.sentences import equalities
-from lwr_dyn.checks.tables.sheet import TableError
+from lwr_dyn.checks.tables.sheet import TableError, sheet_of_csv
 from lwr_dyn.checks.tables.toml_sheet import sheet_of_toml
 from lwr_dyn.foundation.arrays import joint_array
 from lwr_dyn.foundation.errors import LwrDynError, PaperError, ShapeError

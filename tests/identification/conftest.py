@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.paper_laws import PDGravity
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.simulated_logs import cruise_logs
 from lwr_dyn.model.friction import friction_torque

@@ -6,7 +6,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.transmission import JointElasticity
 from tests.identification.plants import Motion, Plant, torques
 
 

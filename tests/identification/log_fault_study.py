@@ -9,7 +9,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.log_faults.column_changes import column_changes
+from lwr_dyn.identification.log_faults.column_trials import column_changes
 from lwr_dyn.identification.log_faults.found_faults import log_faults
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm

@@ -12,7 +12,7 @@ from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.fitted.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion.missing_motions import SECONDS, MissingMotion
+from lwr_dyn.identification.motion.identifiable import SECONDS, MissingMotion
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification, identify_motion
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm

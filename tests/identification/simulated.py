@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array, joint_array
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.friction.friction_map import Subtract
 from lwr_dyn.identification.friction.identify_friction import (
     DEFAULT_FIT,
     FitOptions,
     FrictionIdentification,
     identify_friction,
 )
-from lwr_dyn.identification.friction.torque_model import Subtract
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.model.arm import Arm

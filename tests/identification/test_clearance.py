@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.urdf.geometry import link_radii
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.excitation.clearance import clearance_of, closest_parts, random_positions
+from lwr_dyn.identification.excitation.motion_limits import clearance_of, closest_parts, random_positions
 from lwr_dyn.kinematics.forward import joint_axes
 
 

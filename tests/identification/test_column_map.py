@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, LogError, LwrDynError, OptionError
-from lwr_dyn.identification.logs.column_map import ColumnMap, column_map
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
+from lwr_dyn.identification.logs.log_columns import ColumnMap, column_map
 from lwr_dyn.model.friction import symmetric
 from tests.identification.simulated import ideal_cruise
 

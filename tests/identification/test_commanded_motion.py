@@ -13,7 +13,7 @@ from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.regression.commanded_motion import commanded_motion, instrumental_information
+from lwr_dyn.identification.regression.instrumental import commanded_motion, instrumental_information
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.bags import write_bag
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log

@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import consistent_fit
-from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, pseudo_inertias
+from lwr_dyn.identification.bodies.possible_bodies import are_bodies, pseudo_inertias
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.consistency_study import cases, summary

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.motion.residuals import inflation_of, residuals_of, whiteness_of
+from lwr_dyn.identification.motion.validation import inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.regression.information import information_of, widened
 from lwr_dyn.identification.regression.samples import SampleRule, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.friction.cruise import CruiseRule, find_cruises, position_noise
-from lwr_dyn.trajectory.lspb import lspb
+from lwr_dyn.identification.friction.friction_map import CruiseRule, find_cruises, position_noise
+from lwr_dyn.trajectory.motion_profile import lspb
 
 T = np.arange(1001) / 100
 COUNT = 4e-5

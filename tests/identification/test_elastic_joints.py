@@ -9,11 +9,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_text
-from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
+from lwr_dyn.identification.elastic_joints.identify_elastic import elastic_text, identify_elastic
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.transmission import JointElasticity
 from tests.identification.elastic_plants import elastic_log
 from tests.identification.plants import perturbed_plant, random_motion
 

@@ -8,13 +8,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.excitation import design, motion_design
-from lwr_dyn.identification.excitation.clearance import clearance_of
-from lwr_dyn.identification.excitation.design import design_excitation, rows_of
-from lwr_dyn.identification.excitation.excitation_file import run_of_excitation, write_excitation
-from lwr_dyn.identification.excitation.fourier import fourier_basis
+from lwr_dyn.identification.excitation.design import design_excitation, rows_of, run_of_excitation, write_excitation
 from lwr_dyn.identification.excitation.motion_design import ExcitationError
-from lwr_dyn.identification.excitation.motion_limits import MotionLimits
-from lwr_dyn.identification.excitation.motion_score import motion_score
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
+from lwr_dyn.identification.excitation.objectives import fourier_basis, motion_score
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Run

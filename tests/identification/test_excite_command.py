@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.identification.excitation.clearance import clearance_of
-from lwr_dyn.identification.excitation.excitation_text import without_friction
-from lwr_dyn.identification.excitation.motion_design import MotionDesign
-from lwr_dyn.identification.excitation.motion_limits import MotionLimits
-from lwr_dyn.identification.excitation.room import check_room, column_words, links_inside
+from lwr_dyn.identification.excitation.design import without_friction
+from lwr_dyn.identification.excitation.motion_design import MotionDesign, check_room, column_words, links_inside
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.json_schemas import faults
 

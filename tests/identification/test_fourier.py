@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.excitation.fourier import MOST_HARMONICS, fourier_basis
+from lwr_dyn.identification.excitation.objectives import MOST_HARMONICS, fourier_basis
 
 T, H, N = 7.0, 4, 3
 

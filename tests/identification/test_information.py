@@ -8,11 +8,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.regression import normal_equations as module
-from lwr_dyn.identification.regression.information import information_of, solve
-from lwr_dyn.identification.regression.normal_equations import normal_equations
+from lwr_dyn.identification.regression import information as module
+from lwr_dyn.identification.regression.information import information_of, normal_equations, solve
+from lwr_dyn.identification.regression.least_squares import Spectrum, solved
 from lwr_dyn.identification.regression.samples import exact_samples, sample_parts
-from lwr_dyn.identification.regression.spectrum import Spectrum, solved
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import Motion, Plant, perturbed_plant, random_motion, simulated_samples
 

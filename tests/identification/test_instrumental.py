@@ -13,8 +13,8 @@ from lwr_dyn.identification.regression.instrumental import (
     instrumental,
     motion_of_run,
     smooth_step,
+    window_sums,
 )
-from lwr_dyn.identification.regression.long_run import window_sums
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.run import Motion

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.identification.log_faults.column_changes import column_changes
-from lwr_dyn.identification.log_faults.found_faults import log_faults, prepared_logs
-from lwr_dyn.identification.log_faults.saturation import cut_saturated, saturated_rows
-from lwr_dyn.identification.log_faults.still_joints import still_joints
+from lwr_dyn.identification.log_faults.column_trials import column_changes
+from lwr_dyn.identification.log_faults.found_faults import (
+    cut_saturated,
+    log_faults,
+    prepared_logs,
+    saturated_rows,
+    still_joints,
+)
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import samples_of

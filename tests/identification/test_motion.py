@@ -5,12 +5,11 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
-from lwr_dyn.identification.bodies.constraints import ConstraintError
+from lwr_dyn.identification.bodies.body_prior import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_rule import MotionRule
+from lwr_dyn.identification.motion.identifiable import NOT_DETERMINED
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
 from lwr_dyn.identification.motion.motion_tables import motion_text
-from lwr_dyn.identification.motion.parameter_states import NOT_DETERMINED
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

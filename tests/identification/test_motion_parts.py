@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.motion.motion_pieces import motion_pieces
-from lwr_dyn.identification.motion.parameter_states import (
+from lwr_dyn.identification.motion.identifiable import (
     FROM_BOTH,
     FROM_LOG,
     FROM_TABLE,
@@ -15,8 +14,7 @@ from lwr_dyn.identification.motion.parameter_states import (
     cell_origins,
     parameter_states,
 )
-from lwr_dyn.identification.motion.residuals import LAGS, whiteness_of
-from lwr_dyn.identification.motion.validation import speed_bands
+from lwr_dyn.identification.motion.validation import LAGS, motion_pieces, speed_bands, whiteness_of
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO
 from lwr_dyn.identification.regression.samples import Samples
 

@@ -8,11 +8,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.identification.excitation.design import rows_of
-from lwr_dyn.identification.excitation.fourier import fourier_basis
-from lwr_dyn.identification.excitation.motion_limits import MotionLimits
-from lwr_dyn.identification.excitation.motion_score import motion_score
-from lwr_dyn.identification.excitation.objectives import LARGE, OBJECTIVES, MotionObjective
-from lwr_dyn.identification.excitation.torque_use import TorqueUse
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits, TorqueUse
+from lwr_dyn.identification.excitation.objectives import LARGE, OBJECTIVES, MotionObjective, fourier_basis, motion_score
 from lwr_dyn.identification.regression import torque_columns
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import exact_samples

@@ -11,8 +11,7 @@ from scipy.optimize import minimize
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.model.passive_refit import passive_refit
-from lwr_dyn.model.passivity import SideCurve, certificate, feeds_energy
+from lwr_dyn.model.passivity import SideCurve, certificate, feeds_energy, passive_refit
 from tests.examples import examples
 
 NOTHING = 1e-14

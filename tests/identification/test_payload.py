@@ -10,13 +10,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.identification.payload.identify_load import RULES, identify_load
-from lwr_dyn.identification.payload.load_columns import body_of, load_columns
-from lwr_dyn.identification.payload.load_tables import load_record, load_text, states
-from lwr_dyn.identification.payload.possible_load import possible_load
+from lwr_dyn.identification.payload.identify_load import RULES, body_of, identify_load, load_columns
+from lwr_dyn.identification.payload.possible_load import load_record, load_text, possible_load, states
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.chain import Body, with_payload
-from lwr_dyn.model.feasibility import is_physical
+from lwr_dyn.model.chain import Body, is_physical, with_payload
 from lwr_dyn.model.spatial import from_rpy
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log, torques
 

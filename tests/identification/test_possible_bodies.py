@@ -10,8 +10,8 @@ from lwr_dyn.identification.bodies.possible_bodies import (
     judge_bodies,
     mass_matrix_columns,
     never_negative,
+    pseudo_inertia_weights,
 )
-from lwr_dyn.identification.bodies.pseudo_inertia import pseudo_inertia_weights
 from lwr_dyn.identification.motion.motion_tables import body_lines
 from lwr_dyn.identification.regression.least_squares import Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

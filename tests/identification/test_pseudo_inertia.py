@@ -5,15 +5,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.identification.bodies.pseudo_inertia import (
+from lwr_dyn.identification.bodies.possible_bodies import (
     UNITS,
     are_bodies,
     inertial_parameters,
     pseudo_inertia_weights,
     pseudo_inertias,
 )
-from lwr_dyn.model.chain import Body
-from lwr_dyn.model.feasibility import is_physical
+from lwr_dyn.model.chain import Body, is_physical
 
 
 def test_of_point_masses_it_is_the_sum_of_their_second_moments():

@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.friction.torque_model import ModelTorque
-from lwr_dyn.identification.regression.base_parameters import base_parameters
+from lwr_dyn.identification.friction.friction_map import ModelTorque
+from lwr_dyn.identification.regression.least_squares import base_parameters
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 NOISE = 0.05

@@ -8,8 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.cli.main import main
 from lwr_dyn.identification.log_faults.found_faults import prepared_logs
-from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.logs.repeated import apart_from, digest_of
+from lwr_dyn.identification.logs.joint_log import apart_from, digest_of, write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 

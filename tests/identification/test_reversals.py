@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.identification.excitation.fourier import fourier_basis
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
+from lwr_dyn.identification.excitation.objectives import fourier_basis
 from lwr_dyn.identification.logs.joint_log import log_of_run
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.identification.regression.information import information_of

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, LogError, MissingPackageError
-from lwr_dyn.identification.logs.column_map import ColumnMap, column_map
 from lwr_dyn.identification.logs.joint_log import read_log
+from lwr_dyn.identification.logs.log_columns import ColumnMap, column_map
 from lwr_dyn.identification.logs.ros_bags import joint_states
 from tests.identification.bags import write_bag
 

@@ -11,14 +11,10 @@ import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.slips.discrepancy import link_discrepancies, table_pseudo_inertias
-from lwr_dyn.identification.slips.exchanges import exchanges
-from lwr_dyn.identification.slips.hypotheses import as_printed
-from lwr_dyn.identification.slips.log_evidence import log_evidence
+from lwr_dyn.identification.slips.hypotheses import as_printed, link_discrepancies, log_evidence, table_pseudo_inertias
 from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
-from lwr_dyn.identification.slips.repairs import of_cells, of_columns
-from lwr_dyn.identification.slips.slip_tables import slip_lines
-from lwr_dyn.identification.slips.table_against_log import OFF, table_against_log
+from lwr_dyn.identification.slips.repairs import exchanges, of_cells, of_columns
+from lwr_dyn.identification.slips.slip_tables import OFF, slip_lines, table_against_log
 from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
 from tests.identification.slip_study import SlipStudy, exchanged_faults, shares, single_faults
 

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_rule import MotionRule
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
 from lwr_dyn.identification.motion.motion_tables import motion_text
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule
-from lwr_dyn.identification.regression.stribeck import stribeck_search
-from lwr_dyn.identification.regression.stribeck_errors import with_unknown_speeds
+from lwr_dyn.identification.regression.stribeck import stribeck_search, with_unknown_speeds
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log, simulated_samples

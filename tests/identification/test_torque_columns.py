@@ -9,9 +9,8 @@ import lwr_dyn
 from lwr_dyn.dynamics.regressor import Regressor
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError, ShapeError
 from lwr_dyn.identification.regression import torque_columns
-from lwr_dyn.identification.regression.joint_columns import JointColumns
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.identification.regression.torque_columns import JointColumns, TorqueColumns
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 from lwr_dyn.model.transmission import Transmission
 

@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from lwr_dyn.kinematics.arm_geometry import srs_geometry
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges
+from lwr_dyn.kinematics.forward import srs_geometry
+from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs_margins import margin_problem
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Chain, ChainLink, link_frames
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Chain, ChainLink, JointKind, link_frames
 from lwr_dyn.model.spatial import Pose, axis_to_z, from_rpy
 
 

@@ -6,14 +6,18 @@ from scipy.interpolate import CubicSpline
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
-from lwr_dyn.kinematics.arm_angle import FIRST_KNOTS, PULL, _least_bending, _smooth, best_arm_angle
-from lwr_dyn.kinematics.arm_angle_search import (
+from lwr_dyn.kinematics.arm_angle import (
+    FIRST_KNOTS,
+    PULL,
     RESOLUTION,
     SLACK,
     Corridor,
+    _least_bending,
+    _smooth,
+    best_arm_angle,
 )
-from lwr_dyn.kinematics.arm_geometry import srs_geometry
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
+from lwr_dyn.kinematics.forward import srs_geometry
+from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, elbow_angle
 from lwr_dyn.kinematics.srs_margins import margin_problem, margins
 from lwr_dyn.model.arm import JointLimits

@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.kinematics.arm_angle_search import (
-    Corridor,
-    CorridorBreak,
-    connected_arm_angles,
-    overlap,
-)
+from lwr_dyn.kinematics.arm_angle import Corridor, CorridorBreak, connected_arm_angles, overlap
 from lwr_dyn.kinematics.srs_margins import AngleIntervals
 
 

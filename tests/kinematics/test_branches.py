@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import lwr_dyn
-from lwr_dyn.kinematics.branches import MOST_COPIES, TURN, whole_turns
+from lwr_dyn.kinematics.solution import MOST_COPIES, TURN, whole_turns
 from lwr_dyn.model.arm import JointLimits
 
 RESIDUAL = 1e-12

@@ -8,8 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.numeric import _step
+from lwr_dyn.kinematics.inverse import _step, inverse_kinematics
 from lwr_dyn.model.chain import lock_joint
 from tests.random_arms import random_arm
 

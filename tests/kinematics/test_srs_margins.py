@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.kinematics.branches import BRANCHES, wrap
+from lwr_dyn.kinematics.solution import BRANCHES, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import intervals_at_level, margins
 from lwr_dyn.model.arm import JointLimits

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.arm.identities import random_states
+from lwr_dyn.checks.arm.model_laws import random_states
 from tests.tolerances import METRES
 
 

@@ -2,9 +2,8 @@
 
 import random
 
-from lwr_dyn.krl.editor.edited_project import EditedProject
-from lwr_dyn.krl.editor.hover import hover_text
-from lwr_dyn.krl.editor.outlines import folds_of, outline_items
+from lwr_dyn.krl.editor.edited_project import EditedProject, folds_of, outline_items
+from lwr_dyn.krl.editor.referents import hover_text
 from tests.krl.mutations import mutated
 from tests.krl.small_backup import FILES, write_backup
 

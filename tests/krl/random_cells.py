@@ -7,9 +7,9 @@ import numpy as np
 
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.background import LONGEST_TAIL
-from lwr_dyn.krl.running.cell_file import cell_of
+from lwr_dyn.krl.running.cell import cell_of
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import ProgramError, run_program
+from lwr_dyn.krl.running.program_run import ProgramError, run_program
 from tests.krl.short_programs import HOME
 
 MACHINE = MachineData(seconds=60.0, motions=80, steps=4000)

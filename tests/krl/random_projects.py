@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 from lwr_dyn.krl.language.source import parse_text
-from lwr_dyn.krl.project.module import ModuleFile, module_file
 from lwr_dyn.krl.project.program import program_in
-from lwr_dyn.krl.project.project import Project, project_of
+from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, project_of
 
 FOLDERS = ("R1/Program", "R1/Program/a", "R1/Program/b", "R1/System", "STEU", "STEU/a", "R1", "r1/program/a", "loose")
 VARIABLES = [f"v{i}" for i in range(6)]

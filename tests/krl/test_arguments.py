@@ -3,7 +3,7 @@
 import pytest
 
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.running.program_run import check_program
 
 ROUTINES = """
 DEF take(number :IN, name[] :OUT, mode :IN, place :OUT, open)

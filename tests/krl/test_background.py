@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.fields import parse_toml
-from lwr_dyn.krl.project.module import module_file
+from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.krl.project.program import parse_program, program_of
-from lwr_dyn.krl.running.cell_file import cell_of
-from lwr_dyn.krl.running.run import ProgramError, run_program
+from lwr_dyn.krl.project.project import module_file
+from lwr_dyn.krl.running.cell import cell_of
+from lwr_dyn.krl.running.program_run import ProgramError, run_program
 from tests.krl.random_cells import faults_of
 from tests.krl.short_programs import HOME, values_of
 

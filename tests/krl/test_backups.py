@@ -4,8 +4,7 @@ import json
 
 import pytest
 
-from lwr_dyn.krl.comparing.backups import compare
-from lwr_dyn.krl.comparing.file_values import meaning_of
+from lwr_dyn.krl.comparing import compare, meaning_of
 from tests.json_schemas import faults
 
 SRC = (

@@ -5,8 +5,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.cell_file import cell_of
-from lwr_dyn.krl.running.run import run_program
+from lwr_dyn.krl.running.cell import cell_of
+from lwr_dyn.krl.running.program_run import run_program
 from tests.krl.short_programs import HOME
 
 MAIN = [

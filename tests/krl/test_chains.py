@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.motion.chains import chains_of, limits_of_chain
-from lwr_dyn.krl.motion.path_speed import fastest_speeds, times_along
+from lwr_dyn.krl.motion.cycle_times import chains_of, limits_of_chain
+from lwr_dyn.krl.motion.pose_paths import fastest_speeds, times_along
 from tests.krl.short_programs import HOME, run_of
 
 

@@ -5,9 +5,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.krl.project.program import load_program, parse_program
-from lwr_dyn.krl.running.constants import input_values
+from lwr_dyn.krl.running.cell import input_values
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import ProgramError, check_program, run_program
+from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
 SPEED = "BAS(#VEL_PTP, 100)\n$VEL.CP = 0.2"

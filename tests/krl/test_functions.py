@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.running.constants import constant_value
+from lwr_dyn.krl.running.cell import constant_value
 from lwr_dyn.krl.running.values import pose_matrix, text_of
 from tests.krl.short_programs import HOME, values_of
 

@@ -10,7 +10,7 @@ import lwr_dyn
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.running.program_run import check_program
 from tests.krl.mutations import SOURCES, mutated
 
 COUNT = int(os.environ.get("LWR_DYN_KRL_FUZZ", "400"))

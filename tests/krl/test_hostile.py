@@ -7,9 +7,8 @@ import time
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.krl.project.folder import load_project
-from lwr_dyn.krl.project.program import load_program, parse_program
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.project.program import load_program, load_project, parse_program
+from lwr_dyn.krl.running.program_run import check_program
 
 PATIENCE = 20
 """[s] Each takes under one on an idle core; before, a line of 10 MB took 23 s and a pipe for ever."""

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm
+from lwr_dyn.kinematics.six_joints.spherical_wrist import require_wrist_arm
 from lwr_dyn.krl.robot.kuka_pose import (
     KukaPose,
     abc_of_rotation,

@@ -4,10 +4,9 @@ import random
 
 import pytest
 
-from lwr_dyn.krl.language.layout import changed_lines, formatted
+from lwr_dyn.krl.language.layout import changed_lines, formatted, spaced
 from lwr_dyn.krl.language.lexer import tokens_of
 from lwr_dyn.krl.language.source import parse_bytes, parse_text
-from lwr_dyn.krl.language.spacing import spaced
 from tests.krl.mutations import PROGRAMS, SOURCES, mutated
 from tests.krl.random_programs import Writer
 

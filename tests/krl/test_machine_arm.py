@@ -6,8 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, kuka_pose
-from lwr_dyn.krl.robot.machine_arm import load_machine_arm
-from lwr_dyn.krl.robot.machine_data import read_machine_record
+from lwr_dyn.krl.robot.machine_data import load_machine_arm, read_machine_record
 
 RATIOS = {1: (1800, 7), 2: (2000, 11), 3: (1500, 7), 4: (1000, 7), 5: (800, 7), 6: (700, 11)}
 

@@ -4,8 +4,8 @@ import time
 
 from lwr_dyn.krl.diagnostics import MOST, has_no_error
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.project.unknown_names import NEAR_NAMES
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.project.scope import NEAR_NAMES
+from lwr_dyn.krl.running.program_run import check_program
 
 
 def diagnostics_of(*lines, data=None):

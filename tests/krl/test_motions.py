@@ -10,7 +10,7 @@ from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose, status, turn
-from lwr_dyn.krl.running.run import check_program, run_program
+from lwr_dyn.krl.running.program_run import check_program, run_program
 from tests.krl.short_programs import HOME, codes_of, run_of
 
 SECONDS = 1e-9

@@ -3,12 +3,19 @@
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.krl.names.known import Function
-from lwr_dyn.krl.names.names_file import known_names
-from lwr_dyn.krl.names.predefined import CONFIG, ENUMS, FUNCTIONS, STRUCTURES, SYSTEM
-from lwr_dyn.krl.names.types import SIMPLE, Type
+from lwr_dyn.krl.names.known_names import (
+    CONFIG,
+    ENUMS,
+    FUNCTIONS,
+    SIMPLE,
+    STRUCTURES,
+    SYSTEM,
+    Function,
+    Type,
+    known_names,
+)
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.running.program_run import check_program
 
 
 def told(*lines):

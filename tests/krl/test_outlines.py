@@ -1,6 +1,6 @@
 """The tree of a file: routines, blocks and folds within one another, and what a `.dat` declares."""
 
-from lwr_dyn.krl.editor.outlines import folds_of, outline_items
+from lwr_dyn.krl.editor.edited_project import folds_of, outline_items
 from lwr_dyn.krl.language.blocks import outline_of
 from lwr_dyn.krl.language.source import parse_text
 from tests.krl.small_backup import CONFIG, FILES, MAIN

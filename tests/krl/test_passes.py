@@ -7,7 +7,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import ProgramError, check_program, run_program
+from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.short_programs import HOME
 
 PASS = ["LIN_REL {Y 400}", "LIN_REL {Y -400}"]

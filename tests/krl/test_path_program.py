@@ -7,12 +7,11 @@ from scipy.spatial.distance import cdist
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.kinematics.six_joints.six_joint_geometry import wrist_arm_geometry
+from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
-from lwr_dyn.krl.writing.corners import Approximation
-from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions
+from lwr_dyn.krl.writing.motion_program import Approximation
+from lwr_dyn.krl.writing.path_fit import Tolerance, fitted_motions, path_deviation
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
-from lwr_dyn.krl.writing.round_trip import path_deviation
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from lwr_dyn.model.run import Motion
 from tests.krl.short_programs import HOME, run_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from lwr_dyn.krl.motion.path_speed import PathLimits, fastest_speeds, profile_along, seconds_at, times_along
+from lwr_dyn.krl.motion.pose_paths import PathLimits, fastest_speeds, profile_along, seconds_at, times_along
 
 
 def limits_of(seed, k=40, m=3):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lwr_dyn.krl.project.folder import load_project
+from lwr_dyn.krl.project.program import load_project
 from tests.krl.planting import trial
 from tests.krl.planting.kinds import KINDS
 from tests.krl.planting.site import seeded

@@ -2,10 +2,9 @@
 
 import random
 
-from lwr_dyn.krl.checks.project_check import check_project
+from lwr_dyn.krl.checks.static_checks import check_project
 from lwr_dyn.krl.language.source import parse_bytes
-from lwr_dyn.krl.project.module import module_file
-from lwr_dyn.krl.project.project import project_of
+from lwr_dyn.krl.project.project import module_file, project_of
 from tests.krl.mutations import SOURCES, mutated
 from tests.krl.random_projects import disagreement, files_of, random_modules
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.running.run import ProgramError
+from lwr_dyn.krl.running.program_run import ProgramError
 from tests.krl.short_programs import HOME, run_of
 from tests.krl.test_spline_blocks import motion_of_tool
 

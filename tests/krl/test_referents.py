@@ -3,7 +3,7 @@
 import pytest
 
 from lwr_dyn.krl.editor.edited_project import EditedProject
-from lwr_dyn.krl.editor.hover import hover_text
+from lwr_dyn.krl.editor.referents import hover_text
 from tests.krl.small_backup import CLOSE, CONFIG, MAIN, place_of, write_backup
 
 

@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.run import run_program
+from lwr_dyn.krl.running.program_run import run_program
 from lwr_dyn.krl.writing.sampled_path import path_of_motion
 from lwr_dyn.model.run import Run
 from tests.krl.test_machine_arm import data

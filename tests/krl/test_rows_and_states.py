@@ -4,7 +4,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.run import ProgramError, run_program
+from lwr_dyn.krl.running.program_run import ProgramError, run_program
 
 HEAD = "DECL INT k\nDECL INT n\nDECL CHAR t[9]\nDECL CHAR words[3,5]\n"
 MOVE = "BAS(#VEL_PTP, 100)\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP_REL {A1 k}\n"

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.forward import jacobian, joint_axes, velocity_product_at
-from lwr_dyn.krl.motion.orientation_curve import orientation_through
+from lwr_dyn.krl.motion.splines import orientation_through
 from lwr_dyn.model.spatial import rot_z
 from tests.krl.short_programs import HOME, codes_of, run_of
 

@@ -40,7 +40,7 @@ def test_the_speed_of_axis_1_counts_for_all_axes_and_is_taken_back(arm):
 
 def test_with_of_one_motion_is_no_speed_for_the_next(arm):
     from lwr_dyn.krl.project.program import parse_program
-    from lwr_dyn.krl.running.run import run_program
+    from lwr_dyn.krl.running.program_run import run_program
 
     text = "\n".join(["DEF a( )", HOME, "SLIN_REL {Y 50} WITH $VEL.CP = 0.1", "LIN_REL {Y 50}", "END", ""])
     run = run_program(parse_program(text, name="a"), arm)

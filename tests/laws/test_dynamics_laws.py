@@ -8,7 +8,7 @@ import lwr_dyn
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.checks.arm.identities import energy_drift, mass_matrix_rate, potential_gradient, random_states, relative
+from lwr_dyn.checks.arm.model_laws import energy_drift, mass_matrix_rate, potential_gradient, random_states, relative
 from lwr_dyn.checks.arm.run_checks import check_arm
 from tests.random_arms import arms, random_arm
 from tests.tolerances import RANDOM_ARM

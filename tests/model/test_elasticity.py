@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
-from lwr_dyn.model.elasticity import JointElasticity, chosen_elasticity
+from lwr_dyn.model.transmission import JointElasticity, chosen_elasticity
 
 ARM = lwr_dyn.load("lwr4plus")
 

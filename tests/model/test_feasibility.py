@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.model.chain import Body, with_bodies, with_payload
-from lwr_dyn.model.feasibility import is_physical, unphysical_links
+from lwr_dyn.model.chain import Body, is_physical, unphysical_links, with_bodies, with_payload
 from lwr_dyn.model.spatial import from_rpy
 from tests.random_arms import arms, random_arm, random_body
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.model.vectors import ZERO, Matrix3, Vector, Z, add, multiply, subtract
+from lwr_dyn.model.spatial import ZERO, Matrix3, Vector, Z, add, multiply, subtract
 
 ROUNDING = 1e-14
 """Sums of three products of numbers near one."""

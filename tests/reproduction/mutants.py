@@ -20,8 +20,8 @@ from typing import Any
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.reproduction.case import Value
+from lwr_dyn.reproduction.compare import Verdicts, compare_numbers
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.verdicts import Verdicts, compare_numbers
 
 KINDS = ("sign", "times ten", "neighbour", "one percent")
 REFUSED, VERDICT, UNSEEN = "refused", "verdict", "unseen"

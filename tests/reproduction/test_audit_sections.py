@@ -1,28 +1,28 @@
 """What audits show stands on a paper's page and in its record."""
 
-from lwr_dyn.reproduction import audit_sections
+from lwr_dyn.reproduction import reproduce
 from lwr_dyn.reproduction.paper_study import paper_study
 
 
 def test_the_lint_finds_faults_that_the_errata_name():
-    section, record = audit_sections.lint_section("lwr4plus")
+    section, record = reproduce.lint_section("lwr4plus")
     for erratum in ("rotor-inertia-power", "table2-rows", "table2-c5z"):
         assert f"[erratum {erratum}]" in section.text
     assert len(record) == len(section.text.splitlines())
 
 
 def test_the_resolver_finds_the_sign_of_the_wams_products_and_the_joints_of_the_kr30ha():
-    section, lines = audit_sections.tensor_section("wam7")
+    section, lines = reproduce.tensor_section("wam7")
     assert "products of inertia +integral (decided by second tensors)" in section.text
     assert section.text.splitlines() == "\n".join(lines).splitlines()
-    assert audit_sections.zero_section("kr30ha")[1]
+    assert reproduce.zero_section("kr30ha")[1]
 
 
 def test_parts_that_a_paper_has_not_are_left_out():
-    parts, record = audit_sections.audit_sections(paper_study("lwr4"), with_sensitivity=False)
+    parts, record = reproduce.audit_sections(paper_study("lwr4"), with_sensitivity=False)
     assert [part.id for part in parts] == list(record) == ["lint"]
 
 
 def test_the_evidence_of_table_iv_decides_the_lwr4plus():
-    section, _ = audit_sections.tensor_section("lwr4plus")
+    section, _ = reproduce.tensor_section("lwr4plus")
     assert "tensors are about the centre of mass (decided by published numbers)" in section.text

@@ -4,12 +4,11 @@ from collections import Counter
 
 import pytest
 
-from lwr_dyn.reproduction.basis import bases, with_bases
+from lwr_dyn.reproduction.basis import bases, numbers_of, with_bases, with_other_cells, with_other_numbers
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, PaperFormula
 from lwr_dyn.reproduction.compare import ASSUMED, REPRODUCED, recomputed
-from lwr_dyn.reproduction.other_numbers import numbers_of, with_other_cells, with_other_numbers
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.study import studies
+from lwr_dyn.reproduction.papers import studies
 from tests.reproduction.mutants import usual_judgement
 
 CHOSEN = {"lwr4plus": ("table_vii", "table_viii")}

@@ -70,7 +70,7 @@ cells = { reach = ["0.09"] }
     "reproduction/fifth/__init__.py": '''
 """The fifth paper recomputed."""
 
-from lwr_dyn.reproduction.study import StudyOption, Study
+from lwr_dyn.reproduction.papers import StudyOption, Study
 
 STUDY = Study(
     order=5,
@@ -85,9 +85,9 @@ STUDY = Study(
 """The fifth paper: how far it reaches."""
 
 from lwr_dyn.reproduction.case import PaperFormula
-from lwr_dyn.reproduction.ledger import Proof
+from lwr_dyn.reproduction.case import Proof
 from lwr_dyn.reproduction.paper_study import Reproduction
-from lwr_dyn.reproduction.quantities import SHARED
+from lwr_dyn.reproduction.case import SHARED
 
 
 def reach(case, _):

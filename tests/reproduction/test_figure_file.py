@@ -11,16 +11,15 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.figures.figure import Series
 from lwr_dyn.pages.plotting.plots import draw
-from lwr_dyn.pages.replay.figures import Series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.reproduction.figure_file import FIGURES, read_figures
-from lwr_dyn.reproduction.kr30ha.figures import envelope_figures
-from lwr_dyn.reproduction.lwr4plus.figures import _figures
-from lwr_dyn.reproduction.paper_study import Pictures
+from lwr_dyn.reproduction.kr30ha.study import envelope_figures
+from lwr_dyn.reproduction.lwr4plus.study import _figures
+from lwr_dyn.reproduction.paper_study import FIGURES, Pictures, read_figures
 from lwr_dyn.reproduction.report.content import Page, Replay
 from lwr_dyn.reproduction.report.page import report_html
-from lwr_dyn.reproduction.wam7.figures import _friction_maps, _lspb
+from lwr_dyn.reproduction.wam7.study import _friction_maps, _lspb
 
 PACKED = 1e-9
 """Of the largest number: what 32 bits on the page leave."""

@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.checks.datasheet.envelope import working_envelope
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes
-from lwr_dyn.reproduction.kr30ha.figures import closed_outlines, envelope_figures
+from lwr_dyn.reproduction.kr30ha.study import closed_outlines, envelope_figures
 
 POINTS = {"near": (0.091, -1.139, 1.222), "far": (1.0, 0.5, 1.5)}
 

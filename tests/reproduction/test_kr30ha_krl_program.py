@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.krl.project.program import load_program, parse_program
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.running.program_run import check_program
 from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.kr30ha.krl_program import (
     EXACT_MM,
@@ -13,7 +13,7 @@ from lwr_dyn.reproduction.kr30ha.krl_program import (
     program_report,
     write_program,
 )
-from lwr_dyn.reproduction.results import printed_tables
+from lwr_dyn.reproduction.papers import printed_tables
 
 FAULTS = {
     "late-declaration": [13, 14, 15],

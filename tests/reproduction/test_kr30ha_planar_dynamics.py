@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.dynamics.symbolic.trigonometry import normal_form
+from lwr_dyn.dynamics.symbolic.link_motion import normal_form
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import finished, motion_report
 
 RIGHT = {"v_1", "P_1", "P_2"}

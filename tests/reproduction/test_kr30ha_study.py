@@ -7,8 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.kr30ha.cycle import RISE, SPEED_SHARE, WAIT, cycle_reference
-from lwr_dyn.reproduction.kr30ha.points import right_points
+from lwr_dyn.reproduction.kr30ha.points import RISE, SPEED_SHARE, WAIT, cycle_reference, right_points
 from lwr_dyn.reproduction.reproduce import reproduce
 from tests.reproduction.pages import faults, lost
 

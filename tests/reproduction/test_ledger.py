@@ -6,11 +6,9 @@ import pytest
 
 from lwr_dyn.arms.papers.schema import SEVERITIES
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.reproduction.case import PaperData
-from lwr_dyn.reproduction.ledger import LedgerEntry, Proof, ledger
+from lwr_dyn.reproduction.case import LedgerEntry, PaperData, Proof, ledger
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.results import results_of_tables
-from lwr_dyn.reproduction.study import studies
+from lwr_dyn.reproduction.papers import results_of_tables, studies
 
 ALL = [(paper, erratum) for paper in studies() for erratum in paper_study(paper).data.errata]
 PROVEN = [(paper, erratum) for paper, erratum in ALL if erratum.status == "proven"]

@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.lwr4plus.errors import NEAR, TIMINGS, ErrorCell, error_table, fitted_arm_angle, velocity_rows
-from lwr_dyn.reproduction.lwr4plus.runs import PLANTS, controller_runs, plants, ranking, ranking_table
+from lwr_dyn.reproduction.lwr4plus.formulas import (
+    NEAR,
+    TIMINGS,
+    ErrorCell,
+    error_table,
+    fitted_arm_angle,
+    velocity_rows,
+)
+from lwr_dyn.reproduction.lwr4plus.study import PLANTS, controller_runs, plants, ranking, ranking_table
 from lwr_dyn.trajectory.references.ist import ist_reference
 
 

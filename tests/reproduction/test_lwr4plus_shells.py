@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.lwr4plus.tables import shell_asymmetry
+from lwr_dyn.reproduction.lwr4plus.worst_cases import shell_asymmetry
 
 
 def test_principal_moments_of_the_mirror_image_shells_agree_within_0_6_percent():

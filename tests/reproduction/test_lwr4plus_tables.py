@@ -3,7 +3,7 @@
 import pytest
 
 from lwr_dyn.model.printed_number import agrees
-from lwr_dyn.reproduction.lwr4plus.tables import errata_that_matter, gain_cells, inertia_rows
+from lwr_dyn.reproduction.lwr4plus.worst_cases import errata_that_matter, gain_cells, inertia_rows
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.study import studies
+from lwr_dyn.reproduction.papers import studies
 from tests.reproduction.mutants import (
     KINDS,
     REFUSED,

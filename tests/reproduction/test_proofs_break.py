@@ -8,12 +8,11 @@ import pytest
 
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.reproduction.case import PaperData
-from lwr_dyn.reproduction.kr30ha import proofs_of_motion, proofs_of_program
+from lwr_dyn.reproduction.kr30ha import krl_program, planar_dynamics
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import planar_equations
 from lwr_dyn.reproduction.lwr4plus import proofs_of_equations
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.results import results_of_tables
-from lwr_dyn.reproduction.study import studies
+from lwr_dyn.reproduction.papers import results_of_tables, studies
 
 
 def put(path, value):
@@ -44,20 +43,20 @@ def without_faults(_, __, patch):
 
 
 def nothing_added(_, __, patch):
-    found = proofs_of_motion._comparisons()
+    found = planar_dynamics._comparisons()
     empty = [dataclasses.replace(c, added={e: 0 * m for e, m in c.added.items()}) for c in found]
-    patch.setattr(proofs_of_motion, "_comparisons", lambda: empty)
+    patch.setattr(planar_dynamics, "_comparisons", lambda: empty)
 
 
 def the_label_was_right(_, __, patch):
-    found = {c.name: c for c in proofs_of_motion._comparisons()}
+    found = {c.name: c for c in planar_dynamics._comparisons()}
     found["L"] = dataclasses.replace(found["L"], printed=found["K_TOTAL"].printed)
-    patch.setattr(proofs_of_motion, "_comparisons", found.values)
+    patch.setattr(planar_dynamics, "_comparisons", found.values)
 
 
 def all_alike(_, __, patch):
-    right = proofs_of_motion.counterparts
-    patch.setattr(proofs_of_motion, "counterparts", lambda arm: [dataclasses.replace(c, why="") for c in right(arm)])
+    right = planar_dynamics.counterparts
+    patch.setattr(planar_dynamics, "counterparts", lambda arm: [dataclasses.replace(c, why="") for c in right(arm)])
 
 
 def same_table(_, results, __):
@@ -73,8 +72,8 @@ def in_order(_, results, __):
 
 
 LOOP = parse_program(b"DEF a()\nLOOP\nENDLOOP\nEND\n" + b"; line\n" * 40, None, "a")
-SILENT = instead(proofs_of_program, "_diagnoses", lambda corrected: ())
-FINISHED = instead(proofs_of_motion, "finished", lambda lagrangian: planar_equations().tau)
+SILENT = instead(krl_program, "_diagnoses", lambda corrected: ())
+FINISHED = instead(planar_dynamics, "finished", lambda lagrangian: planar_equations().tau)
 ONES = instead(proofs_of_equations, "STATE", proofs_of_equations.STATE | {"dq": np.ones(7)})
 BROKEN = {
     ("lwr4plus", "n-without-dq"): ONES,
@@ -100,9 +99,9 @@ BROKEN = {
     ("kr30ha", "planar-model"): all_alike,
     ("kr30ha", "unfinished"): FINISHED,
     ("kr30ha", "lagrangian-label"): the_label_was_right,
-    ("kr30ha", "loop-in-text"): instead(proofs_of_program, "printed_program", lambda: LOOP),
-    **{("kr30ha", name): nothing_added for name in proofs_of_motion._NAMED},
-    **{("kr30ha", name): SILENT for name in proofs_of_program.PROGRAM if name != "loop-in-text"},
+    ("kr30ha", "loop-in-text"): instead(krl_program, "printed_program", lambda: LOOP),
+    **{("kr30ha", name): nothing_added for name in planar_dynamics._NAMED},
+    **{("kr30ha", name): SILENT for name in krl_program.PROGRAM if name != "loop-in-text"},
 }
 
 

@@ -8,7 +8,7 @@ import pytest
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction import reproduce
 from lwr_dyn.reproduction.paper_study import Reproduction, paper_study
-from lwr_dyn.reproduction.study import studies
+from lwr_dyn.reproduction.papers import studies
 from tests.reproduction.pages import faults, lost
 
 

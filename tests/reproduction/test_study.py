@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction.case import PaperFormula
-from lwr_dyn.reproduction.study import ALL, check_options, option_keywords, studies, study_of, takers
+from lwr_dyn.reproduction.papers import ALL, check_options, option_keywords, studies, study_of, takers
 
 PACKAGE = Path(lwr_dyn.__file__).parent
 SHARED = [*PACKAGE.glob("reproduction/*.py"), *PACKAGE.glob("reproduction/report/*.py"), *PACKAGE.glob("audit/**/*.py")]

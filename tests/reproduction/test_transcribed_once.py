@@ -1,7 +1,7 @@
 """What stands both in a data file and among the printed results is the same in both."""
 
 from lwr_dyn.reproduction.paper_study import paper_study
-from lwr_dyn.reproduction.results import printed_tables
+from lwr_dyn.reproduction.papers import printed_tables
 
 
 def test_table_ii_of_the_lwr4plus():

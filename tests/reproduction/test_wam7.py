@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.ledger import ledger
-from lwr_dyn.reproduction.paper_page import paper_page
+from lwr_dyn.reproduction.case import ledger
+from lwr_dyn.reproduction.compare import compare_numbers
+from lwr_dyn.reproduction.paper_page import paper_page, summary_text
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.report.page import write_report
-from lwr_dyn.reproduction.summary import summary_text
-from lwr_dyn.reproduction.verdicts import compare_numbers
 from lwr_dyn.reproduction.wam7 import study
-from lwr_dyn.reproduction.wam7.figures import _lspb
 from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
@@ -24,7 +22,7 @@ from lwr_dyn.reproduction.wam7.runs import (
     experiment,
     move,
 )
-from lwr_dyn.reproduction.wam7.tables import figure_7_holds, figure_7_table, findings
+from lwr_dyn.reproduction.wam7.study import _lspb, figure_7_holds, figure_7_table, findings
 from tests.reproduction.pages import faults
 
 FACTS = (5.10, 1.17, 2.95, 2.63, 5.27, 11.05, 17.86)

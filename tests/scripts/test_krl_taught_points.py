@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.project.folder import load_project
+from lwr_dyn.krl.project.program import load_project
 from lwr_dyn.krl.robot.kuka_pose import kuka_pose, pose_of_matrix
 from scripts.studies.krl_taught_points import AWAY, FITS, LEFT_OUT, OTHER_STATUS, OTHER_TURN, taught_points
 from tests.krl.test_machine_arm import data

@@ -6,12 +6,9 @@ from functools import cache
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.pd_gravity import PDGravity
-from lwr_dyn.control.pid import PID
+from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body, Chain, ChainLink
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind
 from lwr_dyn.model.run import Motion
 from lwr_dyn.model.spatial import Pose
 

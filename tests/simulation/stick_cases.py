@@ -3,8 +3,7 @@
 import numpy as np
 
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body, Chain, ChainLink
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind
 from lwr_dyn.model.spatial import Pose
 
 

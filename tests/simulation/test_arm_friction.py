@@ -9,10 +9,9 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.simulation.arm_friction import chosen_friction
-from lwr_dyn.simulation.events import ACTIVE_FRICTION
-from lwr_dyn.simulation.fast_step import FastStep
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import no_torque
+from lwr_dyn.simulation.contact import ACTIVE_FRICTION
+from lwr_dyn.simulation.flow import FastStep
+from lwr_dyn.simulation.simulate import no_torque, simulate
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, one_joint, with_limits
 
 SMOOTH = 2e-4

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
-from lwr_dyn.simulation import fast_step
+from lwr_dyn.simulation import flow
 from lwr_dyn.simulation.audit import audit, audit_lines, audit_words
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, joint_waves, lwr, lwr_dynamics, with_limits
@@ -191,7 +191,7 @@ LOOP_FAULTS = {
         dq=np.where(plant.at_limit(q) * dq > 0, 0.0, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
     "bounce": ("lwr_dyn.simulation.flow.impact", lambda plant, q, dq: SimpleNamespace(
         dq=np.where(plant.at_limit(q) * dq > 0, -0.5 * dq, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
-    "euler": ("lwr_dyn.simulation.fast_step.held_rk4", lambda forward, n, h, *_: (lambda t, now, tau, after: np.copyto(
+    "euler": ("lwr_dyn.simulation.flow.held_rk4", lambda forward, n, h, *_: (lambda t, now, tau, after: np.copyto(
         after, now + h * np.array([now[1], forward(now[0], now[1], tau)])) or (0.0, 0.0), None)),
 }  # fmt: skip
 
@@ -206,7 +206,7 @@ def test_a_fault_in_the_loop(fault, monkeypatch):
 
 
 def test_a_torque_that_is_not_the_one_written_down(monkeypatch):
-    true = fast_step.held_rk4
+    true = flow.held_rk4
 
     def stale(forward, n, h, *more):
         (step, tangent), last = true(forward, n, h, *more), np.zeros(n)
@@ -218,5 +218,5 @@ def test_a_torque_that_is_not_the_one_written_down(monkeypatch):
 
         return late, tangent
 
-    monkeypatch.setattr(fast_step, "held_rk4", stale)
+    monkeypatch.setattr(flow, "held_rk4", stale)
     assert audit(sound()).residual > GAP

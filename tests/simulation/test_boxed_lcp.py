@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.simulation.boxed_lcp import boxed_lcp
+from lwr_dyn.simulation.arm_friction import boxed_lcp
 
 CLOSE = 1e-8
 """Relative, on random matrices with condition numbers up to 1e4."""

@@ -9,8 +9,7 @@ import lwr_dyn
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.contact import contact_mode, impact, resolve_stick_slip
 from lwr_dyn.simulation.plant import plant_of
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import no_torque
+from lwr_dyn.simulation.simulate import no_torque, simulate
 from tests.random_arms import random_arm
 from tests.simulation.sample_runs import (
     MIDDLE,

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.simulation import events
+from lwr_dyn.simulation import contact
 from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.contact import contact_mode
 from lwr_dyn.simulation.integrators import rk4
@@ -29,7 +29,7 @@ def interval(speed=SPEED, acceleration=-BRAKE, h=STEP):
     def rates(t, y):
         return np.array([y[1], acceleration])
 
-    return events.Interval(rk4(1), rates, 0.0, h, np.array([0.0, speed]))
+    return contact.Interval(rk4(1), rates, 0.0, h, np.array([0.0, speed]))
 
 
 def none_holds(s):
@@ -38,7 +38,7 @@ def none_holds(s):
 
 def found(mode, motion, holding=none_holds, barred=False):
     """The possible events of an interval of motion."""
-    return events.possible_events(mode, motion, motion.later(STEP), np.array([barred]), holding)
+    return contact.possible_events(mode, motion, motion.later(STEP), np.array([barred]), holding)
 
 
 def mode(plant, side):
@@ -58,7 +58,7 @@ def test_a_joint_past_its_limit_was_there_at_the_moment_of_the_parabola(side):
     motion = interval(side * SPEED, side * BRAKE)
     (event,) = found(mode(slider(lower=-0.03, upper=0.03), side), motion)
     assert (event.kind, event.joint, event.side) == ("stop", 0, side)
-    crossing = events.earliest([event])
+    crossing = contact.earliest([event])
     assert crossing.after == pytest.approx((-SPEED + np.sqrt(SPEED**2 + 2 * BRAKE * 0.03)) / BRAKE, abs=MOMENT)
 
 
@@ -66,17 +66,17 @@ def test_a_joint_that_is_braked_sticks_where_its_speed_is_zero():
     motion = interval()
     (event,) = found(mode(slider(), 1), motion)
     assert (event.kind, event.side) == ("stick", 0)
-    assert events.earliest([event]).after == pytest.approx(SPEED / BRAKE, abs=MOMENT)
+    assert contact.earliest([event]).after == pytest.approx(SPEED / BRAKE, abs=MOMENT)
 
 
 def test_a_speed_that_dips_below_zero_and_recovers_is_seen():
     def rates(t, y):
         return np.array([y[1], 2 * 4e4 * (t - STEP / 2)])
 
-    motion = events.Interval(rk4(1), rates, 0.0, STEP, np.array([0.0, 0.9]))  # slowest 0.9 - 1.0 m/s, at half the step
+    motion = contact.Interval(rk4(1), rates, 0.0, STEP, np.array([0.0, 0.9]))  # slowest 0.9 - 1.0 m/s, at half the step
     assert motion.later(STEP)[1] > 0.0
     (event,) = found(mode(slider(), 1), motion)
-    assert events.earliest([event]).after == pytest.approx(STEP / 2 - np.sqrt(0.1 / 4e4), abs=1e-12)
+    assert contact.earliest([event]).after == pytest.approx(STEP / 2 - np.sqrt(0.1 / 4e4), abs=1e-12)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -88,28 +88,28 @@ def test_a_joint_at_rest_slips_where_its_holding_torque_passes_the_static_level(
 
     (event,) = found(rest, motion, ramp)
     assert (event.kind, event.side) == ("slip", side)
-    assert events.earliest([event]).after == pytest.approx(STEP / 2, abs=1e-12)
+    assert contact.earliest([event]).after == pytest.approx(STEP / 2, abs=1e-12)
     assert found(rest, motion, ramp, barred=True) == []
     assert found(rest, motion, lambda s: ramp(s) / 2.1) == []
 
 
 def test_the_first_of_several_events_is_chosen():
     def at(moment, joint):
-        return events.EventFunction("stop", joint, 1, lambda s: s - moment, STEP)
+        return contact.EventFunction("stop", joint, 1, lambda s: s - moment, STEP)
 
-    crossing = events.earliest([at(0.006, 0), at(0.002, 1), at(0.004, 2), at(0.5, 3)])
+    crossing = contact.earliest([at(0.006, 0), at(0.002, 1), at(0.004, 2), at(0.5, 3)])
     assert (crossing.event.joint, crossing.after) == (1, pytest.approx(0.002, abs=MOMENT))
-    assert events.earliest([at(0.5, 3)]) is None
-    assert events.earliest([]) is None
+    assert contact.earliest([at(0.5, 3)]) is None
+    assert contact.earliest([]) is None
 
 
 def test_a_start_on_the_root_is_left_or_is_the_answer():
-    assert events.first_root(lambda s: s * (s - 0.5), 1.0) == pytest.approx(0.5, abs=MOMENT)
-    assert events.first_root(lambda s: s, 1.0) == 0.0
+    assert contact.first_root(lambda s: s * (s - 0.5), 1.0) == pytest.approx(0.5, abs=MOMENT)
+    assert contact.first_root(lambda s: s, 1.0) == 0.0
 
 
 def test_a_whole_turn_in_a_step_and_numbers_that_are_not_finite_cannot_be_followed():
-    fastest = events.TURN / STEP
-    assert events.followable(np.array([0.0, -fastest]), 1, STEP)
+    fastest = contact.TURN / STEP
+    assert contact.followable(np.array([0.0, -fastest]), 1, STEP)
     for y in ([0.0, 1.001 * fastest], [0.0, -1.001 * fastest], [np.nan, 0.0], [0.0, np.inf]):
-        assert not events.followable(np.array(y), 1, STEP)
+        assert not contact.followable(np.array(y), 1, STEP)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation import other_road
-from lwr_dyn.simulation.fast_step import FastStep
+from lwr_dyn.simulation import audit
+from lwr_dyn.simulation.flow import FastStep
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics
 
@@ -99,7 +99,7 @@ def test_a_push_that_grows_moves_joints_that_friction_held():
 
 
 def test_an_other_road_that_forgets_it_does_not_close(monkeypatch):
-    monkeypatch.setattr(other_road._Intervals, "external", lambda self, x, v, s: np.zeros_like(x))
+    monkeypatch.setattr(audit._Intervals, "external", lambda self, x, v, s: np.zeros_like(x))
     assert pushed().audit["inverse_dynamics"]["residual"] > 1.0
 
 

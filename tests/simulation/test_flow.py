@@ -10,8 +10,7 @@ from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.plant import plant_of
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import no_torque
+from lwr_dyn.simulation.simulate import no_torque, simulate
 from tests.simulation.sample_runs import Still, one_joint, with_limits
 from tests.simulation.stick_cases import constant, kinds, plane_arm
 

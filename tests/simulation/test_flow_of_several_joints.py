@@ -5,8 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body, Chain, ChainLink
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.simulation.audit import audit

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.simulation.integrators import dop853, held_rk4, rk4
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import no_torque
+from lwr_dyn.simulation.simulate import no_torque, simulate
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 ROUNDING = 1e-13

@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from lwr_dyn.simulation.audit import TOLERANCE, audit
+from lwr_dyn.simulation.audit import ENERGY_TOLERANCE, audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
@@ -19,7 +19,7 @@ def reference():
 @pytest.mark.parametrize("name", controllers())
 def test_limits_are_kept_and_energy_balances(name):
     run = simulate(lwr(), controllers()[name], reference())
-    assert audit(run, lwr_dynamics("newton-euler")).worst_energy <= TOLERANCE
+    assert audit(run, lwr_dynamics("newton-euler")).worst_energy <= ENERGY_TOLERANCE
     assert metrics(run, lwr()).within_limits
     assert run.events == ()
 

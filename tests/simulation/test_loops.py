@@ -7,10 +7,9 @@ from hypothesis import given
 import lwr_dyn
 from lwr_dyn.control.protocol import joint_torque
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.simulation.audit import TOLERANCE, audit
+from lwr_dyn.simulation.audit import ENERGY_TOLERANCE, audit
 from lwr_dyn.simulation.loops import REPORTS
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import free_swing, no_torque
+from lwr_dyn.simulation.simulate import free_swing, no_torque, simulate
 from tests.examples import examples
 from tests.random_arms import arms
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
@@ -21,7 +20,7 @@ def test_fourteen_seconds_at_1_khz_with_rk4(name):
     run = simulate(lwr(), controllers()[name], joint_waves())
     result = audit(run, lwr_dynamics("newton-euler"))
     assert len(run.t) == 14001
-    assert result.residual <= TOLERANCE
+    assert result.residual <= ENERGY_TOLERANCE
     assert result.is_closed()
     assert np.ptp(run.energy) > 1.0  # the arm was lifted and lowered
     assert run.meta["audit"]["residual"] == result.residual

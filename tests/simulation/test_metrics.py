@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import metrics
 from tests.simulation.sample_runs import lwr, one_joint, with_limits

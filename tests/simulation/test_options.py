@@ -7,7 +7,8 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.integrators import rk4
-from lwr_dyn.simulation.options import (
+from lwr_dyn.simulation.plant import Encoder, plant_of
+from lwr_dyn.simulation.setup import (
     STABLE,
     SimulationOptions,
     check_continuous,
@@ -15,8 +16,6 @@ from lwr_dyn.simulation.options import (
     sampled_reference,
     start_state,
 )
-from lwr_dyn.simulation.plant import plant_of
-from lwr_dyn.simulation.sensors import Encoder
 from tests.simulation.sample_runs import Still, controllers, one_joint
 
 

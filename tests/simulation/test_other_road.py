@@ -9,8 +9,15 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.simulation.audit import TOLERANCE, audit, audit_lines, audit_words
-from lwr_dyn.simulation.other_road import other_engine, other_road, uneventful
+from lwr_dyn.simulation.audit import (
+    ENERGY_TOLERANCE,
+    audit,
+    audit_lines,
+    audit_words,
+    other_engine,
+    other_road,
+    uneventful,
+)
 from lwr_dyn.simulation.plant import plant_of
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
@@ -94,7 +101,7 @@ def test_a_fault_to_which_energy_is_blind(fault):
     make, torque = FAULTS[fault]
     run = make()
     result = audit(run)
-    assert result.worst_energy <= TOLERANCE
+    assert result.worst_energy <= ENERGY_TOLERANCE
     assert result.other_road.residual > torque
     assert not result.is_closed()
     assert "NOT closed" in audit_lines(result.to_json())[1]

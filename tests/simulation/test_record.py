@@ -5,8 +5,8 @@ import pytest
 
 from lwr_dyn.foundation.errors import DivergenceError
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.simulation.events import ACTIVE_FRICTION
-from lwr_dyn.simulation.record import Log, active_friction
+from lwr_dyn.simulation.contact import ACTIVE_FRICTION
+from lwr_dyn.simulation.loops import Log, active_friction
 from lwr_dyn.simulation.setup import prepare
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import StandStill, one_joint

@@ -18,10 +18,9 @@ from lwr_dyn.foundation.errors import (
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.changed_arm import arm_with_scaled_inertia
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import prepare, versions
-from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.simulation.swing import free_swing, no_torque
+from lwr_dyn.simulation.simulate import free_swing, no_torque, simulate
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
 OPTIONS = [

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
-from lwr_dyn.control.pid import PID
+from lwr_dyn.control.paper_laws import PID, InverseDynamics
 from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import prepare
 from lwr_dyn.simulation.simulate import run_setup, simulate
 from tests.simulation.sample_runs import (

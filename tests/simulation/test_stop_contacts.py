@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.run_report import run_record, run_text
+from lwr_dyn.cli.simulate import run_record, run_text
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Event
 from lwr_dyn.pages.replay.replay_page import page_data
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.simulation.metrics import RIGID, metrics
-from lwr_dyn.simulation.stop_contacts import stop_contacts
+from lwr_dyn.simulation.metrics import RIGID, metrics, stop_contacts
 from lwr_dyn.trajectory.references.joint_moves import lspb_move
 from tests.simulation.sample_runs import lwr
 

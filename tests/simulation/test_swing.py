@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.simulation.audit import audit
-from lwr_dyn.simulation.swing import CASES, free_swing
+from lwr_dyn.simulation.simulate import CASES, free_swing
 from tests.simulation.sample_runs import lwr, lwr_dynamics
 
 DRIFT = 1e-8

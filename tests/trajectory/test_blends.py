@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.blends import blended
-from lwr_dyn.trajectory.path import path_of
-from lwr_dyn.trajectory.segments import line
+from lwr_dyn.trajectory.path import line, path_of
+from lwr_dyn.trajectory.timings import blended
 from tests.trajectory.test_path import letter
 from tests.trajectory.test_segments import assert_smooth_curve
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.double_s import double_s, double_s_in
+from lwr_dyn.trajectory.timings import double_s, double_s_in
 from tests.examples import examples
 from tests.trajectory.test_motion_profile import ROUNDING
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.lspb import lspb, lspb_at_rates, lspb_at_velocity, trapezoid
+from lwr_dyn.trajectory.motion_profile import lspb, lspb_at_rates, lspb_at_velocity, trapezoid
 
 ROUNDING = 1e-13
 """Relative to the length: quadratics from coefficients of a few products."""

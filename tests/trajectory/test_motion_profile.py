@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.double_s import double_s, double_s_in
 from lwr_dyn.trajectory.motion_profile import concatenate, constant_speed, quintic, stretched
+from lwr_dyn.trajectory.timings import double_s, double_s_in
 
 ROUNDING = 1e-11
 """Relative: cubic and quintic pieces evaluated from coefficients that were themselves summed over seven pieces."""

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.path import path_of
-from lwr_dyn.trajectory.segments import arc, line
+from lwr_dyn.trajectory.path import arc, line, path_of
 
 
 def letter():

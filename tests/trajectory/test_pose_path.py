@@ -7,12 +7,10 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.spatial import rot_x, rot_y, rot_z
-from lwr_dyn.trajectory.blends import blended
-from lwr_dyn.trajectory.double_s import double_s_in
 from lwr_dyn.trajectory.motion_profile import quintic
-from lwr_dyn.trajectory.path import path_of
+from lwr_dyn.trajectory.path import arc, line, path_of
 from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, timed_pose_path
-from lwr_dyn.trajectory.segments import arc, line
+from lwr_dyn.trajectory.timings import blended, double_s_in
 
 STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])

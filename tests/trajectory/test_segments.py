@@ -7,7 +7,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.spatial import rot_x, rot_z
-from lwr_dyn.trajectory.segments import arc, line
+from lwr_dyn.trajectory.path import arc, line
 
 STENCIL = np.array([-4, -3, -2, -1, 1, 2, 3, 4])
 WEIGHTS = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])

@@ -2,28 +2,89 @@
 
 Every column is `computed` (or what its weakest source is: estimated, assumed, fitted), and `where` names the cells or
 elements that it comes from. What the form has no place for is said in `[document]`: link names, shapes, transmissions.
+
+Columns of a data file as TOML: one line each, numbers by repr, which is read back bit-exact.
 """
 
+import json
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
-from lwr_dyn.arms.export.toml_text import ColumnText, quoted, table_text
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body
-from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.chain import Body, Convention, JointKind
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.spatial import Pose, to_rpy
 
+
+@dataclass(frozen=True, slots=True)
+class ColumnText:
+    """A column to be written: None in `values` is unknown."""
+
+    name: str
+    values: Any
+    unit: str | Sequence[str]
+    where: str
+    kind: str = "computed"
+    more: str = ""
+    """Further fields as TOML, each with a comma before it."""
+
+    def line(self) -> str:
+        """The column as an inline table."""
+        fields = f"values = {literal(self.values)}, unit = {literal(_short(self.unit))}{self.more}"
+        return f"{self.name} = {{ {fields}, where = {quoted(self.where)}, kind = {quoted(self.kind)} }}"
+
+
+def table_text(name: str, columns: Sequence[ColumnText], *lines: str) -> list[str]:
+    """A table of columns, after lines of its own; nothing where there are no columns and no lines."""
+    return [f"[{name}]", *lines, *(column.line() for column in columns), ""] if columns or lines else []
+
+
+def literal(value: Any) -> str:
+    """A number, a text, None (unknown) or a nested list as TOML.
+
+    >>> literal([1, 0.5, None, np.float64(-0.0)])
+    '[1, 0.5, "unknown", 0.0]'
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        return literal(value.tolist())
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(literal, value))}]"
+    if value is None:
+        return quoted(UNKNOWN)
+    if isinstance(value, str):
+        return quoted(value)
+    return repr(value + 0.0) if isinstance(value, float) else repr(value)  # no negative zero
+
+
+def quoted(text: str) -> str:
+    r"""A basic string of TOML.
+
+    >>> print(quoted('a "b" \x7f'))
+    "a \"b\" \u007f"
+    """
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _short(unit: str | Sequence[str]) -> str | list[str]:
+    """One unit where all are the same."""
+    units = [unit] if isinstance(unit, str) else list(unit)
+    return units[0] if len(set(units)) == 1 else units
+
+
 Columns = dict[str, Sequence[float | None]]
 """Column -> one value a joint."""
+
 READING = "computed"
 """The name of the only reading."""
+
 _UNITS = {
     "angle": "rad", "length": "m", "angular velocity": "rad/s", "velocity": "m/s", "torque": "N m", "force": "N",
     "angular damping": "N m s/rad", "damping": "N s/m", "angular stiffness": "N m/rad", "stiffness": "N/m",
@@ -31,8 +92,10 @@ _UNITS = {
     "number": "1", "acceleration": "m/s^2", "volume": "m^3",
 }  # fmt: skip
 """Quantity -> its SI unit."""
+
 _ROW = re.compile(r"(?<=/joint)\[@name='[^']*'\]|(?<=/transmission)\[joint/@name='[^']*'\]|(?<=\.values)\[\d+\]")
 """Which joint a cell is of: the rows of the columns are in the joints' order."""
+
 _LINEAR_LAST = ("limits", "friction", "gains", "rotors", "elasticity")
 """Tables whose columns name the quantity of a turning joint first, that of a sliding one last."""
 

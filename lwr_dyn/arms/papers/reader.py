@@ -1,14 +1,28 @@
-"""The strict reader: TOML text -> `Paper`. An unknown, missing, misspelt or non-finite entry raises, with its place."""
+"""The strict reader: TOML text -> `Paper`. An unknown, missing, misspelt or non-finite entry raises, with its place.
+
+Applies the errata of a reading to the printed tables; a patch must state exactly what is printed in its cell.
+
+The solids of a drawn arm, and the bodies estimated from them where a source gives only a total mass.
+
+A file's `drawing.solids` lists cylinders per link, in the frame of that link's DH row (the base: frame 0). The viewer
+draws them, and where a paper has no masses the estimate is
+
+    mass_i = total V_i / sum V,    com_i and tensor_i those of link i's cylinders at that one density
+
+The base is part of the sum. Cylinders that overlap count twice, so joints, where the drives are, are denser. Such
+tensors are always physical, and a drawing with mirror symmetry gives products of zero.
+"""
 
 import copy
 import hashlib
-from collections.abc import Collection
+import math
+import re
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from lwr_dyn.arms.papers.columns import read_columns
-from lwr_dyn.arms.papers.errata import apply_errata, one_erratum_a_cell
-from lwr_dyn.arms.papers.fields import Fields, choice, parse_toml
-from lwr_dyn.arms.papers.plausibility import check_plausibility
+import numpy as np
+
+from lwr_dyn.arms.papers.columns import Fields, check_plausibility, choice, parse_toml, read_columns
 from lwr_dyn.arms.papers.schema import (
     ABOUT,
     KINDS,
@@ -17,15 +31,165 @@ from lwr_dyn.arms.papers.schema import (
     SEVERITIES,
     STATUSES,
     TABLES,
+    UNITS,
     Erratum,
     Paper,
     Patch,
     Reading,
     Solids,
+    to_si,
+    units_of,
 )
-from lwr_dyn.arms.papers.solids import read_solids
 from lwr_dyn.foundation.errors import PaperError, UnknownNameError
-from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.arm import DrawnCylinder
+from lwr_dyn.model.chain import Body, Convention, JointKind
+from lwr_dyn.model.spatial import axis_to_z
+
+_STEP = re.compile(r"\.?([A-Za-z_0-9]+)|\[(\d+)\]")
+
+_PATH = re.compile(r"[A-Za-z_0-9]+(\.[A-Za-z_0-9]+|\[\d+\])+")
+
+
+def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, dict[int, list[str]]]:
+    """Patches the parsed tables in place.
+
+    Returns
+    -------
+    dict
+        Column path ("inertial.mass") -> row -> ids of the errata that touched it.
+
+    Raises
+    ------
+    PaperError
+        A patch names no cell, the file prints something else there, or two errata change one cell.
+    """
+    touched: dict[str, dict[int, list[str]]] = {}
+    one_erratum_a_cell(errata, file)
+    for erratum in errata:
+        for patch in erratum.of_tables():
+            apply_patch(tables, patch, erratum.id, file)
+            column, row = _column_and_row(patch.at)
+            for i in [row] if row is not None else range(64):  # all rows: no arm has more joints
+                touched.setdefault(column, {}).setdefault(i, []).append(erratum.id)
+    return touched
+
+
+def apply_patch(tables: dict[str, Any], patch: Patch, erratum: str, file: str) -> None:
+    """Replaces one printed cell; raises `PaperError` when the file prints something else there."""
+    holder, key = _locate(tables, patch.at, f"erratum {erratum}", file)
+    if holder[key] != patch.printed:
+        raise PaperError(
+            file, f"erratum {erratum}: {patch.at}", f"printed {holder[key]!r}", f"{patch.printed!r} as stated"
+        )
+    holder[key] = patch.read
+
+
+def one_erratum_a_cell(errata: Iterable[Erratum], file: str) -> None:
+    """Raise `PaperError` when two errata change one cell, or one changes a cell inside what the other changes."""
+    cells = [(e.id, p.at) for e in errata for p in e.patches]
+    for k, (erratum, at) in enumerate(cells):
+        steps = _steps(at)
+        for other, place in cells[:k]:
+            size = min(len(steps), len(_steps(place)))
+            if other != erratum and steps[:size] == _steps(place)[:size]:
+                raise PaperError(
+                    file, f"errata {other} and {erratum}", f"both read {at}", "one erratum of a reading a cell"
+                )
+
+
+def _steps(path: str) -> list[str | int]:
+    return [name or int(index) for name, index in _STEP.findall(path)]
+
+
+def _locate(tables: dict[str, Any], path: str, field: str, file: str) -> tuple[Any, Any]:
+    """The container and the key of the cell that `path` names."""
+    steps = _steps(path) if _PATH.fullmatch(path) else [""]
+    holder: Any = None
+    cell: Any = tables
+    for step in steps:
+        holder = cell
+        known = step in holder if isinstance(holder, dict) else isinstance(holder, list) and step in range(len(holder))
+        if not known:
+            raise PaperError(file, field, f"no cell {path!r}", "a path such as inertial.mass.values[2]")
+        cell = holder[step]
+    return holder, steps[-1]
+
+
+def _column_and_row(path: str) -> tuple[str, int | None]:
+    """("inertial.mass", 2) of "inertial.mass.values[2][0]"; the row is None when the whole column is meant.
+
+    >>> _column_and_row("inertial.inertia.about")
+    ('inertial.inertia', None)
+    """
+    steps = _steps(path)
+    column = ".".join(str(s) for s in steps[:2])
+    row = steps[3] if len(steps) > 3 and isinstance(steps[3], int) else None
+    return column, row
+
+
+COLOURS = ("orange", "grey", "dark")
+
+MASS_DIGITS, COM_DIGITS, INERTIA_DIGITS = 2, 4, 5
+"""Decimals of an estimate in a data file, in kg, m, kg m^2: enough for the smallest link's triangle inequality."""
+
+
+def read_solids(table: Any, links: Sequence[str], file: str) -> Solids:
+    """`drawing.solids` of a file: unit, where, kind and rows of link, from, to, radius, colour; raises `PaperError`."""
+    name = "drawing.solids"
+    fields = Fields(table, file, name)
+    unit, where = fields.take("unit", str), fields.take("where", str)
+    kind = fields.take_one_of("kind", KINDS)
+    rows = fields.take("rows", list)
+    fields.refuse_unknown()
+    if unit not in UNITS or UNITS[unit][0] != "length":
+        raise PaperError(file, f"{name}.unit", repr(unit), ", ".join(units_of("length")))
+    cylinders = tuple(_solid(row, links, unit, file, f"{name}.rows[{i}]") for i, row in enumerate(rows))
+    return Solids(cylinders, where, kind)
+
+
+def _solid(row: Any, links: Sequence[str], unit: str, file: str, name: str) -> DrawnCylinder:
+    fields = Fields(row, file, name)
+    link = fields.take_one_of("link", links)
+    start, end = (_point(fields.take(key, list), unit, file, f"{name}.{key}") for key in ("from", "to"))
+    radius = fields.take("radius", object)
+    if isinstance(radius, bool) or not isinstance(radius, int | float) or not 0.0 < radius < math.inf:
+        raise PaperError(file, f"{name}.radius", repr(radius), "a number above 0")
+    if start == end:
+        raise PaperError(file, name, f"from and to are both {list(start)}", "a cylinder with a length")
+    colour = fields.take_one_of("colour", COLOURS)
+    fields.refuse_unknown()
+    return DrawnCylinder(link, start, end, to_si(float(radius), unit), colour)
+
+
+def _point(cells: list[Any], unit: str, file: str, name: str) -> tuple[float, float, float]:
+    good = all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in cells)
+    if len(cells) != 3 or not good:
+        raise PaperError(file, name, repr(cells), "a list of 3 finite numbers")
+    x, y, z = (to_si(float(cell), unit) for cell in cells)
+    return x, y, z
+
+
+def cylinder_body(cylinder: DrawnCylinder, density: float) -> Body:
+    """A solid cylinder of one density [kg/m^3] in the frame of its ends.
+
+    I = m r^2/2 about its axis, m (3 r^2 + l^2)/12 across.
+    """
+    start, end = np.array(cylinder.start), np.array(cylinder.end)
+    length, radius = float(np.linalg.norm(end - start)), cylinder.radius
+    mass = density * math.pi * radius**2 * length
+    across = mass * (3.0 * radius**2 + length**2) / 12.0
+    turn = axis_to_z(end - start)
+    tensor = turn @ np.diag([across, across, mass * radius**2 / 2.0]) @ turn.T
+    return Body(mass, (start + end) / 2.0, (tensor + tensor.T) / 2.0)
+
+
+def solid_bodies(solids: Solids, total: float) -> dict[str, Body]:
+    """Link (the base included) -> its body when `total` [kg] is spread over all solids at one density."""
+    unit: dict[str, Body] = {}
+    for cylinder in solids.cylinders:
+        unit[cylinder.link] = unit.get(cylinder.link, Body.massless()) + cylinder_body(cylinder, 1.0)
+    density = total / sum(body.mass for body in unit.values())
+    return {link: Body(density * body.mass, body.com, density * body.inertia_com) for link, body in unit.items()}
 
 
 def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:

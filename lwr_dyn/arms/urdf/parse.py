@@ -1,36 +1,190 @@
 """URDF file -> parsed URDF by yourdfpy, after checks of our own, with one error that names the faulty element.
 
 Shapes and materials are dropped before parsing, since dynamics needs none: so mesh files need not exist.
+
+XML of foreign files: undeclared prefixes are read as the engines read them; a xacro is named.
+
+Engines parse a URDF without namespaces (urdfdom and Drake with tinyxml2), so files with `<drake:gear_ratio>` or
+`<gazebo xlink:href="...">` and no declaration of the prefix are about. A strict parser refuses them.
+
+A file of xacro macros -> URDF text, by the package `xacro` where it is installed; it needs no ROS.
 """
 
 import hashlib
+import io
 import math
+import os
 import re
-import xml.etree.ElementTree as ElementTree
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stderr
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
+from xml.etree import ElementTree
+from xml.parsers.expat import errors
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.carried import CarriedXml, carried_xml
-from lwr_dyn.arms.urdf.foreign_xml import parse_xml
-from lwr_dyn.arms.urdf.xacro_file import expand_xacro
-from lwr_dyn.arms.urdf.xml_text import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
+from lwr_dyn.arms.urdf.elements import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
+from lwr_dyn.arms.urdf.writer import CarriedXml, carried_xml
 from lwr_dyn.foundation.arrays import number_of
-from lwr_dyn.foundation.errors import UrdfError
+from lwr_dyn.foundation.errors import MissingPackageError, UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
 from lwr_dyn.model.chain import Rotor
 
+DRAKE = "http://drake.mit.edu"
+"""Drake's namespace, which an undeclared prefix `drake` stands for."""
+
+_UNBOUND = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
+
+_PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
+
+_DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
+
+_ROOT = re.compile(rb"<!--.*?-->|(<robot\b[^>]*>)", re.DOTALL)
+
+_AROUND = b" \t\r\n\0"
+"""Before and after the document, where the engines pass over it."""
+
+_XACRO = "xacro"
+
+_DEEPEST = 100
+"""Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
+
+
+def parse_xml(content: bytes, file: str) -> ElementTree.Element:
+    """The root element of a URDF.
+
+    Raises
+    ------
+    UrdfError
+        Broken XML; elements nested too deep; a file of xacro macros, with the command that expands it.
+    """
+    try:
+        root = _tree(content.strip(_AROUND))
+    except (ElementTree.ParseError, ValueError, LookupError) as fault:
+        raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+    if _depth(root) > _DEEPEST:
+        raise UrdfError(file, "XML", f"elements nested {_depth(root)} deep", f"at most {_DEEPEST} levels")
+    for element in root.iter():
+        space, _, tag = str(element.tag).rpartition("}")
+        if _XACRO in space.lower() and space:
+            allowed = f"the URDF that it expands to, or a name that ends in .xacro: xacro {file} > expanded.urdf"
+            raise UrdfError(file, f"<xacro:{tag}>", "a file of xacro macros", allowed)
+    return root
+
+
+def _depth(root: ElementTree.Element) -> int:
+    level, depth = [root], 0
+    while level:
+        level, depth = [child for element in level for child in element], depth + 1
+    return depth
+
+
+def _tree(content: bytes) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError as fault:
+        if fault.code != _UNBOUND:
+            raise
+    return ElementTree.fromstring(_with_declarations(content))
+
+
+def _with_declarations(content: bytes) -> bytes:
+    """The text with its undeclared prefixes declared in <robot>, on the same line, so that lines keep their numbers."""
+    start = next((found for found in _ROOT.finditer(content) if found[1]), None)
+    if start is None:
+        return content
+    known = {*_DECLARED.findall(start[1]), b"xml", b"xmlns"}
+    unknown = sorted({*_PREFIX.findall(content)} - known)
+    spaces = [b' xmlns:%s="%s"' % (x, DRAKE.encode() if x == b"drake" else b"undeclared:" + x) for x in unknown]
+    at = start.start(1) + len(b"<robot")
+    return content[:at] + b"".join(spaces) + content[at:]
+
+
+def expand_xacro(
+    path: str | Path,
+    arguments: Mapping[str, str] = MappingProxyType({}),
+    parse: Callable[..., Any] | None = None,
+) -> str:
+    """The URDF that a xacro file expands to.
+
+    `arguments` are values of its `<xacro:arg>`; `parse(inp, filename=None) -> xml.dom.minidom.Document` stands in for
+    `xacro.parse`, for the file and all that it includes.
+
+    Raises
+    ------
+    FileAccessError
+        The file cannot be read.
+    MissingPackageError
+        xacro is not installed.
+    UrdfError
+        xacro refuses the file: what it says.
+    """
+    read_bytes(path, "a readable .xacro file")
+    try:
+        import xacro
+        from xacro import substitution_args
+    except ModuleNotFoundError:
+        raise MissingPackageError("xacro", "urdf") from None
+    before = xacro.parse, substitution_args._eval_find
+    xacro.parse = parse or xacro.parse
+    substitution_args._eval_find = lambda name: _found(name, Path(path), before[1])
+    try:
+        with redirect_stderr(io.StringIO()):
+            return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
+    except Exception as fault:  # it evaluates the file's own expressions: anything can come out
+        said = " ".join(str(fault).split()) or type(fault).__name__
+        raise UrdfError(str(path), "xacro", said, "a file that `xacro` expands") from None
+    finally:
+        xacro.parse, substitution_args._eval_find = before
+
+
+def _found(name: str, inside: Path, installed: Callable[[str], str]) -> str:
+    """The folder of `$(find name)`."""
+    try:
+        return str(package_folder(name, inside) or installed(name))
+    except ModuleNotFoundError:  # no ROS here
+        where = "above or beside the file, or in a folder of ROS_PACKAGE_PATH"
+        raise LookupError(f"the package {name} is not {where}") from None
+
+
+def package_folder(name: str, inside: Path) -> Path | None:
+    """The folder of a ROS package: above or beside a file, or where ROS's environment points; or None.
+
+    Above the file a folder with another name counts too if its `package.xml` has this one.
+    """
+    listed = [Path(x) for x in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if x]
+    listed += [Path(x) / "share" for x in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if x]
+    above = Path(os.path.abspath(inside)).parents
+    candidates = [found for folder in above for found in (folder, folder / name)]
+    candidates += [folder / name for folder in listed]
+    here = (found for found in candidates if found.name == name and found.is_dir())
+    return next(here, None) or next((folder for folder in above if _package_name(folder) == name), None)
+
+
+def _package_name(folder: Path) -> str:
+    """The name in a folder's `package.xml`; empty where there is none."""
+    file = folder / "package.xml"
+    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    return text.partition("<name>")[2].partition("</name>")[0].strip()
+
+
 _WIDTHS = {"xyz": 3, "rpy": 3}
+
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
+
 _LIMITS = ("lower", "upper", "effort", "velocity")
+
 _NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
+
 WORLD = ': write <link name="world"/>, which Drake adds unwritten'
 """Added to the message on a joint whose parent is not there."""
+
 _ROTOR = ("gear_ratio", "rotor_inertia")
+
 _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
 
 

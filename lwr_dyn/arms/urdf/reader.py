@@ -16,7 +16,6 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY
 from lwr_dyn.arms.urdf.elements import PLACEHOLDERS
-from lwr_dyn.arms.urdf.obvious_arm import obvious_tip
 from lwr_dyn.arms.urdf.parse import UrdfFile, parse_urdf, placeholder_name
 from lwr_dyn.arms.urdf.tree import (
     KINDS,
@@ -24,15 +23,15 @@ from lwr_dyn.arms.urdf.tree import (
     axis_pose,
     build_tree,
     layout_of,
+    obvious_tip,
     origin_pose,
     position_limits,
     with_held_joints,
 )
 from lwr_dyn.foundation.errors import UrdfError
-from lwr_dyn.model.arm import Arm, JointLimits, Source
+from lwr_dyn.model.arm import Arm, JointLimits, Source, WrittenLink, heavy, welded
 from lwr_dyn.model.chain import Body, Chain, ChainLink
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.model.written_link import WrittenLink, heavy, welded
 
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""

@@ -7,14 +7,17 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.feasibility import at_rest, feasibility_verdicts, missing_mass, not_judged
-from lwr_dyn.checks.arm.identities import (
+from lwr_dyn.checks.arm.model_laws import (
     EXACT,
     States,
+    at_rest,
     box_note,
     coriolis_floor,
+    feasibility_verdicts,
     gravity_identity,
     mass_matrix_identities,
+    missing_mass,
+    not_judged,
     random_states,
     relative,
     swing_verdict,
@@ -23,16 +26,15 @@ from lwr_dyn.checks.arm.identities import (
 )
 from lwr_dyn.checks.arm.verdict import CheckReport, Verdict
 from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts
-from lwr_dyn.checks.engines.file_check import file_verdicts
-from lwr_dyn.dynamics.gate import Gated
+from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
 from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
 from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
-from lwr_dyn.dynamics.protocol import Dynamics, singular_joint
+from lwr_dyn.dynamics.protocol import Dynamics, Gated, singular_joint
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import SingularMassError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.dh import Convention
+from lwr_dyn.model.chain import Convention
 
 STATES = 1000
 SEED = 20240607

@@ -7,12 +7,12 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.identities import ACCELERATION, SPEED
+from lwr_dyn.checks.arm.model_laws import ACCELERATION, SPEED
 from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_dynamics
 from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion, reduced_arm, symbol_values
-from lwr_dyn.dynamics.symbolic.compiled_equations import compile_equations
-from lwr_dyn.dynamics.symbolic.dh_matrices import length_letters
+from lwr_dyn.dynamics.symbolic.equation_forms import compile_equations
+from lwr_dyn.dynamics.symbolic.link_motion import length_letters
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain

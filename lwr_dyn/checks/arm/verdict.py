@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.model.shown import repr_html, short_repr
+from lwr_dyn.model.run import repr_html, short_repr
 
 Bound = Literal["at most", "above"]
 

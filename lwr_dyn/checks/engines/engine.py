@@ -1,18 +1,28 @@
-"""The engines, and what the loader of each returns."""
+"""The engines, and what the loader of each returns.
+
+What a URDF says that an engine may drop or misread, each as a change that takes it out of the file.
+
+The change is made in a copy without meshes and mimic tags, so that what an engine refuses does not stand in the way;
+shapes are a feature of their own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import copy
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
+from xml.etree import ElementTree
 
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, number_of
 from lwr_dyn.foundation.registry import Registry, Row
 
 EXACT = 1e-12
 """Relative tolerance of an engine that computes in double precision throughout."""
+
 HELD = ("lower", "upper", "velocity", "effort", "viscous", "coulomb")
 """Numbers of a joint that an engine may keep beside its dynamics; (n,) each, infinite where it knows no limit."""
 
@@ -119,3 +129,168 @@ def is_installed(engine: str) -> bool:
 def tolerance(engine: str, of: str) -> float:
     """The tolerance of an engine for "inertia", "torque" (relative) or "pose" [m]."""
     return float(ENGINES[engine].facts.get(of, EXACT))
+
+
+Tree = ElementTree.Element
+
+_DRAKE = ("https://drake.mit.edu/", "http://drake.mit.edu", "https://drake.mit.edu", "http://drake.mit.edu/")
+
+_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+@dataclass(frozen=True, slots=True)
+class Feature:
+    """A thing that a URDF says, and how to take it out or change it: `change` returns whether the file has it."""
+
+    name: str
+    change: Callable[[Tree, ArmInFile], bool]
+    held: tuple[str, ...] = ()
+    """Numbers beside the dynamics that show it."""
+
+
+def without_meshes(root: Tree) -> Tree:
+    """A copy without the `<visual>` and `<collision>` that are meshes, and without `<mimic>`: such joints are held."""
+    out = _without(root, lambda shape: shape.find("geometry/mesh") is not None)
+    for joint in out.findall("joint"):
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
+    return out
+
+
+def without_shapes(root: Tree) -> Tree:
+    """A copy without any `<visual>` and `<collision>`."""
+    return _without(root, lambda shape: True)
+
+
+def _without(root: Tree, drop: Callable[[Tree], bool]) -> Tree:
+    out = copy.deepcopy(root)
+    for link in out.findall("link"):
+        for shape in [x for x in link if x.tag in ("visual", "collision") and drop(x)]:
+            link.remove(shape)
+    return out
+
+
+def xml_of(root: Tree) -> str:
+    """The text of a tree; Drake's prefix stays `drake`, which its parser looks for."""
+    found = {str(x.tag)[1:].partition("}")[0] for x in root.iter() if str(x.tag).startswith("{")}
+    for space in found & set(_DRAKE):
+        ElementTree.register_namespace("drake", space)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _rotor(root: Tree, scope: ArmInFile) -> bool:
+    tags = {f"{{{space}}}{tag}" for space in _DRAKE for tag in ("rotor_inertia", "gear_ratio")}
+    found = [(parent, x) for parent in root.iter() for x in parent if x.tag in tags]
+    for parent, x in found:
+        parent.remove(x)
+    return any(float(x.get("value", "0")) != 0.0 for _, x in found if x.tag.endswith("rotor_inertia"))
+
+
+def _joints(root: Tree, scope: ArmInFile, tag: str) -> Iterator[Tree]:
+    for joint in root.findall("joint"):
+        element = joint.find(tag)
+        if joint.get("name") in scope.joints and element is not None:
+            yield element
+
+
+def _scaled(tag: str, names: tuple[str, ...], factor: float) -> Callable[[Tree, ArmInFile], bool]:
+    """The numbers of an element of the arm's joints times a factor."""
+
+    def change(root: Tree, scope: ArmInFile) -> bool:
+        seen = False
+        for element in _joints(root, scope, tag):
+            for name in (x for x in names if element.get(x)):
+                value = number_of(element.attrib[name])
+                seen = seen or (value != 0.0 and math.isfinite(value))
+                element.set(name, repr(factor * value))
+        return seen
+
+    return change
+
+
+def _position_limits(root: Tree, scope: ArmInFile) -> bool:
+    """1 rad or m farther out, so that every state stays inside."""
+    seen = False
+    for joint in root.findall("joint"):
+        limit = joint.find("limit")
+        if joint.get("name") in scope.joints and joint.get("type") != "continuous" and limit is not None:
+            for name, more in (("lower", -1.0), ("upper", 1.0)):
+                limit.set(name, repr(number_of(limit.get(name, "0")) + more))
+            seen = True
+    return seen
+
+
+def _continuous(root: Tree, scope: ArmInFile) -> bool:
+    found = [x for x in root.findall("joint") if x.get("name") in scope.joints and x.get("type") == "continuous"]
+    for joint in found:
+        joint.set("type", "revolute")
+        limit = joint.find("limit")
+        limit = ElementTree.SubElement(joint, "limit") if limit is None else limit
+        given = {"effort": "1000", "velocity": "1000"} | dict(limit.attrib)
+        limit.attrib.update(given | {"lower": "-9", "upper": "9"})
+    return bool(found)
+
+
+def _inertials(root: Tree) -> Iterator[tuple[Tree, Tree]]:
+    for link in root.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is not None:
+            yield link, inertial
+
+
+def _inertial_rpy(root: Tree, scope: ArmInFile) -> bool:
+    seen = False
+    for _, inertial in _inertials(root):
+        origin = inertial.find("origin")
+        if origin is not None and any(number_of(x) for x in origin.get("rpy", "").split()):
+            origin.set("rpy", "0 0 0")
+            seen = True
+    return seen
+
+
+def _zero_inertials(root: Tree, scope: ArmInFile) -> bool:
+    found = [(link, x) for link, x in _inertials(root) if _is_zero(x)]
+    for link, inertial in found:
+        link.remove(inertial)
+    return bool(found)
+
+
+def _is_zero(inertial: Tree) -> bool:
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    numbers = [] if mass is None else [mass.get("value", "0")]
+    numbers += [] if inertia is None else [inertia.get(x, "0") for x in _MOMENTS]
+    return not any(number_of(x) for x in numbers)
+
+
+def _no_inertial(root: Tree, scope: ArmInFile) -> bool:
+    found = [link for link in root.findall("link") if link.find("inertial") is None]
+    for link in found:
+        inertial = ElementTree.SubElement(link, "inertial")
+        ElementTree.SubElement(inertial, "mass", value="0")
+        ElementTree.SubElement(inertial, "inertia", dict.fromkeys(_MOMENTS, "0"))
+    return bool(found)
+
+
+FEATURES = (
+    Feature("rotor inertia", _rotor),
+    Feature("viscous friction", _scaled("dynamics", ("damping",), 0.0), ("viscous",)),
+    Feature("Coulomb friction", _scaled("dynamics", ("friction",), 0.0), ("coulomb",)),
+    Feature("effort limits", _scaled("limit", ("effort",), 2.0), ("effort",)),
+    Feature("velocity limits", _scaled("limit", ("velocity",), 2.0), ("velocity",)),
+    Feature("position limits", _position_limits, ("lower", "upper")),
+    Feature("continuous joints", _continuous, ("lower", "upper")),
+    Feature("inertial rpy", _inertial_rpy),
+    Feature("zero inertials", _zero_inertials),
+    Feature("links without inertial", _no_inertial),
+)
+"""All but shapes and merged links, which show by loading the file itself."""
+
+
+def variants(root: Tree, scope: ArmInFile) -> dict[str, Tree]:
+    """Feature -> the file without it, for those that the file has."""
+    out = {}
+    for feature in FEATURES:
+        changed = copy.deepcopy(root)
+        if feature.change(changed, scope):
+            out[feature.name] = changed
+    return out

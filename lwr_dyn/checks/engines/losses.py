@@ -3,24 +3,157 @@
     loss = max |(tau(file) - tau(file without it)) of the engine - the same of ours|
 
 Where no torque depends on a feature (limits), the engine's own record of it decides.
+
+A URDF file as an arm, the states it is tried at, and the torque that the file asks for, by our own recursion.
+
+Mass, B, C dq, g, torque and flange of a loaded file against ours, largest difference over the states.
+
+Files and options that may restore what an engine loses of a URDF, and whether they do, by loading them.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.checks.engines.child_process import Loaded
-from lwr_dyn.checks.engines.engine import tolerance
-from lwr_dyn.checks.engines.features import FEATURES
-from lwr_dyn.checks.engines.reference import FileReference
+from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.arms.urdf.parse import expand_xacro, parse_urdf, parse_xml
+from lwr_dyn.arms.urdf.reader import read_urdf
+from lwr_dyn.arms.urdf.tree import KINDS, build_tree, with_held_joints
+from lwr_dyn.checks.arm.model_laws import random_states
+from lwr_dyn.checks.engines.child_process import Job, Loaded, TriedStates
+from lwr_dyn.checks.engines.engine import FEATURES, ArmInFile, tolerance, without_meshes, xml_of
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.files import ends_in, make_folder, write_file
+from lwr_dyn.kinematics.forward import flange_pose
+from lwr_dyn.model.arm import Arm
+
+STATES, SEED = 20, 7
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FileReference:
+    """An arm as its file says; without masses every torque is empty."""
+
+    arm: Arm
+    scope: ArmInFile
+    states: TriedStates
+
+    @property
+    def has_dynamics(self) -> bool:
+        """Whether every moving link has a body."""
+        return self.arm.chain.bodies is not None
+
+    def torque(self, arm: Arm | None = None) -> Array:
+        """B ddq + C dq + g with armature, and the friction of the joints, (k, n), of this arm or of a changed file."""
+        arm, x = self.arm if arm is None else arm, self.states
+        tau = newton_euler_dynamics(arm.chain).inverse_dynamics(x.q, x.dq, x.ddq)
+        return np.asarray(tau + self.friction(arm))
+
+    def friction(self, arm: Arm) -> Array:
+        """Friction torque (k, n), 0 where it is not known."""
+        rows = [
+            np.zeros(len(self.states.dq)) if model is None else model.torque(self.states.dq[:, k])
+            for k, model in enumerate(arm.friction_models())
+        ]
+        return np.array(rows).T
+
+    def flange(self) -> Array:
+        """Poses (k, 4, 4)."""
+        return flange_pose(self.arm.chain, self.states.q)
+
+    def held(self) -> dict[str, Array]:
+        """The numbers beside the dynamics, infinite where a limit is not known."""
+        arm = self.arm
+        pairs = {name: [getattr(x, name) or 0.0 for x in arm.limits] for name in ("viscous", "coulomb")}
+        limits = {"lower": arm.lower, "upper": arm.upper, "velocity": arm.velocity, "effort": arm.effort}
+        return limits | {name: np.array(values) for name, values in pairs.items()}
+
+
+@contextmanager
+def as_urdf(path: Path, xacro_args: Mapping[str, str]) -> Iterator[Path]:
+    """The file itself, or what a `.xacro` expands to, as a file for a while; raises as `expand_xacro`."""
+    if not ends_in(path, ".xacro"):
+        yield path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        expanded = Path(folder) / f"{path.name.partition('.')[0]}.urdf"
+        write_file(expanded, expand_xacro(path, xacro_args))
+        yield expanded
+
+
+def reference_of(path: Path, tip: str | None, lock: Mapping[str, float], count: int = STATES) -> FileReference:
+    """The arm in a file at random states; raises as `read_urdf`."""
+    arm = read_urdf(path, tip=tip, lock=lock)
+    urdf, end = parse_urdf(path), arm.layout.tip if arm.layout is not None else tip or ""
+    locked = with_held_joints(build_tree(urdf, lock), end)[0].locked
+    held = {name: value for name, value in locked.items() if urdf.joints[name].type in KINDS}
+    scope = ArmInFile(arm.joint_names, end, tuple(float(x) for x in arm.chain.gravity), held)
+    x = random_states(arm, count, SEED)
+    return FileReference(arm, scope, TriedStates(x.q, x.dq, x.ddq))
+
+
+QUANTITIES = ("B", "C dq", "g", "torque", "flange")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Agreement:
+    """Largest differences of an engine from ours: absolute [kg m^2, N m, m], and relative to our largest value."""
+
+    engine: str
+    file: str
+    mass: float | None
+    """What the engine weighs the links that it moves [kg], with those that it fixes to the ground."""
+    absolute: dict[str, float]
+    relative: dict[str, float]
+
+    def beyond(self) -> list[str]:
+        """The quantities above the engine's tolerance."""
+        allowed = {"B": "inertia", "C dq": "inertia", "torque": "torque"}
+        out = [x for x, value in self.relative.items() if not value <= tolerance(self.engine, allowed.get(x, "g"))]
+        return out + [x for x in ("flange",) if not self.absolute[x] <= tolerance(self.engine, "pose")]
+
+
+def agreement(engine: str, file: str, loaded: Loaded, reference: FileReference, rotors: bool = True) -> Agreement:
+    """The differences; without `rotors`, the file's rotor inertia is not expected."""
+    absolute = {"flange": _largest(loaded.flange - reference.flange())}
+    relative: dict[str, float] = {}
+    if loaded.has_dynamics and reference.has_dynamics:
+        for name, (theirs, ours) in _pairs(loaded, reference, rotors).items():
+            absolute[name] = _largest(theirs - ours)
+            scale = _largest(ours)
+            relative[name] = absolute[name] / scale if scale > 0.0 else absolute[name]
+    return Agreement(engine, file, loaded.mass, absolute, relative)
+
+
+def _pairs(loaded: Loaded, reference: FileReference, rotors: bool) -> dict[str, tuple[Array, Array]]:
+    x, arm = reference.states, reference.arm
+    ours = newton_euler_dynamics(arm.chain, rotors="armature" if rotors else "none")
+    gravity = ours.gravity_vector(x.q)
+    return {
+        "B": (loaded.mass_matrix, ours.mass_matrix(x.q)),
+        "C dq": (loaded.velocity_torque, ours.bias_torque(x.q, x.dq) - gravity),
+        "g": (loaded.gravity_torque, gravity),
+        "torque": (loaded.torque, ours.inverse_dynamics(x.q, x.dq, x.ddq) + reference.friction(arm)),
+    }
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values).max(initial=0.0))
+
 
 KEPT, RECORDED, IGNORED, ASIDE, MISREAD, MERGED = (
     "kept", "recorded", "ignored", "recorded, not in its torque", "misread", "merged"
 )  # fmt: skip
+
 NO_DYNAMICS = "no dynamics"
 """Verdicts."""
+
 SHAPES, BEHIND_FIXED, ZEROS, CONTINUOUS = "shapes", "links behind fixed joints", "zero inertials", "continuous joints"
 
 
@@ -119,3 +252,102 @@ def merged_loss(engine: str, loaded: Loaded, links: Mapping[str, object]) -> Los
         return Loss(engine, BEHIND_FIXED, KEPT)
     some = ", ".join(gone[:3]) + (f" and {len(gone) - 3} more" if len(gone) > 3 else "")
     return Loss(engine, BEHIND_FIXED, MERGED, 0.0, 0.0, f"{some}: no longer there by name")
+
+
+WRITTEN, XML = "the .urdf that lwr-dyn urdf writes", ".xml (MJCF)"
+
+DRAG = "drag of its own"
+"""A torque that no file asks for."""
+
+OPTIONS = {
+    "mujoco": (('compiler option fusestatic="false"', {"whole": True}),),
+    "pybullet": (("changeDynamics(linearDamping=0, angularDamping=0)", {"still": True}),),
+}
+"""Engine -> options that may restore something, as a user sets them and as its loader takes them."""
+
+_COEFFICIENT = 1e-3
+"""How far from 1 the share of a feature's torque may be that a model has."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """A way to load the model that may restore something."""
+
+    label: str
+    job: Job
+
+
+def candidates(engine: str, path: Path, reference: FileReference, folder: Path) -> list[Way]:
+    """What there is for an engine: its options, our sidecars, our own URDF of a foreign file (without meshes)."""
+    out = [Way(label, Job(path, reference.scope, options)) for label, options in OPTIONS.get(engine, ())]
+    files = _written(reference, make_folder(folder))
+    held, plain = replace(reference.scope, held={}), {"still": True} if engine == "pybullet" else {}
+    if engine == "pinocchio" and ".srdf" in files:
+        out.append(Way(".srdf by loadRotorParameters", Job(path, reference.scope, {"rotors": str(files[".srdf"])})))
+    if ".urdf" in files and engine != "yourdfpy":
+        out.append(Way(WRITTEN, Job(files[".urdf"], held, plain)))
+    if engine in ("mujoco", "drake") and ".xml" in files:
+        out.append(Way(XML, Job(files[".xml"], replace(held, tip="flange"))))
+    return out
+
+
+def _written(reference: FileReference, folder: Path) -> dict[str, Path]:
+    """Our files of the arm by ending."""
+    out = {}
+    try:
+        texts = model_files(reference.arm, "written")
+    except LwrDynError:
+        return {}
+    for name, text in texts.items():
+        path = folder / name
+        if path.suffix == ".urdf":
+            text = xml_of(without_meshes(parse_xml(text.encode(), name)))
+        write_file(path, text)
+        out[path.suffix] = path
+    return out
+
+
+def restored_by(
+    loss: Loss, found: Sequence[tuple[Way, Loaded | str]], reference: FileReference, links: Sequence[str]
+) -> str:
+    """The first candidate that has what is lost; empty where none has."""
+    if loss.feature == DRAG:
+        return loss.detail
+    for candidate, loaded in found:
+        if isinstance(loaded, Loaded) and _has(loss, loaded, reference, links):
+            return candidate.label
+    return ""
+
+
+def _has(loss: Loss, loaded: Loaded, reference: FileReference, links: Sequence[str]) -> bool:
+    if loss.feature == BEHIND_FIXED:
+        return set(links) <= set(loaded.links)
+    wanted = next((x.held for x in FEATURES if x.name == loss.feature), ())
+    if loss.torque is None and wanted:
+        endless = loss.feature == CONTINUOUS
+        return all(x in loaded.held and not wrong_record(loaded, reference, x, endless) for x in wanted)
+    if not (loaded.has_dynamics and reference.has_dynamics):
+        return False
+    shares, rest = shares_of(loaded.torque, reference)
+    if loss.feature in shares:
+        return abs(shares[loss.feature] - 1.0) <= _COEFFICIENT
+    return rest <= tolerance(loss.engine, "torque") * float(np.abs(reference.torque()).max())
+
+
+def shares_of(torque: Array, reference: FileReference) -> tuple[dict[str, float], float]:
+    """The share of rotor and friction torque in a torque (least squares), and the largest rest [N m]."""
+    x, arm = reference.states, reference.arm
+    rigid = newton_euler_dynamics(arm.chain, rotors="none").inverse_dynamics(x.q, x.dq, x.ddq)
+    held = reference.held()
+    parts = {
+        "rotor inertia": arm.armature * x.ddq,
+        "viscous friction": held["viscous"] * x.dq,
+        "Coulomb friction": held["coulomb"] * np.sign(x.dq),
+    }
+    parts = {name: part for name, part in parts.items() if part.any()}
+    left = (torque - rigid).ravel()
+    if not parts:
+        return {}, float(np.abs(left).max())
+    columns = np.array([part.ravel() for part in parts.values()]).T
+    shares = np.linalg.lstsq(columns, left, rcond=None)[0]
+    return dict(zip(parts, map(float, shares), strict=True)), float(np.abs(left - columns @ shares).max())

@@ -1,23 +1,38 @@
-"""The same task under all readings of a robot: every controller simulated on every plant, and what follows."""
+"""The same task under all readings of a robot: every controller simulated on every plant, and what follows.
 
+The tables of a sensitivity analysis: gravity torques, inertias and gains, errors of every pair, conclusions.
+"""
+
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.checks.sensitivity.closed_loops import ClosedLoopResult, Progress, closed_loops
-from lwr_dyn.checks.sensitivity.conclusions import Conclusion, conclusions
-from lwr_dyn.checks.sensitivity.simulated_task import SimulatedTask, simulated_task
-from lwr_dyn.checks.sensitivity.statics import Statics, statics_of
+from lwr_dyn.checks.sensitivity.closed_loops import (
+    ClosedLoopResult,
+    Conclusion,
+    Progress,
+    Statics,
+    closed_loops,
+    conclusions,
+    statics_of,
+)
+from lwr_dyn.checks.sensitivity.study_tasks import SimulatedTask, simulated_task
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.simulation.metrics import RIGID
 from lwr_dyn.trajectory.motion_profile import positive_number
 
 POSES = 500
+
 OMEGA_N, XI = 50.0, 1.0
 """[rad/s], 1: of the gains that are compared."""
+
 MOST_POSES = 1_000_000
+
 MOST_ARMS = 8
 """Arms at once: the number of runs grows with the square."""
 
@@ -105,3 +120,105 @@ def sensitivity(
         names=tuple(arms), joints=first[1].joint_names, study=study, rate=rate, poses=poses, statics=statics,
         runs=runs, conclusions=conclusions(study, runs, statics),
     )  # fmt: skip
+
+
+FASTER, STOPPED = "*", "!"
+"""Marks of an error: of a loop that is sampled faster, and of a run in which a joint met its stop."""
+
+TINY = 1e-12
+"""Below this a torque or inertia is rounding."""
+
+
+def result_tables(result: Sensitivity) -> list[Table]:
+    """All tables, in the order in which they are read."""
+    errors = (error_table(result, name) for name in result.study.labels.values())
+    return [gravity_table(result), gains_table(result), *errors, survival(result)]
+
+
+def gravity_table(result: Sensitivity) -> Table:
+    """Largest |g_i| over the poses, and the largest difference to the first reading [N m (N)]."""
+    first, *_ = result.statics.values()
+    rows = []
+    for name, s in result.statics.items():
+        rows.append((name, "largest |g|", *np.abs(s.gravity).max(axis=0)))
+        if s is not first:
+            rows.append((name, f"largest difference to {result.names[0]}", *s.gravity_off(first)))
+    return Table(f"gravity torques at {result.poses} poses [N m (N)]", _headings(result), rows)
+
+
+def gains_table(result: Sensitivity) -> Table:
+    """max B_ii of every joint, and the gains drawn from it."""
+    first, *_ = result.statics.values()
+    rows: list[tuple[object, ...]] = []
+    for name, s in result.statics.items():
+        rows += [(name, figure, *x) for figure, x in (("b", s.b), ("Kp", s.gains.Kp), ("Kd", s.gains.Kd))]
+        if s is not first:
+            rows.append((name, f"off {result.names[0]}", *(f"{x:+.2%}" for x in s.b / first.b - 1.0)))
+    gains = f"gains {OMEGA_N**2:g} b, {2 * XI * OMEGA_N:g} b"
+    title = f"largest inertia b = max B_ii over the joint box [kg m^2 (kg)], and {gains}"
+    return Table(title, _headings(result), rows)
+
+
+def error_table(result: Sensitivity, controller: str) -> Table:
+    """Errors under one controller: a row per model, a column per plant, with the marks that `notes` explains."""
+    tips, worst = result.tip_rms_mm(controller), result.worst_mrad(controller)
+    runs = {(r.model, r.plant): r for r in result.runs if r.controller == controller}
+    least, largest = float(np.nanmin(tips)), float(np.nanmax(tips)) or 1.0
+
+    def shade(cell: tuple[float, float, str]) -> float:
+        return float(np.nan_to_num((cell[0] - least) / largest))
+
+    rows = []
+    for i, model in enumerate(result.names):
+        marks = [_marks(runs[model, plant], result.rate) for plant in result.names]
+        rows.append((model, *zip(tips[i], worst[i], marks, strict=True)))
+    plants = (Heading(f"on {name}", format=_errors, shade=shade) for name in result.names)
+    return Table("", (controller, *plants), rows)
+
+
+def errors_text(result: Sensitivity) -> str:
+    """What the tables of errors hold, in one sentence."""
+    runs, duration = len(result.runs), result.study.reference.duration
+    return (
+        f"{runs} runs of {duration:g} s at {result.rate:g} samples a second or more: RMS error of the tip ({RIGID})"
+        " [mm] (largest error of a joint [mrad (mm)]); rows: the controller's model, columns: the plant"
+    )
+
+
+def _marks(run: ClosedLoopResult, rate: float) -> str:
+    return (FASTER if run.rate > rate else "") + (STOPPED if run.metrics and run.metrics.stops.met else "")
+
+
+def _errors(cell: tuple[float, float, str]) -> str:
+    tip, worst, mark = cell
+    return "no run" if math.isnan(tip) else f"{tip:.3g} ({worst:.3g}){mark}"
+
+
+def survival(result: Sensitivity) -> Table:
+    """Which conclusions hold under which readings."""
+    return Table("what survives", ("conclusion", "verdict"), [(c.text, c.verdict()) for c in result.conclusions])
+
+
+def _headings(result: Sensitivity) -> tuple[Heading | str, ...]:
+    return ("reading", "figure", *(Heading(joint, format=_number) for joint in result.joints))
+
+
+def _number(value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return f"{value:.4g}" if abs(value) > TINY else "0"
+
+
+def notes(result: Sensitivity) -> list[str]:
+    """What stands below the tables of errors: loops sampled faster, joints on their stops, simulations that failed."""
+    raised = sorted({r.rate for r in result.runs if r.rate > result.rate})
+    lines = []
+    if raised:
+        rates = " or ".join(f"{r:g}" for r in raised)
+        lines.append(
+            f"{FASTER} at {result.rate:g} samples a second this loop chatters: the damping is too strong for the"
+            f" lighter plant; simulated at {rates}, as good as continuous"
+        )
+    met = [(r, r.metrics.stops.sentence()) for r in result.runs if r.metrics and r.metrics.stops.met]
+    lines += [f"{STOPPED} {r.controller}, {r.model} on {r.plant}: {stops}" for r, stops in met]
+    return lines + [f"no run of {r.controller}, {r.model} on {r.plant}: {r.fault}" for r in result.runs if r.fault]

@@ -1,27 +1,79 @@
-"""Closed-loop runs: a controller whose model is one reading of a robot, a plant that is another; every pair."""
+"""Closed-loop runs: a controller whose model is one reading of a robot, a plant that is another; every pair.
 
+Figures of a reading without motion: gravity torques over poses, largest inertias, gains.
+
+What a paper concludes, as propositions that hold or fail for every pair of readings (model, plant).
+"""
+
+from __future__ import annotations
+
+import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import cast
 
 import numpy as np
 
-from lwr_dyn.checks.sensitivity.simulated_task import SimulatedTask, controller_of
-from lwr_dyn.checks.sensitivity.statics import Statics
-from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim, SimulatedTask, controller_of
+from lwr_dyn.control.gains import Gains, Linearised, second_order_gains
+from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.design.sampled_stability import stability_along
 from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate
 
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Statics:
+    """One reading: gravity torques at the sampled poses (k, n), largest inertias and gains (n,)."""
+
+    gravity: Array
+    """[N m]"""
+    b: Array
+    """max B_ii over the joint box [kg m^2]."""
+    gains: Gains
+
+    def gravity_off(self, other: Statics) -> Array:
+        """Largest |g - g'| of each joint over the poses, (n,) [N m]."""
+        return read_only(np.abs(self.gravity - other.gravity).max(axis=0))
+
+
+def shared_poses(arms: Mapping[str, Arm], count: int, seed: int) -> Array:
+    """Joint positions uniform in the box that all arms allow (+-pi where nothing is known), (count, n).
+
+    A joint whose ranges do not overlap is sampled over the first arm's range.
+    """
+    lower = np.array([np.where(np.isfinite(a.lower), a.lower, -np.pi) for a in arms.values()])
+    upper = np.array([np.where(np.isfinite(a.upper), a.upper, np.pi) for a in arms.values()])
+    low, high = lower.max(axis=0), upper.min(axis=0)
+    disjoint = low >= high
+    low, high = np.where(disjoint, lower[0], low), np.where(disjoint, upper[0], high)
+    return np.random.default_rng(seed).uniform(low, high, (count, lower.shape[1]))
+
+
+def statics_of(arms: Mapping[str, Arm], poses: int, seed: int, omega_n: float, xi: float) -> dict[str, Statics]:
+    """The statics of every arm at the same poses; raises `MissingDataError` for one without inertias."""
+    q = shared_poses(arms, poses, seed)
+    out = {}
+    for name, arm in arms.items():
+        b = np.array([w.value for w in worst_case_inertias(arm)])
+        gravity = dynamics_of(arm, "newton-euler").gravity_vector(q)
+        out[name] = Statics(read_only(gravity), read_only(b), second_order_gains(b, omega_n, xi))
+    return out
+
+
 Progress = Callable[[float], None]
+
 PLACES = 50
 """Places along the reference at which the sampled loop is judged."""
+
 SAFE = 1.6
 """Times the least rate that holds: the rate that is chosen where the usual one would not hold."""
 
@@ -97,3 +149,114 @@ def _rate_that_holds(plant: Arm, controller: Controller, study: SimulatedTask, r
     q = reference.sample(np.linspace(0.0, reference.duration, PLACES)).q
     found = stability_along(dynamics_of(plant), cast(Linearised, controller), Sampling(rate), q)
     return rate if found.holds or found.least_rate is None else rate * math.ceil(SAFE * found.least_rate / rate)
+
+
+Runs = Mapping[str, ClosedLoopResult]
+"""Controller -> its run, of one pair of readings."""
+
+Rule = Callable[[Runs], bool | None]
+
+SAME_GAINS = (0.01, 0.05)
+"""Shares within which gains count as the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class Conclusion:
+    """A proposition and whether it holds for each (model, plant); None where a simulation failed."""
+
+    text: str
+    holds: Mapping[tuple[str, ...], bool | None]
+    """By (model, plant), or by (reading,) where there is only one."""
+
+    @property
+    def survives(self) -> bool:
+        """It holds under every pair."""
+        return all(self.holds.values())
+
+    @property
+    def share(self) -> float:
+        """Share of the pairs under which it holds."""
+        return sum(h is True for h in self.holds.values()) / len(self.holds)
+
+    def verdict(self) -> str:
+        """In words: under all pairs, under none, or under which, whichever list is shorter."""
+        good = [k for k, h in self.holds.items() if h is True]
+        bad = [k for k, h in self.holds.items() if h is not True]
+        over = "pairs" if len(next(iter(self.holds))) == 2 else "readings"
+        if not bad:
+            return f"holds under all {len(good)} {over}"
+        if not good:
+            return f"holds under none of {len(bad)} {over}"
+        shorter, word = (good, "holds only") if len(good) <= len(bad) else (bad, "fails")
+        return f"{word} for {', '.join(_pair(*key) for key in shorter)} ({len(good)} of {len(self.holds)} hold)"
+
+
+def _pair(model: str, plant: str = "") -> str:
+    if not plant:
+        return model
+    return f"{model} on {plant}" if model != plant else f"{model} on itself"
+
+
+def conclusions(
+    study: SimulatedTask, runs: Sequence[ClosedLoopResult], statics: Mapping[str, Statics]
+) -> tuple[Conclusion, ...]:
+    """The propositions about a task, each judged for every pair."""
+    pairs: dict[tuple[str, str], dict[str, ClosedLoopResult]] = {}
+    for run in runs:
+        pairs.setdefault((run.model, run.plant), {})[run.controller] = run
+    judged = [Conclusion(text, {(*key,): rule(r) for key, r in pairs.items()}) for text, rule in _rules(study, runs)]
+    return (*judged, *_gains(statics))
+
+
+def _rules(study: SimulatedTask, runs: Sequence[ClosedLoopResult]) -> Iterator[tuple[str, Rule]]:
+    """Propositions that can be judged: none about limits where the arm has no known ones."""
+    known = [run.metrics for run in runs if run.metrics is not None]
+    task, labels = study.task, study.labels
+    for pd, other in itertools.product(task.controllers, task.controllers):
+        if (pd.controller, other.controller) == ("pd-gravity", "inverse-dynamics"):
+            better, worse = labels[other.id], labels[pd.id]
+            yield f"{better} tracks better than {worse} (RMS of the tip)", partial(_better, better, worse)
+    for name in labels.values():
+        if any(np.isfinite(m.torque_use).any() for m in known):
+            yield f"torques keep to their limits under {name}", partial(_judge, name, _within_torques)
+        if any(np.isfinite(m.speed_use).any() for m in known):
+            yield f"speeds keep to their limits under {name}", partial(_judge, name, _within_speeds)
+    for claim in task.claims:
+        name = labels[claim.controller]
+        yield f"{claim.text} under {name}", partial(_judge, name, partial(_are_largest, claim))
+
+
+def _better(controller: str, other: str, runs: Runs) -> bool | None:
+    if runs[controller].metrics is None or runs[other].metrics is None:
+        return None
+    return runs[controller].tip_rms_mm < runs[other].tip_rms_mm
+
+
+def _judge(controller: str, rule: Callable[[Metrics], bool], runs: Runs) -> bool | None:
+    """A rule about one controller's run; None where its simulation failed."""
+    result = runs[controller].metrics
+    return None if result is None else rule(result)
+
+
+def _within_torques(result: Metrics) -> bool:
+    """No torque was cut at a known limit."""
+    return bool((result.saturated_s == 0.0).all())
+
+
+def _within_speeds(result: Metrics) -> bool:
+    return bool(np.nanmax([0.0, *result.speed_use]) <= 1.0)
+
+
+def _are_largest(claim: PublishedClaim, result: Metrics) -> bool:
+    """The claim's joints have the largest errors."""
+    sizes = np.abs(getattr(result.position_mrad, claim.statistic))
+    return set(np.argsort(-sizes)[: len(claim.joints)].tolist()) == set(claim.joints)
+
+
+def _gains(statics: Mapping[str, Statics]) -> Iterator[Conclusion]:
+    """The gains of a reading are those of the first one, within some share."""
+    first = next(iter(statics))
+    for share in SAME_GAINS:
+        text = f"gains from max B_ii are those of {first} within {share:.0%}"
+        gaps = {name: np.abs(s.b / statics[first].b - 1.0).max() for name, s in statics.items() if name != first}
+        yield Conclusion(text, {(name,): bool(gap <= share) for name, gap in gaps.items()})

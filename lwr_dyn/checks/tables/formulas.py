@@ -1,18 +1,85 @@
-"""A table against the formulas that its file declares: cells that do not follow, and the fault that explains them."""
+"""A table against the formulas that its file declares: cells that do not follow, and the fault that explains them.
+
+Single faults that explain wrong cells: two exchanged, a power of ten, the other sign, two digits exchanged.
+
+Arithmetic in sentences, such as "1/2 x 0.0106 x 0.05^2 = 1.325e-7", computed again.
+"""
 
 import ast
+import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
-from lwr_dyn.checks.tables.arithmetic import name_of, names_in, parsed, value_of
-from lwr_dyn.checks.tables.dimensions import Powers, Unit, UnlikeError, dimension_of, in_words, unit_of
-from lwr_dyn.checks.tables.fault_search import exchanges, scale_or_sign
-from lwr_dyn.checks.tables.roles import plain_name
-from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable, TableError
-from lwr_dyn.model.printed_number import PrintedNumber
+from lwr_dyn.checks.tables.arithmetic import (
+    FUNCTIONS,
+    LONGEST,
+    Powers,
+    Unit,
+    UnlikeError,
+    dimension_of,
+    in_words,
+    name_of,
+    names_in,
+    parsed,
+    unit_of,
+    value_of,
+)
+from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable, TableError, plain_name
+from lwr_dyn.model.printed_number import PrintedNumber, power_of_ten, printed_number
+
+Place = TypeVar("Place")
+
+POWERS = (-3, -2, -1, 1, 2, 3)
+"""Powers of ten by which a cell of a sum may be off."""
+
+
+def exchanges(
+    numbers: Mapping[Place, PrintedNumber], holds: Callable[[Mapping[Place, PrintedNumber]], bool]
+) -> list[tuple[Place, Place]]:
+    """Every two places that print each other's numbers: `holds` with the two numbers exchanged."""
+    return [
+        (one, other)
+        for one, other in itertools.combinations(numbers, 2)
+        if holds({one: numbers[other], other: numbers[one]})
+    ]
+
+
+def scale_or_sign(value: float, printed: Sequence[PrintedNumber], slack: float = 0.0) -> tuple[str, str] | None:
+    """Rule and words of the fault that turns `value` into one of the printed numbers; None when there is none.
+
+    >>> scale_or_sign(1.325e-5, [printed_number("1.325e-7")])
+    ('power-of-ten', 'off by 1e2')
+    """
+    powers = [k for n in printed if (k := power_of_ten(value, n, slack))]
+    if powers:
+        return "power-of-ten", f"off by 1e{powers[0]}"
+    return ("sign", "the sign is the other one") if any(n.meets(-value, slack) for n in printed) else None
+
+
+def corrections(number: PrintedNumber) -> Iterator[tuple[float, str]]:
+    """Values that a number may stand for when it has one fault, each with the fault in words.
+
+    >>> [value for value, _ in corrections(printed_number("12"))][-2:]
+    [-12.0, 21.0]
+    """
+    if not number.value:
+        return
+    for k in POWERS:
+        yield number.value * 10.0**k, f"a factor 1e{k}"
+    yield -number.value, "the other sign"
+    text = number.text
+    for i in range(len(text) - 1):
+        if text[i].isdigit() and text[i + 1].isdigit() and text[i] != text[i + 1]:
+            exchanged = printed_number(text[:i] + text[i + 1] + text[i] + text[i + 2 :])
+            if exchanged is not None:
+                yield exchanged.value, "two digits exchanged"
+
 
 FORM = "NAME = numbers, names, + - * / ^ and functions such as sqrt, sin, hypot"
+
 LEAST_SHIFTED = 3
 """Rows that must print the value of a neighbouring row before they count as shifted."""
 
@@ -180,3 +247,97 @@ def _dimensions(formula: Formula) -> Iterator[Finding]:
             "dimension", "error", "certain", (f"{formula.table.name}, {formula.left}",), printed,
             "another unit or formula", f"{formula.text}: {fault}", {name: list(p) for name, p in powers.items()},
         )  # fmt: skip
+
+
+_NUM = r"(?>\d+\.?\d*|\.\d+)(?>[eE][+-]?\d+)?"
+
+_TOKEN = rf"(?>{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
+
+_LEFT = re.compile(rf"(?<![\w.]){_TOKEN}+$")
+
+_RIGHT = re.compile(rf"\s*([-+]?{_NUM})((?:\s+or\s+[-+]?{_NUM})*)\s*([^\s\d].{{0,3}})?")
+
+_INNER = re.compile(rf"(?<![\w.]){_NUM}")
+
+
+@dataclass(frozen=True, slots=True)
+class Equality:
+    """An equation left = right in a sentence."""
+
+    left: str
+    tree: ast.expr
+    right: tuple[PrintedNumber, ...]
+    """All alternatives that the sentence gives ("= -90 or 11.01")."""
+
+    @property
+    def slack(self) -> float:
+        """How much the rounding of the decimals on the left may change the result."""
+        exact = value_of(self.tree, {})
+        changes = []
+        for match in _INNER.finditer(self.left):
+            number = printed_number(match.group())
+            if number is not None and not number.is_whole:
+                rounded = self.left[: match.start()] + repr(number.value + number.half) + self.left[match.end() :]
+                changes.append(abs(value_of(parsed(rounded), {}) - exact))
+        return sum(x for x in changes if math.isfinite(x))
+
+
+def equalities(text: str) -> Iterator[Equality]:
+    """Every "= number" of a sentence whose left side is arithmetic on numbers.
+
+    >>> [(e.left, e.right[0].text) for e in equalities("the shoulder: 350 + 820 = 1170, and a = 3")]
+    [('350 + 820', '1170')]
+    """
+    for sign in re.finditer(r"(?<![=<>!])=(?!=)", text):
+        begin = max(0, sign.start() - 2 * LONGEST)  # a longer left side is no formula, and costs no time
+        before = _LEFT.search(text[begin : sign.start()].rstrip())
+        after = _RIGHT.match(text[sign.end() :])
+        if before is None or after is None:
+            continue
+        left = _balanced(before.group().replace("deg", "").strip(" ,"))
+        tree = parsed(left) if left else None
+        rest = (after.group(3) or " ").lstrip()
+        if tree is None or not _is_computation(tree) or rest[:1] in tuple("+*/^-x("):
+            continue
+        texts = [after.group(1), *re.findall(rf"or\s+([-+]?{_NUM})", after.group(2))]
+        numbers = tuple(n for t in texts if (n := printed_number(t)) is not None)
+        if numbers and math.isfinite(value_of(tree, {})):
+            yield Equality(left, tree, numbers)
+
+
+def _balanced(text: str) -> str:
+    """The longest end of the text whose brackets close and that begins with a number, a function or a bracket."""
+    depth, start = 0, len(text)
+    for k in range(len(text) - 1, -1, -1):
+        depth += {")": 1, "(": -1}.get(text[k], 0)
+        if depth < 0:
+            break
+        if depth == 0 and text[k] == ",":
+            break
+        start = k
+    out = text[start:].strip()
+    return "" if out[:1] in tuple("+*/^,x)") else out
+
+
+def _is_computation(tree: ast.expr) -> bool:
+    """The formula is more than a number."""
+    return any(isinstance(node, ast.BinOp | ast.Call) for node in ast.walk(tree))
+
+
+def sentences(sheet: Sheet) -> Iterator[Finding]:
+    """Rule 4 on sentences: the left side does not give the number on the right."""
+    for sentence in sheet.sentences:
+        for equality in equalities(sentence.text):
+            values = [value_of(equality.tree, {}, degrees) for degrees in (False, True)]
+            if not any(n.meets(v, equality.slack) for v in values for n in equality.right):
+                yield _wrong_equality(sentence.place, equality, values[-1])
+
+
+def _wrong_equality(place: str, equality: Equality, value: float) -> Finding:
+    printed = " or ".join(n.text for n in equality.right)
+    off = "arithmetic", f"off by {value - equality.right[0].value:.3g}"
+    rule, how = scale_or_sign(value, equality.right, equality.slack) or off
+    return Finding(
+        rule, "error", "certain", (place,), printed, f"{value:.8g}",
+        f"{equality.left} = {value:.8g}, printed as {printed}: {how}", {"value": value, "formula": equality.left},
+    )  # fmt: skip

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.checks.tables.roles import role_of, stem_of
-from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable
+from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable, role_of, stem_of
 from lwr_dyn.model.printed_number import PrintedNumber
 
 STATISTICS = ("mean", "mean_abs", "max", "min", "rms")

@@ -1,14 +1,98 @@
-"""The contents of a file of numbers, whatever its format: tables of printed cells, matrices, sentences; findings."""
+"""The contents of a file of numbers, whatever its format: tables of printed cells, matrices, sentences; findings.
 
-from collections.abc import Mapping
+The role of a column by its heading: mean, maximum, minimum, label, and of which quantity; names and units.
+
+CSV with one heading line as a sheet; lines that begin with # declare formulas, units and roles.
+"""
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from lwr_dyn.foundation.errors import FaultError
 from lwr_dyn.model.printed_number import PrintedNumber, printed_number
 
+ROLES: dict[str, tuple[str, ...]] = {
+    "mean": ("mean", "avg", "average", "averages"),
+    "mean_abs": ("meanabs", "mae"),
+    "max": ("max", "maximum", "maxima", "upper", "highest", "largest"),
+    "min": ("min", "minimum", "minima", "lower", "lowest", "smallest"),
+    "rms": ("rms", "rmse"),
+    "label": ("joint", "joints", "link", "links", "axis", "name", "row", "no", "i", "body", "part", "configuration"),
+}
+"""Role -> words of a heading that name it."""
+
+TOTALS = ("total", "sum", "totals", "overall", "all")
+"""Words in a row's label that make it the sum of the rows above."""
+
+_UNIT = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
+
+
+def words_of(heading: str) -> list[str]:
+    """The words of a heading, lower case, without its unit.
+
+    >>> words_of("Avg. Pos. Error (mm)"), words_of("velocityMaximum")
+    (['avg', 'pos', 'error'], ['velocity', 'maximum'])
+    """
+    bare = re.sub(r"([a-z])([A-Z])", r"\1 \2", _UNIT.sub("", heading))
+    return re.findall(r"[a-z]+|\d+", bare.lower())
+
+
+def unit_in(heading: str) -> str:
+    """The unit in brackets at the end of a heading.
+
+    >>> unit_in("Mass [kg]"), unit_in("Kp")
+    ('kg', '')
+    """
+    match = _UNIT.search(heading.strip())
+    return match.group(1).strip() if match else ""
+
+
+def name_in(heading: str) -> str:
+    """The heading without its unit.
+
+    >>> name_in("Avg. Pos. Error (mm)")
+    'Avg. Pos. Error'
+    """
+    return _UNIT.sub("", heading).strip() or heading
+
+
+def plain_name(name: str) -> str:
+    """A name that a formula can use.
+
+    >>> plain_name("Avg. Pos. Error"), plain_name("K_P")
+    ('Avg_Pos_Error', 'K_P')
+    """
+    return re.sub(r"\W+", "_", name).strip("_")
+
+
+def role_of(heading: str, declared: Mapping[str, str]) -> str:
+    """The declared role, or that of the first word that has one; "" without any.
+
+    >>> role_of("velocity_average", {}), role_of("Kp", {})
+    ('mean', '')
+    """
+    if heading in declared:
+        return declared[heading]
+    words = words_of(heading)
+    return next((role for word in words for role, known in ROLES.items() if word in known), "")
+
+
+def stem_of(heading: str) -> tuple[str, ...]:
+    """The heading without its role: columns of one stem are statistics of one quantity.
+
+    >>> stem_of("velocity_average") == stem_of("velocity_minimum"), stem_of("average")
+    (True, ())
+    """
+    known = {word for role, words in ROLES.items() if role != "label" for word in words}
+    return tuple(w for w in words_of(heading) if w not in known)
+
+
 Severity = Literal["error", "warning", "note"]
 """An error cannot be right, a warning is most likely wrong, a note only states how a table was read."""
+
 Confidence = Literal["certain", "likely", "possible"]
 
 
@@ -153,3 +237,101 @@ class Finding:
             "place": self.place, "cells": list(self.cells), "printed": self.printed, "suspected": self.suspected,
             "sentence": self.sentence, "numbers": dict(self.numbers), "known": list(self.known),
         }  # fmt: skip
+
+
+SEPARATORS = ",;\t|"
+
+DECLARATIONS = ("title", "formula", "ratio", "joints", "total", "role")
+
+
+@dataclass(slots=True)
+class CsvDeclarations:
+    """The # lines of a CSV text by their word."""
+
+    lines: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, line: str) -> None:
+        """Take a line "# WORD: text"; others are comments."""
+        word, sign, rest = line.lstrip("# ").partition(":")
+        if sign and word.strip().lower() in DECLARATIONS:
+            self.lines.setdefault(word.strip().lower(), []).append(rest.strip())
+
+    def texts(self, word: str) -> tuple[str, ...]:
+        """The texts of a word, line by line."""
+        return tuple(self.lines.get(word, []))
+
+    def pairs(self, word: str) -> dict[str, str]:
+        """Lines such as "mass = 14.4462" as a mapping."""
+        split = [line.partition("=") for line in self.texts(word)]
+        return {name_in(key.strip()): value.strip() for key, _, value in split}
+
+
+def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
+    """The table of a CSV text.
+
+    Parameters
+    ----------
+    text : str
+        A heading line ("Joint, Mass [kg]"), then rows; separated by , ; tab or |. Lines "# formula: Kp = 25 * Kd",
+        "# ratio: Kp / Kd", "# total: Mass = 14.4462", "# joints: revolute", "# role: a = mean" and "# title: ..."
+        declare. A last row labelled "total" is taken as the sum.
+    file, name : str
+        Names of the file and the table in messages.
+
+    Raises
+    ------
+    TableError
+        No CSV, no rows, a row of another length, two columns of one name.
+    """
+    declared = CsvDeclarations()
+    body: list[str] = []
+    for line in text.splitlines():
+        (declared.add if line.lstrip().startswith("#") else body.append)(line)
+    headings, *cells = _rows(body, file)
+    bare = [name_in(h) for h in headings]
+    head = [name if bare.count(name) == 1 else heading for name, heading in zip(bare, headings, strict=True)]
+    roles = declared.pairs("role")
+    summed = _total_row(head, cells, roles)
+    body_rows = cells[:-1] if summed else cells
+    columns = tuple(
+        SheetColumn(name, tuple(row[j] for row in body_rows), unit_in(heading))
+        for j, (name, heading) in enumerate(zip(head, headings, strict=True))
+    )
+    sums = {h: cell for h, cell, c in zip(head, cells[-1], columns, strict=True) if summed and c.numeric}
+    declarations = Declared(
+        formulas=declared.texts("formula"), ratios=declared.texts("ratio"), totals={**sums, **declared.pairs("total")},
+        roles=roles, joints=" ".join(declared.texts("joints")),
+    )  # fmt: skip
+    title = " ".join(declared.texts("title"))
+    table = SheetTable(name, columns, where=title, declared=declarations)
+    return Sheet(file, (table,), sentences=(Sentence("title", title),))
+
+
+def _rows(lines: Sequence[str], file: str) -> list[list[str]]:
+    """The heading line and the rows, all of one length."""
+    try:
+        stripped = [[c.strip() for c in row] for row in csv.reader(lines, delimiter=_separator(lines))]
+    except csv.Error as fault:
+        raise TableError(file, "table", str(fault), "CSV") from None
+    rows = [row for row in stripped if any(row)]
+    if len(rows) < 2:
+        raise TableError(file, "table", f"{len(rows)} lines", "a heading line and at least one row")
+    head = rows[0]
+    for i, row in enumerate(rows[1:]):
+        if len(row) != len(head):
+            raise TableError(file, f"row {i + 1}", f"{len(row)} cells", f"{len(head)}, as the heading has")
+    if len(set(head)) < len(head):
+        double = next(h for h in head if head.count(h) > 1)
+        raise TableError(file, "heading", f"{double!r} twice", "each column once")
+    return rows
+
+
+def _separator(lines: Sequence[str]) -> str:
+    first = next((line for line in lines if line.strip()), "")
+    return max(SEPARATORS, key=first.count)
+
+
+def _total_row(head: Sequence[str], cells: Sequence[Sequence[str]], roles: dict[str, str]) -> bool:
+    """The last row is labelled as the sum of the others."""
+    labels = [j for j, h in enumerate(head) if role_of(h, roles) == "label"] or [0]
+    return len(cells) > 2 and any(set(words_of(cells[-1][j])) & set(TOTALS) for j in labels)

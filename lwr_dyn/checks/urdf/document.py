@@ -1,20 +1,130 @@
-"""A URDF as written: links, joints and their places, which links a joint moves; faults of reading are findings."""
+"""A URDF as written: links, joints and their places, which links a joint moves; faults of reading are findings.
+
+A finding in a URDF: what is wrong, where, what shows it, how sure that is, and what to write instead.
+
+Links that fixed joints weld together, and the mass that hangs on a link.
+
+Poses of the links of a URDF for several positions of its joints; loops and broken trees are passed over.
+"""
 
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
+from typing import Any, Literal
+from xml.sax.saxutils import quoteattr
 
-from lwr_dyn.arms.urdf.xml_text import DRAWN_HERE, WRITTEN_BY
+import numpy as np
+
+from lwr_dyn.arms.urdf.elements import DRAWN_HERE, WRITTEN_BY
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement, joint_of, link_of
-from lwr_dyn.checks.urdf.finding import UrdfFinding
-from lwr_dyn.checks.urdf.xacro_places import expand_with_places
-from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement, XmlFaultError, read_tree
+from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement, XmlFaultError, expand_with_places, read_tree
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
+from lwr_dyn.model.spatial import turn_about
+
+FindingSeverity = Literal["error", "warning", "note"]
+"""An error is impossible for a body or a joint, a warning most likely wrong, a note worth a look."""
+
+Sureness = Literal["certain", "likely", "possible"]
+
+SEVERITIES: tuple[FindingSeverity, ...] = ("error", "warning", "note")
+
+
+@dataclass(frozen=True, slots=True)
+class UrdfFinding:
+    """A suspected fault.
+
+    Parameters
+    ----------
+    what : str
+        One clause with the numbers: "iyy and izz look exchanged".
+    why : str
+        The figures that show it.
+    place : Place
+    subject : str
+        "link wrist_1", "joint elbow"; empty for the whole file.
+    instead : str
+        The text to write, or what to do; empty where the file does not tell.
+    sure : str
+    cause : str
+        Groups findings over rules and links: "masses in g". Empty: grouped by code.
+    severity : str, optional
+        None: that of its rule.
+    link : str
+        The link that is judged; on one that no joint moves the finding becomes a note.
+    code : str
+        Name of its rule, filled in when the rule has run.
+    """
+
+    what: str
+    why: str
+    place: Place
+    subject: str
+    instead: str = ""
+    sure: Sureness = "certain"
+    cause: str = ""
+    severity: FindingSeverity | None = None
+    link: str = ""
+    code: str = ""
+
+    @property
+    def level(self) -> FindingSeverity:
+        """Its severity, an error where none is set."""
+        return self.severity or "error"
+
+    @property
+    def message(self) -> str:
+        """What, why and what to write instead, in one line."""
+        parts = [f"{self.subject}: {self.what}" if self.subject else self.what, self.why]
+        parts += [f"write {self.instead}" if self.instead.startswith("<") else self.instead]
+        return "; ".join(part for part in parts if part)
+
+    def record(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "code": self.code, "severity": self.level, "file": self.place.file, "line": self.place.line,
+            "column": self.place.column, "subject": self.subject, "what": self.what, "why": self.why,
+            "sure": self.sure, "instead": self.instead, "cause": self.cause,
+        }  # fmt: skip
+
+
+def number_text(value: float) -> str:
+    """A number in six digits, as short as it can be.
+
+    >>> number_text(0.1 + 0.2), number_text(-0.0)
+    ('0.3', '0')
+    """
+    return f"{value + 0.0:.6g}"
+
+
+def vector_text(values: Array) -> str:
+    """Numbers separated by spaces, as an attribute holds them."""
+    return " ".join(number_text(float(v)) for v in values)
+
+
+def tag_text(element: XmlElement, **changed: str) -> str:
+    """The opening tag of an element with some attributes changed or added."""
+    cells = {**element.attributes, **changed}
+    return f"<{' '.join([element.tag, *(f'{name}={quoteattr(text)}' for name, text in cells.items())])}/>"
+
+
+def inertia_text(tensor: Array) -> str:
+    """The `<inertia>` element of a tensor.
+
+    >>> inertia_text(np.diag([0.1, 0.2, 0.25]))
+    '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.25"/>'
+    """
+    pairs = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+    cells = [f'{name}="{number_text(float(np.asarray(tensor)[at]))}"' for name, at in pairs.items()]
+    return f"<inertia {' '.join(cells)}/>"
+
 
 LARGEST_FILE = 50_000_000
 """Bytes of a file."""
+
 NEEDED = "a readable .urdf or .xacro file"
 
 
@@ -149,3 +259,83 @@ def _not_xml(content: bytes, fault: XmlFaultError) -> UrdfFinding:
         place = Place(fault.place.file, line, column)
         return UrdfFinding(what, why, place, "", "save the file as UTF-8", code="xml-encoding")
     return UrdfFinding(f"not XML: {fault.said}", why, fault.place, "", code="xml-syntax")
+
+
+def has_mass(document: UrdfDocument) -> bool:
+    """Whether any link of the file has mass; without, it describes kinematics only."""
+    return any(link.inertial is not None and not link.inertial.is_zero for link in document.links)
+
+
+def welded_mass(document: UrdfDocument, name: str) -> float:
+    """Mass [kg] of the links that are fixed to a link, further out, without its own."""
+    return _mass_beyond(document, name, through_moving=False)
+
+
+def heavier_beyond(document: UrdfDocument, name: str) -> bool:
+    """Whether any link further out has mass."""
+    return _mass_beyond(document, name, through_moving=True) > 0.0
+
+
+def _mass_beyond(document: UrdfDocument, name: str, through_moving: bool) -> float:
+    mass, seen, waiting = 0.0, {name}, [name]
+    while waiting:
+        for joint in document.joints_from(waiting.pop()):
+            if joint.child in seen or (joint.moves and not through_moving):
+                continue
+            seen.add(joint.child)
+            waiting.append(joint.child)
+            link = document.link(joint.child)
+            if link is not None and link.inertial is not None:
+                mass += max(link.inertial.mass or 0.0, 0.0)
+    return mass
+
+
+POSES = 12
+"""Positions of the joints: all at 0, then drawn from their limits."""
+
+TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
+
+_WIDEST = 2.0 * np.pi
+
+
+@lru_cache(maxsize=4)
+def link_poses(document: UrdfDocument) -> dict[str, Array]:
+    """Pose of each link in its root, (12, 4, 4), the first at q = 0; without links behind an unreadable origin."""
+    draws = np.random.default_rng(1).uniform(size=(POSES, max(len(document.joints), 1)))
+    column = {joint.name: k for k, joint in enumerate(document.joints)}
+    poses = {name: np.tile(np.eye(4), (POSES, 1, 1)) for name in document.roots}
+    waiting = list(poses)
+    while waiting:
+        parent = waiting.pop()
+        for joint in document.joints_from(parent):
+            origin = joint.origin.pose
+            if joint.child in poses or origin is None:
+                continue
+            poses[joint.child] = poses[parent] @ origin @ motion(joint, draws[:, column[joint.name]])
+            waiting.append(joint.child)
+    return poses
+
+
+def motion(joint: JointElement, draws: Array) -> Array:
+    """What a joint adds at positions drawn from its limits, the first at 0: (k, 4, 4) from draws of 0 to 1, (k,)."""
+    out = np.tile(np.eye(4), (len(draws), 1, 1))
+    length = 0.0 if joint.axis is None else float(np.linalg.norm(joint.axis))
+    if joint.axis is None or not length > 0.0:
+        return out
+    axis, q = joint.axis / length, _positions(joint, draws)
+    if joint.type in SLIDING:
+        out[:, :3, 3] = q[:, None] * axis
+    elif joint.type in TURNING:
+        out[:, :3, :3] = turn_about(axis, q)
+    return out
+
+
+def _positions(joint: JointElement, draws: Array) -> Array:
+    low, high = joint.lower, joint.upper
+    if joint.type == "continuous" or low is None or high is None or not low < high:
+        low, high = (-np.pi, np.pi) if joint.type in TURNING else (0.0, 0.0)
+    if joint.type in TURNING:
+        low, high = max(low, -_WIDEST), min(high, _WIDEST)
+    out = low + draws * (high - low)
+    out[0] = 0.0
+    return out

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.attribute_numbers import numbers, scalar, vector
-from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement
+from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement, numbers, scalar, vector
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.spatial import from_rpy
 

@@ -3,18 +3,40 @@
 A hull of about 600 support directions loses 0.4 to 3 % of the volume of a round body and nothing of a box. The
 covariance H of the solid hull is what an inertia is held against: for a full body of even density the covariance
 of the mass is H itself.
+
+The file that a mesh of a URDF names: by its package, by `file://`, or beside the URDF.
+
+Outermost points of meshes on disk, by the digest of the mesh file: plain numbers, checked when read.
+
+A damaged or foreign file is passed over and written again; a folder that cannot be written costs only time.
+
+The outermost points of mesh files.
+
+STL, OBJ and DAE are read by trimesh. A DAE states its unit, which readers of URDFs apply (its up axis they do not).
+The outermost points are kept by the content of the file: in memory, and in the user's cache folder as numbers alone.
 """
 
+import hashlib
+import re
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any, cast
+from urllib.parse import unquote
 
 import numpy as np
 
+from lwr_dyn.arms.urdf.parse import package_folder
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import cache_folder, read_bytes, write_file
 
 _DIRECTIONS = 574
+
 _CHUNK = 8192
 """Points that are multiplied with all directions at once: 20 MB."""
+
 _FLAT = 1e-9
 """Volume over diameter^3 below which a body is a sheet or a line, without a covariance to compare with."""
 
@@ -136,3 +158,177 @@ def reach_along(hull: Hull, axes: Array, origin: Array) -> tuple[Array, Array]:
     """How far the hull reaches from a point, back and forth along axes (the columns of (3, k)): two (k,) arrays [m]."""
     along = (hull.vertices - origin) @ axes
     return -along.min(axis=0), along.max(axis=0)
+
+
+_SCHEMES = ("package://", "model://")
+
+REMOTE = ("http://", "https://")
+
+
+@dataclass(frozen=True, slots=True)
+class MeshPath:
+    """Where a mesh lies; without `path` it is not there, or its package is not."""
+
+    path: Path | None
+    package_missing: str = ""
+    """The package whose folder is not on this machine."""
+    expected: Path | None = None
+    """Where the file should be, if that is known."""
+
+
+def mesh_path(mesh: str, document: Path) -> MeshPath:
+    """The file of a mesh.
+
+    `package://NAME/...` is looked for in folders named NAME above the URDF and beside these, and in ROS_PACKAGE_PATH
+    and AMENT_PREFIX_PATH; where there is none, in the folders above under the rest of the name.
+
+    Parameters
+    ----------
+    mesh : str
+        As written in the URDF.
+    document : path
+        The URDF.
+    """
+    if "\0" in mesh or mesh.startswith(REMOTE):
+        return MeshPath(None)
+    if not mesh.startswith(_SCHEMES):
+        local = Path(document).parent / unquote(mesh.removeprefix("file://"))
+        return _there(local)
+    package, _, rest = mesh.partition("://")[2].partition("/")
+    folder = package_folder(package, document)
+    if folder is not None:
+        return _there(folder / rest)
+    for above in document.resolve().parents:
+        if rest and (above / rest).is_file():
+            return MeshPath(above / rest)
+    return MeshPath(None, package_missing=package)
+
+
+def _there(path: Path) -> MeshPath:
+    try:
+        return MeshPath(path if path.is_file() else None, expected=path)
+    except OSError:  # a name longer than the file system takes
+        return MeshPath(None, expected=path)
+
+
+_MARK = b"lwr_dyn hull 1\n"
+
+_LARGEST_KEPT = 100_000
+"""[bytes] of one file: 600 points need 14 400."""
+
+
+def folder() -> Path:
+    """The folder `hulls` beside the kernels; raises `FileAccessError` where there is no home folder."""
+    return cache_folder() / "hulls"
+
+
+def kept_points(key: str) -> Array | None:
+    """The points kept under a key, (k, 3) array [m]; None without any, or with a damaged file."""
+    try:
+        path = folder() / f"{key}.points"
+        content = path.read_bytes() if path.stat().st_size <= _LARGEST_KEPT else b""
+    except (OSError, FileAccessError):
+        return None
+    digest, data = content[len(_MARK) : len(_MARK) + 32], content[len(_MARK) + 32 :]
+    if not content.startswith(_MARK) or digest != _digest(key, data) or len(data) % 24:
+        return None
+    points = np.frombuffer(data, dtype="<f8").reshape(-1, 3).astype(float)
+    return points if np.isfinite(points).all() else None
+
+
+def keep_points(key: str, points: Array) -> None:
+    """Keep points, (k, 3) array [m], under a key."""
+    data = np.ascontiguousarray(points, dtype="<f8").tobytes()
+    try:
+        cache_folder().mkdir(mode=0o700, parents=True, exist_ok=True)  # parents of a folder get the rights of the umask
+        folder().mkdir(mode=0o700, exist_ok=True)
+        write_file(folder() / f"{key}.points", _MARK + _digest(key, data) + data)
+    except (OSError, FileAccessError):
+        return
+
+
+def _digest(key: str, data: bytes) -> bytes:
+    """Ties the numbers to the mesh they were taken from; nothing that is read is ever run."""
+    return hashlib.sha256(key.encode() + data).digest()
+
+
+OTHER_FORMAT = "format"
+
+FORMATS = (".stl", ".obj", ".dae")
+
+_LARGEST = 256_000_000
+"""[bytes] of one mesh file."""
+
+_UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"']+)[\"']")
+
+
+class MeshPointsError(Exception):
+    """Why a mesh gives no points: for findings, never seen by a user as an error."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshPoints:
+    """The outermost points of a mesh file, (k, 3) array [m], and the digest of its content."""
+
+    digest: str
+    points: Array
+
+
+def mesh_points(path: Path) -> MeshPoints:
+    """The outermost points of a mesh file.
+
+    Raises
+    ------
+    MeshPointsError
+        A file that cannot be read as the mesh its ending says, or without points.
+    """
+    try:
+        state = path.stat()
+    except OSError as fault:
+        raise MeshPointsError(str(fault.strerror)) from None
+    found = _points(str(path), state.st_mtime_ns, state.st_size)
+    if isinstance(found, str):
+        raise MeshPointsError(found)
+    return found
+
+
+@lru_cache(maxsize=2048)
+def _points(path: str, changed: int, size: int) -> MeshPoints | str:
+    """The points, or why there are none; asked again when the file has changed."""
+    ending = Path(path).suffix.lower()
+    if ending not in FORMATS:
+        return f"{OTHER_FORMAT} {ending or 'without an ending'} is not read (read are {', '.join(FORMATS)})"
+    try:
+        content = read_bytes(path, "a mesh file", _LARGEST)
+    except FileAccessError as fault:
+        return fault.reason
+    digest = hashlib.sha256(ending.encode() + content).hexdigest()
+    points = kept_points(digest)
+    if points is None:
+        try:
+            points = support_points(_read(content, ending))
+        except Exception as fault:  # whatever a parser of three formats raises on a damaged file
+            return f"not a readable {ending[1:].upper()} file ({type(fault).__name__})"
+        keep_points(digest, points)
+    return MeshPoints(digest, points) if len(points) else "without points"
+
+
+def _read(content: bytes, ending: str) -> Array:
+    """All vertices of a mesh in metres, each part where the file's own scene puts it: (n, 3) array."""
+    import trimesh
+
+    options: dict[str, Any] = {"skip_materials": True} if ending == ".obj" else {}
+    scene = trimesh.load_scene(BytesIO(content), file_type=ending[1:], process=False, **options)
+    parts = []
+    for node in scene.graph.nodes_geometry:
+        pose, name = scene.graph[node]
+        vertices = np.asarray(cast(Any, scene.geometry[name]).vertices, dtype=float).reshape(-1, 3)
+        parts.append(vertices @ pose[:3, :3].T + pose[:3, 3])
+    points = np.vstack(parts) if parts else np.zeros((0, 3))
+    return points * (_unit(content) if ending == ".dae" else 1.0)
+
+
+def _unit(content: bytes) -> float:
+    """Metres per unit of a DAE file; 1 where it is not stated."""
+    stated = _UNIT.search(content[:100_000])
+    return float(stated[1]) if stated else 1.0

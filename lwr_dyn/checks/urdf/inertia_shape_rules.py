@@ -1,29 +1,149 @@
-"""Rules of mass, centre of mass and inertia against the shapes of the link."""
+"""Rules of mass, centre of mass and inertia against the shapes of the link.
+
+What explains an odd density: the unit of the mass, or the unit of the shapes.
+
+A mass that is f times too large makes the density f times too large and the spread S f times too small; shapes that
+are k times too large make the density k^3 times too small and the spread k^2 times too small: so the two differ.
+
+Masses and centres as far as they can be believed, so that one fault raises no alarm at other links.
+"""
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import UrdfDocument
-from lwr_dyn.checks.urdf.finding import FindingSeverity, Sureness, UrdfFinding, number_text
-from lwr_dyn.checks.urdf.hull_measures import off_centre
+from lwr_dyn.checks.urdf.document import FindingSeverity, Sureness, UrdfDocument, UrdfFinding, number_text, vector_text
 from lwr_dyn.checks.urdf.judgement import NAMED, NOTED, Judgement, judgements
-from lwr_dyn.checks.urdf.mass_slips import SHAPES, MassSlip, mass_slip, misfit
-from lwr_dyn.checks.urdf.undoings import Undoing
+from lwr_dyn.checks.urdf.undoings import Undoing, off_centre
 from lwr_dyn.checks.urdf.xml_tree import Place
+from lwr_dyn.foundation.arrays import Array
+
+MASS, SHAPES = "mass", "shapes"
+
+_SMALL, _LARGE = "10 times too small", "10 times too large"
+
+_MASS_UNITS = (("g", 1e-3), ("lb", 0.45359237), (_SMALL, 10.0), (_LARGE, 0.1), ("t", 1000.0))
+
+_TWICE = "1000 times too small"
+"""Of shapes whose scale turns mm into m a second time."""
+
+_LENGTH_UNITS = (("mm", 1e-3), (_TWICE, 1e3), ("cm", 1e-2), ("inches", 0.0254))
+
+_FIT = 1.4
+"""Largest length of the remaining logarithms of density and spread."""
+
+_GAIN = 1.2
+
+_BOTH = 0.2
+"""Least logarithm that volume and inertia must each tell before they are believed."""
+
+
+@dataclass(frozen=True, slots=True)
+class MassSlip:
+    """A slip in the unit of the mass or of the shapes: which, its name in the file, the clause, what to write."""
+
+    about: str
+    cause: str
+    says: str
+    instead: str
+
+
+def mass_slip(found: Judgement) -> MassSlip | None:
+    """The unit of mass or shapes that explains density and spread together; None where none does."""
+    density = float(np.log(found.density / found.usual))
+    spread = found.spread
+    if abs(density) < _GAIN:
+        return None
+    tried = [(np.hypot(density + np.log(f), spread - np.log(f)), MASS, name, f) for name, f in _MASS_UNITS]
+    tried += [
+        (np.hypot(density - 3.0 * np.log(k), spread - 2.0 * np.log(k)), SHAPES, name, k) for name, k in _LENGTH_UNITS
+    ]
+    rest, about, name, factor = min(tried)
+    if rest > _FIT or float(np.hypot(density, spread)) - rest < _GAIN:
+        return None
+    return _of_mass(found, name, factor) if about == MASS else _of_shapes(found, name, factor)
+
+
+def _of_mass(found: Judgement, name: str, factor: float) -> MassSlip:
+    tenfold = name in (_SMALL, _LARGE)
+    cause, says = (f"masses {name}", name) if tenfold else (f"masses in {name}", f"given in {name}")
+    return MassSlip(MASS, cause, f"the mass looks {says}", f'<mass value="{number_text(found.point.mass * factor)}"/>')
+
+
+def _of_shapes(found: Judgement, name: str, factor: float) -> MassSlip:
+    shape = found.body.link.shapes[0]
+    instead = "shapes in metres"
+    if shape.kind == "mesh" and shape.scale is not None:
+        instead = f'<mesh filename="{shape.mesh}" scale="{vector_text(shape.scale * factor)}"/>'
+    cause, says = (f"shapes {name}", name) if name == _TWICE else (f"shapes in {name}", f"given in {name}")
+    return MassSlip(SHAPES, cause, f"the shapes look {says}", instead)
+
+
+def misfit(found: Judgement) -> float:
+    """Logarithm of the factor by which the mass is too large for volume and inertia alike; 0 where the two disagree.
+
+    Both are taken against the file's medians.
+    """
+    density = float(np.log(found.density / found.usual))
+    spread = found.usual_spread - found.spread
+    return (density + spread) / 2.0 if min(density, spread) > _BOTH else 0.0
+
+
+FAR = 0.3
+"""[diameters] A centre further outside the hull than this is taken at the hull's centroid."""
+
+EMPTY_BELIEVED, SOLID_BELIEVED = 5.0, 12000.0
+"""[kg/m^3] A mass that makes the density lie beyond these is taken at the file's usual density."""
+
+
+@lru_cache(maxsize=4)
+def believed_masses(document: UrdfDocument) -> dict[str, tuple[float, Array]]:
+    """Mass [kg] and centre in the link frame, (3,) [m], by link; of bodies as usual where the written ones are odd."""
+    out = {}
+    for link in document.links:
+        inertial = link.inertial
+        if inertial is not None and inertial.com is not None and inertial.mass and inertial.mass > 0.0:
+            out[link.name] = (inertial.mass, inertial.com)
+    for found in judgements(document):
+        name = found.body.link.name
+        if name in misscaled(document):
+            continue
+        mass, com = out[name]
+        usual = EMPTY_BELIEVED < found.density < SOLID_BELIEVED
+        inside = found.outside <= FAR
+        out[name] = (mass if usual else found.usual * found.hull.volume, com if inside else found.hull.centroid)
+    return out
+
+
+@lru_cache(maxsize=4)
+def misscaled(document: UrdfDocument) -> frozenset[str]:
+    """The links whose shapes are in another unit."""
+    slips = ((found.body.link.name, mass_slip(found)) for found in judgements(document))
+    return frozenset(name for name, slip in slips if slip is not None and slip.about == SHAPES)
+
 
 WIDEST, WIDE = 18.0, 4.5
 """Largest eigenvalue of H^-1 S that is impossible, and that no good arm but UR3 and UR3e (5.1) reaches."""
+
 NARROWEST, NARROW, NARROW_MIDDLE = 0.02, 0.11, 0.33
 """Largest eigenvalue below which nothing is left of the body; smallest and middle one below those of good arms."""
+
 BOUND_ERROR, BOUND_WARNING = 2.0, 1.35
+
 OUTSIDE_ERROR, OUTSIDE_WARNING = 0.3, 0.02
+
 OFF = 2.0
+
 EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 5000.0, 12000.0
 """[kg/m^3] Impossible, odd; odd, impossible. Good arms: 250 to 3 030, a cover 13, a display 68."""
+
 UNUSUAL = 6.0
+
 SPARSE, DENSE = 100.0, 3000.0
 """[kg/m^3] Between these a density unlike the others of the file is worth a note only."""
+
 MISFIT, MISFIT_WARNING, POUND, _NEAR_POUND = 0.45, 0.55, 0.45359237, 0.3
 
 

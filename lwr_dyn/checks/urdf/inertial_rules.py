@@ -1,20 +1,33 @@
-"""Rules of inertials that need no shape: what is missing, zero, negative, impossible, or a stand-in."""
+"""Rules of inertials that need no shape: what is missing, zero, negative, impossible, or a stand-in.
+
+Rules of units that need no shape: masses in grams, centres of mass in millimetres.
+"""
 
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import UrdfDocument
+from lwr_dyn.checks.urdf.document import (
+    FindingSeverity,
+    UrdfDocument,
+    UrdfFinding,
+    has_mass,
+    heavier_beyond,
+    number_text,
+    tag_text,
+    vector_text,
+    welded_mass,
+)
 from lwr_dyn.checks.urdf.elements import InertialElement, LinkElement
-from lwr_dyn.checks.urdf.finding import FindingSeverity, UrdfFinding, number_text, vector_text
-from lwr_dyn.checks.urdf.welded_links import has_mass, heavier_beyond, welded_mass
 from lwr_dyn.foundation.arrays import Array
 
 ROUNDING = 1e-9
 """Smallest principal moment, relative to the largest, that rounding explains."""
+
 CLEAR = 0.01
 """Excess over the triangle inequality, relative to the largest moment, that no rounding of digits explains."""
+
 COARSE = 0.1
 """Excess, relative to the largest moment, that is worth a warning where the written digits could explain it."""
 
@@ -200,4 +213,68 @@ def inertials_equal(document: UrdfDocument) -> Iterator[UrdfFinding]:
             yield UrdfFinding(
                 f"its inertial is that of link {parent.name}", "mass, centre and tensor are equal to the last digit",
                 inertial.place, link.subject, sure="possible", link=link.name,
+            )  # fmt: skip
+
+
+HEAVY = 2000.0
+"""Mass of a link over the cube of the arm's length [kg/m^3] that no arm has: a KR210 has 30 in all, an iiwa 10."""
+
+LONG = 10.0
+"""A centre of mass [m] from its link's frame that no arm has."""
+
+RATHER_LONG = 1.0
+"""A centre of mass [m] that looks wrong where it is many times the largest distance of two joints."""
+
+
+def arm_size(document: UrdfDocument) -> float:
+    """Length scale of the file [m]: the distances from joint to joint along the longest path."""
+    reach: dict[str, float] = {}
+    waiting = [(name, 0.0) for name in document.roots]
+    while waiting:
+        name, length = waiting.pop()
+        if name in reach:
+            continue
+        reach[name] = length
+        for joint in document.joints_from(name):
+            step = 0.0 if joint.origin.xyz is None else float(np.linalg.norm(joint.origin.xyz))
+            waiting.append((joint.child, length + (step if step < LONG else 0.0)))
+    return max(reach.values(), default=0.0)
+
+
+def masses_in_grams(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A mass over the cube of the arm's length (sum of the distances between its joints) above 2 000 kg/m^3: whole arms
+    have 10 to 30. It looks like grams.
+    """
+    size = arm_size(document)
+    for link in document.links:
+        mass = None if link.inertial is None else link.inertial.mass
+        if link.inertial is None or mass is None or size <= 0.0 or mass <= HEAVY * size**3 or mass < 10.0:
+            continue
+        element = link.inertial.element.child("mass")
+        yield UrdfFinding(
+            f"mass {number_text(mass)} kg in an arm of {number_text(size)} m",
+            "whole arms have some 30 kg for a cube of their length",
+            link.inertial.mass_place, link.subject,
+            "" if element is None else tag_text(element, value=number_text(mass / 1000.0)), "likely",
+            "masses in g", link=link.name,
+        )  # fmt: skip
+
+
+def centres_in_millimetres(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A centre of mass more than 10 m from its link's frame, or more than 1 m and three times the length of the whole
+    arm: it looks like millimetres.
+    """
+    size = arm_size(document)
+    for link in document.links:
+        com = None if link.inertial is None else link.inertial.com
+        if link.inertial is None or com is None:
+            continue
+        distance = float(np.linalg.norm(com))
+        if distance > LONG or (distance > RATHER_LONG and 0.0 < 3.0 * size < distance):
+            element = link.inertial.origin.element
+            yield UrdfFinding(
+                f"its centre of mass is {number_text(distance)} m from its frame",
+                f"the whole arm is {number_text(size)} m long", link.inertial.origin.place, link.subject,
+                "" if element is None else tag_text(element, xyz=vector_text(com / 1000.0)), "likely",
+                "centres of mass in mm", link=link.name,
             )  # fmt: skip

@@ -1,31 +1,118 @@
-"""Rules of joints: limits, axes, origins."""
+"""Rules of joints: limits, axes, origins.
+
+Rules of the tree: every joint joins two links of the file, every link but one is carried once, none is in a loop.
+
+Rules of angles: roll, pitch, yaw that look like degrees.
+"""
 
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import UrdfDocument
-from lwr_dyn.checks.urdf.elements import JointElement
-from lwr_dyn.checks.urdf.finding import UrdfFinding, number_text, tag_text, vector_text
+from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, number_text, tag_text, vector_text
+from lwr_dyn.checks.urdf.elements import JointElement, OriginElement
+from lwr_dyn.checks.urdf.schema_rules import nearest
+
+
+def unknown_links(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The parent or child of a joint is no link of the file. A missing `world` is added unwritten by Drake only."""
+    names = tuple(document.by_name)
+    for joint in document.joints:
+        for tag in ("parent", "child"):
+            element = joint.element.child(tag)
+            if element is None:
+                yield UrdfFinding(f"no <{tag}>", "a joint joins two links", joint.place, joint.subject,
+                                  f'<{tag} link="..."/>')  # fmt: skip
+            elif (name := element.attributes.get("link", "")) not in document.by_name:
+                meant = nearest(name, names)
+                instead = tag_text(element, link=meant) if meant else ""
+                if name == "world":
+                    instead = '<link name="world"/>'
+                yield UrdfFinding(
+                    f"{tag} {name!r} is no link of the file", f"its {len(names)} links have other names",
+                    element.place, joint.subject, instead,
+                )  # fmt: skip
+
+
+def carried_twice(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A link is the child of two joints. A URDF is a tree; each engine writes closed loops its own way."""
+    for joint in document.joints:
+        first = document.joint_into(joint.child)
+        if first is not None and first is not joint and joint.child in document.by_name:
+            yield UrdfFinding(
+                f"link {joint.child} is carried by two joints", f"{first.name} carries it too, line {first.place.line}",
+                joint.place_of("child"), joint.subject,
+            )  # fmt: skip
+
+
+def several_roots(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """More than one link has no parent, so the file is several trees; engines refuse it, or drop the rest."""
+    roots = document.roots
+    if len(roots) > 1:
+        link = document.by_name[roots[1]]
+        yield UrdfFinding(
+            f"{len(roots)} links without a parent: {', '.join(roots[:6])}{', ...' if len(roots) > 6 else ''}",
+            "a URDF is one tree", link.place, link.subject, "a joint that carries it",
+        )  # fmt: skip
+
+
+def loops(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """Joints that follow each other in a circle: no link of the circle has a place."""
+    reached, waiting = set(document.roots), list(document.roots)
+    while waiting:
+        for joint in document.joints_from(waiting.pop()):
+            if joint.child not in reached:
+                reached.add(joint.child)
+                waiting.append(joint.child)
+    lost = [link for link in document.by_name.values() if link.name not in reached]
+    if lost:
+        names = ", ".join(link.name for link in lost[:6]) + (", ..." if len(lost) > 6 else "")
+        carrier = document.joint_into(lost[0].name)
+        place = lost[0].place if carrier is None else carrier.place
+        yield UrdfFinding(f"a loop through {names}", "no root reaches them", place, lost[0].subject)
+
+
+def unknown_mimics(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A joint mimics a joint that the file does not have, or itself."""
+    joints = {joint.name for joint in document.joints}
+    for joint in document.joints:
+        element = joint.element.child("mimic")
+        if element is not None and (joint.mimic not in joints or joint.mimic == joint.name):
+            said = "itself" if joint.mimic == joint.name else f"{joint.mimic!r}, which is no joint of the file"
+            meant = nearest(joint.mimic or "", tuple(joints - {joint.name}))
+            yield UrdfFinding(
+                f"it mimics {said}", "it has nothing to follow", element.place, joint.subject,
+                tag_text(element, joint=meant) if meant else "",
+            )  # fmt: skip
+
 
 TWO_TURNS = 4.0 * math.pi
 """Position limit [rad] that no arm of the corpus with sound limits reaches: two turns to one side."""
+
 DEGREES = 720.0
 """Largest angle that is taken for degrees; beyond it a number stands for "no limit"."""
+
 FAST = 40.0
 """Joint speed [rad/s] above those of sound arms: up to 37 (a humanoid), 25 (an industrial arm)."""
+
 LONG_TRAVEL = 20.0
 """Travel of a slide [m] above which its limits look like millimetres; a gantry has some metres."""
+
 ENDLESS = 5000.0
 """Travel of a slide [m] that no unit explains, so that it stands for "no limit"."""
+
 FAR = 10.0
 """Distance between two joints [m] that no arm has."""
+
 RATHER_FAR = 2.0
 """Distance between two joints [m] that looks wrong where it is many times the others."""
+
 UNIT = 1e-3
 """Deviation of an axis' length from 1 that rounding to three digits does not explain."""
+
 _BOUNDED = ("revolute", "prismatic")
+
 _MOTORS = (*_BOUNDED, "continuous")
 
 
@@ -220,3 +307,37 @@ def fixed_with_limits(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 'another type, such as type="revolute", or no <limit>', "possible",
                 severity=None if any(values) else "note",
             )  # fmt: skip
+
+
+_TURN = math.tau + 0.01
+"""Angle [rad] above which it is more than a turn, with rounding."""
+
+_QUARTER = 0.01
+"""Deviation [rad] from whole quarter turns that rounding explains."""
+
+
+def angles_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An angle in an `<origin>` of more than a turn (6.28 rad), unless it is a whole number of quarter turns: `rpy` is
+    in rad. 90 and 180 are seen; degrees below 6.28 are not.
+    """
+    places = [(j.origin, j.subject, "") for j in document.joints]
+    for link in document.links:
+        if link.inertial is not None:
+            places.append((link.inertial.origin, link.subject, link.name))
+        places += [(shape.origin, link.subject, "") for shape in link.shapes]
+    for origin, subject, judged in places:
+        yield from _angles(origin, subject, judged)
+
+
+def _angles(origin: OriginElement, subject: str, judged: str) -> Iterator[UrdfFinding]:
+    if origin.rpy is None or origin.element is None:
+        return
+    large = [float(a) for a in origin.rpy if abs(a) > _TURN]
+    meant = [a for a in large if abs(a - round(a / (math.pi / 2)) * (math.pi / 2)) > _QUARTER]
+    if meant:
+        worst = max(meant, key=abs)
+        yield UrdfFinding(
+            f"rpy {vector_text(origin.rpy)} rad", f"{number_text(worst)} rad is {abs(worst) / math.tau:.1f} turns",
+            origin.place, subject, tag_text(origin.element, rpy=vector_text(np.radians(origin.rpy))), "likely",
+            "rpy in degrees", link=judged,
+        )  # fmt: skip

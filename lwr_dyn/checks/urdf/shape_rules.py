@@ -1,22 +1,228 @@
-"""Rules of the shapes: files that cannot be read, units that differ, bodies that do not meet at their joint."""
+"""Rules of the shapes: files that cannot be read, units that differ, bodies that do not meet at their joint.
 
-from collections.abc import Iterable
+Rules of shapes that need no geometry: files that are not there, scales, sizes.
+
+Slips in the origin or axis of a joint, found by the bodies on both sides of it.
+
+A right axis turns the child past its parent: the part of the child that lies inside the parent hardly changes. A right
+origin lies in or near the parent; where another sign or order of its numbers puts it there, and the written one does
+not, the written one is doubted.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.xml_text import DRAWN_HERE
-from lwr_dyn.checks.urdf.believed_masses import misscaled
-from lwr_dyn.checks.urdf.bodies import bodies_of
-from lwr_dyn.checks.urdf.document import UrdfDocument
-from lwr_dyn.checks.urdf.elements import JointElement
-from lwr_dyn.checks.urdf.finding import FindingSeverity, UrdfFinding, vector_text
-from lwr_dyn.checks.urdf.hulls import Hull, depth, gap
-from lwr_dyn.checks.urdf.joint_slips import JointSlip, axis_slip, origin_slip
-from lwr_dyn.checks.urdf.meshes import OTHER_FORMAT
+from lwr_dyn.arms.urdf.elements import DRAWN_HERE
+from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, UrdfDocument, UrdfFinding, number_text, vector_text
+from lwr_dyn.checks.urdf.elements import JointElement, LinkElement, ShapeElement
+from lwr_dyn.checks.urdf.hulls import OTHER_FORMAT, REMOTE, Hull, depth, directions, gap, mesh_path
+from lwr_dyn.checks.urdf.inertia_shape_rules import misscaled
+from lwr_dyn.checks.urdf.judgement import bodies_of
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.model.spatial import turn_about
+
+
+def _shapes(document: UrdfDocument) -> Iterator[tuple[LinkElement, ShapeElement]]:
+    for link in document.links:
+        for shape in link.shapes:
+            yield link, shape
+
+
+def meshes_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A mesh whose file is not there though its folder or package is: loaders refuse the file or draw nothing, and
+    contacts are missed. Upper and lower case count.
+    """
+    for link, shape in _shapes(document):
+        if shape.kind != "mesh" or not shape.mesh or shape.mesh.startswith(REMOTE):
+            continue
+        found = mesh_path(shape.mesh, document.path)
+        if found.path is None and (not found.package_missing or found.package_missing in _packages_here(document)):
+            expected = f"looked for {found.expected}" if found.expected else "a name that no file has"
+            near = next((x for x in _beside(found.expected) if x.lower() == shape.mesh.rpartition("/")[2].lower()), "")
+            instead = shape.mesh.rpartition("/")[0] + "/" + near if near else ""
+            yield UrdfFinding(
+                f"the mesh {shape.mesh} is not there", expected, shape.geometry_place, link.subject, instead,
+                cause="mesh files are not there",
+            )  # fmt: skip
+
+
+@lru_cache(maxsize=4)
+def _packages_here(document: UrdfDocument) -> frozenset[str]:
+    """Packages of which a mesh was found: their folder has another name, and is above the file."""
+    meshes = {shape.mesh for _, shape in _shapes(document) if "://" in shape.mesh}
+    found = {mesh for mesh in meshes if mesh_path(mesh, document.path).path is not None}
+    return frozenset(mesh.partition("://")[2].partition("/")[0] for mesh in found)
+
+
+def _beside(path: object) -> list[str]:
+    """Names of the files beside a path."""
+    try:
+        return [x.name for x in Path(str(path)).parent.iterdir()] if path is not None else []
+    except OSError:
+        return []
+
+
+def packages_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """The package of a mesh (`package://NAME/...`) is on this machine neither above the file nor in ROS_PACKAGE_PATH or
+    AMENT_PREFIX_PATH. The links drawn with it are judged without their shapes. One note for each package.
+    """
+    said: set[str] = set()
+    for link, shape in _shapes(document):
+        if shape.kind == "mesh" and shape.mesh:
+            package = mesh_path(shape.mesh, document.path).package_missing
+            if package and package not in said and package not in _packages_here(document):
+                said.add(package)
+                count = sum(s.mesh.partition("://")[2].startswith(f"{package}/") for _, s in _shapes(document))
+                yield UrdfFinding(
+                    f"the package {package} is not on this machine", f"{count} meshes come from it",
+                    shape.geometry_place, link.subject,
+                    f"put the folder {package} above or beside the file, or into ROS_PACKAGE_PATH",
+                )  # fmt: skip
+
+
+def mesh_scales(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A mesh scale with a 0, which makes the shape flat; one that differs between the axes by 100 or more, or is
+    negative on one or three axes (a mirror image), is a note.
+    """
+    for link, shape in _shapes(document):
+        if shape.kind != "mesh" or shape.scale is None:
+            continue
+        sizes = np.abs(shape.scale)
+        if not sizes.all():
+            what, why, severity = "0", "the shape has no volume", None
+        elif sizes.max() >= 100.0 * sizes.min():
+            what, why, severity = vector_text(shape.scale), "the axes differ 100-fold or more", "warning"
+        elif np.prod(shape.scale) < 0.0:
+            what, why, severity = vector_text(shape.scale), "the shape is a mirror image", "note"
+        else:
+            continue
+        yield UrdfFinding(
+            f"a mesh scale of {what}", why, shape.geometry_place, link.subject, severity=severity,  # type: ignore[arg-type]
+        )  # fmt: skip
+
+
+def shape_sizes(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """A box, cylinder or sphere with a length of 0 or less. A cylinder of length 0 or a sphere of radius 0 is a
+    stand-in of exporters: a note where all of its lengths are 0 or more.
+    """
+    for link, shape in _shapes(document):
+        smallest = min(shape.size, default=1.0) if shape.size is not None else 1.0
+        if smallest <= 0.0:
+            yield UrdfFinding(
+                f"a {shape.kind} with a length of {number_text(smallest)} m",
+                "no body has it" if smallest < 0.0 else "the shape has no volume", shape.geometry_place, link.subject,
+                severity=None if smallest < 0.0 else "note",
+            )  # fmt: skip
+
+
+_MOVED = 0.05
+"""Of the child's diameter: an origin that moves by less stays as it is."""
+
+_MEETS = 0.02
+"""Gap over the larger diameter at which the bodies still meet."""
+
+_PARALLEL = 0.999
+
+_ANGLES = 8
+
+_SHELLS = (1.0, 0.85, 0.6, 0.3)
+
+_POINTS, _EVERY = 60, 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointSlip:
+    """Another origin or axis, (3,), that fits the bodies better, and by how much."""
+
+    says: str
+    values: Array
+    cut: float
+
+
+def origin_slip(parent: Hull, child: Hull, pose: Array) -> JointSlip | None:
+    """The sign or order of the origin that brings it nearest to the parent, in the parent's diameters.
+
+    Only origins at which the bodies meet are tried.
+    """
+    written = depth(parent, pose[:3, 3]) / parent.diameter
+    best: JointSlip | None = None
+    for says, xyz in _other_origins(pose[:3, 3]) if written > 0.0 else ():
+        moved = pose.copy()
+        moved[:3, 3] = xyz
+        cut = written - depth(parent, xyz) / parent.diameter
+        far = np.linalg.norm(xyz - pose[:3, 3]) > _MOVED * child.diameter
+        if far and cut > (best.cut if best else 0.0) and gap(parent, child, moved) < _MEETS * _larger(parent, child):
+            best = JointSlip(says, xyz, cut)
+    return best
+
+
+def _larger(parent: Hull, child: Hull) -> float:
+    return max(parent.diameter, child.diameter)
+
+
+def _other_origins(xyz: Array) -> list[tuple[str, Array]]:
+    flips = 1.0 - 2.0 * np.eye(3)
+    signs = [(f"{'xyz'[k]} of its origin has the opposite sign", xyz * flips[k]) for k in range(3)]
+    orders = [("x, y, z of its origin look permuted", xyz[list(order)]) for order in list(permutations(range(3)))[1:]]
+    return signs + orders
+
+
+def axis_slip(joint: JointElement, parent: Hull, child: Hull, pose: Array) -> JointSlip | None:
+    """The axis of the joint's frame about which the child turns most freely past its parent.
+
+    The cut is by how much less of the child changes from outside to inside the parent.
+    """
+    if joint.type not in TURNING or joint.axis is None or not joint.axis.any():
+        return None
+    low, high = (-np.pi, np.pi) if joint.type == "continuous" else (joint.lower, joint.upper)
+    if low is None or high is None or not low < high:
+        low, high = -np.pi, np.pi
+    limits = (max(low, -np.pi), min(high, np.pi))
+    written = _swept(parent, child, pose.tobytes(), tuple(joint.axis), limits)
+    best: JointSlip | None = None
+    for k in range(3) if written > 0.0 else ():
+        axis = np.eye(3)[k]
+        if abs(axis @ joint.axis) < np.linalg.norm(joint.axis) * _PARALLEL:
+            cut = written - _swept(parent, child, pose.tobytes(), tuple(axis), limits)
+            if cut > (best.cut if best else 0.0):
+                best = JointSlip(f"about {'xyz'[k]} its child would turn freely past its parent", axis, cut)
+    return best
+
+
+@lru_cache(maxsize=8192)
+def _swept(parent: Hull, child: Hull, pose_bytes: bytes, axis: tuple[float, ...], limits: tuple[float, float]) -> float:
+    """Largest less smallest share of the child that is inside the parent, over positions of the joint."""
+    pose: Array = np.frombuffer(pose_bytes).reshape(4, 4)
+    normals, offsets = _faces(parent)
+    q = np.concatenate([[0.0], np.linspace(*limits, _ANGLES)])
+    turns = turn_about(np.array(axis) / np.linalg.norm(axis), q)
+    placed = _filled(child) @ turns.swapaxes(1, 2) @ pose[:3, :3].T + pose[:3, 3]
+    inside = ((placed @ normals.T) <= offsets).all(axis=2).mean(axis=1)
+    return float(np.ptp(inside))
+
+
+@lru_cache(maxsize=512)
+def _faces(hull: Hull) -> tuple[Array, Array]:
+    """A polytope of 150 faces about the hull: normals (k, 3) and offsets (k,)."""
+    ways = directions()[::_EVERY]
+    return ways, (hull.vertices @ ways.T).max(axis=0)
+
+
+@lru_cache(maxsize=512)
+def _filled(hull: Hull) -> Array:
+    """Points that fill the hull in shells about its centroid, (k, 3)."""
+    some = hull.vertices[:: max(1, len(hull.vertices) // _POINTS)] - hull.centroid
+    return np.vstack([hull.centroid + shell * some for shell in _SHELLS])
+
 
 APART = 0.06
 """Gap between neighbours, and distance of a joint from both, over the larger diameter: 0.010 and 0.041 on good arms."""
+
 NEARER, FREER, _NAMED = 0.42, 0.3, 0.1
 
 

@@ -4,11 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.believed_masses import believed_masses
-from lwr_dyn.checks.urdf.document import UrdfDocument
+from lwr_dyn.checks.urdf.document import TURNING, UrdfDocument, UrdfFinding, link_poses
 from lwr_dyn.checks.urdf.elements import JointElement
-from lwr_dyn.checks.urdf.finding import UrdfFinding
-from lwr_dyn.checks.urdf.tree_poses import TURNING, link_poses
+from lwr_dyn.checks.urdf.inertia_shape_rules import believed_masses
 from lwr_dyn.foundation.arrays import Array
 
 WEAK, STRONG = 0.6, 20000.0

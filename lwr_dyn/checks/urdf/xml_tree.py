@@ -1,16 +1,32 @@
-"""XML text as elements that know their place: by expat, without namespaces, as urdfdom and Drake read a URDF."""
+"""XML text as elements that know their place: by expat, without namespaces, as urdfdom and Drake read a URDF.
 
+xacro with places: each element of the expanded URDF knows the line of the macro file that it comes from.
+
+Numbers in attributes: what cannot be used is None, what is too small to matter 0.
+"""
+
+import math
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
+from xml.dom import expatbuilder
+from xml.dom.minidom import Document
 from xml.parsers import expat
 
+import numpy as np
+
+from lwr_dyn.arms.urdf.parse import expand_xacro
+from lwr_dyn.foundation.arrays import Array, number_of
 from lwr_dyn.foundation.errors import LwrDynError
 
 PLACE = "at."
 """The attribute that carries an element's place through xacro: "line:column:file"."""
+
 _IGNORE = re.compile(r"lwr-dyn:\s*ignore\s+([\w\s,.-]+)", re.IGNORECASE)
+
 _AROUND = b" \t\r\n\0"
 
 
@@ -134,3 +150,88 @@ def read_tree(content: bytes | str, file: str, carried: bool = False) -> XmlElem
         raise XmlFaultError(str(fault), Place(file, 1, 1)) from None
     assert reader.root is not None  # expat raises "no element found"
     return reader.root
+
+
+def expand_with_places(path: Path, arguments: Mapping[str, str]) -> str:
+    """The URDF that a xacro file expands to, its elements with an attribute "line:column:file".
+
+    Raises
+    ------
+    FileAccessError, MissingPackageError, UrdfError
+        As `expand_xacro`.
+    """
+    return expand_xacro(path, arguments, _parse)
+
+
+def _parse(text: Any, filename: str | None = None) -> Any:
+    """In place of `xacro.parse`: a document already parsed, a text, an open file, or a file by name."""
+    if isinstance(text, Document):
+        return text
+    if text is None:
+        text = _read(str(filename))
+    elif hasattr(text, "read"):
+        text = text.read()
+    return _builder(os.path.relpath(str(filename))).parseString(text)
+
+
+def _read(filename: str) -> bytes:
+    """A file's bytes; as xacro, a fault that an optional `<xacro:include>` passes over."""
+    import xacro
+
+    try:
+        return Path(filename).read_bytes()
+    except OSError as fault:
+        xacro.filestack.pop()
+        raise xacro.XacroException(f"{fault.strerror}: {filename}", exc=fault) from None
+
+
+def _builder(file: str) -> Any:
+    """A builder of minidom that adds the place to elements outside the namespace of xacro."""
+    builder: Any = expatbuilder.ExpatBuilderNS()
+    inner = builder.start_element_handler
+
+    def start(name: str, attributes: list[str]) -> None:
+        parser = builder.getParser()
+        if "xacro" not in name.partition(" ")[0]:
+            column = parser.CurrentColumnNumber + 1
+            attributes = [*attributes, PLACE, f"{parser.CurrentLineNumber}:{column}:{file}"]
+        inner(name, attributes)
+
+    builder.start_element_handler = start
+    return builder
+
+
+LARGEST = 1e15
+"""Magnitude beyond which a number is not used: no robot has it, and its square may overflow."""
+
+SMALLEST = 1e-30
+"""Magnitude below which a number is used as 0."""
+
+
+def numbers(text: str | None) -> tuple[float, ...] | None:
+    """The numbers of an attribute; None where one is no number, not finite, or too large to be meant.
+
+    >>> numbers("1 -2e-3"), numbers("1,5"), numbers("nan")
+    ((1.0, -0.002), None, None)
+    """
+    try:
+        values = [number_of(word) for word in (text or "").split()]
+    except ValueError:
+        return None
+    if not all(math.isfinite(v) and abs(v) < LARGEST for v in values):
+        return None
+    return tuple(v if abs(v) > SMALLEST else 0.0 for v in values)
+
+
+def scalar(element: XmlElement | None, name: str) -> float | None:
+    """An attribute that is one number."""
+    values = numbers(element.attributes.get(name)) if element is not None else None
+    return values[0] if values is not None and len(values) == 1 else None
+
+
+def vector(element: XmlElement | None, name: str, default: tuple[float, float, float]) -> Array | None:
+    """An attribute that is three numbers; the default where it is not written."""
+    if element is None or name not in element.attributes:
+        return np.array(default)
+    values = numbers(element.attributes[name])
+    return np.array(values) if values is not None and len(values) == 3 else None

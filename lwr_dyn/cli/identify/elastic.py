@@ -8,8 +8,12 @@ from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options, readable_logs
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.elastic_joints.elastic_tables import elastic_record, elastic_text
-from lwr_dyn.identification.elastic_joints.identify_elastic import TWO_ENCODERS, identify_elastic
+from lwr_dyn.identification.elastic_joints.identify_elastic import (
+    TWO_ENCODERS,
+    elastic_record,
+    elastic_text,
+    identify_elastic,
+)
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 

@@ -9,7 +9,6 @@ import numpy as np
 from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, print_json, robot_options
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.excitation.clearance import KEPT, clearance_of
 from lwr_dyn.identification.excitation.design import (
     DURATION,
     HARMONICS,
@@ -17,14 +16,23 @@ from lwr_dyn.identification.excitation.design import (
     STARTS,
     check_choices,
     check_rate,
+    check_target,
     design_excitation,
+    excitation_record,
+    excitation_text,
     noise_of_joints,
+    write_excitation,
 )
-from lwr_dyn.identification.excitation.excitation_file import check_target, write_excitation
-from lwr_dyn.identification.excitation.excitation_text import excitation_record, excitation_text
-from lwr_dyn.identification.excitation.motion_limits import MARGIN, SPEED_SHARE, TORQUE_SHARE, MotionLimits
+from lwr_dyn.identification.excitation.motion_design import check_room
+from lwr_dyn.identification.excitation.motion_limits import (
+    KEPT,
+    MARGIN,
+    SPEED_SHARE,
+    TORQUE_SHARE,
+    MotionLimits,
+    clearance_of,
+)
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES
-from lwr_dyn.identification.excitation.room import check_room
 from lwr_dyn.model.changed_arm import arm_with_payload
 
 

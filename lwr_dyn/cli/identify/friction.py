@@ -6,16 +6,18 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options
-from lwr_dyn.cli.options import OneOf, print_json
-from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.cli.options import OneOf, OptionRule, print_json, refuse_unused
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.friction.cruise import DEFAULT_CRUISE, CruiseRule
 from lwr_dyn.identification.friction.direction_fit import MODELS
-from lwr_dyn.identification.friction.friction_tables import friction_record, friction_text
-from lwr_dyn.identification.friction.identify_friction import FitOptions, friction_map_figure, identify_friction_files
-from lwr_dyn.identification.friction.torque_model import SUBTRACT
-from lwr_dyn.identification.logs.column_map import column_map
-from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.friction.friction_map import DEFAULT_CRUISE, SUBTRACT, CruiseRule
+from lwr_dyn.identification.friction.identify_friction import (
+    FitOptions,
+    friction_map_figure,
+    friction_record,
+    friction_text,
+    identify_friction_files,
+)
+from lwr_dyn.identification.logs.log_columns import column_map, declared_units
 from lwr_dyn.pages.plotting.plots import check_figure, save_figure
 
 FRICTION_RULES = tuple(

@@ -2,8 +2,8 @@
 
 import click
 
-from lwr_dyn.cli.help_text import NamedGroup
 from lwr_dyn.cli.identify import elastic, friction, motion, payload, table
+from lwr_dyn.cli.main import NamedGroup
 
 SUBCOMMANDS = (friction.command, motion.command, payload.command, elastic.command, table.command)
 

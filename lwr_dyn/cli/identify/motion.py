@@ -7,27 +7,35 @@ import click
 
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.cli.identify.log_options import check_option, end, log_options, warn
-from lwr_dyn.cli.identify.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
-from lwr_dyn.cli.options import OneOf, print_json
-from lwr_dyn.cli.row_options import OptionRule, refuse_unused
+from lwr_dyn.cli.identify.log_options import (
+    check_option,
+    chosen_motors,
+    end,
+    joint_logs,
+    log_options,
+    motor_options,
+    slowest_motors,
+    warn,
+)
+from lwr_dyn.cli.options import OneOf, OptionRule, print_json, refuse_unused
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
-from lwr_dyn.identification.logs.joint_log import JointLog, read_log
+from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.logs.repeated import apart_from
-from lwr_dyn.identification.motion.motion_fit import MotionIdentification, identify_motion
-from lwr_dyn.identification.motion.motion_record import motion_record, validation_record
-from lwr_dyn.identification.motion.motion_rule import DEFAULT_MOTION, MotionRule
-from lwr_dyn.identification.motion.motion_tables import body_lines, motion_text, validation_table
+from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_tables import (
+    body_lines,
+    motion_record,
+    motion_text,
+    validation_record,
+    validation_table,
+)
 from lwr_dyn.identification.motion.validation import Validation
-from lwr_dyn.identification.regression.joint_columns import FORMS
-from lwr_dyn.identification.regression.sample_notes import sample_notes
-from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, sample_notes
+from lwr_dyn.identification.regression.torque_columns import FORMS
 from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import check_report_path, write_report
-from lwr_dyn.identification.report.table_section import table_card
+from lwr_dyn.identification.report.report_page import check_report_path, table_card, write_report
 from lwr_dyn.model.arm import Arm
 
 SLOWEST_STRIBECK = 0.01

@@ -5,15 +5,21 @@ from typing import Any
 import click
 
 from lwr_dyn.arms.loading import load
-from lwr_dyn.cli.identify.log_options import end, log_options, warn
-from lwr_dyn.cli.identify.motor_options import chosen_motors, joint_logs, motor_options, slowest_motors
+from lwr_dyn.cli.identify.log_options import (
+    chosen_motors,
+    end,
+    joint_logs,
+    log_options,
+    motor_options,
+    slowest_motors,
+    warn,
+)
 from lwr_dyn.cli.options import OneOf, print_json
 from lwr_dyn.foundation.progress import progress
+from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.logs.repeated import apart_from
 from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
-from lwr_dyn.identification.payload.load_tables import load_record, load_text, load_warnings
-from lwr_dyn.identification.payload.possible_load import possible_load
+from lwr_dyn.identification.payload.possible_load import load_record, load_text, load_warnings, possible_load
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 
 

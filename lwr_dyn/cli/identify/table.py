@@ -9,18 +9,15 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_rule import MotionRule
-from lwr_dyn.identification.motion.residuals import inflation_of, residuals_of, whiteness_of
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.validation import inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import check_report_path, write_report
-from lwr_dyn.identification.report.table_section import slips_card
+from lwr_dyn.identification.report.report_page import check_report_path, slips_card, write_report
 from lwr_dyn.identification.slips.printed_cells import printed_cells
-from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text
-from lwr_dyn.identification.slips.table_against_log import table_against_log
+from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text, table_against_log
 from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation, trace_slips
 from lwr_dyn.model.arm import Arm
 

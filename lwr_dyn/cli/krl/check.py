@@ -11,11 +11,11 @@ from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.tables import aligned
-from lwr_dyn.krl.checks.project_check import check_project, totals
+from lwr_dyn.krl.checks.static_checks import check_project, totals
 from lwr_dyn.krl.diagnostics import Diagnostic, has_no_error, summary
-from lwr_dyn.krl.names.names_file import known_names
-from lwr_dyn.krl.project.folder import load_project
-from lwr_dyn.krl.running.run import check_program
+from lwr_dyn.krl.names.known_names import known_names
+from lwr_dyn.krl.project.program import load_project
+from lwr_dyn.krl.running.program_run import check_program
 
 
 @click.command("check")

@@ -8,7 +8,7 @@ import click
 
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.krl.comparing.backups import FileComparison, compare
+from lwr_dyn.krl.comparing import FileComparison, compare
 
 
 @click.command("diff")

@@ -7,9 +7,8 @@ import click
 
 from lwr_dyn.foundation.files import write_files
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.krl.language.folders import krl_files
 from lwr_dyn.krl.language.layout import INDENT, changed_lines, formatted
-from lwr_dyn.krl.language.source import SourceFile, read_source
+from lwr_dyn.krl.language.source import SourceFile, krl_files, read_source
 
 
 @click.command("format")

@@ -1,4 +1,7 @@
-"""The options that `krl check` and `krl run` share."""
+"""The options that `krl check` and `krl run` share.
+
+`lwr-dyn new cell`: a commented cell file to start from.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +14,19 @@ from typing import Any
 import click
 
 from lwr_dyn.arms.loading import load
-from lwr_dyn.krl.names.names_file import known_names
+from lwr_dyn.cli.new import new_file
+from lwr_dyn.foundation.files import write_file
+from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.program import Program, load_program
-from lwr_dyn.krl.robot.machine_arm import raise_times
-from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.cell_file import read_cell
-from lwr_dyn.krl.running.cell_values import with_cell
-from lwr_dyn.krl.running.constants import input_values
+from lwr_dyn.krl.robot.machine_data import raise_times
+from lwr_dyn.krl.running.cell import RobotCell, input_values, new_cell_text, read_cell
 from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.outside_values import with_cell
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
 
 ROBOT = "kr30ha"
+
 SHARED_OPTIONS = (
     click.option("--robot", help=f"With KUKA's axes.  [default: the cell's, $machine.dat of the files, {ROBOT}]"),
     click.option("--cell", "cell_file", help="A cell file: inputs, states, tools, stubs; lwr-dyn new cell writes one."),
@@ -88,3 +92,12 @@ def shared_options(command: Callable[..., None]) -> Any:
     for option in reversed(SHARED_OPTIONS):
         out = option(out)
     return out
+
+
+@click.command("cell")
+@click.argument("file")
+def new_cell(file: str) -> None:
+    """Write a cell file: the robot, inputs, states, tools, stubs; `krl check` and `krl run` take it with --cell."""
+    path = new_file(file, ".toml")
+    write_file(path, new_cell_text(file))
+    click.echo(f"wrote {file}; next: edit it, then  lwr-dyn krl run PROGRAM.src --cell {file}")

@@ -17,13 +17,12 @@ from lwr_dyn.foundation.files import check_writable, ends_in, write_files
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix
-from lwr_dyn.krl.robot.machine_arm import raise_times
+from lwr_dyn.krl.robot.machine_data import raise_times
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.writing.motion_program import rounded
 from lwr_dyn.krl.writing.path_fit import BLOCKS, USUAL, Tolerance
 from lwr_dyn.krl.writing.path_program import WritingOptions, WrittenPath, write_path
-from lwr_dyn.krl.writing.point_program import generate_program, read_point_program
-from lwr_dyn.krl.writing.program_lines import config_entries
+from lwr_dyn.krl.writing.point_program import config_entries, generate_program, read_point_program
 from lwr_dyn.krl.writing.sampled_path import read_sampled_path
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run

@@ -1,14 +1,23 @@
-"""What can be emitted for an arm: each function with its arguments, units and result, and as a function on symbols."""
+"""What can be emitted for an arm: each function with its arguments, units and result, and as a function on symbols.
+
+A function on symbols as operations in order, each once, with the places where results are stored.
+
+Sines and cosines are the project's own polynomials ("own": the same bits on every machine that does not contract
+products and sums) or calls of the language's library ("libm").
+"""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal, get_args
 
-from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape
-from lwr_dyn.codegen.kernels.parameters import parameter_shape
+from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, parameter_shape
+from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, Node, StraightLineCode, Value, straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
-from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
+from lwr_dyn.dynamics.regressor import chain_with_dynamics
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
 
@@ -20,6 +29,7 @@ UNITS = {
     "friction": "rows Coulomb and viscous towards +, towards -, offset: N m, N m s/rad",
 }  # fmt: skip
 """Of joint vectors and of quantities that are inputs instead of constants."""
+
 RESULT_UNITS = {
     "inverse_dynamics": "N m or N", "forward_dynamics": "rad/s^2 or m/s^2",
     "mass_matrix": "kg m^2, kg m, kg; row by row", "coriolis_matrix": "N m s, N s; row by row",
@@ -118,11 +128,12 @@ def of_batch(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
     )  # fmt: skip
 
 
-_STEP, _FRICTION = "laws:registered_step", "friction:friction_function"
+_STEP, _FRICTION = "further_functions:registered_step", "further_functions:friction_function"
+
 _FURTHER = {
     "inverse_kinematics": ("closed_form:inverse_kinematics_function", "q of all branches, in closed form"),
-    "torque_regressor_compact": ("compact:compact_function", "the distinct numbers of Y"),
-    "torque_regressor_expanded": ("compact:expanding_function", "Y from its distinct numbers"),
+    "torque_regressor_compact": ("further_functions:compact_function", "the distinct numbers of Y"),
+    "torque_regressor_expanded": ("further_functions:expanding_function", "Y from its distinct numbers"),
     "friction_torque": (_FRICTION, "tau_f of dq"),
     "smooth_friction_torque": (_FRICTION, "tau_f of dq, with tanh"),
     "step_pd_gravity": (_STEP, "PD with gravity compensation"),
@@ -132,6 +143,7 @@ _FURTHER = {
     "step_adaptive": (_STEP, "Slotine and Li's adaptive law for a load, with its memory"),
     "step_robust": (_STEP, "the robust law for a load"),
 }
+
 EMITTED: Registry[Callable[[KernelSpec, str, Arm], Emitted]] = Registry(
     "emitted_function",
     {
@@ -146,3 +158,121 @@ EMITTED: Registry[Callable[[KernelSpec, str, Arm], Emitted]] = Registry(
 def emitted_function(spec: KernelSpec, name: str, arm: Arm) -> Emitted:
     """The function of that name for an arm; raises `UnknownNameError`, and `MissingDataError` where it cannot be."""
     return EMITTED.load(name)(spec, name, arm)
+
+
+SinCosKind = Literal["own", "libm"]
+
+SINCOS = get_args(SinCosKind)
+
+_BY_BITS = ("2^", "exponent", "significand")
+
+
+@dataclass(frozen=True, slots=True)
+class LibraryCalls:
+    """Sine and cosine as calls: takes the place of `SinCos` in straight-line code."""
+
+    magic: float
+    most_half_turns: int
+
+    def expand(self, writer: Any, x: Any) -> tuple[Any, Any, Any]:
+        """sin x and cos x as nodes; no half turns are subtracted."""
+        return writer.node("sin", x.node, x.node), writer.node("cos", x.node, x.node), writer.number(0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """Node `index` is computed."""
+
+    index: int
+    node: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Result `place` gets the value."""
+
+    place: int
+    value: Value
+
+
+@dataclass(frozen=True, eq=False)
+class EmittedCode:
+    """The operations of a function."""
+
+    function: EmittedFunction
+    code: StraightLineCode
+    kind: SinCosKind
+    dtype: str
+
+    @property
+    def nodes(self) -> tuple[Node, ...]:
+        """Operations, constants and inputs."""
+        return self.code.nodes
+
+    @property
+    def operations(self) -> int:
+        """Additions, products, quotients, roots and calls of one state."""
+        return self.code.operations
+
+    @property
+    def stores_early(self) -> bool:
+        """Whether a result is stored as soon as it is known, so that fewer are held: then it may not be an argument.
+
+        With as many results as joints they are stored last, and may take the place of an argument.
+        """
+        is_wide = self.function.width > max(argument.width for argument in self.function.arguments)
+        return is_wide or any(self.nodes[value.node].op == "in" for value in self.code.results)
+
+    @cached_property
+    def statements(self) -> tuple[Operation | Store, ...]:
+        """In order; constants and inputs have no statement of their own."""
+        return tuple(self._early() if self.stores_early else self._late())
+
+    def _operations(self) -> Iterator[Operation]:
+        return (Operation(i, node) for i, node in enumerate(self.nodes) if node.op in OPERATIONS)
+
+    def _late(self) -> Iterator[Operation | Store]:
+        yield from self._operations()
+        yield from (Store(place, value) for place, value in enumerate(self.code.results))
+
+    def _early(self) -> Iterator[Operation | Store]:
+        wanted: dict[int, list[Store]] = {}
+        for place, value in enumerate(self.code.results):
+            wanted.setdefault(value.node, []).append(Store(place, value))
+        for i, node in enumerate(self.nodes):
+            if node.op in OPERATIONS:
+                yield Operation(i, node)
+            yield from wanted.get(i, ())
+
+
+def check_sincos(kind: str) -> None:
+    """Raise `OptionError` for another kind of sine and cosine."""
+    if kind not in SINCOS:
+        raise OptionError("sincos", repr(kind), ", ".join(SINCOS))
+
+
+def emitted_code(function: EmittedFunction, kind: SinCosKind = "own", dtype: str = "float64") -> EmittedCode:
+    """The operations of a function.
+
+    Parameters
+    ----------
+    function : EmittedFunction
+    kind : {"own", "libm"}
+        Whose sine and cosine.
+    dtype : {"float64", "float32"}
+
+    Raises
+    ------
+    OptionError
+        Another kind, or a function that float32 cannot compute.
+    """
+    check_sincos(kind)
+    numbers: Any = sincos(dtype)
+    if kind == "libm":
+        numbers = LibraryCalls(numbers.magic, numbers.most_half_turns)
+    code = straight_line_code(function.symbolic, numbers, is_flagged=False)
+    if dtype != "float64" and any(node.op in _BY_BITS for node in code.nodes):
+        raise OptionError(
+            "dtype", repr(dtype), f"float64: {function.name} has exponentials, which are of float64 alone"
+        )
+    return EmittedCode(function, code, kind, dtype)

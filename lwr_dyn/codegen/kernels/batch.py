@@ -2,23 +2,111 @@
 
 Results are new arrays, or written to `out`. A state with a value that is not finite gives a row of NaN and a
 `NotFiniteWarning` with its index; all other states are computed.
+
+Checks the arguments of a batch and turns them into rows that a kernel can step through, if possible uncopied.
+
+The engine "kernels": generated code behind the same gate and the same protocol as the other engines.
 """
 
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.kernels.batch_arguments import address_and_step, input_rows, result_array, wrap_angles
 from lwr_dyn.codegen.kernels.kernel import Kernel, kernel_of, require_packages, thread_count
-from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape, kernel_spec
+from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape, kernel_spec, parameter_shape
 from lwr_dyn.codegen.kernels.result_form import MatrixEntries, ResultForm, matrix_entries
-from lwr_dyn.foundation.arrays import arm_argument
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.dynamics.protocol import FUNCTIONS, Gated
+from lwr_dyn.foundation.arrays import Array, arm_argument
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain, JointKind
+
+Rows = NDArray[Any]
+
+
+def input_rows(
+    spec: KernelSpec, function: str, states: dict[str, Any], inputs: dict[str, Any]
+) -> tuple[list[Rows], int]:
+    """Joint vectors and inputs as arrays (N or 1, width), and N.
+
+    Raises
+    ------
+    ShapeError
+        Another number type, last axes that are not the arm's, different numbers of rows.
+    OptionError
+        An input is missing, or is not one of this batch.
+    """
+    wanted = spec.parameters_of(function)
+    for name in inputs.keys() - set(wanted):
+        raise OptionError(name, f"given to {function}", f"inputs of this family: {', '.join(wanted) or 'none'}")
+    for name in wanted:
+        if name not in inputs:
+            raise OptionError(name, "missing", f"one set for all states or one for each, to {function}")
+    rows = {name: _rows(name, value, (spec.n,), spec.dtype) for name, value in states.items()}
+    rows |= {name: _rows(name, inputs[name], parameter_shape(name, spec.n), spec.dtype) for name in wanted}
+    counts = {len(row) for row, whole in rows.values() if whole}
+    if len(counts - {1}) > 1:
+        lengths = ", ".join(f"{name} {len(row)}" for name, (row, whole) in rows.items() if whole)
+        raise ShapeError(", ".join(rows), f"rows: {lengths}", "one number of rows")
+    count = max(counts - {1}, default=1) if counts != {0} else 0
+    return [row for row, _ in rows.values()], count
+
+
+def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Rows, bool]:
+    """The array as (N, width), and whether it has an axis of rows."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ShapeError(name, "not an array of numbers", f"{dtype} numbers") from None
+    if array.dtype != dtype:
+        raise ShapeError(name, f"number type {array.dtype}", f"{dtype}, as this batch was made (astype converts)")
+    if array.shape == shape:
+        return array.reshape(1, -1), False
+    if array.ndim != len(shape) + 1 or array.shape[1:] != shape:
+        each = ", ".join(map(str, shape))
+        one = f"({each},)" if len(shape) == 1 else f"({each})"
+        raise ShapeError(name, f"shape {array.shape}", f"(N, {each}) or {one}")
+    flat = array.reshape(len(array), int(np.prod(shape)))
+    size = flat.dtype.itemsize
+    regular = flat.strides[1] == size and flat.strides[0] % size == 0 and flat.strides[0] >= flat.shape[1] * size
+    in_place = (regular and flat.flags.aligned) or len(flat) == 0
+    return (flat if in_place else np.ascontiguousarray(flat)), True
+
+
+def address_and_step(row: Rows, count: int) -> tuple[int, int]:
+    """The address of the first row and the step to the next, in numbers; 0 when one row is used for all."""
+    step = 0 if len(row) == 1 and count > 1 else row.strides[0] // row.dtype.itemsize
+    return int(row.__array_interface__["data"][0]), step
+
+
+def result_array(out: Rows | None, form: ResultForm, count: int, rows: list[Rows]) -> Rows:
+    """A new array for that many states, or `out` if it fits; raises `ShapeError`."""
+    if out is None:
+        return form.empty(count)
+    shape, dtype = form.shape_of(count), form.dtype
+    if not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != dtype:
+        kind = f"shape {out.shape}, {out.dtype}" if isinstance(out, np.ndarray) else "not an array"
+        raise ShapeError("out", kind, f"an array of shape {shape}, {dtype}")
+    if not (form.holds(out) and out.flags.writeable and out.flags.aligned):
+        maker = "numpy.empty" if form.layout == "rows" else "the batch's empty"
+        raise ShapeError("out", "not contiguous, aligned and writeable", f"an array as {maker} makes it")
+    if any(np.may_share_memory(out, row) for row in rows):
+        raise ShapeError("out", "lies over an input", "memory of its own")
+    return out
+
+
+def wrap_angles(chain: Chain, q: Rows) -> Rows:
+    """The same positions with every angle within +-pi."""
+    turning = np.array([link.kind is JointKind.REVOLUTE for link in chain.links])
+    exact = q.astype(np.float64)
+    return np.where(turning, np.arctan2(np.sin(exact), np.cos(exact)), exact).astype(q.dtype)
+
 
 Numbers = NDArray[Any]
 """An array of the batch's number type."""
@@ -232,3 +320,67 @@ def batch_dynamics(
         raise OptionError("threads", repr(threads), "a whole number above 0, or None for all processors")
     require_packages()
     return BatchDynamics(spec, thread_count(threads))
+
+
+def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
+    """The engine "kernels": its kernels are compiled when first used. Errors are those of `batch_dynamics`."""
+    batch = batch_dynamics(arm, rotors=rotors)
+    single = SimpleNamespace(**{function: partial(_single_state, batch, function) for function in FUNCTIONS})
+    single.rotors = rotors
+    single.mechanical_energy = partial(_mechanical_energy, batch)
+    batched = SimpleNamespace(**{function: partial(_over_rows, getattr(batch, function)) for function in FUNCTIONS})
+    engine = Gated("kernels", arm.n, single, batched)
+    for function in FUNCTIONS:
+        setattr(engine, function, _unread(batch, function, getattr(engine, function)))
+    return engine
+
+
+def _unread(batch: BatchDynamics, function: str, gated: Any) -> Any:
+    """`gated`, but rows of float64 go to the kernel at once: it finds itself what is not finite, and `gated` says it.
+
+    A pass over the arguments before and one over the results after it would take half as long as the kernel.
+    """
+    count, form = len(FUNCTIONS[function][0]), batch.form(function)
+
+    def unread(*given: Any) -> Any:
+        first = given[0] if given else None
+        if type(first) is not np.ndarray or first.ndim < 2 or first.shape[-1] != batch.n or not first.size:
+            return gated(*given)
+        if len(given) != count or any(type(x) is not np.ndarray or x.shape != first.shape for x in given):
+            return gated(*given)
+        if any(x.dtype != np.float64 for x in given):
+            return gated(*given)
+        rows = [np.ascontiguousarray(x) for x in given]
+        states = first.size // batch.n
+        out = form.empty(states).reshape((*first.shape[:-1], *form.shape))
+        places = [(x.__array_interface__["data"][0], batch.n) for x in rows]
+        invalid = batch.kernel(function).run(places, out.__array_interface__["data"][0], states)
+        return gated(*given) if invalid else out
+
+    unread.__name__, unread.__doc__ = function, gated.__doc__
+    return unread
+
+
+def _over_rows(function: Any, *states: Array) -> Array:
+    """Call a function of rows (k, n) with states (..., n)."""
+    *batch, n = states[0].shape
+    out: Array = function(*(x.reshape(-1, n) for x in states))
+    return out.reshape((*batch, *out.shape[1:]))
+
+
+def _single_state(batch: BatchDynamics, function: str, *state: Any) -> Any:
+    """Call a kernel with a single state, (n,) each, unchecked: for loops."""
+    kernel = batch.kernel(function)
+    arrays = [np.ascontiguousarray(x, dtype=np.float64) for x in state]
+    out = np.empty(function_shape(function).result(batch.n))
+    place = out.__array_interface__["data"][0]
+    if kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1):
+        with np.errstate(invalid="ignore"):  # a state that is not finite gives NaN, as in the other engines
+            arrays[0] = wrap_angles(batch.spec.chain, arrays[0])
+        kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1)
+    return out[()]
+
+
+def _mechanical_energy(batch: BatchDynamics, q: Any, dq: Any) -> Any:
+    """Kinetic plus potential energy [J] of a single state."""
+    return _single_state(batch, "kinetic_energy", q, dq) + _single_state(batch, "potential_energy", q)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
 from lwr_dyn.codegen.kernels.result_form import compact, row_step
-from lwr_dyn.codegen.kernels.sincos import sincos
 from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, StraightLineCode, Value, straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
 from lwr_dyn.foundation.version import VERSION

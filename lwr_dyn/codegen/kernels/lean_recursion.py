@@ -1,13 +1,27 @@
 """The recursions that kernels are generated from: inverse dynamics, and B by composite bodies, in the axes' own frames.
 
 A body is its ten inertial parameters about the origin of its joint's frame (`parameters.PER_LINK`): no product with a
-mass, no centre of mass. Scalars are those of `lwr_dyn.model.vectors`; a literal 0.0 forms no operation. The readable
+mass, no centre of mass. Scalars are those of `lwr_dyn.model.spatial`; a literal 0.0 forms no operation. The readable
 recursion is `lwr_dyn.dynamics.recursion`, with which these agree.
 
 References
 ----------
 Featherstone, *Rigid Body Dynamics Algorithms* (2008), table 5.1 (recursive Newton-Euler), table 6.2 (composite rigid
 body); Khalil, Dombre, *Modeling, Identification and Control of Robots* (2002), section 9.5 (first moments).
+
+Frames with z on the joints' own axes, slid along them until few lengths remain between one frame and the next.
+
+Kernels are generated in these frames: joints whose axes meet share an origin (the LWR's shoulder and wrist), so that a
+chain with seven joints keeps two shifts. The motion and the torques are those of the source's frames.
+
+Base parameters of a chain for its kernels: the torque depends on the inertial parameters through these alone.
+
+The dependent ones are folded into them once, when the kernel is generated, so that most masses and many moments are
+zero in its recursion.
+
+References
+----------
+Gautier, Khalil, "Direct calculation of minimum set of inertial parameters of serial robots", IEEE T-RA 6 (1990).
 """
 
 from collections.abc import Sequence
@@ -16,9 +30,78 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.codegen.kernels.axis_frames import AxisFrame
+from lwr_dyn.codegen.kernels.kernel_spec import in_parent_frame
 from lwr_dyn.dynamics.recursion import lever_acceleration
-from lwr_dyn.model.vectors import ZERO, Matrix3, Scalar, Vector, Z, add, multiply, subtract
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.spatial import ZERO, Matrix3, Pose, Scalar, Vector, Z, add, multiply, subtract
+
+EXACT = 1e-12
+"""[m, 1] Entries of constants nearer to 0 or +-1 than this are taken as such."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisFrame:
+    """The pose of a joint's frame, at q = 0, in the moved frame of the joint before; the link's frame in its own."""
+
+    is_turning: bool
+    turn: Matrix3
+    shift: Vector
+    link: Pose
+
+    def to_own(self, parameters: list[Any]) -> list[Any]:
+        """Inertial parameters of a body (10,), given in the link's frame, in this frame; linear in them."""
+        return in_parent_frame(parameters, self.link.rotation, self.link.position)
+
+
+def axis_frames(chain: Chain) -> tuple[AxisFrame, ...]:
+    """The frames of a chain."""
+    before = [link.before for link in chain.links]
+    poses = [before[0], *(a.after @ b for a, b in zip(chain.links, before[1:], strict=False))]
+    slides = _slides(poses)
+    frames, last = [], 0.0
+    for link, pose, slide in zip(chain.links, poses, slides, strict=True):
+        shift = pose.position - last * np.array([0.0, 0.0, 1.0]) + slide * pose.rotation[:, 2]
+        own = Pose(link.after.rotation, link.after.position - slide * np.array([0.0, 0.0, 1.0]))
+        turn = Matrix3.of(_tidy(pose.rotation))
+        frames.append(AxisFrame(link.kind is JointKind.REVOLUTE, turn, Vector.of(_tidy(shift)), own))
+        last = slide
+    return tuple(frames)
+
+
+def parameter_map(frames: Sequence[AxisFrame]) -> Array:
+    """The matrix (10 n, 10 n) from inertial parameters in the links' frames to those in `frames`."""
+    n = len(frames)
+    out = np.zeros((10 * n, 10 * n))
+    for i, frame in enumerate(frames):
+        part = slice(10 * i, 10 * i + 10)
+        out[part, part] = np.array([frame.to_own(list(unit)) for unit in np.eye(10)], dtype=np.float64).T
+    return out
+
+
+def _slides(poses: Sequence[Pose]) -> list[float]:
+    """How far each frame is slid along its axis [m]; the first by what makes the way to the second shortest."""
+    out = [_to_the_next(poses[1]) if len(poses) > 1 else 0.0]
+    for pose in poses[1:]:
+        here = pose.position - np.array([0.0, 0.0, out[-1]])
+        axis = pose.rotation[:, 2]
+        candidates = [0.0, *(-here[k] / axis[k] for k in range(3) if abs(axis[k]) > EXACT)]
+        out.append(min(candidates, key=lambda s: (np.count_nonzero(_tidy(here + s * axis)), abs(s))))
+    return out
+
+
+def _to_the_next(pose: Pose) -> float:
+    """Along the first axis, the foot of the shortest way to the second; 0 where they are parallel."""
+    axis = pose.rotation[:, 2]
+    across = 1.0 - axis[2] ** 2
+    return 0.0 if across < EXACT else float((pose.position[2] - axis[2] * (axis @ pose.position)) / across)
+
+
+def _tidy(entries: Array) -> Array:
+    """The entries, those that miss 0 or +-1 by rounding put right."""
+    near = np.round(entries)
+    return np.where((np.abs(entries - near) < EXACT) & (np.abs(near) <= 1.0), near, entries)
+
 
 Body = Sequence[Scalar]
 """m, mx, my, mz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz."""
@@ -219,3 +302,57 @@ class _Composite:
 def _less(entry: Scalar, a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> Scalar:
     """entry - a b - c d."""
     return subtract(subtract(entry, multiply(a, b)), multiply(c, d))
+
+
+ORDER = (9, 1, 2, 4, 5, 7, 8, 6, 3, 0)
+"""Places in `PER_LINK` as they are tried: Izz, mx, my, Ixx, Ixy, Ixz, Iyz first; then Iyy, mz and m, which thus go."""
+
+STATES = 12
+"""Random states a joint, from which the dependence is found."""
+
+SEED = 0
+
+INDEPENDENT = 1e-8
+"""Share of a column that must be left for it to be independent of those before; rounding leaves 1e-14."""
+
+NO_TORQUE = 1e-9
+
+NO_COEFFICIENT = 1e-10
+"""Coefficients below this are zero: they are sums of products of lengths [m, m^2] and of 1."""
+
+
+def base_matrix(frames: Sequence[AxisFrame], gravity: Array | None) -> Array:
+    """K (10 n, 10 n): inertial parameters in `frames` -> those of the same torques, with zeros for all that can be.
+
+    Parameters
+    ----------
+    gravity : (3,) array or None
+        [m/s^2]; None for any gravity.
+    """
+    Y, n = _columns(frames, gravity), len(frames)
+    kept: list[int] = []
+    Q = np.zeros((len(Y), 0))
+    for at in (10 * i + k for k in ORDER for i in range(n)):
+        size, rest = float(np.linalg.norm(Y[:, at])), Y[:, at]
+        for _ in range(2):  # twice is enough
+            rest = rest - Q @ (Q.T @ rest)
+        left = float(np.linalg.norm(rest))
+        if size > NO_TORQUE and left > INDEPENDENT * size:
+            kept.append(at)
+            Q = np.column_stack([Q, rest / left])
+    K = np.zeros((10 * n, 10 * n))
+    folded = np.linalg.lstsq(Y[:, kept], Y, rcond=None)[0]
+    K[kept] = np.where(np.abs(folded) < NO_COEFFICIENT, 0.0, folded)
+    return K
+
+
+def _columns(frames: Sequence[AxisFrame], gravity: Array | None) -> Array:
+    """The torque of each parameter alone at random states, (rows, 10 n)."""
+    n = len(frames)
+    rng = np.random.default_rng(SEED)
+    q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, n, STATES * n))
+    pull = Vector.of(gravity) if gravity is not None else Vector(*rng.normal(0.0, 10.0, (3, STATES * n)))
+    units = np.eye(10 * n).reshape(10 * n, n, 10, 1)
+    bodies = [[units[:, i, k] for k in range(10)] for i in range(n)]
+    torque = inverse_dynamics(frames, bodies, pull, q, dq, ddq)  # (10 n, states) each
+    return np.concatenate([np.broadcast_to(x, (10 * n, STATES * n)) for x in torque], axis=1).T

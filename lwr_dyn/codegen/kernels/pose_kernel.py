@@ -1,4 +1,22 @@
-"""The search for one solution as a kernel, compiled for an arm when first used and kept: the row "kernel"."""
+"""The search for one solution as a kernel, compiled for an arm when first used and kept: the row "kernel".
+
+Where the kernel of inverse kinematics keeps its numbers: rows of W lanes in its buffer, and its settings.
+
+Buffer: q (n), T (12), repair, flag, next q (n), the measures of the step; then the state of the lane, its nearest miss
+(n), the position that solutions shall be near to (n). Settings: number of starts, whether to move angles by whole
+turns, whether the arm is redundant, n; lower, upper, middle, turning (n each); the starts.
+
+The last steps to a pose by Newton's method, where the search by damped least squares has come near and stays there.
+
+Where an arm is stretched and its axes are aligned at once, the pose error is a definite quadratic form of q, with
+coefficients that differ by a thousand and more: J falls with the error, and steps by J alone go to and fro across a
+narrow valley. The second derivatives see the valley. With E = |e|^2 / 2 (Newton's method on it falls by a constant
+factor a step there, whatever the coefficients are):
+
+    dE/dq = -J^T e,    d2E/dq_i dq_j = J_i . J_j - e_p . (z_i x Jv_j) - e_r . (z_i x z_j) / 2    for i <= j
+
+up to |e|^2, with z_i the axis of joint i (0 where it slides). Eigenvalues count by their magnitude: no way to a saddle.
+"""
 
 import hashlib
 import threading
@@ -9,21 +27,78 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.kernels.cache import read_cache, write_cache
-from lwr_dyn.codegen.kernels.kernel import require_packages
-from lwr_dyn.codegen.kernels.pose_newton import finish
+from lwr_dyn.codegen.kernels.kernel import read_cache, require_packages, write_cache
 from lwr_dyn.foundation.arrays import Array, fixed_array
-from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, TAIL, SearchRanges, search_ranges
+from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
+from lwr_dyn.kinematics.pose_search import pose_error, with_turns
+from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE, SearchRanges, search_ranges
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
+from lwr_dyn.model.spatial import pose_array
+
+POSE, MEASURES, STATE = 12, 4, 9
+"""Rows of T, of the measures and of the state."""
+
+AT, START, STEPS, ALL, CODE, MISS, PLACE = range(STATE - 2)
+"""The state of a lane: its pose (-1: none), its start, steps of the start and of the pose, the outcome of the nearest
+miss, how far it misses, and its three measures."""
+
+HEAD = 4
+"""Settings before those of the joints."""
+
+
+def buffer_size(n: int, lanes: int) -> int:
+    """Numbers in the buffer for n joints."""
+    return (4 * n + POSE + 2 + MEASURES + STATE) * lanes
+
+
+_STEPS, _LONGEST, _LEAST, _SETTLED = 60, 0.3, 1e-15, 1e-3
+"""Steps at most; the longest [rad or m]; the least eigenvalue, above the rounding of J^T J; at a minimum of E above 0
+the slope along the next step falls below this share of 2 E."""
+
+
+def curvature(J: Array, e: Array) -> Array:
+    """Second derivatives (n, n) of E at a Jacobian (6, n) and an error (6,)."""
+    axes = J[3:].T[:, None]
+    bend = np.triu(np.cross(axes, J[:3].T) @ e[:3] + np.cross(axes, J[3:].T) @ e[3:] / 2.0)
+    out: Array = J.T @ J - bend - np.triu(bend, 1).T
+    return out
+
+
+def finish(chain: Chain, ranges: SearchRanges, T: Array, row: Array, near: Array | None) -> Array:
+    """The row of a pose that was not reached, after these steps: solved, reached outside the limits, or as it was.
+
+    Solutions are moved by whole turns next to `near` (n,), if it is given.
+    """
+    n = len(ranges.middle)
+    T, q = pose_array("T", T), row[:n]
+    for step in range(_STEPS):
+        axes = joint_axes(chain, q)
+        e, sizes = pose_error(T, axes.flange)
+        if sizes[0] <= TOLERANCE**2 and sizes[1] <= TOLERANCE**2 and sizes[2] > 0.0:
+            q = q if near is None else with_turns(q, near, ranges)
+            outside = bool(((q < ranges.lower) | (q > ranges.upper)).any())
+            return np.array([*q, OUTSIDE if outside else FOUND, *sizes, row[-2], row[-1] + step])
+        J = jacobian_at(axes, axes.flange[:3, 3])
+        values, directions = np.linalg.eigh(curvature(J, e))
+        dq = directions @ (directions.T @ (J.T @ e) / np.maximum(np.abs(values), _LEAST))
+        if (J @ dq) @ e < _SETTLED * (e @ e):
+            break
+        q = q + dq * min(1.0, _LONGEST / max(float(np.linalg.norm(dq)), 1e-300))
+    return row
+
 
 GENERATOR = 7
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
+
 _CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
 """E of a miss that Newton's method shall finish; where that miss is a minimum of E, the ends of this many starts are
 taken up too, to this E."""
+
 _ALIGNMENT = 64
+
 _FLOAT = np.dtype(np.float64)
+
 _loaded: dict[str, Any] = {}
 
 
@@ -31,7 +106,6 @@ class _Desk(threading.local):
     """The numbers of one call, at the same addresses in every call of a thread: pose, q0, row, the kernel's buffer."""
 
     def __init__(self, n: int, lanes: int, full: Array, once: Array) -> None:
-        from lwr_dyn.codegen.kernels.pose_layout import buffer_size
 
         self.T, self.q0, self.row = np.zeros((4, 4)), np.zeros(n), np.zeros(n + TAIL)
         self.buffer, place = _aligned(buffer_size(n, lanes))
@@ -79,7 +153,6 @@ class KernelSearch:
 
     def _rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
         """The kernel's rows."""
-        from lwr_dyn.codegen.kernels.pose_layout import buffer_size
 
         T, out, settings = (
             np.ascontiguousarray(T),

@@ -1,18 +1,195 @@
-"""How results of a batch lie in memory, and which entries of a matrix are computed and stored at all."""
+"""How results of a batch lie in memory, and which entries of a matrix are computed and stored at all.
 
+The nodes of straight-line code, and what is done to them once all are known: reciprocals, the unused dropped.
+
+Memory of large results: what an array leaves when its last view is gone serves the next one of the same size.
+
+The system clears every page of new memory: for 40 MB that takes three times as long as the kernel that fills it.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from functools import reduce
+from operator import or_
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.kernels.nodes import StraightLineCode, Value
-from lwr_dyn.codegen.kernels.result_memory import result_memory
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 
+
+class Value(NamedTuple):
+    """A node with a sign."""
+
+    sign: int
+    node: int
+
+
+class Node(NamedTuple):
+    """`in` (row = array, column), `const` (its value), or an operation on nodes; of one node a = b.
+
+    Beside + - * / and sqrt: > gives 1.0 or 0.0; min and max give the first where a node is NaN; ? gives b where a is
+    1.0, else 0.0; abs; 2^ of a whole number; exponent e and significand m of 2^e m, 1 <= m < 2. sin and cos stand only
+    in code for other languages, which call their library.
+    """
+
+    op: str
+    a: Any
+    b: Any = None
+
+
+OPERATIONS = ("+", "-", "*", "/", ">", "sqrt", "min", "max", "?", "abs", "2^", "exponent", "significand",
+              "sin", "cos")  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StraightLineCode:
+    """`nodes` in order, `results` as signed nodes, and a `flag` that marks invalid states.
+
+    `flag` is 0 for a lane with finite inputs and angles that the range reduction accepts, NaN when an input (or a
+    result that stands for it) is not finite, and above 0 for a finite angle that is too large.
+    """
+
+    nodes: tuple[Node, ...]
+    results: tuple[Value, ...]
+    flag: Value
+
+    @property
+    def operations(self) -> int:
+        """Additions, products, quotients, comparisons and roots of one state."""
+        return sum(node.op in OPERATIONS for node in self.nodes)
+
+    def operations_after_contraction(self) -> int:
+        """The same with fused multiply-add: a product that only one sum uses is not counted."""
+        uses: dict[int, list[str]] = {}
+        for node in self.nodes:
+            if node.op in OPERATIONS:
+                for i in {node.a, node.b}:
+                    uses.setdefault(i, []).append(node.op)
+        taken: set[int] = set()
+        fused = 0
+        for i, node in enumerate(self.nodes):
+            if node.op in ("+", "-"):
+                for operand in (node.a, node.b):
+                    if i not in taken and self.nodes[operand].op == "*" and uses[operand] in (["+"], ["-"]):
+                        fused, taken = fused + 1, taken | {i}
+        return self.operations - fused
+
+
+Traced = tuple[Sequence[Node], Sequence[Value], Value]
+"""Nodes, results, flag."""
+
+
+def by_reciprocals(nodes: Sequence[Node], results: Sequence[Value], flag: Value) -> Traced:
+    """With x / d as x (1 / d) wherever d divides more than one number.
+
+    A divider of a vector register takes as long as a dozen products. One quotient alone keeps its exact rounding.
+    """
+    divisors = Counter(node.b for node in nodes if node.op == "/")
+    out: list[Node] = []
+    new: list[int] = []
+    one: dict[int, int] = {}
+
+    def added(node: Node) -> int:
+        out.append(node)
+        return len(out) - 1
+
+    for node in nodes:
+        if node.op not in OPERATIONS:
+            new.append(added(node))
+            continue
+        a, b = new[node.a], new[node.b]
+        if node.op != "/" or divisors[node.b] == 1:
+            new.append(added(Node(node.op, a, b)))
+            continue
+        if b not in one:
+            one[b] = added(Node("/", added(Node("const", 1.0)), b))
+        new.append(one[b] if out[a] == ("const", 1.0, None) else added(Node("*", *sorted((a, one[b])))))
+    return out, [Value(v.sign, new[v.node]) for v in results], Value(flag.sign, new[flag.node])
+
+
+def without_the_unused(nodes: Sequence[Node], results: Sequence[Value], flag: Value) -> StraightLineCode:
+    """The code without operations that neither a result nor the flag needs."""
+    needed = {value.node for value in (*results, flag)}
+    for i in reversed(range(len(nodes))):
+        if i in needed and nodes[i].op in OPERATIONS:
+            needed |= {nodes[i].a, nodes[i].b}
+    new: dict[int, int] = {}
+    used: list[Node] = []
+    for i, node in enumerate(nodes):
+        if i in needed:
+            new[i] = len(used)
+            used.append(Node(node.op, new[node.a], new[node.b]) if node.op in OPERATIONS else node)
+    renumbered = [Value(v.sign, new[v.node]) for v in results]
+    return StraightLineCode(tuple(used), tuple(renumbered), Value(flag.sign, new[flag.node]))
+
+
+_PASSING = {"+": 2, "-": 2, "*": 2, "/": 1, "sqrt": 1, "abs": 1}
+"""Operations that give no finite number where one of their first so many operands is not finite."""
+
+
+def reached_inputs(nodes: Sequence[Node]) -> list[int]:
+    """For every node the inputs that make it not finite where they are not finite themselves: bit i for node i."""
+    reached: list[int] = []
+    for i, node in enumerate(nodes):
+        passing = (node.a, node.b)[: _PASSING.get(node.op, 0)]
+        reached.append(1 << i if node.op == "in" else reduce(or_, (reached[j] for j in passing), 0))
+    return reached
+
+
+ALIGNMENT = 64
+
+LEAST, MOST = 1 << 20, 1 << 28
+"""Bytes of the smallest memory that is kept, and of all that is kept at a time."""
+
+_kept: dict[int, list[NDArray[np.uint8]]] = {}
+"""Size -> memory that waits. Single steps of lists and dicts alone: no thread sees them half done."""
+
+
+class _Loan:
+    """The owner of an array that NumPy did not make: it gives the memory back when no view holds it any more."""
+
+    __slots__ = ("__array_interface__", "_memory")
+
+    def __init__(self, memory: NDArray[np.uint8], size: int) -> None:
+        place = memory.__array_interface__["data"][0]
+        self.__array_interface__ = {
+            "shape": (size,), "typestr": "|u1", "data": (place + -place % ALIGNMENT, False), "version": 3
+        }  # fmt: skip
+        self._memory = memory
+
+    def __del__(self) -> None:
+        size = self._memory.size
+        if kept_bytes() + size > MOST:
+            _kept.clear()
+        if LEAST <= size <= MOST:
+            _kept.setdefault(size, []).append(self._memory)
+
+
+def kept_bytes() -> int:
+    """All that waits now."""
+    return sum(size * len(waiting) for size, waiting in _kept.copy().items())
+
+
+def result_memory(shape: tuple[int, ...], dtype: str) -> NDArray[Any]:
+    """An array that begins on a cache line, its numbers not set; it may take the memory of one that is gone."""
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    try:
+        memory = _kept.get(size + ALIGNMENT, []).pop()
+    except IndexError:
+        memory = np.empty(size + ALIGNMENT, dtype=np.uint8)
+    array: NDArray[Any] = np.asarray(_Loan(memory, size)).view(dtype).reshape(shape)
+    return array
+
+
 Layout = Literal["rows", "padded", "blocks"]
+
 Structure = Literal["dense", "compact"]
+
 LAYOUTS, STRUCTURES = get_args(Layout), get_args(Structure)
+
 LARGE = 4096
 """From that many states rows begin on a cache line too, so that they can be written past the caches."""
 

@@ -14,7 +14,8 @@ from typing import Any, Literal
 import casadi
 
 from lwr_dyn.codegen.kernels import elementary
-from lwr_dyn.codegen.kernels.nodes import (
+from lwr_dyn.codegen.kernels.elementary import SinCos
+from lwr_dyn.codegen.kernels.result_form import (
     OPERATIONS,
     Node,
     StraightLineCode,
@@ -24,7 +25,6 @@ from lwr_dyn.codegen.kernels.nodes import (
     reached_inputs,
     without_the_unused,
 )
-from lwr_dyn.codegen.kernels.sincos import SinCos
 
 __all__ = ["OPERATIONS", "Node", "StraightLineCode", "Value", "straight_line_code"]
 

@@ -13,14 +13,11 @@ import casadi
 import numpy as np
 
 from lwr_dyn.codegen.kernels import lean_recursion as lean
-from lwr_dyn.codegen.kernels.axis_frames import EXACT, AxisFrame, axis_frames, parameter_map
-from lwr_dyn.codegen.kernels.base_parameters import base_matrix
-from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
-from lwr_dyn.codegen.kernels.parameters import in_parent_frame, inertial_parameters
+from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, in_parent_frame, inertial_parameters
+from lwr_dyn.codegen.kernels.lean_recursion import EXACT, AxisFrame, axis_frames, base_matrix, parameter_map
 from lwr_dyn.dynamics.recursion import inverse_dynamics, link_constants
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.model.spatial import Pose
-from lwr_dyn.model.vectors import ZERO, Matrix3, Vector, add, multiply
+from lwr_dyn.model.spatial import ZERO, Matrix3, Pose, Vector, add, multiply
 
 Symbols = Any
 """A NumPy array of casadi.SX scalars."""

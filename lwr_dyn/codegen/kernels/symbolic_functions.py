@@ -1,4 +1,9 @@
-"""The functions of a batch as CasADi expressions."""
+"""The functions of a batch as CasADi expressions.
+
+L D L^T factorisation and solution of a small symmetric system in symbols, unrolled: no pivot, no square root.
+
+The last row is eliminated first: of a mass matrix it is the first to be known.
+"""
 
 from collections.abc import Callable
 from typing import Any
@@ -6,14 +11,48 @@ from typing import Any
 import casadi
 import numpy as np
 
-from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape
-from lwr_dyn.codegen.kernels.ldl import ldl_factor, ldl_solve
+from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape, parameter_shape
 from lwr_dyn.codegen.kernels.lean_recursion import inverse_dynamics
-from lwr_dyn.codegen.kernels.parameters import parameter_shape
 from lwr_dyn.codegen.kernels.symbolic_dynamics import SymbolicDynamics, column, scalars
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.model.chain import link_frames
-from lwr_dyn.model.vectors import ZERO
+from lwr_dyn.model.spatial import ZERO
+
+
+def ldl_factor(B: Any) -> tuple[Any, Any]:
+    """The unit upper triangle U and the reciprocal diagonal of D, with B = U D U^T."""
+    n = B.shape[0]
+    U, scaled, inverse = casadi.SX.eye(n), casadi.SX.zeros(n, n), casadi.SX.zeros(n)  # scaled = U D
+    for j in reversed(range(n)):
+        later = range(j + 1, n)
+        inverse[j] = 1.0 / _less(B[j, j], ((scaled[j, k], U[j, k]) for k in later))
+        for i in range(j):
+            scaled[i, j] = _less(B[i, j], ((scaled[i, k], U[j, k]) for k in later))
+            U[i, j] = scaled[i, j] * inverse[j]
+    return U, inverse
+
+
+def ldl_solve(factor: tuple[Any, Any], right: Any) -> Any:
+    """B^-1 right, for one or several columns."""
+    U, inverse = factor
+    n, columns = right.shape
+    out = casadi.SX.zeros(n, columns)
+    for c in range(columns):
+        y: list[Any] = [None] * n
+        for i in reversed(range(n)):
+            y[i] = _less(right[i, c], ((U[i, k], y[k]) for k in range(i + 1, n)))
+        z: list[Any] = []
+        for i in range(n):
+            z.append(_less(y[i] * inverse[i], ((U[k, i], z[k]) for k in range(i))))
+        out[:, c] = casadi.vertcat(*z)
+    return out
+
+
+def _less(start: Any, products: Any) -> Any:
+    """start - a b - c d - ..."""
+    for a, b in products:
+        start = start - a * b
+    return start
 
 
 def _coriolis_matrix(x: SymbolicDynamics) -> Any:

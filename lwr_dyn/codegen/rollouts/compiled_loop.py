@@ -3,34 +3,247 @@
 It repeats the usual loop of rigid joints to rounding; what it lacks (stops, true stick, ...) it refuses by name. Two
 loops cannot agree for long where rounding grows: in a free swing, and under an encoder with a resolution, which leaves
 the arm alone between two counts.
+
+What the loop "compiled" lacks, refused by name before a run, and where a run comes to it.
+
+Generates the Python source of the scalar kernel that keeps every sample of one run, for `compiled_loop`.
+
+A compiled kernel that keeps every sample of one run: from the cache, or built now.
 """
 
+import hashlib
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.codegen.rollouts.laws.forms import law_form
-from lwr_dyn.codegen.rollouts.laws.no_form import NoKernelFormError
-from lwr_dyn.codegen.rollouts.laws.protocol import LawForm
-from lwr_dyn.codegen.rollouts.loop_limits import USUAL, check_setup, refuse_ends
-from lwr_dyn.codegen.rollouts.slots import GAIN
-from lwr_dyn.codegen.rollouts.smooth_friction import friction_table
-from lwr_dyn.codegen.rollouts.step import StepPlan
+from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.kernels.kernel import MAKERS, read_cache, require_packages, write_cache
+from lwr_dyn.codegen.kernels.machine_code import compiled, host_cpu, load
+from lwr_dyn.codegen.rollouts.kernel import body_text, row_width
+from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
+from lwr_dyn.codegen.rollouts.step import GAIN, GENERATOR, MOST_DELAY, Slots, StepPlan, steps
 from lwr_dyn.codegen.rollouts.symbolic_model import armature_of
-from lwr_dyn.codegen.rollouts.whole_kernel import whole_kernel
+from lwr_dyn.codegen.rollouts.symbolic_plant import LARGEST, friction_table
 from lwr_dyn.control.protocol import label_of
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, RatingWarning
+from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.flow import Flow
-from lwr_dyn.simulation.loops import Progress
-from lwr_dyn.simulation.record import Log, run_of
+from lwr_dyn.simulation.loops import Log, Progress, run_of
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import Setup
+
+USUAL, STICK = "the usual loop (the default)", "true stick (friction set-valued)"
+
+SAME = 1e-9
+"""Share of the largest torque by which the plant's engine may differ from the plant with rotors as armature."""
+
+
+def check_setup(setup: Setup) -> None:
+    """Raise `OptionError` for what the loop does not have, and name it."""
+    options, friction, encoder = setup.options, setup.plant.friction.form, setup.encoder
+    own_encoder = encoder is not None and type(encoder).sensor is not Encoder.sensor
+    lacking = {
+        "elastic joints": setup.elasticity is not None, "external torques": setup.external is not None,
+        "a controller at every moment": options.continuous, f"method {options.method}": options.method != "rk4",
+        STICK: friction == "set-valued", "friction by a function": friction == "given",
+        f"a delay of {options.delay} samples (at most {MOST_DELAY})": options.delay > MOST_DELAY,
+        "an encoder with a sensor of its own": own_encoder,
+    }  # fmt: skip
+    for what in (name for name, is_asked in lacking.items() if is_asked):
+        smooth = "friction smooth or none, or " if what == STICK else ""
+        raise OptionError("loop", f"compiled, which does not have {what}", smooth + USUAL)
+    _check_engine(setup)
+
+
+def _check_engine(setup: Setup) -> None:
+    """Raise `OptionError` where the plant's engine is not of the plant with rotors as armature."""
+    plant, state = setup.plant, (*setup.start, np.ones(setup.plant.n))
+    own = plant.ungated.inverse_dynamics(*state)
+    other = ungated(dynamics_of(plant.arm)).inverse_dynamics(*state)
+    if not np.abs(own - other).max() <= SAME * max(1.0, float(np.abs(other).max())):
+        fault = "compiled, which does not have an engine other than that of the plant with rotors as armature"
+        raise OptionError("loop", fault, USUAL)
+
+
+def refuse_ends(setup: Setup, log: Log) -> None:
+    """Raise `OptionError` where a joint came to its stop, or the kernel could not follow the motion; with the time."""
+    step = 1.0 / (setup.options.rate * setup.options.substeps)
+    most = (sincos("float64").most_half_turns - 1) * np.pi
+    q, dq = np.moveaxis(log.states, 1, 0)
+    with np.errstate(invalid="ignore"):
+        lost = ~((np.abs(dq) * step <= LARGEST) & (np.abs(q) <= most) & np.isfinite(log.command))
+    beyond = setup.plant.beyond(q)
+    rows = np.flatnonzero((lost | beyond).any(axis=1))
+    if not rows.size:
+        return
+    k = int(rows[0])
+    joint = setup.plant.arm.joint_names[int(np.flatnonzero((lost | beyond)[k])[0])]
+    if lost[k].any():
+        fault = f"compiled, which cannot follow {joint} at {log.t[k]:.6g} s: above {LARGEST:g} rad a step, or no number"
+        raise OptionError("loop", fault, f"a higher rate or more substeps, or {USUAL}")
+    fault = f"compiled, which has no stops, and {joint} reaches its own before {log.t[k]:.6g} s"
+    raise OptionError("loop", fault, f"position_limits=False, or {USUAL}")
+
+
+INPUTS = ("common", "reference")
+
+BEFORE, AFTER = ("q", "dq", "memory"), ("command", "applied", "friction_torque", "friction_work")
+"""What is kept of a sample, in this order: before the step, and what the step made of it."""
+
+_SOURCE = '''"""One run of {name} under {law}, sample by sample: {operations} operations a step.
+
+Written by lwr_dyn {version}, generator {generator}.
+"""
+
+from numba import carray, cfunc, types
+
+from lwr_dyn.codegen.kernels.lowering import straight_line
+
+{bodies}
+
+number, count = types.CPointer(types.float64), types.int64
+
+
+@cfunc(count(number, count, number, count, number, number, count, count), error_model="numpy")
+def kernel(common_, common_n, reference_, samples, out_, b_, start, stop):
+    """Samples start to stop; the block keeps the state between two calls."""
+    common, b = carray(common_, ({size},), types.float64), carray(b_, ({size} + 1,), types.float64)
+    reference = carray(reference_, (samples * {row},), types.float64)
+    out = carray(out_, (samples * {width},), types.float64)
+    if start == 0:
+        for j in range({size}):
+            b[j] = common[j]
+    for i in range(start, stop):
+        for j in range({row}):
+            b[{row_first} + j] = reference[i * {row} + j]
+        b[{sample}] = i
+{before}
+{step}
+{after}
+    return 0
+'''
+
+
+@dataclass(frozen=True, slots=True)
+class WholeSource:
+    """The Python text of a kernel, and where each kept name stands in a row of its results."""
+
+    text: str
+    columns: dict[str, slice]
+
+
+def kept_columns(slots: Slots) -> dict[str, slice]:
+    """Where each kept name stands in a row."""
+    out, first = {}, 0
+    for name in (*BEFORE, *AFTER):
+        out[name] = slice(first, first + slots.widths[name])
+        first += slots.widths[name]
+    return out
+
+
+def whole_source(plan: StepPlan) -> WholeSource:
+    """The source of the scalar kernel of a plan with `whole`."""
+    slots, columns = plan.slots, kept_columns(plan.slots)
+    parts = [body_text(plan, step, name, 1) for step, name in zip(steps(plan), ("body", "motion"), strict=False)]
+    calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (len(parts) > 1)
+    width = columns[AFTER[-1]].stop
+    text = _SOURCE.format(
+        name=f"{plan.plant.name} ({plan.plant.reading})", law=plan.form.name, version=VERSION, generator=GENERATOR,
+        operations=sum(part[1] for part in parts), bodies="\n\n".join(part[0] for part in parts), size=slots.size,
+        row=row_width(plan), width=width, row_first=slots.first("reference"), sample=slots.first("sample"),
+        step="\n".join(" " * 8 + call for call in calls), before=_kept(slots, columns, BEFORE, width),
+        after=_kept(slots, columns, AFTER, width),
+    )  # fmt: skip
+    return WholeSource(text, columns)
+
+
+def _kept(slots: Slots, columns: dict[str, slice], names: Sequence[str], width: int) -> str:
+    """Copies from the block to a row."""
+    lines = []
+    for name in names:
+        if slots.widths[name]:
+            lines += [
+                f"        for j in range({slots.widths[name]}):",
+                f"            out[i * {width} + {columns[name].start} + j] = b[{slots.first(name)} + j]",
+            ]
+    return "\n".join(lines)
+
+
+REPORTS = 100
+
+_loaded: dict[str, Any] = {}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeKernel:
+    """The machine code of one plan, for one run at a time."""
+
+    slots: Slots
+    code: Any
+
+    def run(self, common: Array, reference: Array, report: Callable[[float], None] | None = None) -> dict[str, Array]:
+        """What is kept of each sample, by name: (samples, width) each.
+
+        Parameters
+        ----------
+        common : (slots,) array
+            The numbers of the run, its first state among them.
+        reference : (samples, width) array
+            As `step_source.row_width` says.
+        report : callable, optional
+            Called with the share that is done, about a hundred times.
+        """
+        columns, samples = kept_columns(self.slots), len(reference)
+        out = np.empty((samples, columns[AFTER[-1]].stop))
+        block = np.empty(self.slots.size + 1)
+        size = samples if report is None else max(1, samples // REPORTS)
+        arguments = [_address(common), 0, _address(reference), samples, _address(out), _address(block)]
+        for first in range(0, samples, size):
+            last = min(first + size, samples)
+            self.code.call(*arguments, first, last)
+            if report is not None:
+                report(last / samples)
+        return {name: out[:, place] for name, place in columns.items()}
+
+
+def _address(array: Array) -> int:
+    return int(array.__array_interface__["data"][0])
+
+
+def whole_key_of(plan: StepPlan) -> str:
+    """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
+    text = [plan.digest, "whole", *host_cpu(), version("casadi"), *map(version, MAKERS)]
+    return f"rollout-whole-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+
+
+def whole_kernel(plan: StepPlan) -> WholeKernel:
+    """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
+    require_packages()
+    key = whole_key_of(plan)
+    if key not in _loaded:
+        _loaded[key] = _machine_code(plan, key)
+    return WholeKernel(plan.slots, _loaded[key])
+
+
+def _machine_code(plan: StepPlan, key: str) -> Any:
+    kept = read_cache(key)
+    if kept is not None and isinstance(kept[0].get("symbol"), str):
+        return load(kept[1], kept[0]["symbol"], len(INPUTS))
+    code, symbol = compiled(whole_source(plan).text)
+    write_cache(key, {"symbol": symbol}, code)
+    return load(code, symbol, len(INPUTS))
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:

@@ -1,4 +1,10 @@
-"""A compiled rollout kernel: loaded, from the cache on disk, or built now; and its runs over threads."""
+"""A compiled rollout kernel: loaded, from the cache on disk, or built now; and its runs over threads.
+
+Generates the Python source of a rollout kernel: the driver over blocks of W runs, around the step's straight line.
+
+A block holds W lanes of every slot. Numbers of a run that are not given for each are copied from a common row, so the
+same kernel serves whatever varies; the rows of a reference are shared, or picked lane by lane.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +18,161 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.codegen.kernels.cache import read_cache, write_cache
-from lwr_dyn.codegen.kernels.kernel import MAKERS, require_packages
+from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.kernels.kernel import MAKERS, read_cache, require_packages, write_cache
+from lwr_dyn.codegen.kernels.kernel_source import placed_lines
 from lwr_dyn.codegen.kernels.machine_code import compiled, host_cpu, lanes_of, load
-from lwr_dyn.codegen.rollouts.slots import FIGURES, Slots
-from lwr_dyn.codegen.rollouts.step import StepPlan
-from lwr_dyn.codegen.rollouts.step_source import INPUTS, rollout_source
+from lwr_dyn.codegen.kernels.straight_line import straight_line_code
+from lwr_dyn.codegen.rollouts.step import FIGURES, GENERATOR, SAMPLE, Slots, Step, StepPlan, steps
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.version import VERSION
+
+INPUTS = ("common", "given", "places", "reference", "which", "record", "trace", "noise")
+"""Pairs of an address and a number, in this order: the common row and whether runs are traced; values of each run and
+how many; their slots and the number of samples; references and how many; the reference of each run and the record's
+stride; the record and its samples; the squares of the tip's error; seed and number of the first run."""
+
+_HEAD = '''"""Rollouts of {name} under {law}: {lanes} runs a block, {operations} operations a sample.
+
+Written by lwr_dyn {version}, generator {generator}; {fused} operations with fused multiply-add.
+"""
+
+from numba import carray, cfunc, types
+
+from lwr_dyn.codegen.kernels.lowering import straight_line
+{imports}
+
+{bodies}
+
+number, count = types.CPointer(types.float64), types.int64
+
+
+@cfunc(count({types}, number, number, count, count), error_model="numpy")
+def kernel({arguments}, out_, b_, start, stop):
+    """Runs start to stop; their figures go to rows of `out`."""
+    values, samples, references, stride, kept = given_n, places_n, reference_n, which_n, record_n
+    common, b = carray(common_, ({size},), types.float64), carray(b_, ({buffer},), types.float64)
+    given, places = carray(given_, (stop * values + 1,), types.float64), carray(places_, (values + 1,), types.float64)
+    reference = carray(reference_, (references * samples * {row},), types.float64)
+    which, out = carray(which_, (stop,), types.float64), carray(out_, (stop * {figures},), types.float64)
+    record = carray(record_, (stop * kept * {recorded} + 1,), types.float64)
+    trace = carray(trace_, ((stop - start) * samples * common_n + 1,), types.float64)
+    for s in range(start, stop, {lanes}):
+        lanes = min({lanes}, stop - s)
+        for j in range({size}):
+            for k in range({lanes}):
+                b[j * {lanes} + k] = common[j]
+        for j in range(values):
+            place = int(places[j]) * {lanes}
+            for k in range({lanes}):
+                b[place + k] = given[min(s + k, stop - 1) * values + j]
+        for i in range(samples):
+            if references == 1:
+                for j in range({row}):
+                    x = reference[i * {row} + j]
+                    for k in range({lanes}):
+                        b[({row_first} + j) * {lanes} + k] = x
+            else:
+                for k in range({lanes}):
+                    row = (int(which[min(s + k, stop - 1)]) * samples + i) * {row}
+                    for j in range({row}):
+                        b[({row_first} + j) * {lanes} + k] = reference[row + j]
+            for k in range({lanes}):
+                b[{sample} + k] = i
+            at = i // stride
+            if kept != 0 and i % stride == 0:
+                for k in range(lanes):
+                    for j in range({state}):
+                        record[((s + k) * kept + at) * {recorded} + j] = b[j * {lanes} + k]
+{step}
+            if kept != 0 and i % stride == 0:
+                for k in range(lanes):
+                    for j in range({joints}):
+                        x = b[({applied} + j) * {lanes} + k]
+                        record[((s + k) * kept + at) * {recorded} + {state} + j] = x
+            if common_n != 0:
+                for k in range(lanes):
+                    trace[(s - start + k) * samples + i] = b[{tip_square} + k]
+        for k in range(lanes):
+            for j in range({figures}):
+                out[(s + k) * {figures} + j] = b[({figures_first} + j) * {lanes} + k]
+    return 0
+'''
+
+_BODY = """@straight_line("float64")
+def {name}(b):
+    for k in range({lanes}):
+{lines}
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class RolloutSource:
+    """The Python text of a rollout kernel, and its cost of a sample."""
+
+    text: str
+    operations: int
+    fused: int
+
+
+def rollout_source(plan: StepPlan, lanes: int) -> RolloutSource:
+    """The source of a plan's kernel in blocks of `lanes` runs."""
+    slots, names = plan.slots, ("body", "motion")
+    n = plan.plant.n
+    parts = [body_text(plan, step, name, lanes) for step, name in zip(steps(plan), names, strict=False)]
+    calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (plan.substeps > 1)
+    imports = ""
+    if plan.noise == "philox":
+        imports = "from lwr_dyn.codegen.rollouts.philox_code import uniform_code"
+        fill = f"fill = uniform_code({lanes}, {slots.widths['chance']}, {slots.first('chance')})"
+        calls = ["fill(b, noise_, noise_n + s, i)", *calls]
+    whole = plan.substeps
+    text = _HEAD.format(
+        name=f"{plan.plant.name} ({plan.plant.reading})", law=plan.form.name, lanes=lanes, version=VERSION,
+        generator=GENERATOR, imports=imports,
+        operations=parts[0][1] + whole * sum(part[1] for part in parts[1:]),
+        fused=parts[0][2] + whole * sum(part[2] for part in parts[1:]),
+        bodies="\n\n".join([part[0] for part in parts] + ([fill] if plan.noise == "philox" else [])),
+        types=", ".join("count, count" if x == "noise" else "number, count" for x in INPUTS),
+        arguments=", ".join(f"{x}_, {x}_n" for x in INPUTS), size=slots.size, buffer=(slots.size + 1) * lanes,
+        row=row_width(plan), row_first=slots.first("reference"), sample=slots.first("sample") * lanes, state=2 * n,
+        joints=n, recorded=3 * n, applied=slots.first("applied"), tip_square=slots.first("tip_square") * lanes,
+        figures=len(slots.all_places(FIGURES)), figures_first=slots.first(FIGURES[0]),
+        step="\n".join(" " * 12 + call for call in calls),
+    )  # fmt: skip
+    return RolloutSource(text, parts[0][1], parts[0][2])
+
+
+def row_width(plan: StepPlan) -> int:
+    """Numbers of one sample of a reference: q, dq, ddq, the tip's place, and noise from a table."""
+    widths = plan.slots.widths
+    return sum(widths[name] for name in SAMPLE[1:]) - (widths["chance"] if plan.noise == "philox" else 0)
+
+
+def body_text(plan: StepPlan, step: Step, name: str, lanes: int) -> tuple[str, int, int]:
+    """A step as a function of the block, its operations, and those with fused multiply-add."""
+    slots = plan.slots
+    code = straight_line_code(step.function, sincos("float64"), is_flagged=False)
+    given = {
+        ("in", i, j): place
+        for i, argument in enumerate(step.arguments)
+        for j, place in enumerate(slots.places(argument))
+    }
+    lines = placed_lines(
+        code, given, [slots.size, *slots.all_places(step.results)], lanes
+    )  # the flag's place is a spare row
+    text = _BODY.format(name=name, lanes=lanes, lines="\n".join(lines))
+    return text, code.operations, code.operations_after_contraction()
+
 
 BLOCK = 64
 """Runs that a thread takes at once; a whole number of blocks of lanes."""
+
 _ALIGNMENT = 64
+
 _loaded: dict[str, RolloutKernel] = {}
+
 _building = threading.Lock()
 
 

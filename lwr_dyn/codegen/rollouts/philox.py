@@ -5,20 +5,30 @@ its number alone: they are the same whatever the batch, the thread, or the place
 
 Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011, section 3.3 (Philox);
 Box, Muller, "A note on the generation of random normal deviates", Ann. Math. Stat. 29 (1958).
+
+An encoder whose noise is that of a rollout: `simulate` with it repeats one run of many.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.simulation.plant import Encoder
 
 Words = NDArray[np.uint32]
+
 ROUNDS = 10
+
 MULTIPLIERS = (0xD2511F53, 0xCD9E8D57)
+
 WEYL = (0x9E3779B9, 0xBB67AE85)
 """What the two words of the key are raised by from round to round."""
+
 WORD = 2.0**-32
+
 MOST_SEED = 2**64 - 1
 """Largest seed, and largest number of a run."""
 
@@ -80,3 +90,18 @@ def _halves(name: str, value: int) -> tuple[int, int]:
     if not (whole and 0 <= value <= MOST_SEED):
         raise OptionError(name, value, "a whole number from 0 to 2^64 - 1")
     return int(value) & 0xFFFFFFFF, int(value) >> 32
+
+
+@dataclass(frozen=True, slots=True)
+class CountedEncoder(Encoder):
+    """As `Encoder`, with the noise that run number `run` of `rollouts` has under the same seed.
+
+    >>> CountedEncoder(noise=1e-5, run=3).noise_of(samples=2, n=7, seed=0).shape
+    (2, 7)
+    """
+
+    run: int = 0
+
+    def noise_of(self, samples: int, n: int, seed: int) -> Array:
+        """Noise of each reading (samples, n) [rad or m]; raises `OptionError` for a seed of more than 64 bits."""
+        return self.noise * normal_numbers(seed, self.run, samples, n)

@@ -1,20 +1,24 @@
-"""`rollouts`: many runs of one closed loop at once, with parameters of their own, reduced to metrics on the way."""
+"""`rollouts`: many runs of one closed loop at once, with parameters of their own, reduced to metrics on the way.
+
+From the parameters of runs to what a kernel takes: its plan, the row that all runs share, and values of each run.
+
+One run of many again, whole, by `simulate`: the plant, the law and the noise that the kernel had.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from lwr_dyn.codegen.rollouts.bodies_of_runs import arm_of_run
-from lwr_dyn.codegen.rollouts.figures import checked_quantiles, figures_of, metrics_of_computed
-from lwr_dyn.codegen.rollouts.flagged_runs import settle
-from lwr_dyn.codegen.rollouts.kernel import rollout_kernel
-from lwr_dyn.codegen.rollouts.laws.forms import law_form
-from lwr_dyn.codegen.rollouts.loop_setup import check_smooth_friction, check_starts, loop_setup
-from lwr_dyn.codegen.rollouts.replay import simulated_run
-from lwr_dyn.codegen.rollouts.result import Rollouts
-from lwr_dyn.codegen.rollouts.run_parameters import parameter_shapes, run_parameters
-from lwr_dyn.codegen.rollouts.task_of_runs import plan_of, task_of
+from lwr_dyn.codegen.rollouts.kernel import RolloutKernel, Task, rollout_kernel
+from lwr_dyn.codegen.rollouts.law_forms import LawForm, finite_limits, law_form
+from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, check_smooth_friction, check_starts, loop_setup
+from lwr_dyn.codegen.rollouts.philox import CountedEncoder
+from lwr_dyn.codegen.rollouts.result import Rollouts, checked_quantiles, figures_of, metrics_of_computed, settle
+from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run, kept_values, parameter_shapes, run_parameters
+from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, STARTS, Slots, StepPlan
+from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, armature_of
+from lwr_dyn.codegen.rollouts.symbolic_plant import friction_function, friction_table
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.foundation.arrays import Array, arm_argument
@@ -22,8 +26,140 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import arm_record
+from lwr_dyn.simulation.simulate import simulate
+
+DIRECT = {
+    "armature": "armature", "friction": "friction", "effort": "effort", "q0": "q", "dq0": "dq", "delay": "delay",
+    "resolution": "resolution", "noise": "noise",
+}  # fmt: skip
+"""Parameters whose numbers are those of a slot."""
+
+
+def plan_of(setup: LoopSetup, form: LawForm, given: Mapping[str, Array]) -> StepPlan:
+    """The plan: it depends on which parameters are given, not on their values."""
+    has_encoder = setup.encoder is not None or "resolution" in given or "noise" in given
+    encoder = setup.encoder or DEFAULT_ENCODER
+    is_noisy = has_encoder and (encoder.noise > 0.0 or "noise" in given)
+    return StepPlan(
+        setup.arm, setup.plant, form, float(setup.rate), setup.substeps,
+        varies_plant="inertia" in given or "payload" in given,
+        varies_model="model_inertia" in given or "model_payload" in given,
+        friction_width=setup.friction_width if setup.friction == "smooth" else None,
+        pole=encoder.velocity_filter(setup.rate).pole if has_encoder else None,
+        noise="philox" if is_noisy else "none",
+        most_delay=MOST_DELAY if setup.delay or "delay" in given else 0,
+    )  # fmt: skip
+
+
+def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float | None) -> Array:
+    """The numbers of a run without parameters of its own, (slots,)."""
+    plant, form, motion = setup.plant, plan.form, setup.motions[0]
+    encoder = setup.encoder or DEFAULT_ENCODER
+    values = {
+        **STARTS, "q": motion.q[0], "dq": motion.dq[0], "memory": form.start(), "armature": armature_of(plant.chain),
+        "effort": _cut(setup, plant.effort), "rating": finite_limits(plant.effort), "lower": plant.lower,
+        "upper": plant.upper,
+        "tolerance": np.inf if tolerance is None else tolerance**2, "last": setup.samples - 1.0,
+        "delay": float(setup.delay), "resolution": encoder.resolution, "noise": encoder.noise,
+        **{GAIN + name: value for name, value in form.values().items()},
+    }  # fmt: skip
+    if plan.friction_width is not None:
+        values["friction"] = friction_table(plant.friction_models())
+    if plan.varies_model:
+        values["model"] = KeptParameters.of(setup.arm.chain).own
+    row = np.zeros(slots.size)
+    for name, value in values.items():
+        row[slots.places(name)] = np.ravel(value)
+    return row
+
+
+def _cut(setup: LoopSetup, effort: Array) -> Array:
+    """The torques at which commands are cut."""
+    return finite_limits(effort if setup.saturate else np.full_like(effort, np.inf))
+
+
+def task_of(
+    setup: LoopSetup, plan: StepPlan, kernel: RolloutKernel, given: Mapping[str, Array], runs: int,
+    tolerance: float | None, quantiles: tuple[float, ...], stride: int, first_run: int,
+) -> Task:  # fmt: skip
+    """The task of a kernel; `given` as `run_parameters` gives it."""
+    slots, which = kernel.slots, given.get("reference", np.zeros(runs))
+    columns: dict[str, Array] = {}
+    if len(setup.motions) > 1:
+        starts = np.array([[motion.q[0], motion.dq[0]] for motion in setup.motions])[which.astype(int)]
+        columns |= {"q": starts[:, 0], "dq": starts[:, 1]}
+    columns |= {slot: given[name] for name, slot in DIRECT.items() if name in given}
+    columns |= {GAIN + name: given[name] for name in plan.form.parameters if name in given}
+    if "effort" in given:
+        columns |= {"effort": _cut(setup, given["effort"]), "rating": finite_limits(given["effort"])}
+    for slot, varies, arm, prefix in (
+        ("plant", plan.varies_plant, setup.plant, ""), ("model", plan.varies_model, setup.arm, "model_")
+    ):  # fmt: skip
+        if varies:
+            bodies = (given.get(prefix + name) for name in ("inertia", "payload", "payload_com"))
+            columns[slot] = kept_values(arm.chain, *bodies)
+    rows = [np.reshape(column, (runs, -1)) for column in columns.values()]
+    places = [place for slot in columns for place in slots.places(slot)]
+    return Task(
+        common_row(setup, plan, slots, tolerance),
+        np.ascontiguousarray(np.hstack(rows)) if rows else np.zeros((runs, 0)),
+        np.array(places, dtype=np.float64), setup.table(), np.ascontiguousarray(which, dtype=np.float64),
+        setup.seed, first_run, stride, quantiles,
+    )  # fmt: skip
+
+
+DEFAULT_ENCODER = Encoder()
+"""What resolution and noise a run are put into where no encoder was given: its cut-off counts."""
+
+
+def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form: LawForm | None = None) -> Run:
+    """A run by `simulate`.
+
+    Parameters
+    ----------
+    setup : LoopSetup
+    row : mapping
+        One run's parameters by the names of `run_parameters.parameter_shapes`.
+    number : int
+        Of the run, for the noise.
+    form : LawForm, optional
+        Where gains or the law's model are among the parameters: it makes the controller. Without it, the setup's
+        controller runs, and these parameters are not looked at.
+
+    Raises
+    ------
+    DivergenceError, OptionError
+        As `simulate`.
+    """
+    plant = arm_of_run(setup.plant, row)
+    friction = None
+    if setup.friction == "smooth":
+        table = row.get("friction")
+        table = friction_table(setup.plant.friction_models()) if table is None else table.reshape(5, plant.n)
+        friction = friction_function(table, setup.friction_width)
+    controller = setup.controller
+    if form is not None and any(name in form.parameters or name.startswith("model_") for name in row):
+        values = {name: row.get(name, value) for name, value in form.values().items()}
+        controller = form.controller(arm_of_run(setup.arm, row, "model_"), values)
+    return simulate(
+        setup.arm, controller, setup.references[int(row.get("reference", 0))], rate=setup.rate,
+        substeps=setup.substeps, plant=plant, friction="none" if friction is None else friction,
+        encoder=encoder_of_run(setup, row, number), saturate=setup.saturate, position_limits=setup.position_limits,
+        allow_unphysical=True, seed=setup.seed, delay=int(row.get("delay", setup.delay)), duration=setup.duration,
+        q0=row.get("q0"), dq0=row.get("dq0"), progress=lambda share: None,
+    )  # fmt: skip
+
+
+def encoder_of_run(setup: LoopSetup, row: Mapping[str, Array], number: int) -> CountedEncoder | None:
+    """The encoder of a run with its noise; None for the true state."""
+    if setup.encoder is None and not {"resolution", "noise"} & row.keys():
+        return None
+    base = setup.encoder or DEFAULT_ENCODER
+    resolution, noise = (float(np.asarray(row.get(name, getattr(base, name)))) for name in ("resolution", "noise"))
+    return CountedEncoder(resolution, noise, base.cutoff_hz, run=number)
+
 
 MOST_FIRST_RUN = 2**53
 

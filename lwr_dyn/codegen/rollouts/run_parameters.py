@@ -1,15 +1,61 @@
-"""The parameters that differ from run to run: their names and shapes, and arrays of any accepted form made whole."""
+"""The parameters that differ from run to run: their names and shapes, and arrays of any accepted form made whole.
 
-from collections.abc import Mapping
+What the gains of a law may be where they differ from run to run: the rules of the controllers' own constructors.
+
+Arms of single runs from rows of parameters, and rows of parameters as what kernels take.
+
+A load is a point mass at its centre in the flange's frame, as `model.changed_arm.arm_with_payload` without an inertia.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import prod
 from typing import Any
 
+import casadi
 import numpy as np
+from numpy.typing import NDArray
 
-from lwr_dyn.codegen.rollouts.laws.gain_values import check_gains
+from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR, inertial_parameters
 from lwr_dyn.codegen.rollouts.step import MOST_DELAY
+from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel, armature_of
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Body, Chain, Rotor, with_bodies, with_payload
+from lwr_dyn.model.spatial import steiner
+
+ABOVE_ZERO = (
+    "Kp", "Kd", "Ki", "tracking_time", "law_effort", "omega_n", "rho", "layer", "law_friction_width",
+)  # fmt: skip
+
+NOT_NEGATIVE = ("adaptation_gains", "friction_gains", "upper_load")
+
+COULOMB = [i for i, name in enumerate(FRICTION) if name.endswith("coulomb")]
+
+_ABOVE_ZERO: tuple[Callable[[Array], NDArray[np.bool_]], str] = (lambda x: x <= 0.0, "numbers above 0")
+
+_NOT_NEGATIVE: tuple[Callable[[Array], NDArray[np.bool_]], str] = (lambda x: x < 0.0, "numbers from 0 on")
+
+RULES = (
+    dict.fromkeys(ABOVE_ZERO, _ABOVE_ZERO)
+    | dict.fromkeys(NOT_NEGATIVE, _NOT_NEGATIVE)
+    | {
+        "lower_load": (lambda x: x > 0.0, "numbers up to 0"),
+        "law_friction": (lambda x: (x < 0.0) & np.isin(np.arange(len(FRICTION)), COULOMB)[:, None], "levels from 0 on"),
+    }
+)
+"""Name -> what is refused, and what is allowed."""
+
+
+def check_gains(given: Mapping[str, Array]) -> None:
+    """Raise `OptionError` for gains (runs, ...) that no controller has, naming the first run."""
+    for name, (refused, allowed) in RULES.items():
+        bad = refused(given[name]) if name in given else np.zeros(0, dtype=bool)
+        if bad.any():
+            where = np.argwhere(bad)[0]
+            raise OptionError(f"parameter {name}", f"{given[name][tuple(where)]:g} in run {where[0]}", allowed)
+
 
 MOST_RUNS = 10_000_000
 
@@ -103,3 +149,86 @@ def _check(values: Mapping[str, Array], references: int) -> None:
             found = f"a mass of {masses[run, link]:g} kg in run {run}, link {link + 1}"
             raise OptionError(f"parameter {name}", found, "masses from 0 on")
     check_gains(values)
+
+
+def kept_values(chain: Chain, inertia: Array | None, load: Array | None, com: Array | None) -> Array:
+    """Kept parameters of every run, (runs, kept).
+
+    Parameters
+    ----------
+    inertia : (runs, 10 n) array, optional
+        As `codegen.parameters.inertial_parameters`, flat; the chain's own if not given.
+    load : (runs,) array, optional
+        [kg] at the flange, with its centre `com` (runs, 3) [m] there; at its origin if not given.
+    """
+    kept = KeptParameters.of(chain)
+    out = kept.own[None] if inertia is None else _product(inertia, kept.matrix)
+    return out if load is None else out + _product(_point_masses(load, com), kept.payload_matrix)
+
+
+def mass_matrices(chain: Chain, q: Array, given: Mapping[str, Array]) -> Array:
+    """Mass matrices (runs, n, n) at q (n,) of plants with the rows `inertia`, `payload`, `armature`; (1, n, n) of none.
+
+    A mass matrix is linear in the kept parameters: one evaluation of its matrix serves all runs.
+    """
+    n, own = chain.n, KeptParameters.of(chain).own
+    symbols = casadi.SX.sym("kept", own.size)
+    rows = SymbolicModel.of(chain, symbols, [0.0] * n).mass_matrix(casadi.DM(q))
+    flat = casadi.vertcat(*(x for row in rows for x in row))
+    linear = np.array(casadi.Function("B", [symbols], [casadi.jacobian(flat, symbols)])(own).full())
+    kept = kept_values(chain, *(given.get(name) for name in ("inertia", "payload", "payload_com")))
+    rotors = given.get("armature", armature_of(chain)[None])
+    return _product(kept, linear).reshape(-1, n, n) + rotors[:, :, None] * np.eye(n)
+
+
+def _product(rows: Array, matrix: Array) -> Array:
+    """rows matrix^T, summed in order: the same bits for any number of rows."""
+    out = np.zeros((len(rows), len(matrix)))
+    for k in np.flatnonzero(matrix.any(axis=0)):
+        column = matrix[:, k]
+        used = np.flatnonzero(column)
+        out[:, used] += rows[:, k, None] * column[used]
+    return out
+
+
+def _point_masses(load: Array, com: Array | None) -> Array:
+    """Inertial parameters (runs, 10) of point masses."""
+    x, y, z = np.zeros((3, len(load))) if com is None else com.T
+    second = {(0, 0): y * y + z * z, (1, 1): x * x + z * z, (2, 2): x * x + y * y}
+    second |= {(0, 1): -x * y, (0, 2): -x * z, (1, 2): -y * z}
+    columns = [np.ones_like(load), x, y, z, *(second[place] for place in TENSOR)]
+    return np.asarray(load[:, None] * np.stack(columns, axis=1))
+
+
+def arm_of_run(arm: Arm, row: Mapping[str, Array], prefix: str = "") -> Arm:
+    """The arm with one run's inertia, payload, armature and effort; `prefix` "model_" is the arm that its law knows."""
+    chain = arm.chain
+    if prefix + "inertia" in row:
+        chain = with_bodies(chain, _bodies(row[prefix + "inertia"].reshape(chain.n, 10)))
+    if prefix + "payload" in row:
+        chain = with_payload(chain, float(row[prefix + "payload"]), row.get(prefix + "payload_com", np.zeros(3)))
+    limits: tuple[JointLimits, ...] = arm.limits
+    if not prefix and "armature" in row:
+        rotors = [Rotor(1.0, float(x), reflected=True) for x in row["armature"]]
+        links = [replace(link, rotor=rotor) for link, rotor in zip(chain.links, rotors, strict=True)]
+        chain = replace(chain, links=tuple(links))
+    if not prefix and "effort" in row:
+        limits = tuple(replace(x, effort=float(e)) for x, e in zip(limits, row["effort"], strict=True))
+    return arm if chain is arm.chain and limits is arm.limits else replace(arm, chain=chain, limits=limits)
+
+
+def _bodies(rows: Array) -> list[Body]:
+    """Bodies from their inertial parameters (n, 10)."""
+    bodies = []
+    for m, *rest in rows.tolist():
+        tensor = np.zeros((3, 3))
+        for (i, j), value in zip(TENSOR, rest[3:], strict=True):
+            tensor[i, j] = tensor[j, i] = value
+        com = np.array(rest[:3]) / m if m else np.zeros(3)
+        bodies.append(Body(m, com, tensor - steiner(m, com)))
+    return bodies
+
+
+def parameters_of(arm: Arm) -> Array:
+    """Inertial parameters of an arm, flat, (10 n,): the row `inertia` of a run with its own bodies."""
+    return inertial_parameters(arm.chain).ravel()

@@ -2,10 +2,19 @@
 
 The state before the sample is judged (figures, trouble), then moved to the next; a driver calls the step k + 1 times,
 the last only for its figures. The laws of `simulate` are repeated in its order: encoder, controller, delay, saturation.
+
+The numbers of one run by name: rows of lanes in a kernel's block.
+
+What a step adds to the figures of its run: sums, largest and smallest values over the samples, on symbols.
+
+Encoder and delay of a run as casadi expressions: what stands between the true state and the law, and behind it.
+
+They repeat `simulation.sensors.Encoder` with `control.velocity.FilteredDifference`, and the delay of
+`simulation.loops`, number for number.
 """
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import prod
 from typing import Any, NamedTuple
@@ -13,17 +22,206 @@ from typing import Any, NamedTuple
 import casadi
 
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
-from lwr_dyn.codegen.rollouts.laws.protocol import LawForm, LawInputs
+from lwr_dyn.codegen.rollouts.law_forms import LawForm, LawInputs
 from lwr_dyn.codegen.rollouts.philox import words_of
-from lwr_dyn.codegen.rollouts.sensing import encoder_reading, late_command, normals
-from lwr_dyn.codegen.rollouts.slots import CONSTANTS, FIGURES, GAIN, OF_JOINTS, SAMPLE, STATE, WHOLE, Slots
-from lwr_dyn.codegen.rollouts.step_figures import figures
 from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel
 from lwr_dyn.codegen.rollouts.symbolic_plant import SymbolicPlant
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import Vector
+
+STATE = ("q", "dq", "memory", "encoder", "commands")
+"""State, memory of the law, of the encoder, and commands on their way: the body replaces them."""
+
+FIGURES = (
+    "tip_squares", "tip_worst", "tip_square", "position_squares", "position_worst", "torque_worst", "command_worst",
+    "torque_squares", "speed_worst", "saturated", "margin", "violation", "angle_worst", "trouble",
+)  # fmt: skip
+"""Sums, largest values and counts over the samples, which the body replaces; `margin` and `violation` are smallest.
+`tip_square` is that of the last sample; `trouble` turns NaN where a state or torque is not finite."""
+
+WHOLE = ("command", "applied", "friction_torque", "friction_work")
+"""What a log of every sample needs beside the state at it: torques there, and the work of friction until the next."""
+
+OF_JOINTS = (
+    "q", "dq", "position_squares", "position_worst", "torque_worst", "command_worst", "torque_squares", "speed_worst",
+    "saturated", "margin", "command", "applied", "friction_torque", "armature", "effort", "rating", "lower", "upper",
+)  # fmt: skip
+"""Those with a number a joint."""
+
+CONSTANTS = (
+    "plant", "armature", "effort", "rating", "lower", "upper", "friction", "model", "resolution", "noise", "delay",
+    "tolerance", "last", "nothing",
+)  # fmt: skip
+"""Of a run: kept parameters of plant and model, limits, friction, encoder, delay, tip error^2, last sample.
+
+Commands are cut at `effort`, and judged by `rating`, which is the same where torques saturate. `nothing` is a 0 that no
+compiler knows: 0 x is NaN where x is not finite."""
+
+SAMPLE = ("sample", "reference", "tip", "chance")
+"""Of a sample: its number, q_ref, dq_ref, ddq_ref, the tip's place, uniform numbers or noise."""
+
+GAIN = "gain "
+"""Stands before the name of a parameter of the law."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slots:
+    """Names with their widths, in the order in which they stand."""
+
+    widths: Mapping[str, int]
+
+    def first(self, name: str) -> int:
+        """The row at which a name begins."""
+        names = list(self.widths)
+        return sum(self.widths[x] for x in names[: names.index(name)])
+
+    def places(self, name: str) -> range:
+        """The rows of a name."""
+        first = self.first(name)
+        return range(first, first + self.widths[name])
+
+    def all_places(self, names: Iterable[str]) -> list[int]:
+        """The rows of several names."""
+        return [place for name in names for place in self.places(name)]
+
+    @property
+    def size(self) -> int:
+        """Rows in all."""
+        return sum(self.widths.values())
+
+
+STARTS = dict.fromkeys(FIGURES, 0.0) | {"margin": float("inf"), "violation": float("inf")}
+"""The figures before the first sample."""
+
+
+def figures(x: Mapping[str, Any], tip: Vector, command: Any, applied: Any) -> dict[str, Any]:
+    """The figures after a sample, from those before it (in `x`, by `slots.FIGURES`) and the sample's numbers.
+
+    Largest values keep their first argument where a number is NaN, and `trouble` says so.
+    """
+    q, dq = x["q"], x["dq"]
+    n = q.numel()
+    error = x["reference"][:n] - q
+    away = casadi.vertcat(tip.x, tip.y, tip.z) - x["tip"]
+    square = casadi.dot(away, away)
+    margin = casadi.fmin(q - x["lower"], x["upper"] - q)
+    cut = casadi.fabs(command) > x["rating"]
+    moves = x["sample"] < x["last"]  # the last sample has no duration
+    late = casadi.if_else(square > x["tolerance"], x["sample"], 1e300)
+    return {
+        "tip_squares": x["tip_squares"] + square,
+        "tip_worst": casadi.fmax(x["tip_worst"], square),
+        "tip_square": square,
+        "position_squares": x["position_squares"] + error * error,
+        "position_worst": casadi.fmax(x["position_worst"], casadi.fabs(error)),
+        "torque_worst": casadi.fmax(x["torque_worst"], casadi.fabs(applied)),
+        "command_worst": casadi.fmax(x["command_worst"], casadi.fabs(command)),
+        "torque_squares": x["torque_squares"] + applied * applied,
+        "speed_worst": casadi.fmax(x["speed_worst"], casadi.fabs(dq)),
+        "saturated": x["saturated"] + cut * moves,
+        "margin": casadi.fmin(x["margin"], margin),
+        "violation": casadi.fmin(x["violation"], late),
+        "angle_worst": casadi.fmax(x["angle_worst"], casadi.dot(q, q)),
+        "trouble": x["trouble"] + x["nothing"] * (casadi.sum1(q) + casadi.sum1(dq) + casadi.sum1(command)),
+    }
+
+
+Column = Any
+"""A casadi.SX column."""
+
+
+class EncoderReading(NamedTuple):
+    """What the controller sees, columns (n,), and the memory (2 n,) of the next sample: reading, filtered velocity."""
+
+    q: Column
+    dq: Column
+    memory: Column
+
+
+class LateCommand(NamedTuple):
+    """The command (n,) that acts now, and the memory of the next sample: the commands before it, latest first."""
+
+    command: Column
+    memory: Column
+
+
+def normals(uniform: Column, n: int) -> Column:
+    """n numbers of the standard normal distribution from uniform ones, as `philox.normal_numbers`."""
+    out: list[Any] = []
+    for i in range(0, n, 2):
+        radius, angle = casadi.sqrt(-2.0 * casadi.log(uniform[i])), 2.0 * casadi.pi * uniform[i + 1]
+        out += [radius * casadi.cos(angle), radius * casadi.sin(angle)]
+    return casadi.vertcat(*out[:n])
+
+
+def rounded(x: Column) -> Column:
+    """The nearest whole numbers, halves to the even one, as `numpy.round`."""
+    return x - casadi.remainder(x, 1.0)
+
+
+def encoder_reading(
+    q: Column, dq: Column, memory: Column, noise: Column | None, resolution: Any, pole: float, rate: float, first: Any
+) -> EncoderReading:
+    """A sample of an encoder.
+
+    Parameters
+    ----------
+    q, dq : columns (n,)
+        The true state.
+    memory : column (2 n,)
+        Of the sample before; finite numbers at the first.
+    noise : column (n,), optional
+        What is added to q before rounding.
+    resolution : number or symbol
+        One count; 0 for no rounding. A symbol may be 0 in some runs; a number folds.
+    pole, rate : float
+        Of the velocity filter, and samples a second [Hz].
+    first : symbol
+        1 at the first sample, which starts the filter with the true speed, else 0.
+    """
+    n = q.numel()
+    noisy = q if noise is None else q + noise
+    reading = _rounded_to(noisy, resolution)
+    last, value = memory[:n], memory[n:]
+    difference = (reading - last) * rate
+    filtered = difference + pole * (value - difference)
+    seen = casadi.if_else(first > 0.5, dq, filtered)
+    return EncoderReading(reading, seen, casadi.vertcat(reading, seen))
+
+
+def _rounded_to(x: Column, resolution: Any) -> Column:
+    if isinstance(resolution, float | int):
+        return rounded(x / resolution) * resolution if resolution > 0.0 else x
+    rounds = resolution > 0.0
+    count = casadi.if_else(rounds, resolution, 1.0)
+    return casadi.if_else(rounds, rounded(x / count) * count, x)
+
+
+def late_command(command: Column, memory: Column, delay: Any, sample: Any) -> LateCommand:
+    """The command of `delay` samples ago; until the first arrives, it acts already.
+
+    Parameters
+    ----------
+    command : column (n,)
+        The command of this sample.
+    memory : column (m n,)
+        The m commands before it, latest first; finite numbers where there were none yet.
+    delay : number or symbol
+        Whole samples from 0 to m.
+    sample : symbol
+        Number of this sample, from 0.
+    """
+    n, most = command.numel(), memory.numel() // command.numel()
+    behind = casadi.fmin(delay, sample)
+    out = command
+    for i in range(1, most + 1):
+        out = casadi.if_else(behind > i - 0.5, memory[n * (i - 1) : n * i], out)
+    return LateCommand(out, casadi.vertcat(command, memory[: n * (most - 1)]) if most else memory)
+
 
 GENERATOR = 3
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
+
 MOST_DELAY = 8
 """[samples] Longest delay of a kernel that has one."""
 

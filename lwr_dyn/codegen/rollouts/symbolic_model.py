@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernels import lean_recursion as lean
-from lwr_dyn.codegen.kernels.axis_frames import AxisFrame, axis_frames, parameter_map
-from lwr_dyn.codegen.kernels.base_parameters import base_matrix
-from lwr_dyn.codegen.kernels.ldl import ldl_factor, ldl_solve
-from lwr_dyn.codegen.kernels.parameters import in_parent_frame, inertial_parameters
+from lwr_dyn.codegen.kernels.kernel_spec import in_parent_frame, inertial_parameters
+from lwr_dyn.codegen.kernels.lean_recursion import AxisFrame, axis_frames, base_matrix, parameter_map
 from lwr_dyn.codegen.kernels.symbolic_dynamics import column, scalars
+from lwr_dyn.codegen.kernels.symbolic_functions import ldl_factor, ldl_solve
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Chain
-from lwr_dyn.model.vectors import ZERO, Vector, add, multiply
+from lwr_dyn.model.spatial import ZERO, Vector, add, multiply
 
 
 @dataclass(frozen=True, eq=False)

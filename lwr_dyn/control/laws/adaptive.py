@@ -25,32 +25,182 @@ fixed law does. Near rest `linear_feedback` judges these, with the adaptation in
 
 Source: Slotine, Li, "On the adaptive control of robot manipulators", Int. J. Robotics Research 6(3) (1987), eqs. 9 to
 13; Siciliano et al., section 8.5.4.
+
+The regressor of Slotine and Li: torques with two velocities are linear in the inertial parameters too.
+
+    Y(q, dq, dq_r, ddq_r) pi = B(q) ddq_r + C(q, dq) dq_r + g(q)        (rotors left out)
+
+C is the Christoffel matrix, so that C(q, u) w is symmetric in u and w, and h(v) = C(q, v) v is quadratic in v:
+C(q, u) w = h((u + w)/2) - h((u - w)/2). Both the torque and its regressor follow from functions of one velocity:
+
+    Y(q, u, w, a) = Y(q, (u + w)/2, a) - Y_0(q, (u - w)/2, 0),    Y_0 without gravity.
+
+Columns are ten a link in the frame of its joint, as Pinocchio has them: (m, m c_x, m c_y, m c_z, I_xx, I_xy, I_yy,
+I_xz, I_yz, I_zz) about the origin of the frame [kg, kg m, kg m^2]; the last ten take whatever is fixed to the flange.
+
+Source: Slotine, Li, "On the adaptive control of robot manipulators", Int. J. Robotics Research 6(3) (1987); the polar
+form is that of any quadratic function.
+
+What the adaptive law adapts: the ten parameters of what the flange carries, or those of all links; gains and bounds.
+
+Gains are scaled by the unit of the parameter: g for a mass [kg], g (0.1 m)^2 for a first moment [kg m], g (0.1 m)^4 for
+a second moment [kg m^2]. One gain for all ten makes the second moments, whose torques are small, ruin the loop.
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 import numpy as np
 
-from lwr_dyn.control.gains import OMEGA_N, NaturalFrequency
-from lwr_dyn.control.laws.adapted_parameters import AdaptedParameters
-from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
-from lwr_dyn.control.linear_feedback import LinearFeedback
-from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.control.gains import OMEGA_N, LinearFeedback, NaturalFrequency
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics, ungated
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
 
+PER_LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
+"""The parameters of a link, in the order of the columns."""
+
+
+class SlotineLiRegressor:
+    """Y (n, 10 n) and torque (n,) [N m] of single states (n,), unchecked, for loops; see this module.
+
+    `parameters` (10 n,) are the arm's own, `armature` (n,) the rotors, which stand outside of Y.
+
+    Raises
+    ------
+    MissingDataError
+        The arm has no inertias.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        weightless = arm.with_chain(replace(arm.chain, gravity=np.zeros(3)))
+        with_gravity, without = (ungated(dynamics_of(one)) for one in (arm, weightless))
+        raw: Any = with_gravity
+        self.n, self.armature = arm.n, np.array(arm.armature)
+        self.parameters = np.concatenate([body.toDynamicParameters() for body in raw.model.inertias[1:]])
+        self._columns, self._columns_0 = raw.torque_regressor, getattr(without, "torque_regressor")  # noqa: B009
+        self._torque, self._torque_0 = with_gravity.inverse_dynamics, without.bias_torque
+        self._still = np.zeros(arm.n)
+
+    def __call__(self, q: Array, dq: Array, dq_r: Array, ddq_r: Array) -> Array:
+        """Y (n, 10 n): the torque per unit of each parameter."""
+        half = 0.5 * (dq + dq_r)
+        Y: Array = self._columns(q, half, ddq_r)
+        Y -= self._columns_0(q, half - dq_r, self._still)
+        return Y.reshape(self.n, -1)  # Pinocchio's of one joint is flat
+
+    def torque(self, q: Array, dq: Array, dq_r: Array, ddq_r: Array) -> Array:
+        """B ddq_r + C(q, dq) dq_r + g with the arm's own parameters and rotors: Y parameters + armature ddq_r."""
+        half = 0.5 * (dq + dq_r)
+        tau: Array = self._torque(q, half, ddq_r) - self._torque_0(q, half - dq_r)
+        return tau
+
+
+SETS = ("payload", "base")
+
+LENGTH = 0.1
+"""[m] Of a load: a first moment is of the order of its mass times it."""
+
+HEAVIEST = 20.0
+"""[kg] The largest load, where the arm has no rating; three times the rating otherwise."""
+
+FAR = 0.5
+"""[m] The farthest centre of a load from the frame of the last joint."""
+
+STATES, STATES_SEED = 100, 0
+"""Random states whose torques show which combinations of parameters matter."""
+
+RANK = 1e-9
+"""Of the largest singular value: a combination below it moves no torque."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdaptedParameters:
+    """theta (m,), added to the parameters of the arm's model: pi_hat = pi + W theta.
+
+    `W` (10 n, m), or None where theta are the last ten; `gains`, `lower`, `upper` (m,) of theta.
+    """
+
+    name: str
+    W: Array | None
+    gains: Array
+    lower: Array
+    upper: Array
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "gains", "lower", "upper")
+
+    @classmethod
+    def payload(cls, arm: Arm, regressor: SlotineLiRegressor, gain: float) -> Self:
+        """The ten of what is fixed to the last link; the mass of both together stays positive."""
+        most = _heaviest(arm)
+        moments = np.r_[[FAR * most] * 3, [FAR**2 * most] * 6]
+        own = float(regressor.parameters[-len(PER_LINK)])
+        return cls("payload", None, scaled_gains(gain), np.r_[-own, -moments], np.r_[most, moments])
+
+    @classmethod
+    def base(cls, arm: Arm, regressor: SlotineLiRegressor, gain: float) -> Self:
+        """All combinations of the parameters of all links that move a torque, in coordinates in which the gains are 1.
+
+        W = S V with S the roots of the scaled gains and V (10 n, m) an orthonormal base of the row space of Y S. The
+        gradient law for all 10 n parameters never leaves this space, so it is that law with fewer numbers.
+        """
+        root = np.sqrt(np.tile(scaled_gains(gain), arm.n))
+        states = np.random.default_rng(STATES_SEED).uniform(-np.pi, np.pi, (STATES, 4, arm.n))
+        rows = np.concatenate([regressor(*state) for state in states]) * root
+        _, sizes, V = np.linalg.svd(rows, full_matrices=False)
+        V = V[sizes > RANK * sizes[0]]
+        bound = np.full(len(V), len(PER_LINK) * _heaviest(arm) / np.sqrt(gain))
+        return cls("base", root[:, None] * V.T, np.ones(len(V)), -bound, bound)
+
+    @classmethod
+    def of(cls, name: str, arm: Arm, regressor: SlotineLiRegressor, gain: float) -> Self:
+        """One of `SETS`; raises `OptionError` for another name, or a gain that is not above 0."""
+        if name not in SETS:
+            raise OptionError("adapt", repr(name), ", ".join(SETS))
+        if not (np.isfinite(gain) and gain > 0.0):
+            raise OptionError("adapt_gain", gain, "a number above 0")
+        return cls.payload(arm, regressor, gain) if name == SETS[0] else cls.base(arm, regressor, gain)
+
+    def link_parameters(self, theta: Array) -> Array:
+        """What is added to the parameters: of the payload (10,), or of all links (10 n,)."""
+        return theta if self.W is None else np.asarray(self.W @ theta)
+
+    def columns(self, Y: Array) -> Array:
+        """The columns (n, m) of theta out of all columns Y (n, 10 n)."""
+        return Y[:, -len(PER_LINK) :] if self.W is None else np.asarray(Y @ self.W)
+
+
+def scaled_gains(gain: float) -> Array:
+    """Gains of the ten parameters of one body, in the order of `PER_LINK`.
+
+    >>> scaled_gains(100.0)[[0, 1, 4]].round(9).tolist()
+    [100.0, 1.0, 0.01]
+    """
+    return np.array(gain * np.r_[1.0, [LENGTH**2] * 3, [LENGTH**4] * 6])
+
+
+def _heaviest(arm: Arm) -> float:
+    rated = arm.ratings.payload
+    return HEAVIEST if rated is None else 3.0 * rated
+
+
 GAIN = 10.0
 """[kg/J] g of `scaled_gains`. At 1 kHz without friction 10 to 100 was tried on the LWR 4+; with friction that is not
 adapted, 30 is too much for the light wrist of its reading `computed`."""
+
 FRICTION_GAIN = 30.0
 """[1/s^2] Of Coulomb friction, times the inertia of the joint."""
+
 FRICTION_WIDTH = 5e-3
 """[rad/s or m/s] Of the tanh in the Coulomb friction that is adapted."""
-POSES, SEED = 64, 0
+
+POSES, POSES_SEED = 64, 0
 """Poses of the joint box over which the inertia of a joint is averaged, for the gains of its friction."""
 
 
@@ -191,7 +341,7 @@ def friction_gains(arm: Arm, dynamics: Dynamics, gain: float = FRICTION_GAIN) ->
     if not (np.isfinite(gain) and gain > 0.0):
         raise OptionError("friction_gain", gain, "a number above 0")
     half = np.full(arm.n, np.pi)
-    poses = np.random.default_rng(SEED).uniform(
+    poses = np.random.default_rng(POSES_SEED).uniform(
         np.maximum(arm.lower, -half), np.minimum(arm.upper, half), (POSES, arm.n)
     )
     b = np.einsum("kii->ki", dynamics.mass_matrix(poses)).mean(axis=0)

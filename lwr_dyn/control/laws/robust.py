@@ -31,10 +31,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from lwr_dyn.control.gains import OMEGA_N, NaturalFrequency
-from lwr_dyn.control.laws.adapted_parameters import LENGTH
-from lwr_dyn.control.laws.slotine_li_regressor import PER_LINK, SlotineLiRegressor
-from lwr_dyn.control.linear_feedback import LinearFeedback
+from lwr_dyn.control.gains import OMEGA_N, LinearFeedback, NaturalFrequency
+from lwr_dyn.control.laws.adaptive import LENGTH, PER_LINK, SlotineLiRegressor
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array

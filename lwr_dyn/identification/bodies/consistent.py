@@ -6,20 +6,224 @@ b and Lambda are the base parameters of the log and their precision, G the group
 (`body_prior`). It is convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and
 every link of what it gives is a body. The weight w = 1/deviation^2 is the one under which the log is most likely, near
 `weighted_fit.USUAL_WEIGHT` where a log says nothing of it.
+
+The bodies nearest to what torques say and to a prior, by a damped Newton method.
+
+    min over pi   1/2 (G pi - b)^T Lambda (G pi - b) + w D(pi, pi0)
+
+b and Lambda are values and their precision, G maps parameters to them, D is the log-det distance of `body_prior`, which
+grows to infinity where a body stops to be one and so keeps every step inside.
+
+References
+----------
+Boyd, Vandenberghe, Convex Optimization (2004), section 9.5: Newton's method with backtracking; 10.2 under equations.
+
+The fit of a log, a table and constraints under given weights, its evidence, and the weights of most evidence.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize_scalar
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.bodies.body_prior import body_prior
-from lwr_dyn.identification.bodies.constraints import Constraints, constrained_prior
-from lwr_dyn.identification.bodies.pseudo_inertia import are_bodies, pseudo_inertias
-from lwr_dyn.identification.bodies.weighted_fit import WeightedProblem
+from lwr_dyn.identification.bodies.body_prior import (
+    BodyPrior,
+    Constraints,
+    body_prior,
+    constrained_prior,
+    scaled_inverse,
+)
+from lwr_dyn.identification.bodies.possible_bodies import are_bodies, pseudo_inertias
 from lwr_dyn.identification.regression.information import Information
+
+_ROUNDS, _SETTLED, _ARMIJO, _SHORTEST = 60, 1e-9, 1e-4, 1e-10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Target:
+    """Values (b,) with their precision (b, b) of linear combinations G (b, p) of the parameters."""
+
+    values: Array
+    precision: Array
+    combinations: Array
+    curvature: Array = field(init=False, repr=False)
+    """Of half the chi^2, (p, p)."""
+    _pull: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "values", "precision", "combinations")
+        weighted = self.combinations.T @ self.precision
+        object.__setattr__(self, "curvature", weighted @ self.combinations)
+        object.__setattr__(self, "_pull", weighted @ self.values)
+
+    def half_chi2(self, parameters: Array) -> float:
+        """Half the chi^2 of parameters (p,) above the least."""
+        off = self.combinations @ parameters - self.values
+        return 0.5 * float(off @ self.precision @ off)
+
+    def slope(self, parameters: Array) -> Array:
+        """Its gradient (p,)."""
+        return np.asarray(self.curvature @ parameters - self._pull)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearestBodies:
+    """The optimum under one weight of the prior, with the Hessian there in the free directions."""
+
+    weight: float
+    parameters: Array
+    value: float
+    hessian: Array
+    free: Array | None
+    """(p, f) directions in which the parameters may move; None for all."""
+    iterations: int
+
+    @property
+    def covariance(self) -> Array:
+        """(p, p) of the parameters: the inverse of the Hessian, none across the free directions."""
+        inverse = scaled_inverse(self.hessian)
+        return inverse if self.free is None else np.asarray(self.free @ inverse @ self.free.T)
+
+
+def nearest_bodies(
+    target: Target, prior: BodyPrior, weight: float, start: Array, free: Array | None = None
+) -> NearestBodies:
+    """Newton's method with backtracking.
+
+    Parameters
+    ----------
+    target : Target
+    prior : BodyPrior
+    weight : float
+        Of the distance, 1/deviation^2.
+    start : (p,) array
+        Parameters of bodies that obey the constraints.
+    free : (p, f) array, optional
+        Directions that constraints leave; all if not given.
+
+    Returns
+    -------
+    NearestBodies
+    """
+
+    def reduced(array: Array) -> Array:
+        if free is None:
+            return array
+        return np.asarray(free.T @ array if array.ndim == 1 else free.T @ array @ free)
+
+    def cost(parameters: Array) -> float:
+        return target.half_chi2(parameters) + prior.distance(parameters, weight)
+
+    here, value = start, cost(start)
+    for iteration in range(_ROUNDS):
+        slope, curvature = prior.derivatives(here, weight)
+        slope, hessian = reduced(slope + target.slope(here)), reduced(curvature + target.curvature)
+        scale = 1.0 / np.sqrt(np.diag(hessian))
+        step = -scale * cho_solve(cho_factor(hessian * np.outer(scale, scale)), scale * slope)
+        decrement, share = -float(slope @ step), 1.0
+        if decrement < _SETTLED:
+            break
+        move = step if free is None else free @ step
+        while (there := cost(here + share * move)) > value - _ARMIJO * share * decrement:
+            share *= 0.5
+            if share < _SHORTEST:  # rounding is all that is left
+                return NearestBodies(weight, here, value, hessian, free, iteration)
+        here, value = here + share * move, there
+    return NearestBodies(weight, here, value, hessian, free, iteration)
+
+
+WEIGHTS = (0.3, 1e5)
+"""Range in which a weight is looked for: deviation from the table from a factor of three to 0.3 %."""
+
+USUAL_WEIGHT, USUAL_FACTOR = 25.0, 10.0
+"""Where a weight is when a log says nothing of it: arms are 20 % off their tables, give or take a factor of three (one
+standard deviation of the log of the deviation; ten in the weight)."""
+
+NO_DEVIATION, APART = 1e-3, 5.0
+"""Weight of rotors that are not believed at all, and the log evidence that a weight of their own must bring: odds of a
+hundred and fifty to one."""
+
+_WEIGHT_STEP = 0.2
+"""In log weight: a tenth is within what the fit can feel."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WeightedFit:
+    """The optimum under the weights of bodies and of rotors."""
+
+    rotor_weight: float
+    nearest: NearestBodies
+
+    @property
+    def weight(self) -> float:
+        """Of the bodies."""
+        return self.nearest.weight
+
+    @property
+    def parameters(self) -> Array:
+        """(p,)"""
+        return self.nearest.parameters
+
+
+class WeightedProblem:
+    """The cost of one log, one table and its constraints."""
+
+    def __init__(self, information: Information, prior: BodyPrior, constraints: Constraints | None) -> None:
+        self.prior = prior
+        self._target = Target(information.values, information.precision, information.base.grouping)
+        self._free = None if constraints is None else constraints.free(prior.units)
+        self._dimensions = [prior.bodies, prior.known_rotors.size]
+        if constraints is not None:
+            rows = constraints.matrix * prior.units
+            for k, columns in enumerate((np.arange(prior.bodies), prior.known_rotors)):
+                self._dimensions[k] -= int(np.linalg.matrix_rank(rows[:, columns])) if columns.size else 0
+
+    def fit(self, weight: float, rotors: float, start: Array) -> WeightedFit:
+        """From parameters that obey the constraints."""
+        prior = replace(self.prior, rotor_weight=rotors)
+        return WeightedFit(rotors, nearest_bodies(self._target, prior, weight, start, self._free))
+
+    def search(self) -> WeightedFit:
+        """The fit of most evidence: one weight for the table, or another for its rotors where the log asks for it.
+
+        A rotor's inertia in a table is often off by the square of a gear, which says nothing of the bodies beside it.
+        """
+        one = self._line(lambda weight, start: self.fit(weight, weight, start), self.prior.table)
+        if not self.prior.known_rotors.size:
+            return one
+        bodies = self._line(lambda weight, start: self.fit(weight, NO_DEVIATION, start), self.prior.table)
+        two = self._line(lambda weight, start: self.fit(bodies.weight, weight, start), bodies.parameters, NO_DEVIATION)
+        return two if self.evidence(two) > self.evidence(one) + APART else one
+
+    def _line(self, fit: Callable[[float, Array], WeightedFit], start: Array, least: float = WEIGHTS[0]) -> WeightedFit:
+        """The best fit along one weight; every fit starts where the one before ended."""
+        fits: list[tuple[float, WeightedFit]] = []
+
+        def unlikely(log_weight: float) -> float:
+            found = fit(float(np.exp(log_weight)), fits[-1][1].parameters if fits else start)
+            fits.append((log_weight, found))
+            usual = (log_weight - np.log(USUAL_WEIGHT)) / np.log(USUAL_FACTOR)
+            return 0.5 * float(usual) ** 2 - self.evidence(found)
+
+        bounds = (float(np.log(least)), float(np.log(WEIGHTS[1])))
+        found = minimize_scalar(unlikely, bounds=bounds, method="bounded", options={"xatol": _WEIGHT_STEP})
+        return min(fits, key=lambda pair: abs(pair[0] - found.x))[1]
+
+    def evidence(self, fit: WeightedFit) -> float:
+        """Log evidence of a weight by Laplace's method about the fit.
+
+        The normaliser of the prior is Laplace's too: what the method neglects cancels where the log says nothing.
+        """
+        hessian = fit.nearest.hessian
+        scale = 1.0 / np.sqrt(np.diag(hessian))
+        half_log = np.log(np.diag(np.linalg.cholesky(hessian * np.outer(scale, scale)))).sum() - np.log(scale).sum()
+        logs = np.log([fit.weight, fit.rotor_weight])
+        return float(-fit.nearest.value - half_log + 0.5 * logs @ np.array(self._dimensions))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,34 +11,38 @@ zeros of the two encoders.
 The deflection theta - q is small: 1e-5 rad where a wrist joint carries little, as much as the noise of an encoder, and
 least squares would take the noise for the spring (K too small, by a tenth and more). So the deflection's instrument is
 the links' torque from the fit itself, which has no encoder's difference in it.
+
+Gears, drives and links of elastic joints as text for people and as a record for programs.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import LogError, OptionError
+from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.identification.friction.identify_friction import with_error
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.regression.base_parameters import BaseParameters, base_parameters
-from lwr_dyn.identification.regression.grouped import equations_of, grouped
-from lwr_dyn.identification.regression.instrumental import instrumental_fit
-from lwr_dyn.identification.regression.joint_columns import JointColumns
-from lwr_dyn.identification.regression.long_run import WINDOW
-from lwr_dyn.identification.regression.normal_equations import BLOCK
+from lwr_dyn.identification.regression.information import BLOCK, equations_of, grouped
+from lwr_dyn.identification.regression.instrumental import WINDOW, instrumental_fit
+from lwr_dyn.identification.regression.least_squares import BaseParameters, base_parameters
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
-from lwr_dyn.identification.regression.torque_columns import PROBES, WIDEST, TorqueColumns
+from lwr_dyn.identification.regression.torque_columns import PROBES, WIDEST, JointColumns, TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.friction import JointFriction
-from lwr_dyn.model.shown import short_repr
+from lwr_dyn.model.run import short_repr
+from lwr_dyn.model.transmission import JointElasticity
 
 TWO_ENCODERS = SampleRule(10.0)
 """At 20 Hz noise of accelerations, with nothing but encoders in the gears' equations, moved links by 0.3 sigma."""
+
 GEAR = ("stiffness", "damping", "zero")
 """K [N m/rad], D [N m s/rad] and o [N m] of a gear."""
+
 DRIVE = JointColumns("symmetric")
 """Rotor and friction of a motor, seen at its joint."""
 
@@ -110,6 +114,7 @@ class ElasticIdentification:
 
 
 _PER_JOINT = len(DRIVE.names) + len(GEAR)
+
 ROUNDS = 3
 """Of instruments and estimate in turn. Any torque that follows the links' will do; a better one is more precise."""
 
@@ -235,3 +240,54 @@ def _rows(
         W[:, n + j, gear + 1], Z[:, n + j, gear + 1] = links.dq[:, j] - motors.dq[:, j], -slope[:, j]
         W[:, n + j, gear + 2] = Z[:, n + j, gear + 2] = -1.0
     return W, Z
+
+
+SHOWN = ("stiffness", "damping", "armature", "coulomb", "viscous", "offset")
+
+UNITS = {
+    "stiffness": "N m/rad", "damping": "N m s/rad", "armature": "kg m^2", "coulomb": "N m", "viscous": "N m s/rad",
+    "offset": "N m", "zero": "N m",
+}  # fmt: skip
+
+
+def elastic_text(found: ElasticIdentification, arm: Arm) -> str:
+    """A row a joint with springs, dampers, rotors and friction; the noise of both sides; what bends too little."""
+    cells = {name: (found.of(name), found.of(name, sigma=True)) for name in SHOWN}
+    rows = [
+        (str(j + 1), *(with_error(float(v[j]), float(s[j])) for v, s in cells.values()), _own(arm, j))
+        for j in range(found.n)
+    ]
+    heads = (*(f"{name} [{UNITS[name]}]" for name in SHOWN), "stiffness of the model")
+    noise = [(str(j + 1), f"{found.noise[j]:.4g}", f"{found.noise[found.n + j]:.4g}") for j in range(found.n)]
+    lines = [
+        f"{len(found.values)} parameters from {found.equations} equations, {found.base.count} of them the links'",
+        aligned(rows, ("joint", *heads)),
+        "rotors and friction are the motors', seen at the joints",
+    ]
+    for j in np.flatnonzero(~found.bends):
+        lines.append(f"stiffness of joint {j + 1} not identified: it carries too little to bend beyond its encoders")
+    return "\n".join((*lines, "", aligned(noise, ("joint", "noise of the torque [N m]", "of the gear [N m]"))))
+
+
+def elastic_record(found: ElasticIdentification, robot: str) -> dict[str, Any]:
+    """Every parameter of every joint with its error, the links' base parameters, and the noise of both sides."""
+    cells = {name: (found.of(name), found.of(name, sigma=True)) for name in (*GEAR, *DRIVE.names)}
+    links = zip(found.base.statements(), found.links, found.sigma, strict=False)
+    return {
+        "robot": robot, "equations": found.equations,
+        "joints": [
+            {
+                "joint": j + 1, "bends": bool(found.bends[j]), "torque_noise": found.noise[j],
+                "gear_noise": found.noise[found.n + j],
+                "parameters": {
+                    name: {"value": v[j], "standard_error": s[j], "unit": UNITS[name]} for name, (v, s) in cells.items()
+                },
+            }
+            for j in range(found.n)
+        ],
+        "links": [{"parameter": name, "value": v, "standard_error": s} for name, v, s in links],
+    }  # fmt: skip
+
+
+def _own(arm: Arm, joint: int) -> str:
+    return "-" if arm.elasticity is None else f"{arm.elasticity.stiffness[joint]:.5g}"

@@ -8,30 +8,146 @@
 
 The gradient goes through the regressor: with G = df/dW the derivative is that of <G, Y(q, dq, ddq)>, whose differences
 the compiled kernel gives state by state. The sign of a speed is smoothed to tanh(dq / `SMOOTH`).
+
+Joint motions as finite Fourier series that begin and end at rest.
+
+    q_j(t) = q0_j + sum_k a_jk / (k w) sin(k w t) - b_jk / (k w) cos(k w t),   w = 2 pi / T,  k = 1 ... H
+
+With sum_k a_jk = 0 and sum_k k b_jk = 0 the speed and the acceleration vanish at t = 0 and t = T, so that a controller
+can start and stop there. Both conditions are linear: the series has 2 H - 1 free coordinates a joint.
+
+What a motion is worth: both objectives and the sigma of every base parameter, on its own terms and unsmoothed.
 """
 
+import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.codegen.kernels.batch import BatchDynamics
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
-from lwr_dyn.identification.excitation.fourier import FourierBasis
 from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, TorqueColumns
+from lwr_dyn.model.run import Motion, short_repr
+
+MOST_HARMONICS = 50
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FourierMotion:
+    """A motion of n joints for `duration` [s]: `centre` (n,) [rad or m], `sines`, `cosines` (H, n) [rad/s or m/s].
+
+    A reference that any simulation takes: before 0 and after its end it stands still.
+
+    References
+    ----------
+    Swevers et al., Optimal robot excitation and identification (1997), eq. 13.
+    """
+
+    duration: float
+    centre: Array
+    sines: Array
+    cosines: Array
+    name: ClassVar[str] = "FourierMotion"
+    """In run files."""
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "centre", "sines", "cosines")
+
+    def sample(self, t: ArrayLike) -> Motion:
+        """The motion at times t (k,) [s], exact derivatives; raises `ShapeError`."""
+        times = np.atleast_1d(real_array("t", t))
+        at = np.clip(times, 0.0, self.duration)
+        moving = (times == at)[:, None]
+        w = 2.0 * np.pi / self.duration * np.arange(1, len(self.sines) + 1)
+        S, C = np.sin(np.outer(at, w)), np.cos(np.outer(at, w))
+        q = self.centre + S @ (self.sines / w[:, None]) - C @ (self.cosines / w[:, None])
+        dq = C @ self.sines + S @ self.cosines
+        ddq = C @ (self.cosines * w[:, None]) - S @ (self.sines * w[:, None])
+        return Motion(times, q, moving * dq, moving * ddq)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FourierBasis:
+    """The series at fixed times: q = position @ X, dq = speed @ X, ddq = acceleration @ X, coordinates X (2 H - 1, n).
+
+    `position`, `speed`, `acceleration` are (k, 2 H - 1); the first coordinate is the centre, the others move about it.
+    """
+
+    duration: float
+    harmonics: int
+    position: Array
+    speed: Array
+    acceleration: Array
+    free: Array
+    """(2 H + 1, 2 H - 1): centre, a, b of the free coordinates."""
+
+    @property
+    def count(self) -> int:
+        """Free coordinates of a joint."""
+        return int(self.free.shape[1])
+
+    def motion(self, X: Array) -> FourierMotion:
+        """The series of coordinates X (2 H - 1, n)."""
+        centre, sines, cosines = np.split(self.free @ X, [1, 1 + self.harmonics])
+        return FourierMotion(self.duration, centre[0], sines, cosines)
+
+
+def fourier_basis(duration: float, harmonics: int, instants: int) -> FourierBasis:
+    """The basis at `instants` times, equally spaced from 0, the last one before `duration`.
+
+    Raises
+    ------
+    OptionError
+        A duration that is not above 0; less than 2 or more than `MOST_HARMONICS` harmonics.
+
+    >>> basis = fourier_basis(10.0, 5, 50)
+    >>> basis.count, float(np.abs(basis.speed[0]).max().round(12)), float(np.abs(basis.acceleration[0]).max().round(12))
+    (9, 0.0, 0.0)
+    """
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise OptionError("duration", duration, "a time above 0 s")
+    if not 2 <= harmonics <= MOST_HARMONICS:
+        raise OptionError("harmonics", harmonics, f"2 to {MOST_HARMONICS}")
+    k = np.arange(1, harmonics + 1)
+    w = 2.0 * np.pi / duration * k
+    angle = np.outer(np.arange(instants) * (duration / instants), w)
+    S, C, none = np.sin(angle), np.cos(angle), np.zeros((instants, 1))
+    free = np.zeros((2 * harmonics + 1, 2 * harmonics - 1))
+    free[0, 0] = 1.0
+    free[1 : harmonics + 1, 1:harmonics] = _across(np.ones(harmonics))
+    free[harmonics + 1 :, harmonics:] = _across(k.astype(np.float64))
+    position, speed = np.hstack([none + 1.0, S / w, -C / w]) @ free, np.hstack([none, C, S]) @ free
+    return FourierBasis(duration, harmonics, position, speed, np.hstack([none, -S * w, C * w]) @ free, free)
+
+
+def _across(direction: Array) -> Array:
+    """An orthonormal basis (H, H - 1) across a vector of positive numbers, by a Householder mirror."""
+    v = direction / np.linalg.norm(direction)
+    v = v + np.eye(len(v))[0]
+    mirror = np.eye(len(v)) - 2.0 * np.outer(v, v) / (v @ v)
+    return np.asarray(mirror[:, 1:])
+
 
 ObjectiveName = Literal["d", "cond"]
+
 OBJECTIVES: tuple[ObjectiveName, ...] = ("d", "cond")
+
 SMOOTH = 0.05
 """[rad/s or m/s] Speed at which the smoothed sign of friction is tanh(1)."""
+
 OWN = 4
 """Columns of a joint: rotor, Coulomb and viscous friction, offset."""
+
 STEP = 1e-5
 """Step of the central differences [rad, rad/s, rad/s^2]."""
+
 DEGENERATE = 1e-14
 """Smallest eigenvalue of the scaled M at which a motion says nothing of some parameter."""
+
 LARGE = 20.0
 """The value of an objective there: a trial step of the search may come to such a motion."""
 
@@ -167,3 +283,61 @@ def _kernel(columns: TorqueColumns) -> BatchDynamics:
     if columns.kernel is None:
         raise MissingPackageError("numba", "batch")
     return columns.kernel
+
+
+SCORE_RATE = 100.0
+"""[Hz] Rows of a log of which each counts as an equation of its own."""
+
+_BLOCK = 500
+"""Rows whose columns are in memory at a time."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionScore:
+    """Objectives of a motion's rows at `SCORE_RATE`, and what noise leaves of the base parameters."""
+
+    d: float
+    """-log det of the information of one row, per parameter; each 2 less is an error ellipsoid e times as small."""
+    condition: float
+    """Of the regressor with its columns scaled to length 1."""
+    sigma: Array
+    """(b,) of the base parameters [SI], for torques with the stated noise."""
+    names: tuple[str, ...]
+    """(b,) Columns that stand for the base parameters."""
+    __repr__ = short_repr
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "sigma")
+
+    @property
+    def mean_sigma(self) -> float:
+        """Geometric mean of `sigma`, at least exp(d / 2) / sqrt(rows); NaN where a parameter is not shown."""
+        return float(np.exp(np.log(self.sigma).mean()))
+
+
+def motion_score(columns: TorqueColumns, rows: Motion, noise: Array) -> MotionScore:
+    """The score of the rows of any motion for torque noise (n,) [N m or N], each an equation of every joint.
+
+    A parameter that the motion does not show makes `d` 20 and `condition` its exponential, and sigma NaN.
+    """
+    M = information_per_row(columns, rows, noise)
+    d, _ = d_value(M)
+    condition, _ = cond_value(M)
+    base = columns.base()
+    scale = np.sqrt(np.diag(M))
+    known = bool(np.isfinite(scale).all() and (scale > 0.0).all() and condition < LARGE)
+    inverse = np.linalg.inv(M / np.outer(scale, scale)) if known else np.full_like(M, np.nan)
+    sigma = np.sqrt(np.diag(inverse) / len(rows.t)) / np.where(scale > 0.0, scale, 1.0)
+    return MotionScore(d, float(np.exp(condition)), sigma, tuple(base.names[k] for k in base.kept))
+
+
+def information_per_row(columns: TorqueColumns, rows: Motion, noise: Array) -> Array:
+    """W^T S^-1 W / k (b, b) of the k rows of a motion."""
+    kept, k = columns.base().kept, len(rows.t)
+    M = np.zeros((len(kept), len(kept)))
+    for i in range(0, k, _BLOCK):
+        part = slice(i, i + _BLOCK)
+        W = columns(rows.q[part], rows.dq[part], rows.ddq[part])[:, :, kept] / noise[:, None]
+        flat = W.reshape(-1, len(kept))
+        M += flat.T @ flat
+    return M / k

@@ -8,47 +8,209 @@ table as a loose prior, and the change is judged by
 The geometry tells most, as no bodies and friction can explain torques of an arm that moves another way; friction that
 adds energy tells a torque of the wrong sign where inertia is small; the table keeps parameters from absurd values. An
 arm and its mirror image (all signs at once) are alike to it.
+
+One fault of a log, for people and for programs.
+
+What may be wrong with the columns of a log: signs, order, units; each as a linear map that would mend it.
+
+    q' = q Q,  dq' = dq Q,  ddq' = ddq Q,  tau' = tau T
+
+Q and T are permutations with signs and factors.
+
+How far the parameters of an arm may be off its table, roughly: what a log must beat to say anything.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import combinations, groupby
+from math import pi
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.log_faults.column_changes import ColumnChange, column_changes
-from lwr_dyn.identification.log_faults.log_fault import LogFault
-from lwr_dyn.identification.log_faults.table_spread import table_spread
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 
+FaultKind = Literal["saturated", "still", "silent", "sign", "order", "unit"]
+
+
+@dataclass(frozen=True, slots=True)
+class LogFault:
+    """What is wrong with logs: `kind`, which `joints` (from 1), `where` (files, columns), `found` and `needed`.
+
+    A `severe` one makes any fit meaningless; with another the fit stands and says less.
+    """
+
+    kind: FaultKind
+    joints: tuple[int, ...]
+    where: str
+    found: str
+    needed: str
+    severe: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.found}; needed: {self.needed}"
+
+
+Side = Literal["q", "tau", "both"]
+
+SIDES: tuple[Side, ...] = ("both", "q", "tau")
+
+TURN = 180.0 / pi
+
+TURN_SLIPS = {TURN: "in rad, read as deg", 1.0 / TURN: "in deg, read as rad"}
+"""Factors that mend positions in the wrong unit, and what went wrong; torques: see `torque_scale`."""
+
+_WHOSE: Mapping[Side, str] = {"q": "positions", "tau": "torques", "both": "positions and torques"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ColumnChange:
+    """A change that would mend a log: `kind`, `joints` (from 1; empty for all), `side`, and its maps (n, n)."""
+
+    kind: FaultKind
+    joints: tuple[int, ...]
+    side: Side
+    text: str
+    Q: Array
+    T: Array
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "Q", "T")
+
+
+def column_changes(n: int) -> Iterator[ColumnChange]:
+    """Every single change for an arm of n joints: one sign, two columns exchanged, one unit of q; and of all.
+
+    >>> sum(1 for _ in column_changes(7))
+    112
+    """
+    yield from _sign_changes(n)
+    yield from _order_changes(n)
+    yield from _unit_changes(n)
+
+
+def _sign_changes(n: int) -> Iterator[ColumnChange]:
+    for side in SIDES:
+        for j in range(n):
+            yield _change("sign", (j + 1,), side, _signs(n, [j]), f"{_columns(side, j + 1)} with the opposite sign")
+        yield _change("sign", (), side, _signs(n, range(n)), f"all {_WHOSE[side]} with the opposite sign")
+
+
+def _order_changes(n: int) -> Iterator[ColumnChange]:
+    for side in SIDES:
+        for i, j in combinations(range(n), 2):
+            order = list(range(n))
+            order[i], order[j] = j, i
+            text = f"{_columns(side, i + 1)} exchanged with {_columns(side, j + 1)}"
+            yield _change("order", (i + 1, j + 1), side, np.eye(n)[order], text)
+        if n > 3:
+            yield _change("order", (), side, np.eye(n)[::-1], f"all {_WHOSE[side]} in reverse order")
+            for shift, way in ((1, "up"), (-1, "down")):
+                moved = np.roll(np.eye(n), shift, axis=1)
+                yield _change("order", (), side, moved, f"all {_WHOSE[side]} one joint further {way}")
+
+
+def _unit_changes(n: int) -> Iterator[ColumnChange]:
+    for factor, slip in TURN_SLIPS.items():
+        text = f"{factor:.4g} times as large ({slip})"
+        yield _change("unit", (), "q", factor * np.eye(n), f"all positions {text}")
+        for j in range(n):
+            one = np.eye(n)
+            one[j, j] = factor
+            yield _change("unit", (j + 1,), "q", one, f"q{j + 1} {text}")
+
+
+def _change(kind: FaultKind, joints: tuple[int, ...], side: Side, map_: Array, text: str) -> ColumnChange:
+    none = np.eye(len(map_))
+    return ColumnChange(kind, joints, side, text, none if side == "tau" else map_, none if side == "q" else map_)
+
+
+def _signs(n: int, joints: Iterable[int]) -> Array:
+    out = np.ones(n)
+    out[list(joints)] = -1.0
+    return np.diag(out)
+
+
+def _columns(side: Side, joint: int) -> str:
+    return {"q": f"q{joint}", "tau": f"tau{joint}", "both": f"q{joint} and tau{joint}"}[side]
+
+
+DEVIATION = 0.5
+"""Share of a link's mass, mass times reach, mass times reach squared."""
+
+REACH = 0.15
+"""[m] of a link's mass about its frame."""
+
+EFFORT = 100.0
+"""[N m or N] for a joint without a known limit."""
+
+
+def efforts(arm: Arm) -> Array:
+    """Limits of torque (n,) with `EFFORT` where they are not known."""
+    return np.where(np.isfinite(arm.effort), arm.effort, EFFORT)
+
+
+def table_spread(columns: TorqueColumns, arm: Arm, friction: float) -> Array:
+    """Standard deviations (p,) of all parameters about the table; of friction and offset a share of the joint's limit.
+
+    >>> import lwr_dyn
+    >>> arm = lwr_dyn.load("lwr4plus")
+    >>> table_spread(TorqueColumns(arm.chain), arm, 0.05)[70:74].round(2)
+    array([1. , 8.8, 8.8, 8.8])
+    """
+    own, n = columns.own(arm), columns.n
+    masses = own[: columns.bodies : 10]
+    known = masses[masses > 0.0]
+    usual = np.where(masses > 0.0, masses, known.mean() if known.size else 1.0)
+    by_kind = np.array([1.0, *[REACH] * 3, *[REACH**2] * 6])
+    spread = np.empty(columns.count)
+    spread[: columns.bodies] = (DEVIATION * usual[:, None] * by_kind).reshape(-1)
+    for j in range(n):
+        spread[columns.of_joint(j)] = friction * efforts(arm)[j]
+    spread[columns.rotor_indices] = 1.0 + own[columns.rotor_indices]
+    return spread
+
+
 INSTANTS = 400
 """Instants that are tried on, evenly taken."""
+
 SLOW = 0.15
 """Share of a joint's RMS speed below which its equation is left out: scale-free, as units are in question."""
+
 FLOOR = 0.02
 """Share of a joint's torque that no fit is asked to explain."""
+
 FREE = 10.0
 """Times its torque limit that a joint's friction may be, a priori."""
+
 DRIVING = 300.0
 """Largest price of friction that adds energy."""
+
 DECISIVE = 0.35
 """Drop of the score per instant that makes a change an answer."""
+
 ALIKE = 0.05
 """Such a drop below which two changes are alike."""
+
 MOST = 4
 """Changes that are looked for, one after the other."""
+
 BEYOND = 0.35
 """[rad or m] past its limits by which a change may not put a joint."""
+
 WHOLE = 0.5
 """Share of instants at which all torques must be known, or nothing is tried."""
+
 LEAST = 50
 """Number of such instants, where torques were cut out."""
+
 ROUNDING = 1e-12
+
 _ROUNDS = 3
 
 

@@ -1,21 +1,220 @@
-"""All faults of logs, and logs made ready for a regression."""
+"""All faults of logs, and logs made ready for a regression.
+
+Saturated torques: rows in which a torque stands at a bound, so that it is not what moved the arm; cut out, and said.
+
+A bound is the limit of the joint, or a level at which the recorded torque itself is cut off: its largest value comes
+far more often than those next to it.
+
+Joints that never move in any log.
+
+Torques that never change while their joint moves: a sensor that is off, a column never written, or always a bound.
+
+A torque cut off below the friction of its joint is at one bound or the other all the time, and measures nothing.
+
+Torques in the wrong unit: a thousand times too large or too small beside the gravity of the arm's table.
+
+    tau_j = a_j g_j(q) + friction and offset of joint j
+
+The slope a_j is 1, give or take what the arm differs from its table; 1000 or 0.001 is a unit (mN m read as N m, or the
+other way). Of a joint that carries no weight nothing can be said.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.identification.log_faults.column_trials import column_faults, not_tried, trial_samples
-from lwr_dyn.identification.log_faults.log_fault import LogFault
-from lwr_dyn.identification.log_faults.saturation import cut_saturated
-from lwr_dyn.identification.log_faults.silent_torques import silent_torques
-from lwr_dyn.identification.log_faults.still_joints import still_joints
-from lwr_dyn.identification.log_faults.torque_scale import torque_scale_faults
+from lwr_dyn.identification.friction.friction_map import position_noise
+from lwr_dyn.identification.log_faults.column_trials import LogFault, column_faults, not_tried, trial_samples
 from lwr_dyn.identification.logs.clock import on_even_clock
-from lwr_dyn.identification.logs.column_map import NO_MAP, ColumnMap
-from lwr_dyn.identification.logs.joint_log import JointLog, read_log
-from lwr_dyn.identification.logs.repeated import apart_from
+from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
+from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
+from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
+
+AT_LIMIT = 0.999
+"""Share of a joint's limit from which a torque counts as saturated."""
+
+OFTEN = 8
+"""Rows at the largest value, and times the rows of the values next to it, from which on it is a level.
+
+The peak of a smooth torque in counts has three times the rows of the counts below it.
+"""
+
+NEXT = 3
+"""Values next to the largest that it is compared with."""
+
+FEW = 20
+"""Different values a torque must have for that."""
+
+
+def saturated_rows(log: JointLog, arm: Arm | None = None) -> NDArray[np.bool_]:
+    """Which torques (k, n) of a log are at a bound; the joint's limit counts where the arm is given."""
+    out = np.zeros(log.tau.shape, dtype=bool)
+    for j in range(log.tau.shape[1]):
+        tau = log.tau[:, j]
+        out[:, j] = _at_level(tau) | _at_level(-tau)
+        if arm is not None and np.isfinite(arm.effort[j]):
+            with np.errstate(invalid="ignore"):
+                out[:, j] |= np.abs(tau) >= AT_LIMIT * arm.effort[j]
+    return out
+
+
+def _at_level(tau: Array) -> NDArray[np.bool_]:
+    """Rows at the largest value, if it comes too often for a peak."""
+    none = np.zeros(tau.size, dtype=bool)
+    known = tau[np.isfinite(tau)]
+    if known.size == 0:
+        return none
+    at = np.equal(tau, float(known.max()))
+    count = int(at.sum())
+    if count < OFTEN:
+        return none
+    values, rows = np.unique(known, return_counts=True)
+    beside = float(rows[-1 - NEXT : -1].mean()) if values.size > NEXT else 1.0
+    if values.size < FEW or count < OFTEN * beside:
+        return none
+    return np.asarray(at)
+
+
+def cut_saturated(log: JointLog, arm: Arm | None = None) -> tuple[JointLog, tuple[LogFault, ...]]:
+    """The log with NaN for its saturated torques, which the regression leaves out, and what was cut, joint by joint."""
+    rows = saturated_rows(log, arm)
+    if not rows.any():
+        return log, ()
+    faults = []
+    for j in np.flatnonzero(rows.any(axis=0)):
+        level = float(np.abs(log.tau[rows[:, j], j]).min())
+        count, first = int(rows[:, j].sum()), int(np.argmax(rows[:, j]))
+        whole = rows[:, j].mean()
+        found = f"{count} rows ({whole:.1%}, first {first + 1}) at {level:.4g} or beyond, cut out"
+        needed = "torques below the bound: a slower or shorter motion"
+        faults.append(
+            LogFault("saturated", (int(log.joints[j]),), f"{log.source}: column tau{log.joints[j]}", found, needed)
+        )
+    tau = np.where(rows, np.nan, log.tau)
+    return replace(log, tau=tau, notes=(*log.notes, *map(str, faults))), tuple(faults)
+
+
+LEAST = 1e-3
+"""[rad or m] of travel, in all, below which a joint stands still."""
+
+NOISES = 12.0
+"""Standard deviations of the position noise that travel must exceed."""
+
+LONGEST = 20_000
+"""Rows of a log that the noise is taken from."""
+
+
+def still_joints(logs: Sequence[JointLog]) -> tuple[LogFault, ...]:
+    """A fault for every joint that moves in none of the logs; one alone where no joint moves."""
+    where = ", ".join(dict.fromkeys(log.source for log in logs))
+    faults = []
+    for j, joint in enumerate(logs[0].joints):
+        travel = [float(np.ptp(log.q[:, j])) for log in logs]
+        noise = max(position_noise(log.q[:LONGEST, j]) for log in logs)
+        if max(travel) < max(LEAST, NOISES * noise):
+            found = f"joint {joint} never moves (at most {max(travel):.2g} rad or m)"
+            needed = f"a log in which joint {joint} moves both ways: its friction, rotor and most of its link stay open"
+            faults.append(LogFault("still", (joint,), f"{where}: column q{joint}", found, needed))
+    if len(faults) > 1 and len(faults) == len(logs[0].joints):
+        needed = "a log of a motion in which every joint moves both ways"
+        return (LogFault("still", logs[0].joints, f"{where}: columns q1..", "no joint ever moves", needed),)
+    return tuple(faults)
+
+
+AT_ENDS = 0.95
+"""Share of rows at its least or its largest value from which a torque is one that measures nothing."""
+
+
+def silent_torques(logs: Sequence[JointLog]) -> tuple[LogFault, ...]:
+    """A severe fault for all joints that move and whose torque has one value, or two, in all logs.
+
+    Torques cut out do not count. A joint that stands still may well have one torque: `still_joints` says that.
+    """
+    moving = set(logs[0].joints) - {joint for fault in still_joints(logs) for joint in fault.joints}
+    silent: dict[int, str] = {}
+    for j, joint in enumerate(logs[0].joints):
+        tau = np.concatenate([log.tau[:, j] for log in logs])
+        ends = _ends(tau[np.isfinite(tau)]) if joint in moving else ""
+        if ends:
+            silent[joint] = ends
+    if not silent:
+        return ()
+    where = ", ".join(dict.fromkeys(log.source for log in logs))
+    names = ", ".join(f"tau{joint}" for joint in silent)
+    values = ", ".join(silent.values())
+    several = len(silent) > 1
+    found = f"{names} never change{'' if several else 's'} ({values} N m or N) while the joint{'s' * several} moved"
+    return (LogFault("silent", tuple(silent), where, found, "torques of a sensor that measures", severe=True),)
+
+
+def _ends(tau: Array) -> str:
+    """The value that a torque always has, or the two; empty for others."""
+    if tau.size == 0:
+        return ""
+    low, high = float(tau.min()) + 0.0, float(tau.max()) + 0.0  # 0.0: not -0
+    if low == high:
+        return f"{low:g}"
+    return f"{low:g} or {high:g}" if float(np.mean((tau == low) | (tau == high))) >= AT_ENDS else ""
+
+
+SLIPS = {1e-3: "in N m, read as mN m", 1e3: "in mN m, read as N m"}
+"""Slopes of torques in the wrong unit, and what went wrong."""
+
+WITHIN = 4.0
+"""Factor by which a slope may miss 1 or a slip."""
+
+EXPLAINED = 0.5
+"""Share of what friction leaves of a joint's torque that the prediction must explain, or nothing is said."""
+
+SLOW = 1e-3
+"""Speed of an instant whose friction is not asked for [rad/s or m/s]."""
+
+
+def torque_scale_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
+    """A fault for all torques in the wrong unit, or for each joint's."""
+    columns = TorqueColumns(arm.chain, friction="directions")
+    own = columns.own(arm)
+    own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
+    still = np.zeros(samples.q.shape)
+    predicted = columns(samples.q, still, still) @ own
+    slopes = np.array([_slope(samples, columns, predicted[:, j], j) for j in range(arm.n)])
+    known = np.isfinite(slopes)
+    where = ", ".join(dict.fromkeys(samples.sources))
+    faults: list[LogFault] = []
+    for slip, text in SLIPS.items():
+        hit = known & (slopes > slip / WITHIN) & (slopes < slip * WITHIN)
+        if not hit.any():
+            continue
+        joints = tuple((np.flatnonzero(hit) + 1).tolist())
+        whole = bool((hit == known).all()) and len(joints) > 1
+        names = "all torques" if whole else ", ".join(f"tau{j}" for j in joints)
+        shown = ", ".join(f"{slopes[j - 1]:.3g} (joint {j})" for j in joints)
+        found = f"{names} {text}: times the gravity of the table {shown}"
+        needed = f"N m: --units tau={'N m' if slip < 1.0 else 'mN m'}" if whole else "one unit for all joints"
+        faults.append(LogFault("unit", () if whole else joints, where, found, needed, severe=True))
+    return tuple(faults)
+
+
+def _slope(samples: Samples, columns: TorqueColumns, predicted: Array, joint: int) -> float:
+    """a_j, NaN where it is not known."""
+    rows = np.abs(samples.dq[:, joint]) > SLOW
+    friction = columns.own_columns(joint, samples.dq, samples.ddq)[rows, 1:]
+    beside = np.column_stack([friction[:, np.abs(friction).any(axis=0)], np.ones(len(friction))])
+    if len(beside) <= beside.shape[1] + 1:
+        return float("nan")
+    both = np.column_stack([samples.tau[rows, joint], predicted[rows]])
+    tau, part = (both - beside @ np.linalg.lstsq(beside, both, rcond=None)[0]).T
+    squares = float(part @ part)
+    slope = float(part @ tau) / squares if squares > 0.0 else float("nan")
+    left = tau - slope * part
+    return slope if float(left @ left) < (1.0 - EXPLAINED) * float(tau @ tau) else float("nan")
 
 
 @dataclass(frozen=True, slots=True)

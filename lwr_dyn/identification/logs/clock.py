@@ -16,7 +16,7 @@ from scipy.ndimage import median_filter
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.recordings import GAP, JITTER, recordings
+from lwr_dyn.identification.logs.log_columns import GAP, JITTER, recordings
 
 GAPS = 0.02
 """Share of the steps that may be gaps."""

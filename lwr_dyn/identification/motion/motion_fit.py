@@ -1,6 +1,8 @@
 """Identification from any motion: base parameters by least squares, bodies near the table, judged on other motions.
 
 Beyond the paper, which needs constant velocities. Base parameters are combinations: other sets give the same torques.
+
+How parameters are taken from logs of any motion.
 """
 
 from collections.abc import Iterable, Sequence
@@ -9,33 +11,88 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import LogError
-from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.foundation.errors import LogError, OptionError
+from lwr_dyn.identification.bodies.body_prior import body_prior, constraints_of
 from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
-from lwr_dyn.identification.bodies.constraints import constraints_of
 from lwr_dyn.identification.bodies.possible_bodies import BodyVerdict, judge_bodies
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion.missing_motions import MissingMotion, missing_motions
-from lwr_dyn.identification.motion.motion_rule import DEFAULT_MOTION, MotionRule
-from lwr_dyn.identification.motion.parameter_states import (
+from lwr_dyn.identification.motion.identifiable import (
     CorrelatedGroup,
+    MissingMotion,
     cell_origins,
     correlated_groups,
     half_widths,
+    missing_motions,
     parameter_states,
 )
-from lwr_dyn.identification.motion.residuals import Whiteness, inflation_of, residuals_of, whiteness_of
-from lwr_dyn.identification.motion.validation import Folds, Validation, cross_validation, validated_on
-from lwr_dyn.identification.regression.base_parameters import ROUNDING, BaseParameters
-from lwr_dyn.identification.regression.commanded_motion import instrumental_information
+from lwr_dyn.identification.motion.validation import (
+    Folds,
+    Validation,
+    Whiteness,
+    cross_validation,
+    inflation_of,
+    residuals_of,
+    validated_on,
+    whiteness_of,
+)
 from lwr_dyn.identification.regression.information import Information, widened
-from lwr_dyn.identification.regression.least_squares import IDENTIFIED, Estimate
-from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
-from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search
-from lwr_dyn.identification.regression.stribeck_errors import with_unknown_speeds
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.regression.instrumental import instrumental_information
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED, ROUNDING, BaseParameters, Estimate
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search, with_unknown_speeds
+from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.shown import repr_html, short_repr
+from lwr_dyn.model.run import repr_html, short_repr
+
+LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionRule:
+    """How parameters are taken from logs.
+
+    Parameters
+    ----------
+    samples : SampleRule
+        How instants are taken; with a transmission rotors and friction are those of the motors.
+    friction : {"directions", "symmetric"}
+        Coulomb and viscous friction of each direction, or the same in both with an offset.
+    stribeck : bool
+        Whether Stribeck speeds are searched, on all motions; take samples at low speeds then.
+    folds : int
+        Parts into which the motions are dealt; each is kept from a fit in turn.
+    deviation : float, optional
+        Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
+    known : tuple of str
+        What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
+
+    Raises
+    ------
+    OptionError
+        A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds.
+    """
+
+    samples: SampleRule = DEFAULT_SAMPLES
+    friction: FrictionForm = "directions"
+    stribeck: bool = False
+    folds: int = 5
+    deviation: float | None = None
+    known: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.folds < 2:
+            raise OptionError("folds", self.folds, "a number of at least 2")
+        if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
+            allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
+            raise OptionError("deviation", self.deviation, allowed)
+
+    @property
+    def weight(self) -> float | None:
+        """Of the table in the consistent fit."""
+        return None if self.deviation is None else self.deviation**-2
+
+
+DEFAULT_MOTION = MotionRule()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

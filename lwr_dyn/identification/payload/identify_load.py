@@ -1,4 +1,14 @@
-"""A load in the hand of an arm from a log: ten parameters, beside the friction of the joints or the arm as a whole."""
+"""A load in the hand of an arm from a log: ten parameters, beside the friction of the joints or the arm as a whole.
+
+Torques of an arm per unit of the ten inertial parameters of a load that is fixed to its flange.
+
+What errors of the arm's own table do to a load that is fitted on it.
+
+    y = X b + Y d + e,   d ~ N(0, t^2 C0),   b^ - b = (X^T W X)^-1 X^T W (Y d + e)
+
+b are the load and the friction, Y d the torques of what the table has wrong of bodies and rotors. Their share t is the
+one whose expected residual squares are those that neighbouring instants have in common.
+"""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -6,29 +16,119 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import LogError, OptionError
+from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.identification.bodies.possible_bodies import UNITS, inertial_parameters
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.payload.arm_doubt import arm_doubt, model_squares
-from lwr_dyn.identification.payload.load_columns import NAMES, load_shift
-from lwr_dyn.identification.regression.grouped import GroupedEstimate, equations_of, grouped
-from lwr_dyn.identification.regression.joint_columns import FrictionForm
-from lwr_dyn.identification.regression.long_run import WINDOW, window_sums
-from lwr_dyn.identification.regression.normal_equations import BLOCK, NormalEquations
+from lwr_dyn.identification.regression.information import BLOCK, GroupedEstimate, NormalEquations, equations_of, grouped
+from lwr_dyn.identification.regression.instrumental import WINDOW, window_sums
+from lwr_dyn.identification.regression.least_squares import Spectrum
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.shown import short_repr
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.run import short_repr
+from lwr_dyn.model.spatial import Pose, steiner, symmetric_part
+
+NAMES = INERTIAL
+"""Mass, first moment and tensor about the origin of the flange's frame (the tool's point where the arm has a tool)."""
+
+
+def load_shift(flange: Pose) -> Array:
+    """A (10, 10): parameters of a body in the frame of the link that carries it, from those in the flange's frame.
+
+    With H the pose of the flange and P the pseudo-inertia, P_link = H P H^T, which is linear in the parameters.
+    """
+    H = flange.matrix()
+    return inertial_parameters(H @ UNITS @ H.T).T
+
+
+def load_columns(last: Array, flange: Pose) -> Array:
+    """Columns of the load (..., 10) from those of the last link (..., 10): it is a part of that link."""
+    return np.asarray(last @ load_shift(flange))
+
+
+def body_of(parameters: Array) -> Body:
+    """The body with parameters (10,) about the origin of its frame; the mass must not be 0."""
+    m, first = float(parameters[0]), parameters[1:4]
+    com = first / m
+    tensor = np.zeros((3, 3))
+    for (a, b), value in zip(ROW_BY_ROW, parameters[4:], strict=True):
+        tensor[a, b] = tensor[b, a] = value
+    return Body(m, com, symmetric_part(tensor - steiner(m, com)))
+
+
+SURE = 5.0
+"""Standard errors by which the residuals of neighbours must be alike, in all joints together."""
+
+
+def model_squares(left: Array, used: NDArray[np.bool_], recording: NDArray[np.intp]) -> Array:
+    """Mean squares (n,) of what is wrong in residuals (k, n), by their neighbours [(N m)^2 or N^2]; 0 if by chance.
+
+    White noise has no covariance with its neighbour, an error of the model hardly changes from one to the next. For
+    noise alone the sum over joints of m r, r the correlation in m pairs, has the variance of the sum of m.
+
+    >>> one = np.tile([0.2, 0.2, -0.2, -0.2], 100)[:, None]
+    >>> both = np.concatenate([one + 1.0, one - 1.0])
+    >>> model_squares(both, np.ones((800, 1), dtype=bool), np.repeat([0, 1], 400)).round(2).tolist()
+    [1.0]
+    """
+    pairs = used[1:] & used[:-1] & (recording[1:] == recording[:-1])[:, None]
+    count = pairs.sum(axis=0)
+    alike = np.where(pairs, left[1:] * left[:-1], 0.0).sum(axis=0) / np.maximum(count, 1)
+    squares = np.where(used, left**2, 0.0).sum(axis=0) / np.maximum(used.sum(axis=0), 1)
+    sure = float((count * alike / np.maximum(squares, 1e-300)).sum()) > SURE * float(np.sqrt(count.sum()))
+    return np.asarray(np.maximum(alike, 0.0) * sure)
+
+
+def arm_doubt(
+    normal: NormalEquations, columns: TorqueColumns, own: Array, fitted: int, noise: Array, wrong: Array
+) -> tuple[float, Array]:
+    """How far the arm seems to be off its table, and what that adds to the covariance of what was fitted.
+
+    Parameters
+    ----------
+    normal : NormalEquations
+        Of `fitted` columns, then all bodies and rotors of `columns`.
+    columns : TorqueColumns
+    own : (p,) array
+        The table's parameters.
+    fitted : int
+    noise, wrong : (n,) array
+        Noise that weighs each joint's equations, and the mean squares of `model_squares`.
+
+    Returns
+    -------
+    share : float
+        As the deviation of `consistent_fit`: 0.1 for an arm some 10 % off.
+    covariance : (fitted, fitted) array
+    """
+    matrix, _ = normal.weighted(noise)
+    prior = body_prior(columns, own).covariance(1.0)
+    table = np.r_[0 : columns.bodies, columns.rotor_indices]
+    prior = prior[np.ix_(table, table)]
+    across = matrix[:fitted, fitted:]
+    bias = Spectrum.of(matrix[:fitted, :fitted]).inverse() @ across
+    left = matrix[fitted:, fitted:] - across.T @ bias
+    seen = normal.equations > 0
+    share = float((normal.equations * wrong / noise**2)[seen].sum()) / max(float((prior * left).sum()), 1e-300)
+    return float(np.sqrt(share)), share * bias @ prior @ bias.T
+
 
 FRICTIONS = ("directions", "symmetric", "own")
 """Friction of the joints: fitted to the same logs, per direction or the same in both with an offset; the arm's own."""
+
 SYSTEMATIC = 1.5
 """Times its own size that a joint's residual may have in slow sums and pass for noise."""
+
 CUTOFFS = (20.0, 10.0, 5.0)
 """[Hz] Filters on positions that are tried: fast motions need a high one; slow ones a low one, or the noise of their
 accelerations shrinks inertias."""
+
 RULES = tuple(SampleRule(cutoff) for cutoff in CUTOFFS)
+
 TEN = len(INERTIAL)
 
 

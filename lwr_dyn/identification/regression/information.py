@@ -3,22 +3,255 @@
     chi^2(b) = sum_j |tau_j - W_j b|^2 / s_j^2,    precision = sum_j W_j^T W_j / s_j^2,    R^T R = precision
 
 s_j is the noise of joint j, from its own residuals unless it is given.
+
+Normal equations of every joint by itself, summed over blocks of instants, so that a long log needs no memory.
+
+Least squares of equations in groups, such as joints, from their normal equations; each group has its own noise.
+
+As `information`, for columns that are not those of one arm alone: a load in its hand, the two sides of its gears.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dsyrk
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.regression.base_parameters import BaseParameters
-from lwr_dyn.identification.regression.grouped import grouped
-from lwr_dyn.identification.regression.normal_equations import NormalEquations, normal_equations
+from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.identification.regression.least_squares import BaseParameters, Spectrum, solved
 from lwr_dyn.identification.regression.samples import Samples
-from lwr_dyn.identification.regression.spectrum import Spectrum
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, TorqueColumns
+
+BLOCK = 1024
+"""Instants at once: their columns stay in the cache."""
+
+CHUNK = 4096
+"""Instants whose rotor and friction columns are made at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NormalEquations:
+    """Of every joint over its equations: W^T W (n, b, b), W^T tau (n, b), tau^T tau (n,), and how many (n,).
+
+    Those of several logs or recordings add up.
+    """
+
+    matrices: Array
+    sides: Array
+    squares: Array
+    equations: NDArray[np.intp]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "matrices", "sides", "squares")
+
+    def __add__(self, other: "NormalEquations") -> "NormalEquations":
+        names = ("matrices", "sides", "squares", "equations")
+        return NormalEquations(*(getattr(self, name) + getattr(other, name) for name in names))
+
+    def weighted(self, noise: Array) -> tuple[Array, Array]:
+        """Sum over joints of W^T W / noise^2 (b, b) and W^T tau / noise^2 (b,)."""
+        weights = self.equations > 0
+        weights = np.where(weights, 1.0 / np.where(weights, noise, 1.0) ** 2, 0.0)
+        return np.tensordot(weights, self.matrices, 1), weights @ self.sides
+
+    def residual_squares(self, values: Array) -> Array:
+        """|tau - W values|^2 of every joint, (n,): exact to about 1e-15 of |tau|^2."""
+        across = np.einsum("b,jbc,c->j", values, self.matrices, values)
+        return np.asarray(np.maximum(self.squares - 2.0 * self.sides @ values + across, 0.0))
+
+
+def normal_equations(
+    samples: Samples | Iterable[Samples], columns: TorqueColumns, base: BaseParameters
+) -> NormalEquations:
+    """The normal equations of base parameters (b,), from the equations that are used.
+
+    Joint by joint: only columns that reach the joint, those of its own link and of links beyond, and of its friction,
+    are multiplied. A million instants take seconds and a few megabytes.
+
+    Parameters
+    ----------
+    samples : Samples or iterable of Samples
+        All instants, or a part at a time (`sample_parts`).
+    columns : TorqueColumns
+    base : BaseParameters
+        Of these columns.
+
+    Raises
+    ------
+    ShapeError
+        Samples of another number of joints.
+    """
+    joints = [_JointSums.of(j, columns, base) for j in range(columns.n)]
+    equations = np.zeros(columns.n, dtype=np.intp)
+    for part in (samples,) if isinstance(samples, Samples) else samples:
+        if part.n != columns.n:
+            raise ShapeError("samples", f"{part.n} joints", f"{columns.n}, those of the columns")
+        equations += np.count_nonzero(part.used, axis=0)
+        for first in range(0, len(part), CHUNK):
+            _add(part.select(slice(first, first + CHUNK)), columns, joints)
+    n, b = columns.n, base.count
+    matrices, sides, squares = np.zeros((n, b, b)), np.zeros((n, b)), np.zeros(n)
+    for j, joint in enumerate(joints):
+        whole = joint.sums + np.triu(joint.sums, 1).T
+        matrices[j][np.ix_(joint.places, joint.places)] = whole[:-1, :-1]
+        sides[j][joint.places], squares[j] = whole[:-1, -1], whole[-1, -1]
+    return NormalEquations(matrices, sides, squares, equations)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _JointSums:
+    """The columns that reach a joint, and the sums of their products (upper triangle), the torque last."""
+
+    bodies: NDArray[np.intp]
+    """Of the bodies' columns, as the kernel orders them."""
+    own: tuple[tuple[int, NDArray[np.intp], float], ...]
+    """Of rotors and friction: whose, which of its columns, times what."""
+    places: NDArray[np.intp]
+    """Of all of them among the base parameters."""
+    sums: Array
+    rows: Array
+    """Room for one block, (BLOCK, columns and torque)."""
+
+    @classmethod
+    def of(cls, joint: int, columns: TorqueColumns, base: BaseParameters) -> "_JointSums":
+        at = {int(k): place for place, k in enumerate(base.kept)}
+        bodies = [k for k in at if 10 * joint <= k < columns.bodies]
+        own, places = [], [at[k] for k in bodies]
+        for i in range(columns.n):
+            reach = columns.reach(joint, i)
+            picks = [k for k in range(columns.of_joint(i).start, columns.of_joint(i).stop) if k in at and reach]
+            if picks:
+                own.append((i, np.array(picks) - columns.of_joint(i).start, reach))
+                places += [at[k] for k in picks]
+        from_kernel = np.array(bodies, dtype=np.intp)
+        if columns.kernel is not None:
+            from_kernel = 10 * (from_kernel // 10) + FROM_KERNEL[from_kernel % 10]
+        wide = len(places) + 1
+        sums, rows = np.zeros((wide, wide), order="F"), np.empty((BLOCK, wide))
+        return cls(from_kernel, tuple(own), np.array(places, dtype=np.intp), sums, rows)
+
+
+def _add(part: Samples, columns: TorqueColumns, joints: Sequence[_JointSums]) -> None:
+    own = [columns.own_columns(i, part.dq, part.ddq) for i in range(columns.n)]
+    for first in range(0, len(part), BLOCK):
+        rows = slice(first, first + BLOCK)
+        Y = columns.raw_bodies(part.q[rows], part.dq[rows], part.ddq[rows])
+        for j, joint in enumerate(joints):
+            used = part.used[rows, j]
+            W = joint.rows[: len(Y)]
+            stop = joint.bodies.size
+            np.take(Y[:, j], joint.bodies, axis=1, out=W[:, :stop], mode="clip")
+            for i, picks, factor in joint.own:
+                start, stop = stop, stop + picks.size
+                np.multiply(own[i][rows, picks], factor, out=W[:, start:stop])
+            W[:, -1] = part.tau[rows, j]
+            if not used.all():
+                W = W[used]
+            dsyrk(1.0, W.T, 1.0, joint.sums, overwrite_c=1)
+
+
+ROUNDS = 50
+"""Of noise and fit in turn, at most."""
+
+SETTLED = 1e-6
+"""Share by which the noise may still change in the last round."""
+
+QUIET = 1e-7
+"""Noise below this share of a group's right side may be rounding alone."""
+
+LEAST = 1e-9
+"""[N m or N] Least noise, also of a group whose right sides are all 0: its weight stays a number that others bear."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroupedEstimate:
+    """Parameters (p,) with covariance (p, p), and the noise (g,) of every group of equations, NaN of an empty one.
+
+    Parameters that the equations leave open are those of least norm among scaled columns; `determined` (p,) says which
+    are not, and their variance is infinite.
+    """
+
+    values: Array
+    covariance: Array
+    noise: Array
+    normal: NormalEquations
+    determined: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "values", "covariance", "noise")
+
+    @property
+    def sigma(self) -> Array:
+        """Standard errors (p,), infinite where a parameter is not determined."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def rms(self, values: Array) -> Array:
+        """RMS residual of every group (g,) with parameters (p,); NaN of an empty group."""
+        count = self.normal.equations
+        return np.sqrt(np.where(count > 0, self.normal.residual_squares(values) / np.maximum(count, 1), np.nan))
+
+
+def equations_of(X: Array, y: Array, used: NDArray[np.bool_]) -> NormalEquations:
+    """The normal equations of rows X (k, g, p), y (k, g) where `used` (k, g)."""
+    rows = [(X[u, g], y[u, g]) for g, u in enumerate(used.T)]
+    return NormalEquations(
+        np.array([W.T @ W for W, _ in rows]), np.array([W.T @ b for W, b in rows]), np.array([b @ b for _, b in rows]),
+        np.count_nonzero(used, axis=0),
+    )  # fmt: skip
+
+
+def grouped(normal: NormalEquations, start: Array, known: bool = False) -> GroupedEstimate:
+    """min sum over groups of |y - X b|^2 / s_g^2, with s_g^2 = |y - X b|^2 / (m_g - p_g) from the round before.
+
+    Parameters
+    ----------
+    normal : NormalEquations
+        Of g groups.
+    start : (g,) array
+        Noise of the groups in the first round, above 0.
+    known : bool
+        That noise is right and stays.
+
+    Returns
+    -------
+    GroupedEstimate
+
+    Notes
+    -----
+    p_g = trace(X_g^T X_g C) / s_g^2 is the share of the parameters that a group pays for: they sum to p, and the noise
+    has no bias (C the covariance of b).
+
+    References
+    ----------
+    Harville, Maximum likelihood approaches to variance component estimation, J. Am. Stat. Assoc. 72 (1977), 3.
+
+    >>> rows = equations_of(np.ones((3, 1, 1)), np.array([[1.0], [2.0], [3.0]]), np.ones((3, 1), dtype=bool))
+    >>> fit = grouped(rows, np.ones(1))
+    >>> fit.values.round(6).tolist(), fit.noise.round(6).tolist()
+    ([2.0], [1.0])
+    """
+    count = normal.equations
+    floor = QUIET * np.sqrt(normal.squares / np.maximum(count, 1)) + LEAST
+    noise = np.asarray(start, dtype=np.float64)
+    for _ in range(0 if known else ROUNDS):
+        matrix, side = normal.weighted(noise)
+        inverse = Spectrum.of(matrix).inverse()
+        squares = normal.residual_squares(solved(matrix, side, inverse))
+        before, paid = noise, np.einsum("gij,ji->g", normal.matrices, inverse) / noise**2
+        freedom = count - paid
+        found = np.sqrt(squares / np.maximum(freedom, 0.5))
+        noise = np.where(freedom > 0.5, np.maximum(found, floor), noise)
+        if np.abs(noise / before - 1.0).max() < SETTLED:
+            break
+    matrix, side = normal.weighted(noise)
+    spectrum = Spectrum.of(matrix)
+    covariance, determined = spectrum.inverse(), spectrum.determined
+    values = solved(matrix, side, covariance)
+    covariance[~determined] = covariance[:, ~determined] = 0.0
+    covariance[~determined, ~determined] = np.inf
+    return GroupedEstimate(values, covariance, np.where(count > 0, noise, np.nan), normal, determined)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,6 +7,8 @@ References
 ----------
 Gautier, Janot, Vandanjon, A new closed-loop output error method for parameter identification of robot dynamics (2013),
 section III, for the filter on positions.
+
+What the samples of logs are, where it is not what was asked for: split recordings, a lower cut-off.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,22 +22,29 @@ from scipy.signal import butter, sosfiltfilt
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.logs.recordings import even_step, recordings
+from lwr_dyn.identification.logs.log_columns import even_step, recordings
 from lwr_dyn.model.transmission import Transmission
 
 ORDER = 4
 """Of the Butterworth filter, forward and backward."""
+
 NYQUIST = 0.8
 """Largest cut-off, as a share of half the rate."""
+
 EDGE = 4.0
 """Periods of the cut-off that are left out at both ends of a recording, where the filter lacks rows."""
+
 MEMORY = 16.0
 """Periods of the cut-off after which the filter has forgotten a row (to 1e-16)."""
+
 PART = 20_000
 """Rows of a log at once."""
+
 _STATES = ("t", "q", "dq", "ddq", "tau")
+
 HALF = 2
 """Rows on each side in a central difference (error of order 4 in the step)."""
+
 REACH = 1.0
 """Periods of the cut-off beside a reversal in which a joint has no equation: there the filtered speed may have the
 wrong sign (0.8 of one on simulated logs, longest where the joint stuck), and friction would be that of the other
@@ -229,3 +238,26 @@ def exact_samples(t: Array, q: Array, dq: Array, ddq: Array, tau: Array, slowest
     """Instants of one motion that is known, such as a simulated one."""
     whole = np.zeros(len(t), dtype=np.intp)
     return Samples(t, q, dq, ddq, tau, np.abs(dq) > slowest, whole, ("",))
+
+
+_FEW = 3
+"""Gaps that are named."""
+
+
+def sample_notes(logs: Iterable[JointLog], rule: SampleRule) -> tuple[str, ...]:
+    """A line for every log with gaps in time, and one for every log that is too slow for the filter."""
+    notes = []
+    for log in logs:
+        starts = [piece.start for piece in recordings(log.t)][1:]
+        if starts:
+            gaps = [f"{log.t[i] - log.t[i - 1]:.4g} s at {log.t[i - 1]:.6g} s" for i in starts[:_FEW]]
+            more = f" and {len(starts) - _FEW} more" if len(starts) > _FEW else ""
+            notes.append(f"{log.source}: {len(starts) + 1} recordings, split at gaps of {', '.join(gaps)}{more}")
+        if rule.cutoff is not None and log.t.size > 1:
+            rate = 1.0 / float(np.median(np.diff(log.t)))
+            if rule.cutoff > NYQUIST * 0.5 * rate:
+                notes.append(
+                    f"{log.source}: filtered at {NYQUIST * 0.5 * rate:.4g} Hz in place of {rule.cutoff:g} Hz, "
+                    f"which is too near to half of its rate of {rate:.4g} Hz"
+                )
+    return tuple(notes)

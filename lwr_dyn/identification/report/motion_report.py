@@ -1,20 +1,216 @@
-"""A fit to any motion (`identify_motion`) as the report shows it: head figures, bodies, checks, recordings."""
+"""A fit to any motion (`identify_motion`) as the report shows it: head figures, bodies, checks, recordings.
 
-from collections.abc import Sequence
+From a fit to what the page shows: full parameters, predicted torques, friction over speed, a row a parameter.
+
+Cards on what a fit to any motion is worth: validation, whiteness, price of bodies, what is known only together.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from math import hypot, sqrt
 
 import numpy as np
 
+from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.identification.motion.identifiable import FROM_BOTH, FROM_LOG, FROM_TABLE, MEANING, TOGETHER
 from lwr_dyn.identification.motion.motion_fit import MotionIdentification
-from lwr_dyn.identification.motion.motion_tables import NOISE_MODEL, body_lines
-from lwr_dyn.identification.motion.parameter_states import MEANING
-from lwr_dyn.identification.motion.validation import Validation
-from lwr_dyn.identification.report.fit_values import drawn_fit, full_parameters, link_parameters, parameter_rows
-from lwr_dyn.identification.report.motion_checks import bodies_section, unknown_section, validation_section
-from lwr_dyn.identification.report.parameter_rows import number
-from lwr_dyn.identification.report.shown_fit import Section, ShownFit
+from lwr_dyn.identification.motion.motion_tables import NOISE_MODEL, body_lines, validation_table
+from lwr_dyn.identification.motion.validation import LAGS, LEVEL, Validation
+from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.report.charts import ShownRecording
+from lwr_dyn.identification.report.shown_fit import Section, ShownFit, ShownParameter, number
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.transmission import Transmission
+
+MOST_ROWS = 12_000
+"""Instants of a recording that the page draws: two minutes at 100 Hz; of longer ones every second, third, ..."""
+
+MOST_RECORDINGS = 8
+"""Recordings that are drawn, the first ones."""
+
+_BLOCK = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnFit:
+    """The recordings as they are drawn, and the dots of the friction maps: speed and torque (k, n)."""
+
+    recordings: tuple[ShownRecording, ...]
+    speed: Array
+    torque: Array
+    left_out: int
+    """Recordings that are not drawn."""
+    every: int
+    """Of the longest recording drawn, one in so many instants is there."""
+
+
+def full_parameters(information: Information, arm: Arm) -> Array:
+    """All parameters (p,): those that fit best and are nearest to the arm's own, column by column to its scale.
+
+    Of the sets with the fitted base values, the one with the least sum of squared relative changes; no set of bodies
+    need have them.
+    """
+    own, grouping = information.columns.own(arm), information.base.grouping
+    weight = np.square(np.maximum(np.abs(own), 1e-3 * np.abs(own).max()))
+    missing = information.values - grouping @ own
+    pull = (grouping * weight) @ grouping.T
+    return np.asarray(own + weight * (grouping.T @ np.linalg.solve(pull, missing)))
+
+
+def drawn_fit(samples: Samples, columns: TorqueColumns, parameters: Array) -> DrawnFit:
+    """Torques as parameters (p,) predict them, and what bodies and rotors leave of the measured ones.
+
+    With a transmission, speeds and friction are those of the motors.
+    """
+    numbers = np.unique(samples.recording)
+    rigid = parameters.copy()
+    rigid[columns.bodies :] = 0.0
+    rigid[columns.rotor_indices] = parameters[columns.rotor_indices]
+    recordings, speeds, torques, every = [], [], [], 1
+    names = _names([samples.sources[k] for k in numbers])
+    for name, k in zip(names[:MOST_RECORDINGS], numbers[:MOST_RECORDINGS], strict=True):
+        rows = np.flatnonzero(samples.recording == k)
+        step = -(-rows.size // MOST_ROWS)
+        one, every = samples.select(rows[::step]), max(every, step)
+        whole, bodies = _torques(one, columns, parameters, rigid)
+        cut = ~one.used & (one.tau == 0.0)  # a torque that was cut out stands as 0 there
+        measured = np.where(cut, np.nan, one.tau)
+        recordings.append(ShownRecording(name, one.t - one.t[0], one.q, measured, whole, one.used))
+        left = np.where(one.used, one.tau - bodies, np.nan)
+        speeds.append(one.dq if columns.transmission is None else one.dq @ columns.transmission.matrix.T)
+        torques.append(left if columns.transmission is None else _at_motors(left, columns.transmission))
+    hidden = len(numbers) - len(recordings)
+    return DrawnFit(tuple(recordings), np.concatenate(speeds), np.concatenate(torques), hidden, every)
+
+
+def _torques(one: Samples, columns: TorqueColumns, *sets: Array) -> Iterator[Array]:
+    """Y pi (k, n) of each parameter set, in blocks."""
+    both = np.column_stack(sets)
+    blocks = [slice(k, k + _BLOCK) for k in range(0, len(one), _BLOCK)]
+    out = np.concatenate([columns(one.q[b], one.dq[b], one.ddq[b]) @ both for b in blocks])
+    return (out[..., k] for k in range(len(sets)))
+
+
+def _at_motors(left: Array, transmission: Transmission) -> Array:
+    """Torques of the motors (k, n): T^T tau_m = tau; NaN where one joint's is unknown."""
+    return np.asarray(np.linalg.solve(transmission.matrix.T, left.T).T)
+
+
+def _names(sources: Sequence[str]) -> list[str]:
+    """A name a recording: the file, numbered where it has several."""
+    return [
+        source if sources.count(source) == 1 else f"{source} ({list(sources[: k + 1]).count(source)})"
+        for k, source in enumerate(sources)
+    ]
+
+
+def link_parameters(columns: TorqueColumns, parameters: Array) -> Array:
+    """The ten of each link, (n, 10)."""
+    return np.asarray(parameters[: columns.bodies].reshape(columns.n, len(INERTIAL)))
+
+
+def parameter_rows(
+    information: Information, arm: Arm, states: Sequence[str], bodies: Array | None = None
+) -> tuple[ShownParameter, ...]:
+    """A row a base parameter, with the arm's own value and that of the result's bodies (b,)."""
+    own = information.base.of(information.columns.own(arm))
+    bodies = np.full(own.size, np.nan) if bodies is None else bodies
+    rows = zip(information.base.statements(), information.values, information.sigma, own, bodies, states, strict=True)
+    return tuple(
+        ShownParameter(name, float(value), float(sigma), float(table), float(body), state)
+        for name, value, sigma, table, body, state in rows
+    )
+
+
+_MOST = 12
+"""Groups and motions that are named."""
+
+
+def validation_section(result: MotionIdentification, unseen: Sequence[Validation] = ()) -> Section:
+    """RMS torques by joint on motions kept from the fit, on logs of their own, and whether residuals are white."""
+    parts = f"{result.rule.folds} parts of the motion, each kept from a fit in turn"
+    tables = [validation_table(result.validation, parts)]
+    tables += [validation_table(unseen, "logs that no fit has seen")] if unseen else []
+    notes = (
+        "Bodies: by fits whose links are bodies. Model: by the robot's table with its own friction.",
+        f"White: noise alone gives as large a statistic of {LAGS} lags in more than {100 * LEVEL:g} % of logs (Box and "
+        "Pierce, 1970); correlation: of an instant with the next. Where they are not white, sigmas are widened by the "
+        "factor in the last column.",
+    )
+    return "Validation", (*tables, _whiteness(result)), notes
+
+
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else value
+
+
+def _whiteness(result: MotionIdentification) -> Table:
+    names = result.arm.joint_names
+    rows = [
+        (
+            names[w.joint - 1],
+            "yes" if w.white else "no",
+            float(w.autocorrelation[0]),
+            w.probability,
+            1.0 if w.white else w.inflation,
+        )
+        for w in result.whiteness
+    ]
+    headings = (
+        Heading("joint"), Heading("white"), Heading("correlation", "", "+.3f"),
+        Heading("probability", "", number), Heading("sigma times", "", ".3g"),
+    )  # fmt: skip
+    return Table("Residuals against white noise", headings, rows)
+
+
+def bodies_section(result: MotionIdentification) -> tuple[Section, ...]:
+    """What consistency costs at each joint, and of how many numbers of a link the log or the table says more."""
+    fit = result.consistent
+    if fit is None:
+        return ()
+    names = result.arm.joint_names
+    price = Table(
+        "Price of bodies, against least squares",
+        (Heading("joint"), Heading("torque between the two, RMS", "", number), Heading("noise", "", number)),
+        [
+            (names[j], _known(float(fit.price.rms[j])), _known(float(result.information.residual_noise[j])))
+            for j in range(result.arm.n)
+        ],
+    )
+    rows = []
+    for i, link in enumerate(result.arm.chain.links):
+        origins = result.origins[len(INERTIAL) * i : len(INERTIAL) * (i + 1)]
+        rotor = int(result.columns.rotor_indices[i])
+        counts = [origins.count(word) for word in (FROM_LOG, FROM_BOTH, FROM_TABLE)]
+        rows.append((link.link, *counts, float(fit.parameters[rotor]), float(fit.sigma[rotor])))
+    headings = (
+        Heading("link"), *(Heading(word, "", "d") for word in ("from the log", "from both", "from the table")),
+        Heading("rotor", "kg m^2", number), Heading("sigma", "kg m^2", number),
+    )  # fmt: skip
+    lifted = tuple(
+        f"No body has the table's values of {result.arm.chain.links[i - 1].link}: the nearest was taken."
+        for i in fit.lifted
+    )
+    held = tuple(f"Held: {name}." for name in fit.constraints)
+    return (("Bodies", (price, Table("Of the ten numbers of a link", headings, rows)), (*lifted, *held)),)
+
+
+def unknown_section(result: MotionIdentification) -> tuple[Section, ...]:
+    """Parameters that the logs know only together, and motions that would identify more."""
+    names, tables = result.base.statements(), []
+    if result.groups:
+        rows = [("; ".join(names[i] for i in g.members), g.largest) for g in result.groups[:_MOST]]
+        headings = (Heading("parameters"), Heading("largest correlation", "", "+.4f"))
+        tables.append(Table(f"Known only together: correlations above {TOGETHER:g}", headings, rows))
+    motions = result.missing_motions() if result.identified < result.base.count else ()
+    if motions:
+        rows_of = [(one.text(names),) for one in motions[:_MOST]]
+        tables.append(Table("Motions that would identify more", (Heading("motion"),), rows_of))
+    return (("What the logs leave open", tuple(tables), ()),) if tables else ()
 
 
 def motion_shown(

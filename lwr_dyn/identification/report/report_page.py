@@ -1,20 +1,251 @@
-"""The report of an identification as one HTML file: the motion in 3D, torques, bodies, friction, parameters, checks."""
+"""The report of an identification as one HTML file: the motion in 3D, torques, bodies, friction, parameters, checks.
 
+The arm in 3D that replays the recordings, with the ellipsoids of its links before and after, for report.js.
+
+The card on the table against the log: a map of all cells, the cells that are off, and repairs of slips.
+"""
+
+import json
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from pathlib import Path
+from typing import Any
 
-from lwr_dyn.foundation.errors import FileAccessError
+import numpy as np
+
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
-from lwr_dyn.foundation.tables import Table
-from lwr_dyn.identification.report.arm_stage import PACKAGE, stage_data, stage_html, stage_scripts
-from lwr_dyn.identification.report.friction_charts import friction_maps_html
-from lwr_dyn.identification.report.parameter_rows import link_table, parameter_table_html
-from lwr_dyn.identification.report.shown_fit import ShownFit
-from lwr_dyn.identification.report.torque_charts import KEY, torque_rows_html
-from lwr_dyn.pages.plotting.document import document_html
-from lwr_dyn.pages.replay.page_parts import resource_text
-from lwr_dyn.pages.replay.replay_page import replay_policy
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.report.charts import KEY, ShownRecording, friction_maps_html, torque_rows_html
+from lwr_dyn.identification.report.shown_fit import (
+    FAR,
+    Section,
+    ShownFit,
+    ellipsoid_matrix,
+    link_table,
+    number,
+    parameter_table_html,
+)
+from lwr_dyn.identification.slips.printed_cells import QUANTITIES, Cell, PrintedCells, printed_cells
+from lwr_dyn.identification.slips.slip_tables import AGREES, HIDDEN, OFF, PULL, CellAgainstLog, table_against_log
+from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replay_page import (
+    RATE,
+    document_html,
+    generator_line,
+    meshcat_bundle,
+    replay_policy,
+    resource_text,
+    run_record,
+    script_safe,
+)
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
+
+PACKAGE = "lwr_dyn.identification.report"
+
+_SCRIPTS = ("numbers.js", "drawing.js", "stage.js")
+
+_PLACE = 1
+"""Of the motion's colour in the palette: the result has the first."""
+
+_SAMPLES = 3000
+"""Of a recording in 3D at most: two minutes at 25 Hz."""
+
+
+def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, after: Array) -> dict[str, Any]:
+    """The page's data.
+
+    Parameters
+    ----------
+    arm : Arm
+    recordings : sequence of ShownRecording
+        At least one.
+    before, after : (n, 10) array
+        Inertial parameters of the links in the frames of the source, as in `INERTIAL`: the table's, the result's.
+    """
+    shown = [_shown(arm, one) for one in recordings]
+    return {
+        "scene": list(replay_page.arm_commands(shown[0], 0)),
+        "runs": [run_record(shown[0], _stride(shown[0]))],
+        "others": [run_record(one, _stride(one)) for one in shown[1:]],
+        "native": [replay_page.column_major(link.after) for link in arm.chain.links],
+        "before": _ellipsoids(before),
+        "after": _ellipsoids(after),
+        "made_by": generator_line(),
+    }
+
+
+def _ellipsoids(parameters: Array) -> list[list[float] | None]:
+    found = [ellipsoid_matrix(row) for row in parameters]
+    return [None if one is None else [float(x) for x in one.T.ravel()] for one in found]
+
+
+def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:
+    nothing, zero = np.zeros_like(one.q), np.zeros_like(one.t)
+    run = Run(one.t, one.q, nothing, one.q, nothing, nothing, nothing, nothing, zero, {})
+    return replace(replayed_runs([run], arm, [one.source])[0], place=_PLACE)
+
+
+def _stride(shown: ReplayedRun) -> int:
+    steps, duration = shown.run.t.size - 1, float(np.ptp(shown.run.t))
+    return max(1, round(steps / max(duration * RATE / 2, 1.0)), -(-steps // _SAMPLES))
+
+
+def stage_html(recordings: Sequence[ShownRecording]) -> str:
+    """The place of the arm, its controls and switches."""
+    names = [escape(one.source) for one in recordings]
+    options = "".join(f'<option value="{k}">{name}</option>' for k, name in enumerate(names))
+    choice = f'<label>recording <select id="recording">{options}</select></label>' if len(names) > 1 else ""
+    switches = "".join(
+        f'<label><input id="{ident}" type="checkbox" checked> {mark}{label}</label>'
+        for ident, label, mark in (
+            ("show-before", "table's ellipsoids", '<i class="sw ref"></i>'),
+            ("show-after", "result's ellipsoids", '<i class="sw r1"></i>'),
+            ("see-through", "see-through arm", ""),
+            ("show-path", "path of the flange", ""),
+        )
+    )
+    speeds = "".join(
+        f'<option value="{x:g}"{" selected" if x == 1 else ""}>{x:g} &times;</option>' for x in (0.25, 0.5, 1, 2, 4)
+    )
+    return (
+        '<div id="stage"></div><div class="controls">'
+        '<button id="play" type="button" aria-label="play or pause">\u25b6</button>'
+        '<input id="scrub" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
+        f'<output id="clock">0.00 s</output><label>speed <select id="speed">{speeds}</select></label>{choice}</div>'
+        f'<div class="controls" role="group" aria-label="What is drawn">{switches}</div>'
+    )
+
+
+def stage_scripts(data: dict[str, Any]) -> str:
+    """Script elements: the data, meshcat and the page's own code."""
+    text = script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
+    code = "\n".join([*map(resource_text, _SCRIPTS), resource_text("report.js", PACKAGE)])
+    return (
+        f'<script type="application/json" id="stage-data">{text}</script>\n'
+        f"<script>\n{meshcat_bundle()}\n</script>\n<script>\n{code}\n</script>\n"
+    )
+
+
+_SHADE = 0.55
+"""Darkness of a cell that is `FAR` sigmas off and more."""
+
+_REPAIRS = 12
+"""Explanations that are listed."""
+
+
+def table_card(information: Information, source: Paper | Arm, deviation: float = DEVIATION) -> tuple[Section, ...]:
+    """The card without repairs; none for a source without inertias, and for rotors that are fitted at their motors.
+
+    Parameters
+    ----------
+    information : Information
+    source : Paper or Arm
+        As `table_against_log` takes them.
+    deviation : float
+        How far the arm is taken to be from a right table.
+    """
+    if information.columns.transmission is not None:
+        return ()
+    try:
+        table = printed_cells(source)
+    except OptionError:
+        return ()
+    notes = ("A slip pulls at many cells; lwr-dyn identify table looks for the repairs that explain them.",)
+    return (_section(table_against_log(information, source, deviation=deviation), table, deviation, (), notes),)
+
+
+def slips_card(information: Information, source: Paper | Arm, slips: SlipReport) -> Section:
+    """The card with the repairs that were found, and the cells before and after the likeliest of them."""
+    cells = table_against_log(information, source, deviation=slips.deviation)
+    first = _repairs(slips)
+    if slips.explanations:
+        best = slips.explanations[0]
+        after = table_against_log(information, source, deviation=slips.deviation, at=best)
+        first.append(cell_map(after, best.table, "Sigmas off, after the repairs of explanation 1"))
+    return _section(cells, slips.printed.table, slips.deviation, first, (_verdict(slips),))
+
+
+def _section(
+    cells: Sequence[CellAgainstLog], table: PrintedCells, deviation: float, first: Sequence[Table], said: Sequence[str]
+) -> Section:
+    off = [one for one in cells if one.state == OFF]
+    tables = [*first, cell_map(cells, table, "Sigmas off, as printed")]
+    tables += [_cells("Cells that are off, as printed", off, table)] if off else []
+    notes = [
+        *said,
+        "Sigmas by which each cell alone would have to change for the logs, with the arm itself "
+        f"{100 * deviation:.3g} % off a right table; off: beyond {PULL:g}. A dot: no motion shows the cell; empty: the "
+        f"source does not print it. {sum(one.state == AGREES for one in cells)} of {len(cells)} cells agree.",
+    ]
+    pairs = _pairs(cells)
+    notes += [f"No motion tells apart: {pairs}."] if pairs else []
+    return "The table against the logs, cell by cell", tuple(tables), tuple(notes)
+
+
+def cell_map(cells: Sequence[CellAgainstLog], table: PrintedCells, title: str) -> Table:
+    """Links by rows, quantities by columns: sigmas off, darker the farther off; a dot where no motion shows a cell."""
+    found = {one.cell: one for one in cells}
+    rows = [
+        (f"{i + 1}", *(found.get(Cell(i, quantity)) for quantity in range(len(QUANTITIES)))) for i in range(table.n)
+    ]
+    return Table(title, (Heading("link"), *(Heading(name, "", _pull, shade=_cell_shade) for name in QUANTITIES)), rows)
+
+
+def _pull(one: CellAgainstLog) -> str:
+    return "\u00b7" if one.state == HIDDEN else number(round(one.pull, 1) + 0.0, 3)
+
+
+def _cell_shade(one: CellAgainstLog | None) -> float:
+    return 0.0 if one is None or one.state != OFF else _SHADE * min(abs(one.pull), FAR) / FAR
+
+
+def _cells(title: str, cells: Sequence[CellAgainstLog], table: PrintedCells) -> Table:
+    rows = [
+        (
+            one.cell.name, table.shown(one.cell, one.printed), table.shown(one.cell, one.value),
+            table.shown(one.cell, one.sigma), one.pull, ", ".join(c.name for c in one.like),
+        )
+        for one in sorted(cells, key=lambda one: -abs(one.pull))
+    ]  # fmt: skip
+    headings = (
+        Heading("cell"), Heading("printed"), Heading("by the log, if it alone is off"), Heading("sigma"),
+        Heading("sigmas off", "", ".3g"), Heading("same effect"),
+    )  # fmt: skip
+    return Table(title, headings, rows)
+
+
+def _pairs(cells: Sequence[CellAgainstLog]) -> str:
+    groups = {tuple(sorted((one.cell, *one.like))) for one in cells if one.like and one.state != HIDDEN}
+    return ", ".join(" = ".join(cell.name for cell in group) for group in sorted(groups))
+
+
+def _verdict(slips: SlipReport) -> str:
+    chi2 = f"chi squared {number(slips.printed.chi2)}, at most {number(slips.limit)}"
+    if slips.fits:
+        return f"The table meets the logs as printed ({chi2})."
+    if not slips.explanations:
+        return f"The table does not meet the logs ({chi2}), and no repairs were found with which it does."
+    return f"The table does not meet the logs ({chi2}); it does with the repairs of any one explanation."
+
+
+def _repairs(slips: SlipReport) -> list[Table]:
+    """A row an explanation, the likeliest first."""
+    rows = [
+        (str(k + 1), "; ".join(repair.text for repair in one.repairs), float(one.chi2))
+        for k, one in enumerate(slips.explanations[:_REPAIRS])
+    ]
+    headings = (Heading("explanation"), Heading("repairs"), Heading("chi squared", "", ".4g"))
+    title = "Repairs with which the table meets the logs, the likeliest first"
+    return [Table(title, headings, rows)] if rows else []
+
 
 _WIDE, _LETTERS, _LONG = 5, 150, 16
 """Columns of a table, or letters of a cell, beyond which it stands alone; rows beyond which it scrolls."""

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.arms.papers.units import to_si
+from lwr_dyn.arms.papers.schema import Paper, to_si
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm

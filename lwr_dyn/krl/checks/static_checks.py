@@ -1,25 +1,29 @@
-"""Static checks: what can be diagnosed without running a program: names, types, declarations, initial values, jumps."""
+"""Static checks: what can be diagnosed without running a program: names, types, declarations, initial values, jumps.
+
+The check of a project: language, names and types of each of its files.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from lwr_dyn.krl.checks.constants import check_setting
-from lwr_dyn.krl.checks.enumerations import check_compared
+from lwr_dyn.krl.checks.constants import check_compared, check_setting
 from lwr_dyn.krl.checks.type_check import check_assignable, shape_of, type_in
-from lwr_dyn.krl.diagnostics import Diagnostic
+from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Signal, StructType
-from lwr_dyn.krl.names.types import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
-from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.project.scope import Scope, scope_of, signature
+from lwr_dyn.krl.names.known_names import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
+from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.project import Project
+from lwr_dyn.krl.project.scope import Scope, UnknownNames, scope_of, signature, slip_of
 from lwr_dyn.krl.project.symbols import SymbolTable, type_of
-from lwr_dyn.krl.project.unknown_names import UnknownNames, slip_of
 
 BEFORE_BRACKETS = ("RETURN", "WHILE", "UNTIL", "SWITCH")
 """Keywords before an expression: one that is misspelt before a bracket reads as a call."""
+
 LONGEST_NAME = 24
 """Characters of a name that the controller distinguishes."""
 
@@ -227,3 +231,39 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.Analog: lambda scope, x: _values(scope, x.target, x.value),
     s.SplineBlock: _spline,
 }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedFile:
+    """A file of a project: its path within the folder, its number of lines, and its diagnostics."""
+
+    name: str
+    lines: int
+    diagnostics: tuple[Diagnostic, ...]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The number of its errors, warnings and notes."""
+        return {f"{x}s": sum(d.severity == x for d in self.diagnostics) for x in SEVERITIES}
+
+
+def check_project(project: Project) -> tuple[CheckedFile, ...]:
+    """Each file of a project with its diagnostics, module by module."""
+    found: dict[str, list[Diagnostic]] = {x.file.name: [] for x in project.files}
+    for diagnostic in project.twins():
+        found[diagnostic.position.file].append(diagnostic)
+    for module in project.modules:
+        program = program_in(project, module)
+        for diagnostic in (*program.diagnostics, *static_diagnostics(program)):
+            found[diagnostic.position.file].append(diagnostic)
+    files = {x.file.name: x.file for x in project.files}
+    return tuple(CheckedFile(k, len(x.lines), sorted_diagnostics(found[k])) for k, x in files.items())
+
+
+def totals(files: Sequence[CheckedFile]) -> dict[str, int]:
+    """Files, lines, programs (`.src` and `.sub`), those of them without an error, and the diagnostics by severity."""
+    programs = [x for x in files if not x.name.lower().endswith(".dat")]
+    clean = sum(has_no_error(x.diagnostics) for x in programs)
+    counts = {f"{x}s": sum(y.counts[f"{x}s"] for y in files) for x in SEVERITIES}
+    lines = sum(x.lines for x in files)
+    return {"files": len(files), "lines": lines, "programs": len(programs), "without_error": clean, **counts}

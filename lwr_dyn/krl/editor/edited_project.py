@@ -1,26 +1,125 @@
-"""The KRL files of a folder as an editor has them: texts that are open stand in the place of those on disk."""
+"""The KRL files of a folder as an editor has them: texts that are open stand in the place of those on disk.
+
+A file as a tree: routines, their blocks and folds; of a `.dat` what it declares.
+"""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition, sorted_diagnostics
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in
+from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import FileOutline, Routine
+from lwr_dyn.krl.language.declarations import Declaration, EnumType, Signal, StructType
 from lwr_dyn.krl.language.lexer import Token
-from lwr_dyn.krl.language.source import parse_text, read_source
-from lwr_dyn.krl.names.known import KnownNames
-from lwr_dyn.krl.names.names_file import known_names
-from lwr_dyn.krl.project.folder import is_program_file, read_files
-from lwr_dyn.krl.project.module import ModuleFile, module_file
-from lwr_dyn.krl.project.program import Program, program_in
-from lwr_dyn.krl.project.project import Project, project_of
+from lwr_dyn.krl.language.source import SourceFile, parse_text, read_source
+from lwr_dyn.krl.language.unparse import statement_text
+from lwr_dyn.krl.names.known_names import KnownNames, known_names
+from lwr_dyn.krl.project.program import Program, is_program_file, program_in, read_files
+from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, project_of
 from lwr_dyn.krl.project.scope import Scope
+
+Kind = Literal["routine", "block", "fold", "variable", "type"]
+
+LONGEST = 80
+"""Characters of a name."""
+
+_FOLD = re.compile(r"\s*(END)?FOLD\b([^;]*)", re.IGNORECASE)
+
+
+@dataclass(slots=True)
+class OutlineItem:
+    """One entry: lines `first` to `last` (from 0, both included), and the entries within."""
+
+    name: str
+    kind: Kind
+    first: int
+    last: int
+    detail: str = ""
+    items: list[OutlineItem] = field(default_factory=list)
+
+
+def outline_items(file: SourceFile, outline: FileOutline) -> list[OutlineItem]:
+    """The tree of a file; an entry that begins inside another one and ends after it is cut at its end."""
+    last = max(len(file.lines) - 1, 0)
+    found = [*_routines(outline, last), *_folds(file), *_declared(outline.data)]
+    return _nested(found)
+
+
+def folds_of(file: SourceFile, outline: FileOutline) -> list[OutlineItem]:
+    """Routines, blocks and folds of more than one line, each by itself."""
+    last = max(len(file.lines) - 1, 0)
+    return [x for x in (*_routines(outline, last), *_folds(file)) if x.last > x.first]
+
+
+def _routines(outline: FileOutline, last: int) -> Iterator[OutlineItem]:
+    for routine in outline.routines:
+        head = routine.head
+        detail = "" if head.returns is None else head.returns
+        yield OutlineItem(head.name, "routine", routine.first - 1, min(routine.last, last), detail)
+        yield from _blocks(routine, last)
+
+
+def _blocks(routine: Routine, last: int) -> Iterator[OutlineItem]:
+    unique = {id(block): block for block in routine.blocks.values()}
+    for block in unique.values():
+        statement = routine.file.lines[block.first].statement
+        text = block.kind if statement is None else statement_text(statement)
+        yield OutlineItem(_shortened(text), "block", block.first, min(block.last, last))
+
+
+def _folds(file: SourceFile) -> Iterator[OutlineItem]:
+    """`;FOLD name` to `;ENDFOLD`; a fold without its end is left out."""
+    opened: list[tuple[int, str]] = []
+    for i, line in enumerate(file.lines):
+        mark = None if line.comment is None or line.statement is not None else _FOLD.match(line.comment)
+        if mark is None:
+            continue
+        if mark[1] is None:
+            opened.append((i, _shortened(mark[2])))
+        elif opened:
+            first, name = opened.pop()
+            yield OutlineItem(name, "fold", first, i)
+
+
+def _declared(data: Iterable[tuple[int, s.Statement]]) -> Iterator[OutlineItem]:
+    for i, x in data:
+        if isinstance(x, Declaration):
+            for d in x.names:
+                brackets = "" if d.sizes is None else "[]"
+                yield OutlineItem(d.name, "variable", i, i, f"{x.type or ''}{brackets}")
+        elif isinstance(x, Signal):
+            yield OutlineItem(x.name, "variable", i, i, "SIGNAL")
+        elif isinstance(x, StructType | EnumType):
+            yield OutlineItem(x.name, "type", i, i, "STRUC" if isinstance(x, StructType) else "ENUM")
+
+
+def _nested(found: Iterable[OutlineItem]) -> list[OutlineItem]:
+    top: list[OutlineItem] = []
+    above: list[OutlineItem] = []
+    for item in sorted(found, key=lambda x: (x.first, -x.last)):
+        while above and item.first > above[-1].last:
+            above.pop()
+        if above:
+            item.last = min(item.last, above[-1].last)
+        (above[-1].items if above else top).append(item)
+        if item.last > item.first:  # on one line stands nothing within
+            above.append(item)
+    return top
+
+
+def _shortened(text: str) -> str:
+    words = " ".join(text.split()) or "fold"
+    return words if len(words) <= LONGEST else f"{words[: LONGEST - 1]}…"
+
 
 LOST = "\ufffd"
 """Stands in a text where bytes could not be decoded."""

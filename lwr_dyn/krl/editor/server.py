@@ -1,8 +1,12 @@
-"""`lwr-dyn krl server`: the Language Server Protocol for KRL over stdin and stdout, by pygls."""
+"""`lwr-dyn krl server`: the Language Server Protocol for KRL over stdin and stdout, by pygls.
+
+Places within a line: characters of the text, and the units in which an editor counts them.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -14,19 +18,51 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
-from lwr_dyn.krl.editor.edited_project import EditedProject, Session
-from lwr_dyn.krl.editor.hover import hover_text
-from lwr_dyn.krl.editor.outlines import OutlineItem, folds_of, outline_items
-from lwr_dyn.krl.editor.positions import characters, column_at, word_length
-from lwr_dyn.krl.editor.referents import LineContext, Referent
+from lwr_dyn.krl.editor.edited_project import EditedProject, OutlineItem, Session, folds_of, outline_items
+from lwr_dyn.krl.editor.referents import LineContext, Referent, hover_text
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
-from lwr_dyn.krl.names.names_file import known_names
+from lwr_dyn.krl.names.known_names import known_names
+
+_WORD = re.compile(r"#?[\w$.]+|\S?")
+
+
+def characters(text: str, at: int, encoding: str) -> int:
+    """The editor's units before a character (from 0) of a line; beyond its end one a character.
+
+    >>> [characters("a\\U0001f916b", 2, encoding) for encoding in ("utf-8", "utf-16", "utf-32")]
+    [5, 3, 2]
+    """
+    if text.isascii() or encoding == "utf-32":
+        return at
+    size, codec = (2, "utf-16-le") if encoding == "utf-16" else (1, "utf-8")
+    return len(text[:at].encode(codec, "surrogatepass")) // size + max(0, at - len(text))
+
+
+def column_at(text: str, units: int, encoding: str) -> int:
+    """The character (from 0) of a line before which so many units stand.
+
+    >>> column_at("a\\U0001f916b", 3, "utf-16")
+    2
+    """
+    if text.isascii():
+        return units
+    sizes: Sequence[int] = [characters(text, at, encoding) for at in range(len(text) + 1)]
+    return next((at for at, size in enumerate(sizes) if size >= units), len(text))
+
+
+def word_length(text: str, at: int) -> int:
+    """Characters of the word that begins at a character (from 0) of a line; at least one."""
+    word = _WORD.match(text, min(at, len(text)))
+    return max(1, 0 if word is None else len(word[0]))
+
 
 DEBOUNCE = 0.1
 """[s] After the last change, until the file is checked again."""
+
 _SEVERITY = {"error": lsp.DiagnosticSeverity.Error, "warning": lsp.DiagnosticSeverity.Warning,
              "note": lsp.DiagnosticSeverity.Information}  # fmt: skip
+
 _KINDS = {"routine": lsp.SymbolKind.Function, "block": lsp.SymbolKind.Namespace, "fold": lsp.SymbolKind.String,
           "variable": lsp.SymbolKind.Variable, "type": lsp.SymbolKind.Struct}  # fmt: skip
 

@@ -2,6 +2,8 @@
 
 A line keeps its statement, its comment, and the text it was read from. That text is written again as long as it still
 means the same, so the layout stays and an edit changes its own lines only.
+
+The KRL files of a folder.
 """
 
 import re
@@ -10,18 +12,44 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.files import read_bytes, write_file
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.files import read_bytes, reason_of, write_file
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import LINES, LONGEST_KEPT, parse_line
 from lwr_dyn.krl.language.statements import Statement
 from lwr_dyn.krl.language.unparse import statement_text
 
+ENDINGS = (".src", ".dat", ".sub")
+
+
+def krl_files(path: str | Path) -> list[Path]:
+    """The file itself, or all .src, .dat and .sub files in a folder and below, in order of their paths.
+
+    Links to folders are not followed. Raises `FileAccessError` for another ending and a folder without such a file.
+    """
+    target = Path(path)
+    if not target.is_dir():
+        if target.suffix.lower() not in ENDINGS:
+            raise FileAccessError(
+                str(path), f"ends in {target.suffix or 'nothing'!r}", "a .src, .dat, .sub or a folder"
+            )
+        return [target]
+    try:
+        files = sorted(x for x in target.rglob("*") if x.suffix.lower() in ENDINGS and x.is_file())
+    except OSError as fault:
+        raise FileAccessError(str(path), reason_of(fault), "a folder that can be read") from None
+    if not files:
+        raise FileAccessError(str(path), "a folder without .src, .dat or .sub", "a folder of KRL files")
+    return files
+
+
 NEWLINE = "\r\n"
 """KUKA's controllers run Windows."""
+
 LARGEST = 200_000_000
 """[bytes] A larger file is refused."""
+
 _ENDS = re.compile(r"\r\n|\n|\r")
 
 

@@ -15,17 +15,17 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.language.source import SourceFile, SourceLine
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.program_run import ProgramRun
-from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.page_parts import (
+from lwr_dyn.pages.replay.replay_page import (
     PLAYER,
     fill_template,
     meshcat_bundle,
     pack_int32,
+    page_data,
+    replay_policy,
     resource_text,
     script_safe,
 )
-from lwr_dyn.pages.replay.replay_page import page_data, replay_policy
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css, replayed_runs
 
 MOST = 20_000
 """Motions, and events, of a run whose lines the page marks; of a longer run the first ones."""

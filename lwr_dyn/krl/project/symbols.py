@@ -11,7 +11,7 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Declaration, Declarator, EnumType, External, Signal, StructType
 from lwr_dyn.krl.language.source import SourceFile
-from lwr_dyn.krl.names.types import Type
+from lwr_dyn.krl.names.known_names import Type
 
 
 @dataclass(frozen=True, slots=True, eq=False)

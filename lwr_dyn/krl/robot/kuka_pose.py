@@ -6,26 +6,31 @@ At B = +-90 deg only C -+ A is determined, and A is taken as 0. Status S: bit 0,
 (overhead); bit 1, A3 is at or past the angle at which axis 2, axis 3 and the wrist centre lie in line; bit 2, A5 < 0.
 Turn T: bit i - 1 is set where A_i < 0. The angle of bit 1 follows from the arm's geometry. The sign of bit 2 is the one
 in published pairs of poses and axes; no page of a manual states it.
+
+KUKA's units for the commands `fk` and `ik`: mm and deg, Status and Turn.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import flange_pose, joint_axes
-from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
+from lwr_dyn.kinematics.six_joints.spherical_wrist import require_wrist_arm, wrist_arm_geometry
 from lwr_dyn.kinematics.solution import Solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy, rot_z
 
 DEGENERATE = 1e-12
 """Cosine of B below which A and C turn about one axis."""
+
 ZERO = 1e-12
 """[rad, m] An axis or a distance this near to zero counts as zero: its sign is rounding."""
+
 _AXES = np.array([[0, 0, -1], [0, 1, 0], [0, 1, 0], [-1, 0, 0], [0, 1, 0], [-1, 0, 0]], dtype=float)
 """Directions of A1 to A6 in the base at A = 0, the arm stretched out."""
 
@@ -150,3 +155,65 @@ def with_status_and_turn(
         existing = ", ".join(f"S {S} T {T}" for S, T in sorted(set(pairs))) or "none: the pose has no solution"
         raise OptionError("Status, Turn", f"no solution has {wanted}", existing)
     return chosen
+
+
+@dataclass(frozen=True, slots=True)
+class KukaUnits:
+    """Poses and solutions of an arm in KUKA's units; Status and Turn need an arm with KUKA's axes."""
+
+    arm: Arm
+
+    @property
+    def has_axes(self) -> bool:
+        """Whether the arm has KUKA's axes A1 to A6."""
+        return has_kuka_axes(self.arm)
+
+    def line(self, q: Array) -> str:
+        """The flange at q (6,) [rad] as X, Y, Z, A, B, C, S, T in KRL's form."""
+        values = pose_record(kuka_pose(self.arm, q))
+        s, t = values.pop("s"), values.pop("t")
+        numbers = (f"{name[0].upper()} {round(value or 0.0, 6) + 0.0:.6f}" for name, value in values.items())
+        return ", ".join([*numbers, f"S {s}", f"T {t}"])
+
+    def record(self, q: Array) -> dict[str, Any]:
+        """Axes in deg and the flange in KUKA's units."""
+        axes = dict(zip(self.arm.joint_names, np.degrees(q).tolist(), strict=True))
+        return {"axes_deg": axes} | pose_record(kuka_pose(self.arm, q))
+
+    def pose_record(self, T: Array) -> dict[str, Any]:
+        """A pose (4, 4) [m] without Status and Turn."""
+        return pose_record(pose_of_matrix(T))
+
+    def label(self, q: Array) -> str:
+        """Status and Turn at q (6,) [rad]."""
+        return f"{status(self.arm, q)}, {turn(q)}"
+
+    def note(self, T: Array) -> str | None:
+        """A note on A, B, C of a pose (4, 4) at B = +-90 deg; None elsewhere."""
+        abc = abc_of_rotation(T[:3, :3])
+        if not degenerate_abc(abc):
+            return None
+        other = "C - A" if abc[1] > 0 else "C + A"
+        return f"B is {abc[1]:+.0f} deg: A and C turn about one axis, only {other} counts; written with A = 0"
+
+    def rotation(self, abc_deg: Sequence[float]) -> Array:
+        """The rotation (3, 3) of A, B, C [deg], of any arm; raises `ShapeError`."""
+        return rotation_of_abc(abc_deg)
+
+    def selected(self, solutions: Sequence[Solution], s: int | None, t: int | None) -> tuple[Solution, ...]:
+        """The solutions with Status `s` and Turn `t`; raises `OptionError` for none of them or another kind of arm."""
+        if not self.has_axes:
+            fault = f"given for {self.arm.name}"
+            raise OptionError("--status, --turn", fault, "only for an arm with KUKA's axes A1 to A6")
+        return with_status_and_turn(self.arm, solutions, s, t)
+
+
+def pose_record(pose: KukaPose) -> dict[str, Any]:
+    """The numbers of a pose by name."""
+    return {name: getattr(pose, name) for name in KukaPose.__slots__}
+
+
+def kuka_units(arm: Arm) -> KukaUnits | None:
+    """Poses and solutions of an arm in KUKA's units; None for an arm without KUKA's axes A1 to A6."""
+    units = KukaUnits(arm)
+    return units if units.has_axes else None

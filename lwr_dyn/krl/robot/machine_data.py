@@ -6,26 +6,81 @@
 
 Lengths are in mm, angles in deg. The speed of an axis is `$VEL_AXIS_MA` [rev/min of the motor] over the ratio
 `$RAT_MOT_AX`; a TOML file may give `speed` [deg/s] instead.
+
+The plain value of a constant expression, without a running program: `-3`, `TRUE`, `#EX`, `"text"`, `{X 1, Y 2}`.
+
+From machine data to an `Arm` in KUKA's own axes: A1 to A6 count and turn as on the controller. No masses are known.
+
+    T = ROBROOT TIRORO R(A1) X(LENGTH_A) R(A2) X(LENGTH_B) R(A3) TX3P3 R(A4) DH_4 R(A5) DH_5 R(A6) TFLWP
+
+Axis 1 turns about z, axes 2 and 3 about y, axes 4 to 6 about z of their frames, each in the sense of `$AXIS_DIR`.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.arms.papers.fields import Fields, parse_toml
-from lwr_dyn.foundation.errors import PaperError
+import numpy as np
+
+from lwr_dyn.arms.papers.columns import Fields, parse_toml
+from lwr_dyn.foundation.errors import PaperError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_bytes, read_text
-from lwr_dyn.krl.language.plain_values import given_values
+from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.language.source import parse_bytes
+from lwr_dyn.krl.language.statements import Assign
+from lwr_dyn.krl.robot.kuka_pose import KukaPose
+from lwr_dyn.model.arm import Arm, JointLimits, Source
+from lwr_dyn.model.chain import Chain, ChainLink, JointKind
+from lwr_dyn.model.spatial import Pose, rot_x
+
+
+def plain_value(x: e.Expression | None) -> Any:
+    """A number, text, truth value, the name of an enumeration's constant, a dict of components; None for another.
+
+    >>> plain_value(e.Aggregate((e.Item("X", e.Unary("-", e.Real(1.5))),)))
+    {'X': -1.5}
+    """
+    if isinstance(x, e.Unary) and x.operator in ("-", "+"):
+        value = plain_value(x.operand)
+        return (-value if x.operator == "-" else value) if isinstance(value, int | float) else None
+    if isinstance(x, e.Aggregate):
+        return {item.name.upper(): plain_value(item.value) for item in x.items}
+    if isinstance(x, e.EnumLiteral):
+        return x.name.upper()
+    return x.value if isinstance(x, e.Integer | e.Real | e.Bool | e.Text) else None
+
+
+def given_values(x: object) -> Iterator[tuple[str, int | None, Any]]:
+    """Name in capitals, index (None for the whole) and plain value of what a line of a `.dat` gives."""
+    if isinstance(x, Declaration):
+        yield from ((d.name.upper(), None, plain_value(d.value)) for d in x.names if d.value is not None)
+    if not isinstance(x, Assign):
+        return
+    target, index = x.target, None
+    if isinstance(target, e.Index):
+        only = target.indices[0] if len(target.indices) == 1 else None
+        index, target = (only.value if isinstance(only, e.Integer) else None), target.of
+        if index is None and not isinstance(x.value, e.Text):
+            return
+    if isinstance(target, e.Name):
+        yield target.name.upper(), index, plain_value(x.value)
+
 
 NEEDED = "a $machine.dat, or a TOML file with its words"
+
 FRAME = ("X", "Y", "Z", "A", "B", "C")
+
 _KUKA_DIRECTIONS = (-1, 1, 1, -1, -1, -1)
+
 _LISTS = ("AXIS_DIR", "AXIS_SEQ", "SOFTN_END", "SOFTP_END", "VEL_AXIS_MA", "RAISE_TIME")
+
 _WORDS = {"MAIN_AXIS": "NR", "WRIST_AXIS": "ZEH", "TRAFO_AXIS": 6, "DEF_A4FIX": False, "DEF_A5LINK": False}
 """Values of the one kind of robot that is modelled: an articulated arm with a central wrist, all six axes driven."""
 
@@ -187,3 +242,92 @@ class _MachineDataReader:
         if n == 0.0 or d == 0.0:
             raise PaperError(self.file, f"$RAT_MOT_AX[{i}]", f"{n:g} to {d:g}", "a ratio that is not zero")
         return abs(n / d)
+
+
+MACHINE_DATA = "machine data"
+"""Stands for the reading of a paper."""
+
+GRAVITY = (0.0, 0.0, -9.81)
+"""[m/s^2] In the world."""
+
+
+def load_machine_arm(path: str | Path, reading: str | None = None, lock: Mapping[str, float] | None = None) -> Arm:
+    """The arm of a `$machine.dat` or of a `.kuka.toml` with its words; machine data have no readings.
+
+    Raises `FileAccessError`, `PaperError`; `UnknownNameError` for a reading; as `Arm.with_locked_joint` for a lock.
+    """
+    if reading is not None:
+        raise UnknownNameError("reading of machine data", reading, ())
+    arm = machine_arm(read_machine_record(path))
+    for joint, value in (lock or {}).items():
+        arm = arm.with_locked_joint(joint, value)
+    return arm
+
+
+def raise_times(arm: Arm) -> tuple[float, ...]:
+    """[s] From rest to rated speed of each axis, where the machine data of the arm say it; else empty."""
+    return read_machine_record(arm.file).raise_time if arm.reading == MACHINE_DATA else ()
+
+
+def machine_arm(record: MachineRecord) -> Arm:
+    """The arm of machine data, its joints A1 to A6 in KUKA's zero and direction."""
+    frames = {key: _pose(values) for key, values in record.frames.items()}
+    along_a, along_b = (Pose(np.eye(3), np.array([x / 1e3, 0.0, 0.0])) for x in record.lengths)
+    about_y = Pose(rot_x(-math.pi / 2), np.zeros(3))
+    back = about_y.inverse()
+    before = [
+        frames["ROBROOT"] @ frames["TIRORO"],
+        along_a @ about_y,
+        along_b @ about_y,
+        frames["TX3P3"],
+        _wrist(record.wrist["DH_4"]),
+        _wrist(record.wrist["DH_5"]),
+    ]
+    after = [Pose.identity(), back, back, Pose.identity(), Pose.identity(), Pose.identity()]
+    links = []
+    for i, (b, a, direction) in enumerate(zip(before, after, record.directions, strict=True), 1):
+        # a joint that turns backwards turns forwards about the opposite axis
+        half = Pose(rot_x(math.pi), np.zeros(3)) if direction < 0 else Pose.identity()
+        links.append(ChainLink(f"A{i}", f"link_{i}", JointKind.REVOLUTE, b @ half, half.inverse() @ a))
+    name = re.sub(r"[^a-z0-9]+", "_", record.name.lower()).strip("_") or "robot"
+    chain = Chain(tuple(links), frames["TFLWP"], np.array(GRAVITY))
+    return Arm(
+        name=name, reading=MACHINE_DATA, title=f"{record.name}, from {Path(record.file).name}", chain=chain,
+        limits=_limits(record), sources=_sources(record), digest=record.digest, file=str(Path(record.file).resolve()),
+    )  # fmt: skip
+
+
+def _pose(values: tuple[float, ...]) -> Pose:
+    x, y, z, a, b, c = values
+    T = KukaPose(x, y, z, a, b, c).matrix()
+    return Pose(T[:3, :3], T[:3, 3])
+
+
+def _wrist(row: tuple[float, float, float]) -> Pose:
+    a, d, alpha = row
+    return Pose(rot_x(math.radians(alpha)), np.array([a, 0.0, d]) / 1e3)
+
+
+def _limits(record: MachineRecord) -> tuple[JointLimits, ...]:
+    speed = record.speed or (None,) * 6
+    return tuple(
+        JointLimits(math.radians(low), math.radians(up), None if v is None else math.radians(v))
+        for low, up, v in zip(record.lower, record.upper, speed, strict=True)
+    )
+
+
+def _sources(record: MachineRecord) -> dict[str, tuple[Source, ...]]:
+    """Of limits and speeds: the variable and its line."""
+    words = {"lower": ("SOFTN_END", record.lower), "upper": ("SOFTP_END", record.upper)}
+    words["velocity"] = ("VEL_AXIS_MA" if "VEL_AXIS_MA" in record.lines else "speed", record.speed)
+    return {
+        f"A{i}.{quantity}": (Source(f"{word}[{i}]", _place(record, word), "machine data", value, unit, "to radians"),)
+        for quantity, (word, values) in words.items()
+        for unit in ("deg/s" if quantity == "velocity" else "deg",)
+        for i, value in enumerate(values, 1)
+    }
+
+
+def _place(record: MachineRecord, word: str) -> str:
+    line = record.lines.get(word)
+    return Path(record.file).name if line is None else f"{Path(record.file).name}, to line {line}"

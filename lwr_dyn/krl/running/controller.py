@@ -1,4 +1,9 @@
-"""The state of the robot controller while a program runs: machine data, frames, speeds, blends, inputs."""
+"""The state of the robot controller while a program runs: machine data, frames, speeds, blends, inputs.
+
+What a run assumes: values that the program asks for and that neither it nor its files give, each listed once.
+
+Values of variables that the controller has before a program sets them: home, machine data, states, standard data.
+"""
 
 from __future__ import annotations
 
@@ -6,28 +11,30 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.motion.planner import tool_pose
-from lwr_dyn.krl.motion.settings import Blend, Speeds
-from lwr_dyn.krl.names.predefined import CONFIG, SYSTEM
-from lwr_dyn.krl.names.types import UNKNOWN
+from lwr_dyn.krl.motion.motion_segments import tool_pose
+from lwr_dyn.krl.motion.pose_paths import Blend, Speeds
+from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM, UNKNOWN
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, status, turn
-from lwr_dyn.krl.running.assumptions import Assumptions
-from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.default_values import default_value
+from lwr_dyn.krl.running.cell import RobotCell, constant_value
 from lwr_dyn.krl.running.values import (
     ArrayValue,
+    EnumValue,
     StructValue,
     Value,
     Variable,
     array_of,
     axes_value,
+    copied,
     null_frame,
     pose_matrix,
     pose_value,
@@ -35,9 +42,106 @@ from lwr_dyn.krl.running.values import (
 )
 from lwr_dyn.model.arm import Arm
 
+
+@dataclass(frozen=True, slots=True)
+class Assumption:
+    """One thing assumed: its name (`$T1`, `LIN with C_DIS`), what is taken, and where that comes from."""
+
+    name: str
+    value: str
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.value} ({self.why})" if self.value else f"{self.name}: {self.why}"
+
+    def to_json(self) -> dict[str, Any]:
+        """As one JSON object."""
+        return {"name": self.name, "value": self.value, "why": self.why}
+
+
+@dataclass(slots=True, eq=False)
+class Assumptions:
+    """The assumptions of a run, in the order in which they were first needed."""
+
+    noted: dict[str, Assumption] = field(default_factory=dict)
+
+    def note(self, name: str, value: str, why: str) -> None:
+        """Add one, unless that name is there already.
+
+        >>> a = Assumptions(); a.note("$T1", "FALSE", "state default"); a.note("$T1", "TRUE", ""); print(*a.all())
+        $T1 = FALSE (state default)
+        """
+        self.noted.setdefault(name, Assumption(name, value, why))
+
+    def all(self) -> tuple[Assumption, ...]:
+        """All of them."""
+        return tuple(self.noted.values())
+
+
+FROM = {"controller": "state default", "option": "option not installed"}
+"""Where the values of a table of `states.toml` come from, in the list of assumptions."""
+
+
+@lru_cache(maxsize=1)
+def state_defaults() -> Mapping[str, tuple[Value, str]]:
+    """The states of a controller in automatic operation without faults or options, and where each comes from.
+
+    >>> state_defaults()["$T1"]
+    (False, 'state default')
+    """
+    text = (files("lwr_dyn.krl.running") / "states.toml").read_text(encoding="utf-8")
+    tables = parse_toml(text, "states.toml")
+    return {name: (constant_value(value), FROM[key]) for key in FROM for name, value in tables[key].items()}
+
+
+def default_value(c: ControllerState, key: str, type_name: str) -> tuple[Value | None, str]:
+    """The initial value of a predefined variable and where it comes from; None without one.
+
+    Raises `ExecutionError` for the home of an arm that has none.
+    """
+    if key.startswith("XHOME") or key == "$H_POS":
+        return axes_value(c.home()), "home of the cell file" if c.cell.home_deg else "mastering of the robot's data"
+    if key in ("$FLAG", "$CYCFLAG", "$OUT", "$TIMER", "$TIMER_STOP", "$ANOUT"):
+        return ArrayValue(type_name, ()), ""
+    if key in ("$TRUE", "$FALSE"):
+        return key == "$TRUE", ""
+    if key in _STANDARD or key.startswith("FHOME"):
+        kind, parts = _STANDARD.get(key, _STANDARD["FDAT_ACT"])
+        return StructValue(kind, dict(parts)), "as in a new $config.dat"
+    machine = _machine_value(c, key)
+    if machine is not None:
+        return machine, "assumed machine data"
+    state = state_defaults().get(key)
+    return (None, "") if state is None else (copied(state[0]), state[1])
+
+
+_MOTION: dict[str, Value] = {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0}
+
+_STANDARD: dict[str, tuple[str, dict[str, Value]]] = {
+    **dict.fromkeys(("PDAT_ACT", "PDEFAULT"), ("PDAT", _MOTION)),
+    **dict.fromkeys(("LDAT_ACT", "LDEFAULT"), ("LDAT", {**_MOTION, "VEL": 2.0})),
+    "FDAT_ACT": ("FDAT", {"TOOL_NO": 0, "BASE_NO": 0, "IPO_FRAME": EnumValue("BASE")}),
+}
+"""Variables of a new `$config.dat`: their type and components."""
+
+
+def _machine_value(c: ControllerState, key: str) -> Value | None:
+    data, arm = c.machine, c.arm
+    if key in ("$VEL_MA", "$ACC_MA"):
+        cp, ori = (data.vel_cp, data.vel_ori) if key == "$VEL_MA" else (data.acc_cp, data.acc_ori)
+        return StructValue("CP", {"CP": cp, "ORI1": ori, "ORI2": ori})
+    if key in ("$SOFTN_END", "$SOFTP_END"):
+        return array_of("REAL", map(float, np.degrees(arm.lower if key == "$SOFTN_END" else arm.upper)))
+    if key in ("$VEL_ACT_MA", "$ACC_ACT_MA"):
+        return 110 if key == "$VEL_ACT_MA" else 250
+    return arm.name if key in ("$TRAFONAME", "$MODEL_NAME", "$ROBNAME") else None
+
+
 INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6")
 """Variables that are set from outside: without a value unless one is given."""
+
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
+
 _OF_MOTION = frozenset({
     "$POS_ACT", "$POS_INT", "$POS_FOR", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_FOR", "$AXIS_ACT_MES",
     "$AXIS_ACT_MEAS",

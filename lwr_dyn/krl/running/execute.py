@@ -1,22 +1,27 @@
 """Executes one statement of a running program: a function for each statement in one table.
 
 A statement changes variables, moves the arm, or sets the next line of its routine. RETURN is in the interpreter.
+
+What a statement sees and changes: the frame of its routine, and the running program around it.
+
+WAIT, HALT: the program stands until a time has passed or until something beside it makes a condition true.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
-from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.diagnostics import DiagnosticLog, ExecutionError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.pairing import CodeBlock
+from lwr_dyn.krl.language.blocks import CodeBlock, Routine
 from lwr_dyn.krl.language.unparse import expression_text
-from lwr_dyn.krl.running.bas import bas
-from lwr_dyn.krl.running.calls import called_routine, value_of_call
-from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.running.controller import ControllerState, MachineData
 from lwr_dyn.krl.running.evaluate import (
+    Environment,
     aggregate_value,
     number_of,
     reference_to,
@@ -24,10 +29,102 @@ from lwr_dyn.krl.running.evaluate import (
     truth_of,
     value_of,
 )
-from lwr_dyn.krl.running.spline_block import OpenBlock, begin_block, collect, end_block
-from lwr_dyn.krl.running.values import StructValue, Value, copied, value_text
-from lwr_dyn.krl.running.waiting import halt, wait
-from lwr_dyn.krl.running.with_settings import WithSettings
+from lwr_dyn.krl.running.functions import called_routine, value_of_call
+from lwr_dyn.krl.running.inline_forms import WithSettings, bas
+from lwr_dyn.krl.running.motions import Motions, OpenBlock, begin_block, collect, end_block
+from lwr_dyn.krl.running.values import StructValue, Value, Variable, copied, value_text
+
+
+@dataclass(slots=True, eq=False)
+class StackFrame:
+    """A call of a routine: the program of its module, its next line and its variables."""
+
+    program: Program
+    routine: Routine
+    at: int
+    variables: dict[str, Variable]
+    loops: dict[int, tuple[int, int]] = field(default_factory=dict)
+    """Line of a FOR -> its last value and step."""
+    watched: dict[int, Any] = field(default_factory=dict)
+    """Line to which the routine has gone back -> the passes of that loop."""
+
+
+class ExecutionContext(Environment, Protocol):
+    """The parts of a running program that statements change."""
+
+    program: Program
+    machine: MachineData
+    controller: ControllerState
+    motions: Motions
+    data: Any
+    background: Any
+    log: DiagnosticLog
+    stack: list[StackFrame]
+    passes: Any
+
+    @property
+    def here(self) -> Program:
+        """The program of the module of the current routine."""
+
+    def routine(self, name: str) -> Routine | None:
+        """A routine that the module of the current routine sees."""
+
+    def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
+        """Begin a routine with the arguments of a call."""
+
+    def execute_beside(self, action: s.Assign | s.Invoke, position: SourcePosition) -> None:
+        """Execute an assignment or a whole subprogram now, beside the program's own line."""
+
+    def step(self) -> None:
+        """Execute the next statement."""
+
+    def io_name(self, x: e.Reference) -> str:
+        """The name with which a reference begins, in capitals; of a SIGNAL the input or output it stands for."""
+
+
+MOST_LOOKS = 10_000
+"""Times that a waiting program looks again while only timers or submit programs run."""
+
+
+def wait(m: ExecutionContext, x: s.Wait) -> None:
+    """WAIT SEC or WAIT FOR; raises `ExecutionError` where nothing can end it."""
+    if x.kind == "SEC":
+        m.motions.wait(number_of(m, x.value, "WAIT SEC"), m.log.position)
+    else:
+        _wait_for(m, x)
+
+
+def _wait_for(m: ExecutionContext, x: s.Wait) -> None:
+    looks = 0
+    while not (met := truth_of(m, x.value, "WAIT FOR")) and looks < MOST_LOOKS:
+        time = m.background.next_time()
+        if time is None or m.motions.now > m.machine.seconds:
+            break
+        m.motions.wait(max(time - m.motions.now, 0.0), m.log.position, "WAIT FOR")
+        m.background.run_submits()
+        m.background.settle()
+        looks += 1
+    m.motions.stop_advance()
+    if not met:
+        _unmet(m, expression_text(x.value))
+
+
+def _unmet(m: ExecutionContext, text: str) -> None:
+    after = m.controller.cell.unmet_wait
+    if after is None:
+        message = "the condition is FALSE and nothing here can change it"
+        raise ExecutionError(
+            "waits-forever", message, "set its input: --set, or a reply or unmet_wait_s in a cell file"
+        )
+    m.controller.assumptions.note(f"WAIT FOR {text}", f"met after {after:g} s", "unmet_wait_s of the cell file")
+    m.motions.wait(after, m.log.position, "WAIT FOR")
+
+
+def halt(m: ExecutionContext) -> None:
+    """HALT: the program is started again at once."""
+    m.motions.stop_advance()
+    m.background.clock.record(m.log.position, "halt", "HALT")
+    m.controller.assumptions.note("HALT", "", "the program is started again at once")
 
 
 def execute(m: ExecutionContext, x: s.Statement, frame: StackFrame, at: int) -> None:

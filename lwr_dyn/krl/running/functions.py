@@ -1,10 +1,17 @@
-"""The values of the controller's own functions: mathematics, geometry, text, and those of the inline forms."""
+"""The values of the controller's own functions: mathematics, geometry, text, and those of the inline forms.
+
+KRL's functions on text: STRLEN, STRADD, STRCOMP, STRFIND, STRTOINT ... Text is an array of characters.
+
+VARSTATE("name"): whether a variable, an element or a component is declared, and whether it has a value.
+
+Which routine a call enters, and the values of calls that enter none: stubs, the functions of the controller.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -14,13 +21,169 @@ from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language.blocks import Routine
+from lwr_dyn.krl.language.lexer import LineError
+from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.statements import Assign
+from lwr_dyn.krl.names.known_names import UNKNOWN, Type
+from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, reference_to, value_of
-from lwr_dyn.krl.running.inline_functions import INLINE
-from lwr_dyn.krl.running.operators import ranged
-from lwr_dyn.krl.running.text_functions import TEXT
-from lwr_dyn.krl.running.values import AXIS_NAMES, StructValue, Value, axes_value, pose_matrix, pose_value
-from lwr_dyn.krl.running.variable_state import variable_state
+from lwr_dyn.krl.running.inline_forms import INLINE
+from lwr_dyn.krl.running.values import (
+    AXIS_NAMES,
+    ArrayValue,
+    EnumValue,
+    StructValue,
+    Value,
+    axes_value,
+    pose_matrix,
+    pose_value,
+    ranged,
+    text_array,
+    text_of,
+    value_text,
+)
+
+
+def _text(env: Environment, arguments: Arguments, i: int) -> str:
+    if i >= len(arguments):
+        raise ExecutionError("arguments", f"{len(arguments)} arguments are too few", "a text is missing")
+    x = arguments[i]
+    if isinstance(x, e.Name | e.Index | e.Component):
+        value = reference_to(env, x).read()
+        return "" if value is None else text_of(value)
+    return text_of(value_of(env, x))
+
+
+def _room(env: Environment, x: e.Expression) -> int | None:
+    """The declared number of characters of a variable; None where it is open."""
+    if not isinstance(x, e.Name | e.Index | e.Component):
+        return None
+    value = reference_to(env, x).read()
+    return value.sizes[0] if isinstance(value, ArrayValue) and value.sizes else None
+
+
+def _write(env: Environment, x: e.Expression, text: str) -> bool:
+    """Put text into a variable; False (nothing is written) where it is longer than the variable."""
+    if not isinstance(x, e.Name | e.Index | e.Component):
+        raise ExecutionError("type", "a text function writes into what is no variable", "a variable: T[]")
+    room = _room(env, x)
+    if room is not None and len(text) > room:
+        return False
+    reference_to(env, x).write(text_array(text, () if room is None else (room,)))
+    return True
+
+
+def _length(env: Environment, a: Arguments) -> Value:
+    return len(_text(env, a, 0))
+
+
+def _declared_length(env: Environment, a: Arguments) -> Value:
+    room = _room(env, a[0]) if a else None
+    return len(_text(env, a, 0)) if room is None else room
+
+
+def _clear(env: Environment, a: Arguments) -> Value:
+    return bool(a) and _write(env, a[0], "")
+
+
+def _add(env: Environment, a: Arguments) -> Value:
+    whole = _text(env, a, 0) + _text(env, a, 1)
+    return len(whole) if _write(env, a[0], whole) else 0
+
+
+def _copy(env: Environment, a: Arguments) -> Value:
+    return _write(env, a[0], _text(env, a, 1)) if a else False
+
+
+def _case(env: Environment, a: Arguments, i: int) -> bool:
+    """Whether capitals count, #CASE_SENS, which is the rule without the argument."""
+    value = value_of(env, a[i]) if i < len(a) else EnumValue("CASE_SENS")
+    return value != EnumValue("NOT_CASE_SENS")
+
+
+def _equal(env: Environment, a: Arguments) -> Value:
+    left, right = _text(env, a, 0), _text(env, a, 1)
+    return left == right if _case(env, a, 2) else left.upper() == right.upper()
+
+
+def _find(env: Environment, a: Arguments) -> Value:
+    """The first place from `from` on at which the second text stands in the first one, 0 for none."""
+    shift = 0 if len(a) > 2 and not isinstance(a[0], e.Text) and _is_number(env, a[0]) else -1
+    begin = int(number_of(env, a[0], "STRFIND")) if shift == 0 else 1
+    within, wanted = _text(env, a, shift + 1), _text(env, a, shift + 2)
+    if not _case(env, a, shift + 3):
+        within, wanted = within.upper(), wanted.upper()
+    return within.find(wanted, max(begin, 1) - 1) + 1
+
+
+def _is_number(env: Environment, x: e.Expression) -> bool:
+    if isinstance(x, e.Name | e.Index | e.Component):
+        return isinstance(reference_to(env, x).read(), int | float)
+    return isinstance(value_of(env, x), int | float)
+
+
+def _to(read: Callable[[str], Value]) -> Callable[[Environment, Arguments], Value]:
+    """STRTOINT and the like: TRUE and the value in the second argument where the text can be read."""
+
+    def convert(env: Environment, a: Arguments) -> Value:
+        text = _text(env, a, 0)
+        if len(a) < 2 or not isinstance(a[1], e.Name | e.Index | e.Component):
+            raise ExecutionError("arguments", "no variable for the value that is read", "a variable")
+        try:
+            value = read(text.strip())
+        except (ValueError, KeyError):
+            return False
+        reference_to(env, a[1]).write(value)
+        return True
+
+    return convert
+
+
+def _real(text: str) -> float:
+    if not set(text) <= set("+-.0123456789eE"):
+        raise ValueError(text)
+    return float(text)
+
+
+def _to_text(env: Environment, a: Arguments) -> Value:
+    text = _text(env, a, 0)
+    return len(a) > 1 and _write(env, a[1], text)
+
+
+TEXT: dict[str, Callable[[Environment, Arguments], Value]] = {
+    "STRLEN": _length,
+    "STRDECLLEN": _declared_length,
+    "STRCLEAR": _clear,
+    "STRADD": _add,
+    "STRCOPY": _copy,
+    "STRCOMP": _equal,
+    "STRFIND": _find,
+    "STRTOINT": _to(int),
+    "STRTOREAL": _to(_real),
+    "STRTOBOOL": _to(lambda text: {"TRUE": True, "FALSE": False}[text.upper()]),
+    "STRTOSTRING": _to_text,
+}
+"""Function -> its value; those with an OUT argument write into it."""
+
+
+def variable_state(env: Environment, c: ControllerState, arguments: Sequence[e.Expression]) -> Value:
+    """#INITIALIZED, #DECLARED or #UNDEFINED; raises `ExecutionError` for an argument that is no text."""
+    if not arguments:
+        raise ExecutionError("arguments", "VARSTATE without a name", 'VARSTATE("name")')
+    return EnumValue(_state(env, text_of(value_of(env, arguments[0]))))
+
+
+def _state(env: Environment, name: str) -> str:
+    try:
+        statement, _ = parse_line(f"{name} = 0")
+        if not isinstance(statement, Assign):
+            return "UNDEFINED"
+        return "DECLARED" if reference_to(env, statement.target).read() is None else "INITIALIZED"
+    except (LineError, ExecutionError):
+        return "UNDEFINED"
+
 
 Arguments: TypeAlias = Sequence[e.Expression]
 
@@ -58,6 +221,7 @@ MATHEMATICS: dict[str, Callable[..., int | float]] = {
     "FRAND": lambda least, most: 0.5 * (least + most),
 }
 """Of numbers; angles in degrees."""
+
 _HINTS = {"ACOS": "from -1 to 1", "SQRT": "not negative", "ATAN2": "two numbers", "FRAND": "the least and the most"}
 
 
@@ -134,3 +298,71 @@ GEOMETRY: dict[str, Callable[[Environment, ControllerState, Arguments], Value]] 
     "INVERSE": _inverse,
     "VARSTATE": variable_state,
 }
+
+_EMPTY: dict[str, Value] = {"BOOL": False, "INT": 0, "REAL": 0.0, "CHAR": " "}
+
+
+class Caller(Environment, Protocol):
+    """Where a call stands."""
+
+    controller: ControllerState
+
+    @property
+    def here(self) -> Program:
+        """The program of the module of the current routine."""
+
+    def routine(self, name: str) -> Routine | None:
+        """A routine that the module of the current routine sees."""
+
+
+def called_routine(m: Caller, name: str) -> Routine | None:
+    """The routine that a call enters; None for a stub, and for what `bas.src` defines and the model computes."""
+    if name in m.controller.cell.stubs:
+        return None
+    routine = m.routine(name)
+    if routine is not None and routine.file.name.lower().endswith("bas.src") and (name == "BAS" or is_computed(name)):
+        return None
+    return routine
+
+
+def value_of_call(m: Caller, x: e.FunctionCall) -> Value | None:
+    """The value of a stub or of a function of the controller; None where there is none; raises `ExecutionError`."""
+    return _stub_value(m, x) if x.name.upper() in m.controller.cell.stubs else function_value(m, m.controller, x)
+
+
+def empty_value(m: Caller, x: e.FunctionCall) -> Value | None:
+    """With `stubs.others` of the cell the value of a function that is not there; else None."""
+    if not m.controller.cell.other_stubs:
+        return None
+    name = x.name.upper()
+    function, external = m.here.project.known.functions.get(name), m.here.names.externals.get(name)
+    kind = function.returns if function is not None else None
+    if external is not None and external.returns is not None:
+        kind = Type(external.returns.upper())
+    value = _empty(m, UNKNOWN if kind is None else kind)
+    m.controller.assumptions.note(f"{name}( )", value_text(value), "stubs.others of the cell file")
+    return value
+
+
+def _empty(m: Caller, kind: Type) -> Value:
+    if kind.name in _EMPTY:
+        return _EMPTY[kind.name]
+    parts = m.here.names.structures.get(kind.name) or m.here.project.known.structures.get(kind.name)
+    if parts is None:
+        return 0
+    return StructValue(
+        kind.name, {k: _EMPTY[v.name] for k, v in parts.items() if v.name in _EMPTY and not v.dimensions}
+    )
+
+
+def _stub_value(m: Caller, x: e.FunctionCall) -> Value | None:
+    """What the cell file gives for a call, its OUT arguments set."""
+    name = x.name.upper()
+    stub = m.controller.cell.stubs[name]
+    m.controller.assumptions.note(f"{name}( )", "nothing" if stub.returns is None else value_text(stub.returns), "stub")
+    for i, value in stub.out.items():
+        target = x.arguments[i - 1] if i <= len(x.arguments) else None
+        if not isinstance(target, e.Name | e.Index | e.Component):
+            raise ExecutionError("arguments", f"the stub of {name} sets argument {i}, which is no variable", "")
+        reference_to(m, target).write(value)
+    return stub.returns

@@ -1,7 +1,16 @@
-"""The interpreter: executes a program line by line on a robot's model, with bounds on steps, time and call depth."""
+"""The interpreter: executes a program line by line on a robot's model, with bounds on steps, time and call depth.
+
+How variables begin: with the arguments of a call, and with the initial values of declarations.
+
+The variables of each file while a program runs: made when one of them is first used.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from lwr_dyn.krl.checks.type_check import shape_of
 from lwr_dyn.krl.diagnostics import (
     Diagnostic,
     DiagnosticLog,
@@ -13,27 +22,133 @@ from lwr_dyn.krl.diagnostics import (
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.language.declarations import Signal
-from lwr_dyn.krl.names.types import UNKNOWN, Type
-from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.language.declarations import Declarator, Def, Parameter, Signal
+from lwr_dyn.krl.names.known_names import UNKNOWN, Type
+from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.project import Project
+from lwr_dyn.krl.project.scope import scope_of
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.background import Background
-from lwr_dyn.krl.running.calls import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.cell_values import give_arguments, give_cell, note_unread
-from lwr_dyn.krl.running.clock import ProgramClock
-from lwr_dyn.krl.running.context import StackFrame
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
-from lwr_dyn.krl.running.evaluate import root_name, value_of
-from lwr_dyn.krl.running.execute import assign, execute, invoke
-from lwr_dyn.krl.running.module_data import ModuleData
+from lwr_dyn.krl.running.evaluate import Environment, aggregate_value, number_of, root_name, signal_reference, value_of
+from lwr_dyn.krl.running.execute import ExecutionContext, StackFrame, assign, execute, invoke
+from lwr_dyn.krl.running.functions import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.running.outside_values import element_value, give_arguments, give_cell, note_unread
 from lwr_dyn.krl.running.passes import LoopPasses, look_at_loop
-from lwr_dyn.krl.running.signal_names import signal_reference
-from lwr_dyn.krl.running.signals import element_value
-from lwr_dyn.krl.running.triggers import Triggers
-from lwr_dyn.krl.running.values import Value, Variable, VariableReference, converted
+from lwr_dyn.krl.running.triggers import ProgramClock, Triggers
+from lwr_dyn.krl.running.values import ArrayValue, Value, Variable, VariableReference, converted, text_array
 from lwr_dyn.model.arm import Arm
+
+LARGEST_ARRAY = 100_000
+"""Most elements along one dimension of an array."""
+
+
+def argument_variable(env: Environment, x: e.Expression | None, p: Parameter, kind: Type) -> Variable:
+    """The variable of a parameter: the caller's own for OUT, where the argument is one; else a new one."""
+    if x is None:
+        return Variable(kind)
+    if p.mode != "IN" and isinstance(x, e.Name):
+        return env.variable(x.name)
+    if p.mode != "IN" and isinstance(x, e.Index) and not x.indices and isinstance(x.of, e.Name):
+        return env.variable(x.of.name)
+    return Variable(kind, converted(value_of(env, x), kind))
+
+
+def initialised(env: Environment, name: DeclaredName) -> Variable:
+    """The variable as declared, with its initial value; raises `ExecutionError`."""
+    d, kind = name.declarator, name.type
+    if d is None:
+        return Variable(kind)
+    if d.sizes is not None:
+        return Variable(kind, _initial_array(env, d, kind))
+    if kind.name == "?" and isinstance(d.value, e.Aggregate):
+        kind = shape_of(d.value)
+    if d.value is None:
+        return Variable(kind)
+    if isinstance(d.value, e.Aggregate):
+        return Variable(kind, aggregate_value(env, d.value, kind.name))
+    return Variable(kind, converted(value_of(env, d.value), kind))
+
+
+def _initial_array(env: Environment, d: Declarator, kind: Type) -> Value:
+    sizes = tuple(int(number_of(env, x, "a size")) for x in d.sizes or ())
+    if any(not 1 <= n <= LARGEST_ARRAY for n in sizes):
+        message = f"{d.name} has the size {', '.join(map(str, sizes))}"
+        raise ExecutionError("index-range", message, f"from 1 to {LARGEST_ARRAY}")
+    return text_array(d.value.value, sizes) if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)
+
+
+@dataclass(slots=True, eq=False)
+class ModuleData:
+    """The data of the modules of a project."""
+
+    project: Project
+    log: DiagnosticLog
+    stack: list[StackFrame]
+    files: dict[str, dict[str, Variable]] = field(default_factory=dict)
+    """The variables of each file, by its name."""
+    programs: dict[str, Program] = field(default_factory=dict)
+    declared: dict[int, Mapping[str, DeclaredName]] = field(default_factory=dict)
+
+    def program_of(self, file: str) -> Program:
+        """The program of the module of a file."""
+        if file not in self.programs:
+            self.programs[file] = program_in(self.project, self.project.homes[file])
+        return self.programs[file]
+
+    def declared_in(self, routine: Routine, home: Program) -> Mapping[str, DeclaredName]:
+        """The names that a routine declares."""
+        key = id(routine)
+        if key not in self.declared:
+            self.declared[key] = scope_of(home, routine, []).own.variables
+        return self.declared[key]
+
+    def enter(self, m: ExecutionContext, routine: Routine, arguments: Sequence[e.Expression | None]) -> None:
+        """Put a call on the stack, with its arguments; OUT parameters are the caller's own variables."""
+        variables: dict[str, Variable] = {}
+        home = self.program_of(routine.file.name)
+        declared = self.declared_in(routine, home)
+        for i, p in enumerate(routine.head.parameters):
+            key = p.name.upper()
+            kind = declared[key].type if key in declared else UNKNOWN
+            variables[key] = argument_variable(m, arguments[i] if i < len(arguments) else None, p, kind)
+        self.stack.append(StackFrame(home, routine, routine.first, variables))
+        for key, name in declared.items():
+            if key not in variables:
+                variables[key] = self.new_variable(m, name)
+
+    def new_variable(self, m: ExecutionContext, name: DeclaredName) -> Variable:
+        """The variable as declared; a fault in its declaration is reported, and it has no value."""
+        try:
+            return initialised(m, name)
+        except ExecutionError as fault:
+            self.log.position = name.position
+            self.log.report_fault(fault)
+            return Variable(name.type)
+
+    def variables_of(self, m: ExecutionContext, file: str) -> dict[str, Variable]:
+        """The variables of a file, with their initial values."""
+        if file in self.files:
+            return self.files[file]
+        variables = self.files[file] = {}
+        read, position = self.project.file(file), self.log.position
+        # the statements of a .dat see the names of its module
+        self.stack.append(StackFrame(self.program_of(file), Routine(read.file, Def(""), 0), 0, variables))
+        for key, name in read.names.variables.items():
+            variables[key] = self.new_variable(m, name)
+        for i, x in read.outline.data:
+            if isinstance(x, s.Assign):
+                self.log.position = read.file.position(i, x.column)
+                try:
+                    assign(m, x)
+                except ExecutionError as fault:
+                    self.log.report_fault(fault)
+        self.stack.pop()
+        self.log.position = position
+        return variables
+
 
 DEEPEST = 40
 """Most calls inside one another."""

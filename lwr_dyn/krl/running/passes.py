@@ -16,9 +16,8 @@ import numpy as np
 from lwr_dyn.krl.diagnostics import SourcePosition
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.running.context import ExecutionContext, StackFrame
+from lwr_dyn.krl.running.execute import MOST_LOOKS, ExecutionContext, StackFrame
 from lwr_dyn.krl.running.values import Value, Variable, copied
-from lwr_dyn.krl.running.waiting import MOST_LOOKS
 
 ALIKE = 3
 """Passes of an endless LOOP that take the same time between the same axes, after which the run may end."""

@@ -1,6 +1,14 @@
-"""A run of a program: its motions and how they are sampled, its times, poses and torques."""
+"""A run of a program: its motions and how they are sampled, its times, poses and torques.
 
-from dataclasses import dataclass
+When a run is sampled, and axes that are over their speed in it.
+
+Checks a program, and runs it on a robot's model: motions in time, speeds, torques, and a Run to replay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -8,15 +16,20 @@ import numpy as np
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
+from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.krl.checks.static_checks import static_diagnostics
+from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, SourcePosition, sorted_diagnostics
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
+from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
-from lwr_dyn.krl.running.assumptions import Assumption
-from lwr_dyn.krl.running.clock import ProgramEvent
-from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.controller import Assumption, MachineData
+from lwr_dyn.krl.running.interpreter import Interpreter
 from lwr_dyn.krl.running.motions import ExecutedMotion
 from lwr_dyn.krl.running.passes import LoopPasses
+from lwr_dyn.krl.running.triggers import ProgramEvent
+from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Event, Motion, Run
 from lwr_dyn.simulation.setup import arm_record
@@ -108,3 +121,179 @@ class ProgramRun:
             t=m.t, q=m.q, dq=m.dq, q_ref=m.q, dq_ref=m.dq, tau_command=torque, tau_applied=torque,
             tau_friction=zero, energy=energy, work={"actuator": work}, events=events, meta=meta,
         )  # fmt: skip
+
+
+INTERPOLATION = 0.012
+"""[s] KUKA's interpolation cycle: the sampling period of a run."""
+
+OVER = 1e-6
+"""Relative excess of an axis speed that is rounding."""
+
+
+def sample_times(timeline: Timeline, longest: float) -> Array:
+    """The interpolation cycle, and each time at which a motion begins or ends, up to `longest` [s]."""
+    end = min(timeline.duration, longest)
+    cycle = np.minimum(np.arange(int(np.ceil(end / INTERPOLATION)) + 1) * INTERPOLATION, end)
+    marks = [x for item in timeline.items for x in (item.begin, item.end) if x <= end]
+    times = np.unique(np.concatenate([cycle, marks]))
+    # times that are equal up to rounding count once
+    return np.asarray(times[np.concatenate([[True], np.diff(times) > 1e-9])])
+
+
+def overspeed(arm: Arm, motion: Motion, executed: Sequence[ExecutedMotion]) -> list[Diagnostic]:
+    """An error for each motion in which an axis is over its rated speed."""
+    diagnostics = []
+    use = np.abs(motion.dq) / arm.velocity
+    for x in executed:
+        part = use[(motion.t >= x.begin) & (motion.t <= x.end)]
+        if not part.size:
+            continue
+        k, i = np.unravel_index(int(np.argmax(part)), part.shape)
+        if part[k, i] > 1.0 + OVER:
+            message = f"{arm.joint_names[int(i)]} turns at {100 * part[k, i]:.4g} % of its speed"
+            diagnostics.append(Diagnostic(x.position, "error", "axis-speed", message, "a lower velocity, or no blend"))
+    return diagnostics
+
+
+CHECKED_MOTIONS = 1000
+"""Motions of a program that a check plans at most; a run plans all."""
+
+UNREADABLE = frozenset({
+    "syntax", "unknown-keyword", "open-bracket", "open-string", "bad-literal", "bad-character", "long-line",
+    "missing-end", "stray-end", "wrong-end", "missing-def", "outside-routine", "encoding", "deep-nesting",
+})  # fmt: skip
+"""After one of these errors it is not clear what would run, so a check does not plan motions."""
+
+
+class ProgramError(LwrDynError, RuntimeError):
+    """A KRL program cannot start or continue: the `position`, a `code`, the `message` and a `hint`."""
+
+    def __init__(self, position: str, code: str, message: str, hint: str) -> None:
+        super().__init__(f"{position}: {message}" + (f"; {hint}" if hint else ""))
+        self.position, self.code, self.message, self.hint = position, code, message, hint
+
+
+def check_program(
+    program: Program,
+    arm: Arm | None = None,
+    machine: MachineData | None = None,
+    inputs: Mapping[str, Value] | None = None,
+    cell: RobotCell | None = None,
+) -> tuple[Diagnostic, ...]:
+    """All diagnostics of a program, in order of position.
+
+    Parameters
+    ----------
+    program : Program
+    arm : Arm, optional
+        Plans the motions on this arm; without it only language and types are checked.
+    machine : MachineData, optional
+    inputs : mapping, optional
+        Inputs and variables set from outside: `$IN[3]` -> value.
+    cell : RobotCell, optional
+        What stands around the program: states, stubs, tools ...; see `with_cell` for its names.
+
+    Raises
+    ------
+    OptionError, MissingDataError
+        The arm has no KUKA axes, or no axis speeds.
+
+    >>> from lwr_dyn.krl.project.program import parse_program
+    >>> for d in check_program(parse_program("DEF a( )\\nWAIT SEC x\\nEND\\n", name="a")): print(d)
+    a.src:2:10: error undeclared: x is not declared (declare it in the .dat or with DECL; no .dat is there)
+    """
+    static = [*program.diagnostics, *static_diagnostics(program)]
+    if arm is None or any(d.severity == "error" and d.code in UNREADABLE for d in static):
+        return sorted_diagnostics(static)
+    data = machine or MachineData()
+    data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
+    known = {(d.position.file, d.position.line, d.code) for d in static}
+    of_run = Interpreter(program, arm, data, _surroundings(cell, inputs), tolerant=True).run()
+    return sorted_diagnostics(
+        [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
+    )
+
+
+def run_program(
+    program: Program,
+    arm: Arm,
+    machine: MachineData | None = None,
+    inputs: Mapping[str, Value] | None = None,
+    cell: RobotCell | None = None,
+) -> ProgramRun:
+    """Run a program on an arm.
+
+    Parameters
+    ----------
+    program : Program
+    arm : Arm
+        With KUKA's axes and axis speeds; without masses the run has no torques.
+    machine : MachineData, optional
+        Assumed machine data, bounds of steps and time.
+    inputs : mapping, optional
+        Inputs and variables set from outside: `$IN[3]` -> value.
+    cell : RobotCell, optional
+        What stands around the program: states, stubs, tools ...; see `with_cell` for its names.
+
+    Raises
+    ------
+    ProgramError
+        The program cannot be read, or comes to an error. Errors in statements it does not come to are diagnoses of
+        the run, as a controller would refuse to start it.
+    OptionError, MissingDataError
+        The arm has no KUKA axes, or no axis speeds.
+    """
+    data = machine or MachineData()
+    static = [*program.diagnostics, *static_diagnostics(program)]
+    _refuse_errors([d for d in static if d.code in UNREADABLE])
+    interpreter = Interpreter(program, arm, data, _surroundings(cell, inputs))
+    diagnostics = interpreter.run()
+    _refuse_errors(_as_checked(diagnostics, static))
+    timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
+    if not executed:
+        _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
+        raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
+    try:
+        motion = timeline.sample(sample_times(timeline, data.seconds))
+    except ExecutionError as fault:
+        raise ProgramError(end, fault.code, fault.message, fault.hint) from None
+    held, torque = _torques(arm, motion)
+    return ProgramRun(
+        program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
+        executed=tuple(executed), still=tuple(interpreter.motions.still),
+        diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
+        assumptions=interpreter.controller.assumptions.all(),
+        events=tuple(sorted(interpreter.background.clock.events, key=lambda x: x.time)), passes=interpreter.passes,
+        static_torque=held, torque=torque,
+    )  # fmt: skip
+
+
+def _only_errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Those that are errors; what unknown subprograms there are, the run itself notes where it comes to one."""
+    return sorted_diagnostics(d for d in diagnostics if d.severity == "error" and d.code != "unknown-call")
+
+
+def _torques(arm: Arm, motion: Motion) -> tuple[Array | None, Array | None]:
+    """The torques that hold and move the arm; None where its masses are unknown."""
+    if arm.chain.bodies is None:
+        return None, None
+    model = dynamics_of(arm)
+    return model.gravity_vector(motion.q), model.inverse_dynamics(motion.q, motion.dq, motion.ddq)
+
+
+def _surroundings(cell: RobotCell | None, inputs: Mapping[str, Value] | None) -> RobotCell:
+    """The cell with inputs and variables that are given one by one."""
+    whole = cell or RobotCell()
+    return replace(whole, values={**whole.values, **(inputs or {})})
+
+
+def _as_checked(diagnostics: Sequence[Diagnostic], static: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """What the checks say of the same fault in the same line, in place of what the run says."""
+    checked = {(d.position.file, d.position.line, d.code): d for d in static}
+    return [checked.get((d.position.file, d.position.line, d.code), d) for d in diagnostics]
+
+
+def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:
+    error = next((d for d in diagnostics if d.severity == "error"), None)
+    if error is not None:
+        raise ProgramError(str(error.position), error.code, error.message, error.hint)

@@ -1,4 +1,11 @@
-"""From a programmed point to axes: reach, limits, Status and Turn; diagnostics of their faults with the distance."""
+"""From a programmed point to axes: reach, limits, Status and Turn; diagnostics of their faults with the distance.
+
+Relative motions: from the step that is programmed to the point where the motion ends.
+
+How the orientation is led along a path: $ORI_TYPE, $CIRC_TYPE, $IPO_MODE, as far as they are modelled.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,14 +17,17 @@ from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
 from lwr_dyn.krl.robot.kuka_pose import status, turn
+from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.values import (
     AXIS_NAMES,
     POSE_NAMES,
+    EnumValue,
     StructValue,
     Value,
     is_axes,
     is_pose,
     pose_matrix,
+    pose_value,
     value_text,
 )
 from lwr_dyn.model.arm import Arm
@@ -174,3 +184,44 @@ def _number(point: StructValue, name: str) -> float | None:
 def _whole(point: StructValue, name: str) -> int | None:
     value = _number(point, name)
     return None if value is None else int(value)
+
+
+def absolute_point(step: Value, now: StructValue, frame: str | None) -> StructValue:
+    """The point at a step from where the arm stands: axes and components are added, in #TOOL poses are multiplied.
+
+    Raises `ExecutionError`.
+    """
+    if not isinstance(step, StructValue):
+        raise ExecutionError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
+    if not is_axes(step) and frame is not None and frame.upper() == "TOOL":
+        whole = StructValue("FRAME", {**dict.fromkeys("XYZABC", 0.0), **step.parts})
+        return pose_value(pose_matrix(now, "where the arm stands") @ pose_matrix(whole, "the step"), "FRAME")
+    parts = dict(now.parts)
+    for name, change in step.parts.items():
+        before = parts.get(name, 0.0)
+        if isinstance(before, int | float) and isinstance(change, int | float):
+            parts[name] = before + change
+    if not is_axes(step):
+        parts = {name: parts[name] for name in "XYZABC"}
+    return StructValue(now.type if is_axes(step) else "FRAME", parts)
+
+
+TURNED = {
+    "$ORI_TYPE": ("JOINT", "the orientation of LIN and CIRC turns about one axis, as with #VAR"),
+    "$CIRC_TYPE": ("PATH", "the orientation of CIRC is led as with #BASE"),
+    "$IPO_MODE": ("TCP", "a fixed tool is not modelled: as with #BASE"),
+}
+"""Values of system variables that are not modelled, and what is done instead."""
+
+
+def led_pose(c: ControllerState, start: Array, end: Array) -> Array:
+    """The pose (4, 4) [m] at the end of a path from `start`; $ORI_TYPE #CONSTANT keeps the orientation."""
+    values = {name: c.variables[name].value for name in TURNED if name in c.variables}
+    for name, (value, text) in TURNED.items():
+        if values.get(name) == EnumValue(value):
+            c.assumptions.note(f"{name} #{value}", "", text)
+    if values.get("$ORI_TYPE") != EnumValue("CONSTANT"):
+        return end
+    kept = end.copy()
+    kept[:3, :3] = start[:3, :3]
+    return kept

@@ -1,19 +1,250 @@
-"""TRIGGER: switching actions at a place of the next motion, at the time at which the planned motion is there."""
+"""TRIGGER: switching actions at a place of the next motion, at the time at which the planned motion is there.
+
+The time of a running program: what happens when, the events that did, and the timers of the controller.
+
+BRAKE in an interrupt: the arm stops on its path, and goes on along it later, unless RESUME gives the motion up.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import heapq
+from collections.abc import Callable, Container, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.motion.planner import tool_pose
-from lwr_dyn.krl.running.braking import StoppedMotion, brake, go_on
-from lwr_dyn.krl.running.clock import ProgramClock
-from lwr_dyn.krl.running.motions import Motions
+from lwr_dyn.krl.motion.motion_segments import MotionSegment, tool_pose
+from lwr_dyn.krl.motion.timeline import Pause, SlowedPart, Timeline, TimelineItem
+from lwr_dyn.krl.running.motions import ExecutedMotion, Motions
+
+TICK = 0.012
+"""[s] How often a program that only watches looks again: the interpolation cycle."""
+
+SAME = 1e-9
+"""[s] Times nearer than this are one."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramEvent:
+    """Something that happened beside the motions: an output set, a trigger, an interrupt, an answer of the cell."""
+
+    time: float
+    """[s] Of the timeline."""
+    position: SourcePosition
+    kind: str
+    """output, trigger, interrupt, reply, halt"""
+    text: str
+
+    def to_json(self) -> dict[str, Any]:
+        """As one JSON object."""
+        return {
+            "time": self.time, "file": self.position.file, "line": self.position.line, "kind": self.kind,
+            "text": self.text,
+        }  # fmt: skip
+
+
+@dataclass(slots=True, eq=False)
+class ProgramClock:
+    """The present time of the program is the end of the motions that are planned."""
+
+    motions: Motions
+    events: list[ProgramEvent] = field(default_factory=list)
+    timers: dict[int, tuple[float, float, bool]] = field(default_factory=dict)
+    """Number of a timer -> its value [ms] at a time [s], and whether it runs."""
+    pending: list[tuple[float, int, Callable[[], None]]] = field(default_factory=list)
+    """A heap: what happens at later times [s]."""
+    timers_read: set[int] = field(default_factory=set)
+    """Numbers of timers whose value the program has asked for."""
+    at: float | None = None
+    """[s] The time of what happens now, where it is not the present time."""
+    added: int = 0
+
+    @property
+    def now(self) -> float:
+        """[s] From the start, with what was waited before the arm stood anywhere."""
+        return self.motions.now if self.at is None else self.at
+
+    def add(self, time: float, action: Callable[[], None]) -> int:
+        """Let something happen at a time [s]; its number."""
+        self.added += 1
+        heapq.heappush(self.pending, (time, self.added, action))
+        return self.added
+
+    def take_back(self, numbers: Container[int]) -> set[int]:
+        """What has these numbers does not happen, as far as it has not happened yet; which they are."""
+        gone = {number for _, number, _ in self.pending if number in numbers}
+        self.pending = [x for x in self.pending if x[1] not in gone]
+        heapq.heapify(self.pending)
+        return gone
+
+    def next_time(self) -> float | None:
+        """[s] At which something happens next; a timer that runs is looked at every tick."""
+        times = [self.pending[0][0]] if self.pending else []
+        if any(running for _, _, running in self.timers.values()):
+            times.append(self.now + TICK)
+        return min(times, default=None)
+
+    def run_due(self, then: Callable[[], object], until: float | None = None) -> bool:
+        """Let everything happen that is due, in order of time, and `then` after each; whether anything was."""
+        happened = False
+        while self.pending and self.pending[0][0] <= (self.motions.now if until is None else until) + SAME:
+            happened = True
+            time, _, action = heapq.heappop(self.pending)
+            self.at = time
+            try:
+                action()
+                then()
+            finally:
+                self.at = None
+        return happened
+
+    def record(self, position: SourcePosition, kind: str, text: str) -> None:
+        """Add an event at the present time."""
+        self.events.append(ProgramEvent(max(self.now - self.motions.idle, 0.0), position, kind, text))
+
+    # --- timers
+    def set_timer(self, number: int, value: float) -> None:
+        """`$TIMER[n] = value` [ms]."""
+        self.timers[number] = (value, self.now, self.timers.get(number, (0.0, 0.0, False))[2])
+
+    def stop_timer(self, number: int, stopped: bool) -> None:
+        """`$TIMER_STOP[n]`."""
+        self.timers[number] = (self.timer(number), self.now, not stopped)
+
+    def timers_now(self) -> tuple[tuple[int, float], ...]:
+        """Numbers and values [ms] of timers that the program asks for."""
+        return tuple((number, round(self.timer(number), 6)) for number in sorted(self.timers_read))
+
+    def timer(self, number: int) -> float:
+        """[ms] The value of a timer."""
+        value, at, running = self.timers.get(number, (0.0, 0.0, False))
+        return value + 1e3 * (self.now - at) if running else value
+
+
+MOVED = 1e-6
+"""[rad] By which the arm may have left the place where it stopped."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoppedMotion:
+    """A motion that BRAKE has stopped: what is left of it."""
+
+    slowed: SlowedPart
+    motion: ExecutedMotion
+    goal: Array
+    """(n,) [rad] Where the program's motions were to end."""
+    end: float
+    """[s] When the part was to end."""
+    items: tuple[TimelineItem, ...]
+    """What was planned after it: the rest of a spline block."""
+    motions: tuple[ExecutedMotion, ...]
+
+    @property
+    def begin(self) -> float:
+        """[s] When the part has begun."""
+        return self.end - self.slowed.part.duration
+
+    @property
+    def time(self) -> float:
+        """[s] From which on the arm stops."""
+        return self.begin + self.slowed.since
+
+    def passed_at(self, planned: float) -> float | None:
+        """[s] When the arm, while it stops, is where it was to be at a `planned` time; None where it stops before."""
+        inside = planned - self.begin
+        return None if inside > self.slowed.until else self.time + self.slowed.reached(inside)
+
+
+def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | None:
+    """Stop the arm from a time [s] of the timeline on; None where it stands or stops there anyway.
+
+    In a blend it begins to stop where the blend ends.
+    """
+    moving = _moving_at(m.timeline, time)
+    if moving is None or m.controller.q is None:
+        return None
+    item, part, begin = moving
+    time = max(time, item.begin + item.overlap)
+    index = next((i for i in reversed(range(len(m.executed))) if m.executed[i].begin <= time < m.executed[i].end), None)
+    since = time - begin
+    q, speed = (x[0] for x in (part.axes(np.array([since])).q, np.abs(part.axes(np.array([since])).dq)))
+    seconds = float(np.max(speed / m.controller.speeds().axis_ramp))
+    slowed = SlowedPart(part, since, 1.0, 0.0, seconds)
+    if index is None or seconds <= 0.0 or slowed.until >= part.duration:
+        return None
+    items = tuple(x for x in m.timeline.items if x.begin > item.begin)
+    later = tuple(m.executed[index + 1 :])
+    stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, begin + part.duration, items, later)
+    m.controller.assumptions.note("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
+    m.timeline.add_at(slowed, time)
+    m.executed[index:] = [replace(m.executed[index], end=time, q=q)]
+    _stand(m, slowed, position, "BRAKE")
+    return stopped
+
+
+def _moving_at(timeline: Timeline, time: float) -> tuple[TimelineItem, MotionSegment, float] | None:
+    """What moves the arm at a time [s], its segment, and when that has begun or would have; None where it stands.
+
+    A motion that goes on after BRAKE is taken from where it has its own speed again.
+    """
+    at = next((i for i in reversed(range(len(timeline.items))) if timeline.items[i].begin <= time), None)
+    if at is None or time >= timeline.items[at].end:
+        return None
+    item = timeline.items[at]
+    if isinstance(item.part, SlowedPart) and item.part.first == 0.0 and at + 1 < len(timeline.items):
+        item = timeline.items[at + 1]
+    if isinstance(item.part, Pause):
+        return None
+    if isinstance(item.part, SlowedPart):
+        own = item.part.first == item.part.last == 1.0
+        return (item, item.part.part, item.begin - item.part.since) if own else None
+    return item, item.part, item.begin
+
+
+def go_on(m: Motions, stopped: StoppedMotion) -> Callable[[float], float]:
+    """Go on along the path: when the arm is now where it was to be at a planned time, both [s].
+
+    Raises `ExecutionError` where the arm has left the path.
+    """
+    x = stopped.slowed
+    end = x.axes(np.array([x.duration])).q[0]
+    if m.controller.q is None or np.abs(m.controller.q - end).max() > MOVED:
+        hint = "RESUME, or a motion back to where it stopped"
+        raise ExecutionError("interrupted-motion", "the arm has left the path of the interrupted motion", hint)
+    left = x.part.duration - x.until
+    ramp = min(x.duration, float(np.sqrt(2.0 * x.duration * left)))
+    again = SlowedPart(x.part, x.until, 0.0, ramp / x.duration, ramp)
+    begin = m.timeline.add(again).begin
+    if x.part.duration - again.until > 0.0:
+        m.timeline.add(SlowedPart(x.part, again.until, 1.0, 1.0, x.part.duration - again.until))
+    m.executed.append(replace(stopped.motion, begin=begin, end=m.timeline.duration, overlap=0.0))
+    later = m.timeline.duration - stopped.end
+    m.timeline.items += [replace(i, begin=i.begin + later) for i in stopped.items]
+    m.executed += [replace(e, begin=e.begin + later, end=e.end + later) for e in stopped.motions]
+    m.controller.q = stopped.goal
+    m.blend, m.advance = None, True
+
+    def passed_at(planned: float) -> float:
+        inside = planned - stopped.begin
+        if inside <= again.until:
+            return begin + again.reached(inside)
+        return planned + later  # its own speed from there on
+
+    return passed_at
+
+
+def _stand(m: Motions, part: SlowedPart, position: SourcePosition, kind: str) -> None:
+    """The arm stands where a part ends."""
+    q = part.axes(np.array([part.duration])).q[0]
+    item = m.timeline.items[-1]
+    m.executed.append(ExecutedMotion(position, kind, item.begin, item.end, q))
+    m.controller.q = q
+    m.blend, m.advance = None, False
+
 
 SAMPLES = 400
 """Points of a motion between which a place on its path is found."""

@@ -1,22 +1,30 @@
-"""Values of a running program: numbers, truth values, text, structures, arrays; and the variables that hold them."""
+"""Values of a running program: numbers, truth values, text, structures, arrays; and the variables that hold them.
+
+A whole row of an array, `T[1,]`: read and written as an array of the indices that are left open.
+
+Operators on values. INT / INT is an INT, as in KRL; a result outside the range of INT or REAL is an error.
+"""
 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.names.types import AXES, CARTESIAN, LARGEST, Type
+from lwr_dyn.krl.names.known_names import AXES, CARTESIAN, GEOMETRY, LARGEST, Type
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
+
 FARTHEST = 1e9
 """[mm, deg] A coordinate beyond this is no place, and its square need not be a float."""
+
 POSE_NAMES = ("X", "Y", "Z", "A", "B", "C")
 
 
@@ -183,3 +191,124 @@ def text_of(value: Value) -> str:
 def null_frame() -> StructValue:
     """The frame with all components zero."""
     return StructValue("FRAME", dict.fromkeys(POSE_NAMES, 0.0))
+
+
+def row_reference(of: VariableReference, at: tuple[int, ...], name: str) -> VariableReference:
+    """The row at the first indices `at`; reading or writing it raises `ExecutionError` where there is none."""
+
+    def read() -> Value | None:
+        whole = _whole(of, at, name)
+        inside = {k[len(at) :]: v for k, v in whole.items.items() if k[: len(at)] == at}
+        return ArrayValue(whole.type, whole.sizes[len(at) :], inside) if inside else None
+
+    def write(value: Value) -> None:
+        whole = _whole(of, at, name)
+        row = _row(value, whole.sizes[-1] if whole.sizes else None, name)
+        for k in [k for k in whole.items if k[: len(at)] == at]:
+            del whole.items[k]
+        whole.items.update({(*at, *k): v for k, v in row.items.items()})
+
+    return VariableReference(read, write, of.type)
+
+
+def _whole(of: VariableReference, at: tuple[int, ...], name: str) -> ArrayValue:
+    """The array, which has such a row."""
+    if of.read() is None:
+        of.write(ArrayValue(of.type.name, ()))
+    value = of.read()
+    if not isinstance(value, ArrayValue):
+        raise ExecutionError("no-array", f"{name} is no row of an array", "an array of two indices")
+    if value.sizes and any(not 1 <= i <= size for i, size in zip(at, value.sizes, strict=False)):
+        raise ExecutionError("index-range", f"the row {name}", ", ".join(f"1 to {size}" for size in value.sizes))
+    return value
+
+
+def _row(value: Value, longest: int | None, name: str) -> ArrayValue:
+    row = text_array(value) if isinstance(value, str) else value
+    if not isinstance(row, ArrayValue):
+        raise ExecutionError("type", f"the row {name} is given {value_text(value)}", "a text, or an array")
+    if longest is not None and any(k[-1] > longest for k in row.items):
+        raise ExecutionError("index-range", f"the row {name} is given {len(row.items)} values", f"up to {longest}")
+    return row
+
+
+def unary_value(sign: str, value: Value) -> Value:
+    """The value of an operator with one operand; raises `ExecutionError`."""
+    if sign == "NOT":
+        if isinstance(value, bool):
+            return not value
+    elif not isinstance(value, bool) and isinstance(value, int | float):
+        if sign == "B_NOT":
+            return ~int(value)
+        return ranged(-value if sign == "-" else value)
+    raise ExecutionError("type", f"{sign} on {value_text(value)}", "TRUE or FALSE" if sign == "NOT" else "a number")
+
+
+def binary_value(sign: str, left: Value, right: Value) -> Value:
+    """The value of an operator with two operands; raises `ExecutionError`."""
+    if sign == ":":
+        return _composed(left, right)
+    if sign in _LOGIC:
+        if not (isinstance(left, bool) and isinstance(right, bool)):
+            message = f"{value_text(left)} {sign} {value_text(right)}"
+            raise ExecutionError("type", message, "TRUE or FALSE on both sides")
+        return bool(_LOGIC[sign](left, right))
+    if sign in ("==", "<>"):
+        return bool(_plain(left) == _plain(right)) == (sign == "==")
+    return _arithmetic(sign, _plain(left), _plain(right))
+
+
+def _plain(value: Value) -> Any:
+    if isinstance(value, ArrayValue) and value.type == "CHAR":
+        value = text_of(value)
+    return ord(value) if isinstance(value, str) and len(value) == 1 else value
+
+
+def _arithmetic(sign: str, left: Any, right: Any) -> Value:
+    for side in (left, right):
+        if isinstance(side, bool) or not isinstance(side, int | float):
+            raise ExecutionError("type", f"{value_text(left)} {sign} {value_text(right)}", "numbers on both sides")
+    if sign == "/":
+        return _quotient(left, right)
+    if sign in _BITS:
+        return int(_BITS[sign](int(left), int(right)))
+    result: int | float = _NUMBERS[sign](left, right)
+    return result if isinstance(result, bool) else ranged(result)
+
+
+def _quotient(left: int | float, right: int | float) -> Value:
+    if right == 0:
+        raise ExecutionError("division-by-zero", f"{left} / {right}", "test the divisor first")
+    if isinstance(left, int) and isinstance(right, int):
+        return ranged(abs(left) // abs(right) * (1 if (left < 0) == (right < 0) else -1))
+    return ranged(left / right)
+
+
+def ranged(value: int | float) -> int | float:
+    """The number, if INT or REAL can hold it; raises `ExecutionError`."""
+    least, most = (-LARGEST - 1, LARGEST) if isinstance(value, int) else (-3.5e38, 3.5e38)
+    if not least <= value <= most:
+        kind = "INT" if isinstance(value, int) else "REAL"
+        raise ExecutionError("number-range", f"{value} is beyond what {kind} holds")
+    return value
+
+
+def _composed(left: Value, right: Value) -> Value:
+    T = pose_matrix(left, "the left of :") @ pose_matrix(right, "the right of :")
+    assert isinstance(right, StructValue)
+    rest = {name: v for name, v in right.parts.items() if name not in GEOMETRY["FRAME"]}
+    return pose_value(T, "FRAME" if right.type == "?" and not rest else right.type, rest)
+
+
+_LOGIC: dict[str, Callable[[bool, bool], bool]] = {
+    "AND": lambda a, b: a and b,
+    "OR": lambda a, b: a or b,
+    "EXOR": lambda a, b: a != b,
+}
+
+_BITS: dict[str, Callable[[int, int], int]] = {"B_AND": operator.and_, "B_OR": operator.or_, "B_EXOR": operator.xor}
+
+_NUMBERS: dict[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "<": operator.lt, ">": operator.gt, "<=": operator.le,
+    ">=": operator.ge,
+}  # fmt: skip

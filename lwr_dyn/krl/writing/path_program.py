@@ -1,39 +1,212 @@
-"""Writes a sampled path as a program, runs the program, and keeps what stays within the tolerance."""
+"""Writes a sampled path as a program, runs the program, and keeps what stays within the tolerance.
+
+SPLINE blocks in place of many short motions: SPL through as few samples as keep the curve within the tolerance.
+
+The curve is the one that `krl run` plans (cubic, through its points); KUKA's own is not published, so between the
+points a controller's path may be another one.
+
+PTP_SPLINE blocks from pause to pause: SPTP through as few samples as keep the tool's path within the tolerance.
+
+The curve of the axes is the one that `krl run` plans (cubic, through its points); KUKA's own is not published.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.forward import flange_pose
+from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.motion.pose_paths import PosePath, Speeds
+from lwr_dyn.krl.motion.splines import SplinePoint, spline_pieces
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.program_run import ProgramRun
-from lwr_dyn.krl.running.run import ProgramError, run_program
-from lwr_dyn.krl.writing.axis_spline_fit import axis_splines
-from lwr_dyn.krl.writing.corners import approximations
-from lwr_dyn.krl.writing.motion_program import PathProgram, speeds_of, with_slower
-from lwr_dyn.krl.writing.path_fit import BLOCKS, KINDS, USUAL, Tolerance, fitted_motions
-from lwr_dyn.krl.writing.program_lines import NAMES, is_name
-from lwr_dyn.krl.writing.round_trip import PathDeviation, path_deviation
+from lwr_dyn.krl.running.program_run import ProgramError, ProgramRun, run_program
+from lwr_dyn.krl.writing.motion_program import PathProgram, approximations, speeds_of, with_slower
+from lwr_dyn.krl.writing.path_fit import (
+    BLOCKS,
+    KINDS,
+    USUAL,
+    FittedMotion,
+    PathDeviation,
+    Tolerance,
+    fitted_motions,
+    path_deviation,
+    poses_at,
+    within,
+)
+from lwr_dyn.krl.writing.point_program import NAMES, is_name
 from lwr_dyn.krl.writing.sampled_path import SampledPath
-from lwr_dyn.krl.writing.spline_fit import with_splines
+
+FEWEST = 3
+"""Motions that a block replaces."""
+
+LONG = 5.0
+"""A motion so many times as long as the middle one stays as it is."""
+
+ROUNDS, STEPS = 16, 6
+
+MOST = 3000
+"""Points of a block."""
+
+_UNUSED = Speeds(np.zeros(6), np.zeros(6), 0.0, 0.0, 0.0, 0.0)
+
+
+def with_splines(
+    samples: SampledPath, motions: Sequence[FittedMotion], tolerance: tuple[float, float], wherever: bool = False
+) -> tuple[FittedMotion, ...]:
+    """The motions with SPL blocks for runs of LIN and CIRC that need more points; `wherever` it is possible at all."""
+    out: list[FittedMotion] = []
+    for group in _groups(samples, motions, wherever):
+        points = sum(2 if motion.kind == "CIRC" else 1 for motion in group)
+        knots = None
+        if group[0].kind != "PTP" and (wherever or len(group) >= FEWEST):
+            knots = _knots(samples, group[0].first, group[-1].last, tolerance, MOST if wherever else points - 1)
+        out += group if knots is None else [FittedMotion("SPL", group[0].first, group[-1].last, None, knots)]
+    return tuple(out)
+
+
+def _groups(samples: SampledPath, motions: Sequence[FittedMotion], wherever: bool) -> Iterator[list[FittedMotion]]:
+    """Runs of short LIN and CIRC without a pause; every other motion alone."""
+    lengths = [0.0 if motion.kind == "PTP" else motion.path(samples).length for motion in motions]
+    long = np.inf if wherever else LONG * float(np.median([x for x in lengths if x > 0.0] or [0.0]))
+    group: list[FittedMotion] = []
+    for motion, length in zip(motions, lengths, strict=True):
+        short = motion.kind != "PTP" and length <= long
+        if group and (not short or motion.first in samples.pauses):
+            yield group
+            group = []
+        if short:
+            group.append(motion)
+        else:
+            yield [motion]
+    if group:
+        yield group
+
+
+def _knots(
+    samples: SampledPath, first: int, last: int, tolerance: tuple[float, float], most: int
+) -> tuple[int, ...] | None:
+    """The samples at which the points of a block stand; None where it would take more than `most`."""
+    if last - first < 2:
+        return None
+    places = samples.T[first : last + 1, :3, 3]
+    way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+    knots = sorted({0, *halves(way, [0, last - first])})
+    for _ in range(ROUNDS):
+        if len(knots) - 1 > most:
+            return None
+        path = _curve(samples, [first + k for k in knots])
+        if path is None:
+            return None
+        good = within(poses_at(path[0], _nearest(path, way, knots, places)), samples.T[first : last + 1], tolerance)
+        bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
+        if not bad:
+            return tuple(first + k for k in knots[1:]) if good.all() else None
+        knots = sorted({*knots, *(k for a, b in bad for k in halves(way, [a, b]))})
+    return None
+
+
+def halves(way: Array, ends: list[int]) -> list[int]:
+    """Both ends and the sample half the way between them."""
+    a, b = ends
+    middle = int(np.searchsorted(way, 0.5 * (way[a] + way[b])))
+    return [a, min(max(middle, a + 1), b - 1), b]
+
+
+def _curve(samples: SampledPath, knots: Sequence[int]) -> tuple[PosePath, Array] | None:
+    """The path through samples and the lengths at which it passes them."""
+    points = [SplinePoint("SPL", samples.T[k], _UNUSED) for k in knots[1:]]
+    try:
+        pieces = list(spline_pieces(samples.T[knots[0]], points))
+    except ExecutionError:
+        return None
+    if len(pieces) != 1 or len(pieces[0].motions) != len(points):
+        return None
+    return pieces[0].path, np.append(0.0, pieces[0].ends)
+
+
+def _nearest(path: tuple[PosePath, Array], way: Array, knots: Sequence[int], places: Array) -> Array:
+    """The lengths (k,) at which the curve is nearest to the places (k, 3), by Newton's steps from their share."""
+    curve, marks = path
+    s = np.interp(way, way[list(knots)], marks)
+    for _ in range(STEPS):
+        at = curve.segment.at(s)
+        step = np.sum((places - at.p) * at.dp, axis=1) / np.maximum(np.sum(at.dp * at.dp, axis=1), 1e-12)
+        s = np.clip(s + step, 0.0, marks[-1])
+    return np.asarray(s)
+
+
+def axis_splines(samples: SampledPath, tolerance: tuple[float, float]) -> tuple[FittedMotion, ...]:
+    """A block for each way between two pauses; raises `OptionError` where one would have too many points."""
+    marks = sorted({0, *samples.pauses, len(samples.q) - 1})
+    found = []
+    for first, last in pairwise(marks):
+        knots = _axis_knots(samples, first, last, tolerance)
+        if knots is None:
+            raise OptionError(samples.source, "a path too rough for SPTP", "a smooth path, or a larger tolerance")
+        found.append(FittedMotion("SPTP", first, last, None, knots))
+    return tuple(found)
+
+
+def _axis_knots(samples: SampledPath, first: int, last: int, tolerance: tuple[float, float]) -> tuple[int, ...] | None:
+    q, wanted = samples.q[first : last + 1], samples.T[first : last + 1]
+    way = _along(samples, q)
+    knots = sorted({0, last - first, *(halves(way, [0, last - first]) if last - first > 1 else ())})
+    for _ in range(ROUNDS):
+        if len(knots) > MOST:
+            return None
+        T = flange_pose(samples.arm.chain, _nearest_axes(samples, q, way, knots)) @ samples.tool
+        good = within(T, wanted, tolerance)
+        bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
+        if not bad:
+            return tuple(first + k for k in knots[1:]) if good.all() else None
+        knots = sorted({*knots, *(k for a, b in bad for k in halves(way, [a, b]))})
+    return None
+
+
+def _along(samples: SampledPath, q: Array) -> Array:
+    """The time (k,) [s] that the axes need to each sample at their rated speeds, as the parameter of a block has it."""
+    return np.append(0.0, np.cumsum((np.abs(np.diff(q, axis=0)) / samples.arm.velocity).max(axis=1)))
+
+
+def _nearest_axes(samples: SampledPath, q: Array, way: Array, knots: Sequence[int]) -> Array:
+    """The places (k, n) of the block's curve that are nearest to axes q (k, n)."""
+    points = q[list(knots)]
+    marks = _along(samples, points)
+    curve = CubicSpline(marks, points, bc_type="natural")
+    s = np.interp(way, way[list(knots)], marks)
+    for _ in range(STEPS):
+        slope = np.asarray(curve(s, 1))
+        step = np.sum((q - curve(s)) * slope, axis=1) / np.maximum(np.sum(slope * slope, axis=1), 1e-12)
+        s = np.clip(s + step, 0.0, marks[-1])
+    return np.asarray(curve(s))
+
 
 FITTED, CUT, LEFT = 0.55, 0.4, 0.9
 """Shares of the tolerance: of the fit where corners are cut, of the cut itself, of the fit where they are not."""
+
 SPLINED = (0.8, 0.4, 0.15)
 """Shares of the tolerance for SPL and SPTP at the samples, until its curve keeps it between them too."""
+
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.0)
 """Of the approximations that the corners allow; the first at which the run stays within the tolerance is taken."""
+
 IMPOSSIBLE = frozenset({"out-of-reach", "outside-limits", "singularity", "wrist-flip"})
 """Faults of a path in space, which the same way by PTP does not have."""
+
 MOST_PTP = 100
 """Places where a path in space is given up."""
+
 SLOWER, SLOWEST = 0.8, 0.05
+
 USED = 0.9
 """Share of an axis' rated speed that a path in space uses at most."""
 

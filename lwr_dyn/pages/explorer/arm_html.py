@@ -1,21 +1,230 @@
 """What the page writes of one arm without a script: title, facts, notes, sliders, switches, tables.
 
 Each piece stands in an element with an id. Another arm's pieces, as far as they differ, wait in a template.
+
+The tables of joints and links as HTML; each number opens its source: cell, page, kind of number, conversion.
 """
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 
-from lwr_dyn.model.arm import Arm, Joint
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.installation import names_of_ends
-from lwr_dyn.pages.explorer.number_tables import joint_columns, link_columns, table, table_cells
-from lwr_dyn.pages.explorer.page_data import has_frames_of_its_own, position_text, slider_ranges
+from lwr_dyn.arms.urdf.model_files import UNSOURCED, quantity_sources
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.model.arm import Arm, Joint, Source
+from lwr_dyn.model.chain import Body, JointKind, names_of_ends
+from lwr_dyn.model.spatial import principal_moments
+from lwr_dyn.pages.explorer.page_data import (
+    has_frames_of_its_own,
+    inertia_ellipsoid,
+    no_ellipsoid,
+    position_text,
+    slider_ranges,
+)
+
+_DIGITS = 6
+"""Significant digits in a table; the source shows all of them."""
+
+_MOST_CELLS = 12
+"""Cells of the source that one number lists: a link of an assembly may come from a hundred."""
+
+
+@dataclass(frozen=True, slots=True)
+class NumberCell:
+    """Numbers of one cell with their sources; `exact` are all their digits in SI; no text where a number is unknown."""
+
+    heading: str
+    text: str
+    exact: str = ""
+    sources: tuple[Source, ...] = ()
+    how: str = ""
+    """How it was computed from what the sources give."""
+
+
+@dataclass(frozen=True, slots=True)
+class NumberColumn:
+    """A column of a table; its head shows the kinds of its numbers, so that estimates are seen as estimates."""
+
+    title: str
+    unit: str
+    cells: tuple[NumberCell, ...]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of its numbers, each once."""
+        return tuple(dict.fromkeys(s.kind for cell in self.cells if cell.text for s in cell.sources))
+
+
+def joint_columns(arm: Arm) -> tuple[NumberColumn, ...]:
+    """Limits and rotor of each joint; a sliding joint has m, m/s, N, kg."""
+    parts = (
+        ("lower", "lower limit", "deg", "m", True),
+        ("upper", "upper limit", "deg", "m", True),
+        ("velocity", "speed", "deg/s", "m/s", True),
+        ("effort", "effort", "N m", "N", False),
+        ("armature", "rotor inertia at the joint", "kg m²", "kg", False),
+    )
+    out = []
+    for part, title, turning, sliding, is_angle in parts:
+        cells = []
+        for joint in arm.joints():
+            value = joint.armature if part == "armature" else getattr(joint.limits, part)
+            revolute = joint.kind is JointKind.REVOLUTE
+            si = sliding if not revolute else turning.replace("deg", "rad")
+            mine = None if value is None else np.degrees(value) if is_angle and revolute else value
+            text = "" if mine is None else number_text(mine) + ("" if revolute else f" {sliding}")
+            sources = quantity_sources(arm, f"{joint.name}.{part}")
+            cells.append(NumberCell(f"{joint.name}, {title}", text, f"{value!r} {si}", sources))
+        out.append(NumberColumn(title, turning, tuple(cells)))
+    return tuple(out)
+
+
+def link_columns(arm: Arm) -> tuple[NumberColumn, ...]:
+    """Mass, centre of mass, principal moments and the ellipsoid of each link, in its URDF frame."""
+    rows = [_link_cells(arm, link.link, body) for link, body in zip(arm.chain.links, arm.bodies(), strict=True)]
+    heads = (
+        ("mass", "kg"),
+        ("centre of mass x, y, z", "mm"),
+        ("principal moments", "kg m²"),
+        ("semi-axes of the ellipsoid", "mm"),
+    )
+    cells = zip(*rows, strict=True)
+    return tuple(NumberColumn(title, unit, tuple(each)) for (title, unit), each in zip(heads, cells, strict=True))
+
+
+def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...]:
+    """The cells of a link, in the order of the columns."""
+    names = [f"{link}, {what}" for what in ("mass", "centre of mass", "principal moments", "ellipsoid")]
+    if body is None or body.unknown:
+        return tuple(NumberCell(name, "") for name in names)
+    mass, com, inertia = (quantity_sources(arm, f"{link}.{part}") for part in ("mass", "com", "inertia"))
+    moments, shape = principal_moments(body.inertia_com), inertia_ellipsoid(body)
+    tensor, root = (
+        "eigenvalues of the inertia about the centre of mass",
+        "a = sqrt(5 (I2 + I3 - I1) / (2 m)), and so on",
+    )
+    last = NumberCell(names[3], "", how=no_ellipsoid(body))
+    if shape is not None:
+        last = _cell(names[3], shape.semi_axes, "m", (*mass, *inertia), root, 1000.0)
+    return (
+        _cell(names[0], np.array([body.mass]), "kg", mass),
+        _cell(names[1], body.com, "m", com, scale=1000.0),
+        _cell(names[2], moments, "kg m^2", inertia, tensor),
+        last,
+    )
+
+
+def _cell(
+    heading: str, values: Array, unit: str, sources: tuple[Source, ...], how: str = "", scale: float = 1.0
+) -> NumberCell:
+    text = ", ".join(number_text(scale * float(x)) for x in values)
+    return NumberCell(heading, text, f"{', '.join(repr(float(x)) for x in values)} {unit}", sources, how)
+
+
+def table(
+    caption: str, about: str, ident: str, names: Sequence[tuple[str, str]], columns: Sequence[NumberColumn]
+) -> str:
+    """A table with the popovers of its numbers, as a section of the page; `names` are (name, kind) of the rows."""
+    pieces = table_cells(ident, columns)
+    heads = "".join(
+        f'<th scope="col" class="num" id="{_head(ident, k)}">{pieces[_head(ident, k)]}</th>'
+        for k in range(len(columns))
+    )
+    rows = []
+    for i, (name, kind) in enumerate(names):
+        keys = [_cell_id(ident, i * len(columns) + k) for k in range(len(columns))]
+        cells = "".join(f'<td class="num" id="{key}">{pieces[key]}</td>' for key in keys)
+        small = f" <small>{escape(kind)}</small>" if kind else ""
+        rows.append(f'<tr><th scope="row">{escape(name)}{small}</th>{cells}</tr>')
+    title, label = escape(caption), f'aria-label="{escape(caption)}, scrolls sideways"'
+    return (
+        f'<section class="card tab" id="{ident}" aria-labelledby="{ident}-title"><h2 id="{ident}-title">{title}</h2>'
+        f'<p>{about}</p><div class="scroll" tabindex="0" role="region" {label}>'
+        f'<table><thead><tr><th scope="col">name</th>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+        "</section>"
+    )
+
+
+def table_cells(ident: str, columns: Sequence[NumberColumn]) -> dict[str, str]:
+    """What stands in the heads and cells of a table, each number with its popover: id of the element -> HTML."""
+    pieces = {_head(ident, k): f"{escape(c.title)}<br>{_units(c)}" for k, c in enumerate(columns)}
+    cells = [cell for row in zip(*(column.cells for column in columns), strict=True) for cell in row]
+    for k, cell in enumerate(cells):
+        key = f"{ident}_{k + 1}"
+        pieces[_cell_id(ident, k)] = _button(cell, key) + _popover(cell, key)
+    return pieces
+
+
+def _head(ident: str, column: int) -> str:
+    return f"{ident}_h{column + 1}"
+
+
+def _cell_id(ident: str, cell: int) -> str:
+    return f"{ident}_{cell + 1}_c"
+
+
+def _units(column: NumberColumn) -> str:
+    return f"<small>{escape(' · '.join([column.unit, *column.kinds]))}</small>"
+
+
+def _button(cell: NumberCell, key: str) -> str:
+    if not cell.text:
+        return f'<span class="soft">{escape(cell.how or "unknown")}</span>'
+    return f'<button class="n" type="button" popovertarget="{key}">{escape(cell.text)}</button>'
+
+
+def _popover(cell: NumberCell, key: str) -> str:
+    if not cell.text:
+        return ""
+    first = _list([("value", cell.exact), *([("computed", cell.how)] if cell.how else [])], mono="value")
+    listed = "".join(_list(_source_rows(source)) for source in cell.sources[:_MOST_CELLS])
+    more = len(cell.sources) - _MOST_CELLS
+    if not cell.sources:
+        listed = _list([("source", UNSOURCED)])
+    elif more > 0:
+        listed += _list([("more", f"{more} further cells, in the .provenance.json of lwr-dyn urdf")])
+    return f'<div popover id="{key}" class="pop"><h3>{escape(cell.heading)}</h3>{first}{listed}</div>'
+
+
+def _source_rows(source: Source) -> Iterable[tuple[str, str]]:
+    value = _value(source.value)
+    yield "source", source.where
+    yield "cell", source.cell
+    yield "kind", source.kind
+    yield "there", f"{value} {source.unit}" if value != "as in the file" else value
+    yield "conversion", source.conversion
+    if source.errata:
+        yield "erratum", ", ".join(source.errata)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_value(each)}" for key, each in value.items())
+    return "; ".join(map(_value, value)) if isinstance(value, tuple | list) else str(value)
+
+
+def _list(rows: Iterable[tuple[str, str]], mono: str = "") -> str:
+    cells = (f"<dt>{escape(a)}<dd{' class=mono' if a == mono else ''}>{escape(b)}" for a, b in rows)  # HTML ends them
+    return f"<dl>{''.join(cells)}</dl>"
+
+
+def number_text(x: float) -> str:
+    """Six significant digits, no exponent for what a table can show."""
+    if x == 0.0:
+        return "0"
+    text = f"{x:.{_DIGITS}g}"
+    if "e" in text and 1e-9 <= abs(x) < 1e9:
+        text = f"{x:.{max(0, _DIGITS - 1 - int(np.floor(np.log10(abs(x)))))}f}".rstrip("0").rstrip(".")
+    return text
+
 
 _LISTED = 400
 """Characters of a note that the page shows: a humanoid holds a hundred joints."""
+
 _CLICK = "Each number opens its source."
+
 _LINKS = (
     f"{_CLICK} Centres of mass stand in the link's URDF frame, moments about the centre of mass. The ellipsoid is the "
     "solid of one density with the link's mass and inertia: I₁ = m (b² + c²) / 5 and so on (Landau and Lifshitz, "

@@ -2,30 +2,97 @@
 
 `arm` and `bodies` are all that kinematics.js needs. Poses are 16 numbers, column after column; lengths in m, angles in
 rad; null is unknown.
+
+The solid ellipsoid of one density that has a body's mass, centre of mass and inertia.
+
+    I_1 = m (b^2 + c^2) / 5  and so on, so  a^2 = 5 (I_2 + I_3 - I_1) / (2 m)
+
+a, b, c are its semi-axes along the principal axes (Landau and Lifshitz, Mechanics, section 32, problem 2). A body of
+which one principal moment is larger than the sum of the other two has no such ellipsoid, as no mass can have it.
+
+Closed forms of entries of B, C and g for the page: short ones of the package's robots, and the command for others.
+
+`closed_forms.toml` holds them; scripts/closed_forms.py writes it with `dynamics.symbolic.entry_text`, and a test puts
+numbers for their letters.
+
+The arms of a page: one robot with its paper's other readings, or two robots side by side.
+
+Each has its record of numbers, its part of the stage, and its functions: arms with the same kinematics share functions
+and shapes, because masses, rotors and gravity are data.
 """
 
+import json
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.dynamics.unknown_inertia import chain_with_dynamics
-from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.papers.catalog import open_paper, readings, robots
+from lwr_dyn.dynamics.regressor import body_parameters, chain_with_dynamics
+from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body
-from lwr_dyn.model.dh import JointKind
-from lwr_dyn.model.installation import names_of_ends
+from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical, names_of_ends
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.pages.explorer.inertia_shape import inertia_ellipsoid, no_ellipsoid
-from lwr_dyn.pages.replay import scene
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replay_page import run_record
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InertiaEllipsoid:
+    """Semi-axes (3,) [m] along the columns of `axes` (3, 3), a rotation; `moments` (3,) [kg m^2], ascending."""
+
+    semi_axes: Array
+    axes: Array
+    moments: Array
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "semi_axes", "axes", "moments")
+
+
+def inertia_ellipsoid(body: Body) -> InertiaEllipsoid | None:
+    """The ellipsoid of a body in the axes of its frame; None for a body without one, which `no_ellipsoid` explains.
+
+    >>> inertia_ellipsoid(Body(5.0, np.zeros(3), np.diag([13.0, 10.0, 5.0]))).semi_axes
+    array([3., 2., 1.])
+    """
+    if no_ellipsoid(body):
+        return None
+    moments, axes = np.linalg.eigh(body.inertia_com)
+    axes = axes * np.where(np.linalg.det(axes) < 0.0, -1.0, 1.0)  # of either sign: a rotation is taken
+    squares = 2.5 / body.mass * (moments.sum() - 2.0 * moments)
+    return InertiaEllipsoid(np.sqrt(np.maximum(squares, 0.0)), axes, moments)
+
+
+def no_ellipsoid(body: Body | None) -> str:
+    """Why a body has no ellipsoid, in words; empty if it has one."""
+    if body is None:
+        return "no mass and inertia given"
+    if body.unknown:
+        return "a part of mass and inertia is unknown"
+    if not is_physical(body):
+        return "no mass can have this inertia"
+    if body.mass == 0.0:
+        return "no mass"
+    return "a point" if np.abs(body.inertia_com).max() <= ROUNDING * body.mass else ""
+
 
 _HALF_TURN, _SLIDE = float(np.pi), 1.0
 """Ends of a slider of a joint without known limits: [rad] of a turning joint, [m] of a sliding one."""
+
 ORDER = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 """Entries of a tensor among a link's inertial parameters, as `lwr_dyn.codegen.kernels` has them."""
+
 _ROUNDING = 1e-9
 """[rad or m] by which a position may be outside its limits: one in whole degrees at a limit in rad."""
 
@@ -41,15 +108,17 @@ def arm_record(arm: Arm) -> dict[str, Any]:
             {
                 "name": joint.name,
                 "kind": joint.kind.value,
-                "origin": scene.column_major(joint.origin),
+                "origin": replay_page.column_major(joint.origin),
                 "lower": joint.limits.lower,
                 "upper": joint.limits.upper,
                 "slider": ranges[i],
             }
             for i, joint in enumerate(arm.joints())
         ],
-        "flange": scene.column_major(arm.flange()),
-        "native": [scene.column_major(link.after) for link in arm.chain.links] if has_frames_of_its_own(arm) else None,
+        "flange": replay_page.column_major(arm.flange()),
+        "native": [replay_page.column_major(link.after) for link in arm.chain.links]
+        if has_frames_of_its_own(arm)
+        else None,
         "gravity": arm.chain.gravity.tolist(),
         "ends": [first, last],
     }
@@ -68,7 +137,7 @@ def body_record(body: Body | None) -> dict[str, Any]:
     shape = inertia_ellipsoid(body)
     if shape is None:
         return record | {"ellipsoid": None, "why": no_ellipsoid(body)}
-    return record | {"ellipsoid": scene.column_major(Pose(shape.axes * shape.semi_axes, body.com))}
+    return record | {"ellipsoid": replay_page.column_major(Pose(shape.axes * shape.semi_axes, body.com))}
 
 
 def inertial_record(arm: Arm) -> dict[str, Any]:
@@ -85,7 +154,7 @@ def inertial_record(arm: Arm) -> dict[str, Any]:
     return {
         "inertia": [float(x) for row in rows for x in row],
         "rotors": arm.armature.tolist(),
-        "carrier": scene.column_major(chain.flange),
+        "carrier": replay_page.column_major(chain.flange),
     }
 
 
@@ -137,3 +206,168 @@ def pose_as_run(arm: Arm, q: Array) -> Run:
     """A pose as a run of one sample, which is what the stage draws."""
     nothing, zero = np.zeros((1, arm.n)), np.zeros(1)
     return Run(zero, q[None], nothing, q[None], nothing, nothing, nothing, nothing, zero, {})
+
+
+_LETTER = re.compile(r"\b[A-Za-z]+\d+[xyz]*\b")
+
+_AXES = "xyz"
+
+
+def closed_forms(arm: Arm) -> dict[str, Any]:
+    """`texts` by entry such as "B_23", `values` of their letters, and `command`, which prints an entry; "" has none.
+
+    Letters are those of `dynamics.symbolic.arm_equations`: m, c and I of a link in its DH frame, I about its centre.
+    """
+    if arm.chain.bodies is None or arm.loaded_with or arm.installation is not None:
+        return {"texts": {}, "values": {}, "command": ""}
+    asked = [arm.file or arm.name, "ENTRY", *([arm.reading] if _has_readings(arm) else [])]
+    command = (
+        f'python -c "from lwr_dyn.dynamics.symbolic.equation_forms import entry_text as e; print(e{tuple(asked)!r})"'
+    )
+    found = _read().get(arm.name, {}) if not arm.file and arm.name in robots() else {}
+    found = found if arm.reading in found.get("readings", ()) else {}
+    texts = found.get("texts", {})
+    known = letter_values(arm) | length_values(arm, found.get("lengths", {}))
+    letters = {letter for text in texts.values() for letter in _LETTER.findall(text)}
+    values = {letter: float(f"{known[letter]:.6g}") for letter in sorted(letters & known.keys())}
+    return {"texts": texts, "values": values, "command": command}
+
+
+def _has_readings(arm: Arm) -> bool:
+    return not arm.file or (ends_in(arm.file, ".toml") and not ends_in(arm.file, ".kuka.toml"))
+
+
+def letter_values(arm: Arm) -> dict[str, float]:
+    """Numbers of the letters of bodies, rotors and gravity along one axis."""
+    values = {"g0": float(abs(arm.chain.gravity).max())}
+    for k, link in enumerate(arm.chain.links, start=1):
+        values |= {} if link.rotor is None else {f"Ia{k}": link.rotor.armature}
+        if link.body is None:
+            continue
+        values |= {f"m{k}": link.body.mass}
+        for i, a in enumerate(_AXES):
+            values[f"c{k}{a}"] = float(link.body.com[i])
+            values |= {f"I{k}{a}{b}": float(link.body.inertia_com[i, j]) for j, b in enumerate(_AXES) if j >= i}
+    return values
+
+
+def length_values(arm: Arm, places: Mapping[str, str]) -> dict[str, float]:
+    """Numbers of letters [m] that stand for a column and row (from 1) of the arm's paper, such as "dh.d 7"."""
+    columns = open_paper(arm.name, arm.reading).columns if places else {}
+    split = {letter: place.split() for letter, place in places.items()}
+    return {letter: float(columns[column].si()[int(row) - 1]) for letter, (column, row) in split.items()}
+
+
+@cache
+def _read() -> dict[str, Any]:
+    return tomllib.loads(files("lwr_dyn.pages.explorer").joinpath("closed_forms.toml").read_text(encoding="utf-8"))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShownArm:
+    """An arm of a page."""
+
+    arm: Arm
+    label: str
+    """What its button says."""
+    start: Array
+    """Positions at the start, (n,) [rad or m]."""
+    group: int
+    """Arms of one group stand at the same place, and one of them is shown; groups stand side by side."""
+
+
+def readings_shown(arm: Arm, q: ArrayLike | None = None) -> tuple[ShownArm, ...]:
+    """The arm with the other readings of its paper; raises as `start_pose`."""
+    start = start_pose(arm, q)
+    others = other_readings(arm)
+    shown = [ShownArm(other, name, _inside(other, start), 0) for name, other in others.items()]
+    return (ShownArm(arm, arm.reading if others else arm.name, start, 0), *shown)
+
+
+def beside_each_other(arm: Arm, other: Arm, q: ArrayLike | None = None) -> tuple[ShownArm, ...]:
+    """Two arms side by side, q (n,) of the first; raises as `start_pose`."""
+    labels = [arm.name, other.name]
+    if arm.name == other.name:
+        labels = [f"{arm.name} {arm.reading}", f"{other.name} {other.reading}"]
+    if labels[0] == labels[1]:
+        labels = [f"{labels[0]}, left", f"{labels[1]}, right"]
+    start = start_pose(arm, q)
+    at = start_pose(other) if other.n != arm.n else _inside(other, start)
+    return ShownArm(arm, labels[0], start, 0), ShownArm(other, labels[1], at, 1)
+
+
+def other_readings(arm: Arm) -> dict[str, Arm]:
+    """The same robot, mounted and loaded as it is, as its paper's other readings have it; none of a robot of a file."""
+    if arm.file or arm.name not in robots() or arm.reading not in readings(arm.name):
+        return {}
+    names = [name for name in readings(arm.name) if name != arm.reading]
+    return {name: load_with_paper(arm.name, name, **arm.loaded_with)[0] for name in names}
+
+
+def _inside(arm: Arm, q: Array) -> Array:
+    """The positions, moved into the limits of another arm."""
+    return q.clip(arm.lower, arm.upper)
+
+
+def shown_records(shown: Sequence[ShownArm], sets: Sequence[int | None], live: bool = False) -> dict[str, Any]:
+    """The arms and the stage as JSON values; `sets` says which functions each arm has.
+
+    The scene of a live page are meshcat's commands, else short ones, which own_stage.js reads.
+    """
+    stage, runs = _stage(shown)
+    if not live:
+        stage["scene"] = [short_command(command) for command in stage["scene"]]
+    records = [
+        {
+            "label": each.label, "group": each.group, "set": chosen, "run": run, "start": each.start.tolist(),
+            "arm": arm_record(each.arm), "bodies": [body_record(body) for body in each.arm.bodies()],
+            "motors": motor_limits(each.arm), **inertial_record(each.arm), "closed_forms": closed_forms(each.arm),
+        }
+        for each, chosen, run in zip(shown, sets, runs, strict=True)
+    ]  # fmt: skip
+    return {"arms": records, "stage": stage}
+
+
+def _stage(shown: Sequence[ShownArm]) -> tuple[dict[str, Any], list[int]]:
+    """What is drawn, once for arms that look alike, and the place of each arm among it."""
+    places: dict[tuple[int, str], int] = {}
+    commands: list[Any] = []
+    records: list[Any] = []
+    runs = []
+    for each in shown:
+        drawn = _drawn(each)
+        look = (each.group, json.dumps(list(replay_page.arm_commands(drawn, 0))))
+        if look not in places:
+            places[look] = len(places)
+            commands += replay_page.arm_commands(drawn, places[look])
+            records.append(run_record(drawn))
+        runs.append(places[look])
+    return {"scene": commands, "runs": records}, runs
+
+
+def short_command(command: Mapping[str, Any]) -> list[Any]:
+    """Run, link, and the link's transform; or run, link, a cylinder's transform, radii, height, colours and token.
+
+    >>> short_command({"type": "set_transform", "path": "/arms/run_0/link_0/link_1", "matrix": [1.0, 0.5]})
+    [0, 1, [1, 0.5]]
+    """
+    links = [part for part in command["path"].split("/") if part.startswith("link_")]
+    run = int(command["path"].split("/run_")[1].split("/")[0])
+    place = [run, len(links) - 1]
+    if command["type"] == "set_transform":
+        return [*place, _short_numbers(command["matrix"])]
+    shape = command["object"]
+    (solid,), (paint,), mesh = shape["geometries"], shape["materials"], shape["object"]
+    sizes = [solid["radiusTop"], solid["radiusBottom"], solid["height"], solid["radialSegments"]]
+    colours = [paint["color"], paint["specular"], paint["shininess"]]
+    return [*place, _short_numbers(mesh["matrix"]), sizes, colours, mesh["userData"]["token"]]
+
+
+def _short_numbers(values: Sequence[float]) -> list[float]:
+    """Whole numbers without a point."""
+    return [int(x) if x == int(x) else x for x in values]
+
+
+def _drawn(each: ShownArm) -> ReplayedRun:
+    (drawn,) = replayed_runs([pose_as_run(each.arm, each.start)], each.arm, [each.arm.name])
+    return drawn

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.design.joint_box import joint_box
-from lwr_dyn.design.loop_response import frequency_grid, largest_sensitivity, loop_gain, single_loops
+from lwr_dyn.design.loop_margins import frequency_grid, largest_sensitivity, loop_gain, single_loops
 from lwr_dyn.design.margins import COARSE, MarginReport
-from lwr_dyn.design.sampled_stability import pose_text
+from lwr_dyn.design.sampled_stability import joint_box, pose_text
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError, needs_extra
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 
 KINDS = ("bode", "nyquist", "sensitivity", "map")
 FINE = 1200
@@ -42,7 +41,7 @@ def picture_writer(wish: str) -> Callable[[MarginReport, tuple[int, int] | None]
     if kind is None:
         raise UnknownNameError("picture", wish, KINDS)
     with needs_extra("plots"):
-        from lwr_dyn.pages.plotting.loop_pictures import LoopPictures
+        from lwr_dyn.pages.plotting.plots import LoopPictures
     LoopPictures.check(path)
 
     def write(report: MarginReport, joints: tuple[int, int] | None) -> tuple[Path, Path]:

@@ -1,8 +1,12 @@
-"""Results as one or two kilobytes of HTML, which a notebook shows in place of their text."""
+"""Results as one or two kilobytes of HTML, which a notebook shows in place of their text.
+
+Small HTML for a cell of a notebook: readable without a style sheet, everything escaped.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
@@ -12,14 +16,50 @@ from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.solution import InverseResult
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run
-from lwr_dyn.pages.notebook.markup import ROWS, line, table_html
 from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.metrics import Metrics, metrics
 
+ROWS = 12
+"""Rows of a table that are shown; a line says how many are left out."""
+
+_SOFT = "color:var(--soft,inherit)"
+
+_LINE = 160
+"""Letters of a line that are shown."""
+
+
+def line(text: str, mark: str = "div") -> str:
+    """A line of text, cut where it is long.
+
+    >>> line("a < b")
+    '<div>a &lt; b</div>'
+    """
+    shown = text if len(text) <= _LINE else f"{text[: _LINE - 4]} ..."
+    return f"<{mark}>{escape(shown)}</{mark}>"
+
+
+def table_html(table: Table) -> str:
+    """A table with its title and its note; its first column names the rows."""
+    head = "".join(f'<th scope="col">{escape(h.title)}</th>' for h in table.columns)
+    rows = "".join(_row(cells) for cells in table.cells[:ROWS])
+    left = len(table.cells) - ROWS
+    notes = [f"and {left} more"] if left > 0 else []
+    notes += [table.note] if table.note else []
+    caption = f'<caption style="text-align:left">{escape(table.title)}</caption>' if table.title else ""
+    body = f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+    return body + "".join(f'<div style="{_SOFT}">{escape(note)}</div>' for note in notes)
+
+
+def _row(cells: tuple[str, ...]) -> str:
+    first, *rest = (escape(cell) for cell in cells)
+    return f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in rest)}</tr>'
+
+
 UNKNOWN = "unknown"
+
 SLIDING = "of a sliding joint in m, m/s, N, kg"
 
 

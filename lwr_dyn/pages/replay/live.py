@@ -27,9 +27,8 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import reason_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.pages.replay import scene
-from lwr_dyn.pages.replay.page_parts import meshcat_folder
-from lwr_dyn.pages.replay.replay_page import replay_html
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replay_page import meshcat_folder, replay_html
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 
 with warnings.catch_warnings():  # meshcat imports a deprecated module of pyzmq that it does not use
@@ -61,7 +60,7 @@ class LiveReplay:
     def show(self, q: ArrayLike, run: int = 0) -> None:
         """Move the arm of run `run` to q (n,) [rad or m] on every open page; raises `ShapeError`."""
         arm = self._shown[run].arm
-        commands = list(scene.pose_commands(arm, joint_array("q", q, arm.n), run))
+        commands = list(replay_page.pose_commands(arm, joint_array("q", q, arm.n), run))
         self._loop.add_callback(self._draw, commands)
 
     def wait(self) -> None:
@@ -88,7 +87,7 @@ class LiveReplay:
         try:
             self._bridge = _Bridge(app)
             for i, one in enumerate(self._shown):
-                self._draw(scene.arm_commands(one, i))
+                self._draw(replay_page.arm_commands(one, i))
             self._loop.add_callback(self._ready.set)
             self._loop.start()
             self._bridge.stop()
@@ -99,7 +98,7 @@ class LiveReplay:
             self._loop.close(all_fds=True)
             self._ready.set()
 
-    def _draw(self, commands: Iterable[scene.Command]) -> None:
+    def _draw(self, commands: Iterable[replay_page.Command]) -> None:
         for command in commands:
             self._bridge.draw(command)
 
@@ -211,7 +210,7 @@ class _Bridge(ZMQWebSocketBridge):  # type: ignore[misc]
         self._loopback_app.open_to(self)
         return self._loopback_app
 
-    def draw(self, command: scene.Command) -> None:
+    def draw(self, command: replay_page.Command) -> None:
         """Store a command for future pages and send it to open ones."""
         path = [name for name in command["path"].split("/") if name]
         data = umsgpack.packb(dict(command))

@@ -1,45 +1,214 @@
 """Runs -> one HTML file that replays them in 3D: meshcat's viewer, the runs and our player in one page.
 
 The page makes no request: everything is inside it, and its content security policy forbids loading anything else.
+
+Parts of one-file pages: templates, the player's scripts, meshcat's bundle, and numbers packed for JavaScript.
+
+The replay page and the reports of `lwr_dyn.reproduction` are put together from these.
+
+The arm as meshcat commands: `set_object` and `set_transform` dictionaries in the format of a meshcat viewer.
+
+The replay page and the live server use the same commands. Names come from the place in the scene tree, not at random,
+so the same runs give the same bytes. Link k is at `link_path(run, k)` below link k - 1; its transform is the joint's
+origin times the joint's motion, which the player sets.
+
+A document as one HTML file: its head, its look and its frame; what stands in it comes from the caller.
+
+Nothing is loaded; light and dark follow the reader's system.
 """
 
+import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from html import escape
+from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arms.loading import arm_of
-from lwr_dyn.arms.urdf.geometry import floor_height, stand_foot
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.arms.urdf.geometry import Primitive, floor_height, primitives, stand_foot
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.foundation.files import write_file
+from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.installation import ends_of
+from lwr_dyn.model.chain import ends_of, joint_motion
 from lwr_dyn.model.run import Run
-from lwr_dyn.pages.replay import scene
-from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.page_parts import (
-    PLAYER,
-    fill_template,
-    generator_line,
-    meshcat_bundle,
-    pack_int32,
-    resource_text,
-    script_safe,
-    subsample,
-)
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
-from lwr_dyn.simulation.metrics import tip_model
-from lwr_dyn.simulation.stop_contacts import stop_contacts
+from lwr_dyn.model.spatial import Pose, rot_x
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, font_faces, look_css, replayed_runs, tokens
+from lwr_dyn.simulation.metrics import stop_contacts, tip_model
+
+PLAYER = ("numbers.js", "drawing.js", "stage.js", "strip.js", "player.js")
+"""The scripts of the player, in their order."""
+
+SMALLEST = 1e-290
+"""Numbers below this are drawn as zero: their step would not be a normal float."""
+
+_LARGEST_INT32 = 2**31 - 1
+
+
+def fill_template(template: str, parts: Mapping[str, str]) -> str:
+    """Replaces each @@name@@ in a template; inserted text is not expanded.
+
+    >>> fill_template("<p>@@a@@</p>", {"a": "@@b@@"})
+    '<p>@@b@@</p>'
+    """
+    pieces = template.split("@@")  # text, name, text, name, ..., text
+    return "".join(parts[piece] if i % 2 else piece for i, piece in enumerate(pieces))
+
+
+def pack_int32(values: Array) -> dict[str, Any]:
+    """Numbers as 32-bit integers times a step, in base64: half the size of float64, error <= 2.4e-10 of the largest.
+
+    >>> pack_int32(np.array([0.5, -0.25]))["shape"]
+    [2]
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    step = largest / _LARGEST_INT32 if largest > SMALLEST else 1.0
+    integers = np.rint(values / step).astype("<i4")
+    return {"shape": list(values.shape), "step": step, "data": base64.b64encode(integers.tobytes()).decode("ascii")}
+
+
+def subsample(size: int, stride: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """Indices 0, stride, 2 stride ... and the last one.
+
+    >>> subsample(6, 2).tolist()
+    [0, 2, 4, 5]
+    """
+    return np.union1d(np.arange(0, size, max(1, stride)), [size - 1])
+
+
+def generator_line() -> str:
+    """What generated the page, for its footer."""
+    return f"lwr_dyn {VERSION}, drawn by meshcat and three.js"
+
+
+def meshcat_folder() -> Path:
+    """The folder of the viewer that the installed meshcat serves; raises `MissingDataError` when it is missing."""
+    spec = find_spec("meshcat")
+    folder = Path(spec.origin).parent / "viewer" / "dist" if spec and spec.origin else Path()
+    if not (folder / "main.min.js").is_file():
+        raise MissingDataError("meshcat", "viewer/dist/main.min.js", "a replay; install meshcat again")
+    return folder
+
+
+def meshcat_bundle() -> str:
+    """The viewer of the installed meshcat (with three.js) as a script."""
+    source = (meshcat_folder() / "main.min.js").read_text(encoding="utf-8")
+    return "\n".join(line for line in source.splitlines() if not line.startswith("//# sourceMappingURL"))
+
+
+def script_safe(text: str) -> str:
+    """JSON text that cannot close the script element around it."""
+    return text.replace("<", "\\u003c")
+
+
+def resource_text(name: str, package: str = "lwr_dyn.pages.replay") -> str:
+    """A file of a package, as text."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+Command = Mapping[str, Any]
+
+ROOT = "arms"
+
+_UPRIGHT = Pose(rot_x(np.pi / 2), np.zeros(3))
+"""Turns the y axis of a three.js cylinder to our z axis."""
+
+_SIDES = 40
+
+_BODY = {"grey": "housing", "orange": "limb", "dark": "joint"}
+
+_BAND = 0.7
+"""A dark cylinder shorter than this, in radii, is a band, and has the colour of its run; a foot has not."""
+
+
+def run_path(run: int) -> str:
+    """Path of the base of run `run` in the scene tree."""
+    return f"/{ROOT}/run_{run}"
+
+
+def link_path(run: int, link: int) -> str:
+    """Path of link `link`: 0 is the first frame of the chain, n + 1 the last one of an arm with n joints."""
+    return "/".join([run_path(run), *(f"link_{i}" for i in range(link + 1))])
+
+
+def arm_commands(shown: ReplayedRun, run: int) -> Iterator[Command]:
+    """The shapes of an arm, then its links at the first sample of the run."""
+    links = ["base", *(link.link for link in shown.arm.chain.links), "flange"]
+    ends = dict(zip(("base", "flange"), ends_of(shown.arm.installation), strict=True))
+    for k, shape in enumerate(primitives(shown.arm)):
+        shape = replace(shape, pose=ends[shape.link] @ shape.pose) if shape.link in ends else shape
+        yield cylinder(f"{link_path(run, links.index(shape.link))}/shape_{k}", shape, f"run{min(shown.place, 4) + 1}")
+    yield from pose_commands(shown.arm, shown.run.q[0], run)
+
+
+def pose_commands(arm: Arm, q: Array, run: int) -> Iterator[Command]:
+    """The transforms that put the arm at q (n,) [rad or m]."""
+    for i, (joint, value) in enumerate(zip(arm.joints(), q, strict=True), start=1):
+        yield transform(link_path(run, i), joint.origin @ joint_motion(joint.kind, float(value)))
+    yield transform(link_path(run, arm.n + 1), arm.flange())
+
+
+def cylinder(path: str, shape: Primitive, accent: str) -> Command:
+    """A drawn cylinder: bodies are grey, bands have the token `accent`; the page takes its colour from `userData`."""
+    is_band = shape.colour == "dark" and shape.link != "base" and shape.length <= _BAND * shape.radius
+    token = accent if is_band else _BODY[shape.colour]
+    geometry = {
+        "uuid": f"{path}#geometry",
+        "type": "CylinderGeometry",
+        "radiusTop": shape.radius,
+        "radiusBottom": shape.radius,
+        "height": shape.length,
+        "radialSegments": _SIDES,
+    }
+    material = {
+        "uuid": f"{path}#material",
+        "type": "MeshPhongMaterial",
+        "color": int(tokens()[token][1:], 16),
+        "specular": 0x2A2A2A,
+        "shininess": 35,
+    }
+    mesh = {
+        "uuid": path,
+        "type": "Mesh",
+        "geometry": geometry["uuid"],
+        "material": material["uuid"],
+        "matrix": column_major(shape.pose @ _UPRIGHT),
+        "userData": {"token": token},
+    }
+    return _object(path, mesh, geometry, material)
+
+
+def transform(path: str, pose: Pose) -> Command:
+    """Sets the pose of the node at `path` in its parent."""
+    return {"type": "set_transform", "path": path, "matrix": column_major(pose)}
+
+
+def column_major(pose: Pose) -> list[float]:
+    """The 16 numbers of a pose in column-major order, as in three.js."""
+    return [float(x) for x in pose.matrix().T.ravel()]
+
+
+def _object(path: str, item: Command, geometry: Command, material: Command) -> Command:
+    metadata = {"version": 4.5, "type": "Object"}
+    scene = {"metadata": metadata, "geometries": [geometry], "materials": [material], "object": item}
+    return {"type": "set_object", "path": path, "object": scene}
+
 
 SERIES_BUDGET = 4_300_000
 """Largest size of all series in the page [bytes]; above it more samples are left out; the page says how many it has."""
+
 RATE = 100.0
 """Samples per second of a page [Hz]: enough for the eye, a tenth of the size of 1 kHz."""
+
 _TRACE_POINTS = 1500
 """Largest number of points of a drawn path."""
+
 _MOST_EVENTS = 400
 
 
@@ -113,7 +282,7 @@ def page_data(shown: Sequence[ReplayedRun], rate: float = RATE) -> dict[str, Any
     strides = [max(1, round((one.run.t.size - 1) / max(float(np.ptp(one.run.t)) * rate, 1e-9))) for one in shown]
     samples = sum(one.run.t.size // stride * (2 * one.arm.n + 2) for one, stride in zip(shown, strides, strict=True))
     more = max(1, -(-samples * 16 // 3 // SERIES_BUDGET))  # four bytes a number, a third more as base64
-    commands = [command for i, one in enumerate(shown) for command in scene.arm_commands(one, i)]
+    commands = [command for i, one in enumerate(shown) for command in arm_commands(one, i)]
     records = [run_record(one, more * stride) for one, stride in zip(shown, strides, strict=True)]
     return {"runs": records, "scene": commands, "made_by": generator_line()}
 
@@ -131,12 +300,10 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "tip_model": tip_model(run),
         "stops": stop_contacts(run, arm).sentence(),
         "facts": [[name, value] for name, value in facts(run).items() if value != shown.label],
-        "joints": [
-            {"name": j.name, "kind": j.kind.value, "origin": scene.column_major(j.origin)} for j in arm.joints()
-        ],
-        "flange": scene.column_major(arm.flange()),
-        "base": scene.column_major(ends_of(arm.installation)[0]),
-        "native": [scene.column_major(link.after) for link in arm.chain.links],
+        "joints": [{"name": j.name, "kind": j.kind.value, "origin": column_major(j.origin)} for j in arm.joints()],
+        "flange": column_major(arm.flange()),
+        "base": column_major(ends_of(arm.installation)[0]),
+        "native": [column_major(link.after) for link in arm.chain.links],
         "floor": floor_height(arm),
         "foot": stand_foot(arm).tolist(),
         "samples": [int(keep.size), int(run.t.size)],
@@ -180,3 +347,39 @@ def replay(
     several = [runs] if isinstance(runs, Run) else list(runs)
     arms = [arm_of(run) for run in several]
     write_replay(path, several, arms, labels=labels, title=title, trace=trace, frames=frames, layout=layout, rate=rate)
+
+
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; font-src data:; img-src data:; base-uri 'none'"
+"""What a document without scripts may load: what stands in it."""
+
+_PACKAGE = "lwr_dyn.pages.plotting"
+
+
+def document_html(
+    title: str, kind: str, main: str, command: str, *, style: str = "", scripts: str = "", policy: str = POLICY
+) -> str:
+    """One HTML file; the same parts give the same text.
+
+    Parameters
+    ----------
+    title : str
+        Plain text.
+    kind : str
+        What sort of document it is, in a word.
+    main : str
+        HTML, with a heading of the first level.
+    command : str
+        What made it, as "lwr-dyn compare".
+    style, scripts : str, optional
+        Rules of its own; script elements, which `policy` must allow.
+    """
+    parts = {
+        "policy": policy,
+        "title": escape(title),
+        "kind": escape(kind),
+        "style": "\n".join((look_css(), font_faces(), resource_text("document.css", _PACKAGE), style)),
+        "main": main,
+        "scripts": scripts,
+        "footer": f"Made by lwr_dyn {VERSION}, {escape(command)}.",
+    }
+    return fill_template(resource_text("document.html", _PACKAGE), parts)

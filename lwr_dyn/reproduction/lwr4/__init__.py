@@ -1,6 +1,6 @@
 """The LWR-IV exercise recomputed."""
 
-from lwr_dyn.reproduction.study import Study
+from lwr_dyn.reproduction.papers import Study
 
 STUDY = Study(
     order=2,

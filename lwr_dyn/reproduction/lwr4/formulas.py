@@ -6,13 +6,12 @@ import numpy as np
 import sympy as sp
 
 from lwr_dyn.arms.papers.assembly import dh_rows
-from lwr_dyn.dynamics.symbolic.dh_matrices import dh_matrices as matrices_of
-from lwr_dyn.dynamics.symbolic.dh_matrices import vector_route
+from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices as matrices_of
+from lwr_dyn.dynamics.symbolic.link_motion import vector_route
 from lwr_dyn.kinematics.forward import flange_pose, frames
-from lwr_dyn.reproduction.case import REPEATED, PaperCase, formulas
+from lwr_dyn.reproduction.case import REPEATED, SHARED, PaperCase, formulas
 from lwr_dyn.reproduction.expressions import compared
-from lwr_dyn.reproduction.quantities import SHARED
-from lwr_dyn.reproduction.results import ResultBlock
+from lwr_dyn.reproduction.papers import ResultBlock
 
 
 def dh_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:

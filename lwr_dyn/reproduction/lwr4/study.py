@@ -9,13 +9,13 @@ import sympy as sp
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.dynamics.symbolic.dh_matrices import SymbolicRoute, dh_matrices, full_product, vector_route
+from lwr_dyn.dynamics.symbolic.link_motion import SymbolicRoute, dh_matrices, full_product, vector_route
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
+from lwr_dyn.reproduction.papers import printed_tables
 from lwr_dyn.reproduction.report.content import Still
-from lwr_dyn.reproduction.results import printed_tables
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,6 +1,6 @@
 """The LWR 4+ paper recomputed: worst-case inertias, gains, both controllers on IST."""
 
-from lwr_dyn.reproduction.study import SENSITIVITY, Study, StudyOption
+from lwr_dyn.reproduction.papers import SENSITIVITY, Study, StudyOption
 
 TIMINGS = ("constant", "quintic", "smooth")
 STUDY = Study(

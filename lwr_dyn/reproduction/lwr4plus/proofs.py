@@ -9,11 +9,10 @@ from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.printed_number import agrees
-from lwr_dyn.reproduction.case import PaperCase, PaperData
-from lwr_dyn.reproduction.ledger import Proof, Prove
-from lwr_dyn.reproduction.lwr4plus.cached_maxima import at_printed, largest
+from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove
 from lwr_dyn.reproduction.lwr4plus.formulas import origin_miss
 from lwr_dyn.reproduction.lwr4plus.proofs_of_equations import EQUATIONS
+from lwr_dyn.reproduction.lwr4plus.worst_cases import at_printed, largest
 
 ROWS, SWAPPED, C5Z = "table2-rows", "table1-swapped-yz", "table2-c5z"
 

@@ -8,8 +8,7 @@ import numpy as np
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Body, Chain, Rotor
-from lwr_dyn.reproduction.case import PaperCase, PaperData
-from lwr_dyn.reproduction.ledger import Proof, Prove
+from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove
 
 STATE = {
     "q": np.array([0.3, -0.7, 0.5, 1.1, -0.4, 0.9, 0.2]),

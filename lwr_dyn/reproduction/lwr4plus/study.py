@@ -1,22 +1,37 @@
-"""Everything the LWR 4+ paper prints, recomputed."""
+"""Everything the LWR 4+ paper prints, recomputed.
 
-from collections.abc import Mapping
+The runs of the study: every controller on IST, and their ranking when the model is wrong.
+
+Figures 4, 6, 7, 9 and 10 of the LWR 4+ paper, from the runs of both controllers on IST.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.inertia.worst_case import worst_case_inertias
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.run import Reference, Run
+from lwr_dyn.pages.figures.figure import Figure
+from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, tip_error_figure, torque_figure
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 from lwr_dyn.reproduction.lwr4plus import TIMINGS
-from lwr_dyn.reproduction.lwr4plus.cached_maxima import arms
-from lwr_dyn.reproduction.lwr4plus.errors import (
+from lwr_dyn.reproduction.lwr4plus.formulas import (
     LARGEST_MARGIN,
     condition_tables,
+    error_columns,
     error_table,
     fitted_arm_angle,
     velocity_rows,
 )
-from lwr_dyn.reproduction.lwr4plus.figures import pictures
-from lwr_dyn.reproduction.lwr4plus.formulas import error_columns
-from lwr_dyn.reproduction.lwr4plus.runs import controller_runs, ranking_table
-from lwr_dyn.reproduction.lwr4plus.tables import (
+from lwr_dyn.reproduction.lwr4plus.worst_cases import (
+    arms,
     errata_that_matter,
     gain_cells,
     gain_table,
@@ -24,8 +39,14 @@ from lwr_dyn.reproduction.lwr4plus.tables import (
     inertia_table,
     shell_asymmetry,
 )
-from lwr_dyn.reproduction.paper_study import Progress, Reproduction
+from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
+from lwr_dyn.reproduction.report.content import Section, Still
+from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
+from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
+
+PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
+"""The simulated plants; the model of the controllers is always the arm as modelled."""
 
 
 def run(_: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_arm_angle: bool = False) -> Reproduction:
@@ -73,6 +94,131 @@ def run(_: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_arm_a
         known={name: error_columns(one, arm) for name, one in nearest.items()},
         pictures=pictures(arm, runs, nearest["table_viii"].run),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ControllerRun:
+    """One controller, by its name in the registry, on one plant."""
+
+    controller: str
+    plant: str
+    run: Run
+    metrics: Metrics
+
+    @property
+    def name(self) -> str:
+        """For tables and pages."""
+        return f"{self.label}, {self.plant}"
+
+    @property
+    def label(self) -> str:
+        """The controller and its variant."""
+        return str(self.run.meta["controller"]["label"])
+
+    @property
+    def file(self) -> str:
+        """Name of the file that keeps the run."""
+        return f"{self.controller}_{self.plant.replace(' ', '_').replace('%', 'percent')}.npz"
+
+    def record(self) -> dict[str, Any]:
+        """As JSON values."""
+        return {
+            "controller": self.controller,
+            "label": self.label,
+            "plant": self.plant,
+            "audit": self.run.meta["audit"],
+        } | self.metrics.to_json()
+
+
+def plants(arm: Arm) -> dict[str, Arm]:
+    """The plants by name."""
+    return dict(zip(PLANTS, (arm, arm_with_scaled_inertia(arm, 1.1), arm_with_payload(arm, 3.0)), strict=True))
+
+
+def controller_runs(arm: Arm, reference: Reference) -> tuple[ControllerRun, ...]:
+    """Every controller on every plant: PD in the paper's form, PID, inverse dynamics with feed-forward."""
+    searched = {"inertia": [w.value for w in worst_case_inertias(arm)]}
+    controllers: dict[str, dict[str, Any]] = {"pd-gravity": searched, "pid": searched, "inverse-dynamics": {}}
+    out = []
+    for plant_name, plant in plants(arm).items():
+        for name, options in controllers.items():
+            controller = make_controller(name, arm, **options)
+            run = simulate(arm, controller, reference, plant=plant, meta={"task": "ist", "plant": plant_name})
+            out.append(ControllerRun(name, plant_name, run, metrics(run, arm)))
+    return tuple(out)
+
+
+def ranking(runs: Sequence[ControllerRun], plant: str) -> tuple[ControllerRun, ...]:
+    """The runs on a plant, smallest RMS error of the tip first."""
+    return tuple(sorted((run for run in runs if run.plant == plant), key=lambda run: run.metrics.tip_rms_mm))
+
+
+def ranking_table(runs: Sequence[ControllerRun]) -> Table:
+    """The controllers on each plant, best first."""
+    rows = []
+    for plant in PLANTS:
+        for place, run in enumerate(ranking(runs, plant), start=1):
+            m, audit = run.metrics, run.run.meta["audit"]
+            use = max(m.torque_use), max(m.speed_use)
+            rows.append((plant, place, run.label, m.tip_rms_mm, m.tip_max_mm, *use, m.limits, audit["residual"]))
+    errors = [Heading(name, "mm", ".4g") for name in ("tip RMS", "tip max")]
+    shares = [Heading(name, format=".0%") for name in ("torque", "speed")]
+    title = f"Controllers on IST, ranked by RMS error of the tip ({RIGID}); their model is the arm as modelled"
+    audits = Heading("audit", "J", ".1e")
+    return Table(title, ("plant", "place", "controller", *errors, *shares, "limits", audits), rows)
+
+
+PD, INVERSE, DROOP = 0, 1, 2
+"""Places of the runs that are shown: both controllers on the arm as modelled, and what Table VIII seems to be of."""
+
+REPLAYED = ("pd-gravity", "inverse-dynamics")
+
+ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"
+
+
+def pictures(arm: Arm, simulated: Sequence[ControllerRun], table_viii: Run) -> Pictures:
+    """Figures 4, 6, 7, 9 and 10, torques, Figure 2 as a still; both controllers on the arm as modelled are replayed."""
+    replayed = [run for run in simulated if run.plant == "as modelled" and run.controller in REPLAYED]
+    shown = replayed_runs([*(run.run for run in replayed), table_viii], arm)
+    return Pictures(
+        simulated=tuple((run.name, run.file, run.run) for run in simulated),
+        shown=shown,
+        figures={file: [figure] for file, figure in _figures(shown).items()},
+        stills=(Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link"),),
+        sections=(Section("controllers", "Wrong models", "", (ranking_table(simulated),)),),
+        title="KUKA LWR 4+ draws IST",
+        replayed=len(replayed),
+    )
+
+
+def _figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
+    """File -> figure."""
+
+    def like(figure: Figure, name: str, title: str, where: str, note: str = "") -> Figure:
+        return replace(figure, id=name, title=title, where=where, note=note)
+
+    position, velocity = (error_figure(runs, (DROOP, INVERSE), q) for q in ("position error", "velocity error"))
+    both = [error_figure(runs, (PD, INVERSE), q) for q in ("position error", "velocity error")]
+    paths = {
+        "figure_04_path": like(path_figure(runs, (PD, INVERSE)), "figure-4", "Trajectory to be implemented", "Fig. 4"),
+        "figure_07_path_pd": like(path_figure(runs, (PD,)), "figure-7", "Trajectory obtained, decentralised", "Fig. 7"),
+        "figure_10_path_inverse_dynamics": like(
+            path_figure(runs, (INVERSE, DROOP)), "figure-10", "Trajectory obtained, centralised", "Fig. 10"
+        ),
+    }
+    return paths | {
+        "tip_error": tip_error_figure(runs),
+        "torque": torque_figure(runs, (PD, INVERSE)),
+        "figure_06_position_error_pd": like(
+            error_figure(runs, (PD,)), "figure-6", "Position error, decentral", "Fig. 6", ASSUMED
+        ),
+        "figure_09_position_error_inverse_dynamics": like(
+            position, "figure-9a", "Position error, central", "Fig. 9", ASSUMED
+        ),
+        "figure_09_velocity_error_inverse_dynamics": like(velocity, "figure-9b", "Velocity error, central", "Fig. 9"),
+        "position_error": replace(both[0], id=""),
+        "velocity_error": replace(both[1], id=""),
+    }
 
 
 def _listed(values: Mapping[str, float], form: str) -> str:

@@ -13,9 +13,9 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.pages.replay.figures import Figure
+from lwr_dyn.pages.figures.figure import Figure
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
-from lwr_dyn.reproduction.ledger import LedgerEntry
+from lwr_dyn.reproduction.case import LedgerEntry
 
 CellVerdict = Literal[
     "reproduced", "after erratum", "differs", "structural", "repeated in print", "under assumed conditions",

@@ -1,17 +1,185 @@
-"""A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of the page."""
+"""A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of the page.
 
-from collections.abc import Sequence
+HTML from records: an element or a table at a time; text is escaped unless it is `Html` already.
 
-from lwr_dyn.pages.plotting.axes import apart, power_of_ten, raised, round_length, short
+Curves of a panel as SVG paths in a plane that stretches with the page: no text in it, line widths that stay.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from html import escape
+
+import numpy as np
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.pages.figures.figure import Axis, Figure, apart, power_of_ten, raised, round_length, short
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
-from lwr_dyn.pages.replay.figures import Figure
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
-from lwr_dyn.reproduction.report.markup import Html, anchor, element, joined
-from lwr_dyn.reproduction.report.plane import HEIGHT, WIDTH, dots_path, line_path, plane_html
+
+
+class Html(str):
+    """Text that is HTML; every other text is escaped when it goes into an element."""
+
+    __slots__ = ()
+
+
+Child = str | Html | None
+
+Attribute = str | int | float | bool | None
+
+
+def element(tag: str, *children: Child | Iterable[Child], **attributes: Attribute) -> Html:
+    """An element; `class_` and `for_` lose their underscore, others get hyphens; None and False are left out.
+
+    >>> element("a", "1 < 2", href="#x", data_note='say "hi"', class_="y", hidden=False, tabindex=0)
+    '<a href="#x" data-note="say &quot;hi&quot;" class="y" tabindex="0">1 &lt; 2</a>'
+    """
+    shown = "".join(
+        _attribute(name, value) for name, value in attributes.items() if value is not None and value is not False
+    )
+    return Html(f"<{tag}{shown}>{joined(children)}</{tag}>")
+
+
+def grid(
+    name: str, head: Iterable[str], rows: Iterable[Sequence[Child]], class_: str = "plain", **attributes: Attribute
+) -> Html:
+    """A table that scrolls sideways by itself where the window is narrow.
+
+    The first cell of a row is its heading. Other cells are text, or `Html` elements of their own.
+    """
+    top = element("tr", [element("th", raised(text), scope="col") for text in head])
+    lines = [
+        element(
+            "tr",
+            element("th", first, scope="row"),
+            [cell if isinstance(cell, Html) else element("td", cell) for cell in cells],
+        )
+        for first, *cells in rows
+    ]
+    table = element("table", element("thead", top), element("tbody", lines), class_=class_, **attributes)
+    return element("div", table, class_="scroll", role="region", tabindex=0, aria_label=f"{name}, scrolls sideways")
+
+
+def joined(children: Iterable[Child | Iterable[Child]]) -> Html:
+    """Children one after the other.
+
+    >>> joined(["a & b", [element("b", "c"), None]])
+    'a &amp; b<b>c</b>'
+    """
+    return Html("".join(_text(child) for child in children))
+
+
+def anchor(kind: str, name: str) -> str:
+    """The id of something on the page, safe in an attribute and after #.
+
+    >>> anchor("erratum", "lwr4plus/5 <z>")
+    'erratum-lwr4plus-5-z-'
+    """
+    return f"{kind}-{re.sub(r'[^A-Za-z0-9_.]+', '-', name)}"
+
+
+def _text(child: Child | Iterable[Child]) -> str:
+    if child is None:
+        return ""
+    if isinstance(child, Html):
+        return child
+    return escape(child) if isinstance(child, str) else joined(child)
+
+
+def _attribute(name: str, value: Attribute) -> str:
+    written = name.rstrip("_").replace("_", "-")
+    return f" {written}" if value is True else f' {written}="{escape(str(value))}"'
+
+
+WIDTH, HEIGHT = 2000, 1000
+"""Of the plane, in its own units; a page shows it 150 to 600 px wide."""
+
+TOLERANCE = 1.5
+"""Largest distance between a curve and its drawn path, in these units: half a pixel."""
+
+
+def line_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
+    """The path of a curve: straight pieces, gaps where there is no number."""
+    across, down = _placed(x, y, points)
+    pieces = []
+    for part in _whole_pieces(across, down):
+        kept = simplified(part, TOLERANCE)
+        written = np.rint(kept).astype(int)
+        fresh = np.concatenate([[True], (np.diff(written, axis=0) != 0).any(axis=1)])
+        pieces.append("M" + " ".join(f"{a},{b}" for a, b in written[fresh].tolist()))
+        if fresh.sum() == 1:
+            pieces[-1] += "h0"
+    return "".join(pieces)
+
+
+def dots_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
+    """The path of single points: pieces without length, which a round line end makes dots."""
+    placed = np.rint(np.column_stack(_placed(x, y, points)))
+    return "".join(f"M{a:.0f},{b:.0f}h0" for a, b in placed if np.isfinite(a + b))
+
+
+def plane_html(content: str) -> Html:
+    """The plane around its paths."""
+    return Html(
+        f'<svg class="lines" viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" aria-hidden="true">'
+        f"{content}</svg>"
+    )
+
+
+def _placed(x: Axis, y: Axis, points: tuple[Array, Array]) -> tuple[Array, Array]:
+    return WIDTH * x.share(points[0]), HEIGHT * (1.0 - y.share(points[1]))
+
+
+def _whole_pieces(across: Array, down: Array) -> list[Array]:
+    """Runs of points without a gap, (k, 2) each."""
+    points = np.column_stack([across, down])
+    finite = np.isfinite(points).all(axis=1)
+    cuts = np.flatnonzero(np.diff(finite)) + 1
+    return [part for part in np.split(points, cuts) if np.isfinite(part[0]).all()]
+
+
+def simplified(points: Array, tolerance: float) -> Array:
+    """The fewest of the points (k, 2), in their order, from whose path none is farther than about `tolerance`.
+
+    References
+    ----------
+    Douglas and Peucker, "Algorithms for the reduction of the number of points required to represent a digitized line",
+    Cartographica 10 (1973).
+
+    >>> simplified(np.array([[0.0, 0.0], [1.0, 0.01], [2.0, 0.0], [2.0, 5.0]]), 0.1).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 5.0]]
+    """
+    kept = np.zeros(len(points), dtype=bool)
+    kept[[0, -1]] = True
+    stretches = [(0, len(points) - 1)]
+    while stretches:
+        first, last = stretches.pop()
+        if last - first < 2:
+            continue
+        away = _distances(points[first : last + 1])
+        worst = int(away.argmax())
+        if away[worst] > tolerance:
+            kept[first + worst] = True
+            stretches += [(first, first + worst), (first + worst, last)]
+    return points[kept]
+
+
+def _distances(points: Array) -> Array:
+    """Of points (k, 2) from the piece between the first and the last."""
+    start, along = points[0], points[-1] - points[0]
+    offset = points - start
+    square = float(along @ along)
+    if square == 0.0:
+        return np.asarray(np.hypot(*offset.T))
+    part = np.clip(offset @ along / square, 0.0, 1.0)
+    return np.asarray(np.hypot(*(offset - part[:, None] * along).T))
+
 
 _MOST_COLUMNS = 7
+
 _WIDE_NAME, _HIGH_NAME = 20.0, 5.0
 """Percent of the plane that the name of a point takes."""
+
 _APART = 0.085
 """Least distance of names at the ends of lines, of the plane's height."""
 

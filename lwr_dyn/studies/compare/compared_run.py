@@ -1,13 +1,23 @@
-"""`ComparedRun`: a run of a comparison with its figures of merit, and whether its loop kept still."""
+"""`ComparedRun`: a run of a comparison with its figures of merit, and whether its loop kept still.
 
-from dataclasses import dataclass
+Under what a run was made: what of its plant the controller's model lacks; whether two runs follow the same.
+
+Parts of a run: from a time on, as the second pass of a task done twice; fewer samples of it, for pages.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
+from lwr_dyn.pages.replay.replay_page import subsample
+from lwr_dyn.pages.replay.replayed_runs import PLAIN, ReplayedRun, facts
 from lwr_dyn.simulation.metrics import Metrics
+from lwr_dyn.trajectory.references.ist import part_of
 
 CUT, SWITCHES = 0.02, 10
 """A run counts as unstable where one joint's torque is cut for more than this share of the time, and goes from one
@@ -82,3 +92,93 @@ class ComparedRun:
     def audit(self) -> float:
         """Energy that the audit leaves unexplained [J]; NaN for a run without one."""
         return float(self.shown.run.audit.get("residual", float("nan")))
+
+
+SAME = 1e-9
+"""[rad or m] References that differ by less are the same: they come from one task, to rounding."""
+
+TIME = 1e-9
+"""[s] Times nearer than this are the same."""
+
+ENOUGH = 0.1
+"""Share of the samples of the slower run at which references are compared, at least."""
+
+
+def conditions(run: Run) -> str:
+    """What of a run's plant and sensors the controller's model has not, in words, as its file has it."""
+    known, meta = facts(run), run.meta
+    words = [known[key] for key in ("plant", "payload") if key in known]
+    law, options = meta.get("friction_law") or {}, meta.get("options") or {}
+    found = {
+        "elastic": meta.get("elasticity") is not None,
+        "friction": law.get("form", "none") != "none", "encoder": meta.get("encoder") is not None,
+        "delay": bool(options.get("delay")),
+    }  # fmt: skip
+    words += [name for name, is_there in found.items() if is_there and name not in ", ".join(words)]
+    return ", ".join(words) or PLAIN
+
+
+def check_same(a: Run, name_a: str, b: Run, name_b: str) -> None:
+    """Raise `OptionError` for runs of different robots or references."""
+    subject = f"{name_a} and {name_b}"
+    robots = [run.meta.get("file") or run.meta.get("robot") for run in (a, b)]
+    if robots[0] != robots[1] or a.n != b.n:
+        raise OptionError(subject, f"runs of {robots[0]} and {robots[1]}", "runs of one robot")
+    if abs(a.t[-1] - b.t[-1]) > TIME:
+        found = f"different references, {a.t[-1]:g} s and {b.t[-1]:g} s long"
+        raise OptionError(subject, found, "runs of one reference")
+    at_a, at_b = _common_times(a.t, b.t)
+    if at_a.size < max(2.0, ENOUGH * min(a.t.size, b.t.size)):
+        raise OptionError(subject, "few common times", "runs sampled at rates one of which divides the other")
+    apart = np.abs(a.q_ref[at_a] - b.q_ref[at_b]).max(axis=1)
+    if apart.max() > SAME:
+        k = int(np.argmax(apart))
+        found = f"different references, {apart[k]:.3g} rad or m apart at t = {a.t[at_a[k]]:g} s"
+        raise OptionError(subject, found, "runs of one reference")
+
+
+def _common_times(a: Array, b: Array) -> tuple[Any, Any]:
+    """Places of the times that both have, in each."""
+    ticks_a, ticks_b = (np.round(t / TIME).astype(np.int64) for t in (a, b))
+    _, at_a, at_b = np.intersect1d(ticks_a, ticks_b, return_indices=True)
+    return at_a, at_b
+
+
+_SAMPLED = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
+
+
+def since(run: Run, start: float) -> Run:
+    """The run from `start` [s] on, with its time counted from there; its audit is that of the whole run.
+
+    Raises
+    ------
+    OptionError
+        A start that is negative or not below the end.
+    """
+    if start == 0.0:
+        return run
+    if not 0.0 < start < run.t[-1]:
+        raise OptionError("since", f"{start:g} s", f"a time from 0 to below {run.t[-1]:g} s, the end of the run")
+    part = part_of(run, start)
+    note = {**(run.meta.get("note") or {}), "since": start}
+    return replace(part, meta={**part.meta, "audit": dict(run.audit), "note": note})
+
+
+def thinned(run: Run, rate: float) -> Run:
+    """The run at about `rate` samples a second [Hz], its last sample included; a run with fewer is kept as it is.
+
+    >>> import lwr_dyn
+    >>> arm = lwr_dyn.load("lwr4plus")
+    >>> hold = lwr_dyn.reference("hold", arm, q=[0.1] * 7, duration=0.1)
+    >>> thinned(lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), hold), 100.0).t.size
+    11
+    """
+    stride = round((run.t.size - 1) / max(float(np.ptp(run.t)) * rate, 1e-9))
+    if stride < 2:
+        return run
+    rows = subsample(run.t.size, stride)
+    arrays = {name: getattr(run, name)[rows] for name in _SAMPLED}
+    kept: dict[str, Any] = {
+        what: {name: x[rows] for name, x in getattr(run, what).items()} for what in ("work", "signals")
+    }
+    return replace(run, **arrays, **kept)

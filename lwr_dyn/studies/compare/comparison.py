@@ -1,9 +1,17 @@
-"""`RunComparison`: several runs of one reference as a table, records and figures; refuses runs that differ in more."""
+"""`RunComparison`: several runs of one reference as a table, records and figures; refuses runs that differ in more.
+
+A comparison as one HTML file: the table, then for each plant the path with its errors magnified, and the tip error.
+
+There is no script, and nothing is loaded; light and dark follow the reader's system.
+
+A comparison as one table in Markdown, plants down and controllers across: the RMS error of the tip in mm.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -14,16 +22,19 @@ from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.pages.notebook.markup import line
-from lwr_dyn.pages.notebook.plot import arms_of
-from lwr_dyn.pages.notebook.quantities import path, tip_error
-from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs
+from lwr_dyn.pages.figures.run_figures import path, tip_error
+from lwr_dyn.pages.notebook.exported_runs import arms_of
+from lwr_dyn.pages.notebook.forms import line
+from lwr_dyn.pages.plotting.drawn_panel import chart_html, swatch
+from lwr_dyn.pages.replay.replay_page import document_html
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, torque_cuts
-from lwr_dyn.studies.compare.conditions import check_same, conditions
+from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, check_same, conditions, torque_cuts
 
 BEST = " *"
+
 UNSTABLE = " !"
+
 UNKNOWN = "unknown"
 
 
@@ -128,12 +139,10 @@ class RunComparison:
 
     def save(self, path: str | Path) -> None:
         """Write the page, one HTML file that needs no network; raises `FileAccessError`."""
-        from lwr_dyn.studies.compare.page import comparison_html
 
         write_file(path, comparison_html(self))
 
     def _repr_html_(self) -> str:
-        from lwr_dyn.studies.compare.page import page_notes, table_rows
 
         return table_rows(self) + "".join(map(line, page_notes(self)))
 
@@ -226,3 +235,116 @@ def _title(run: Run) -> str:
     parts = [known.get("robot", "unknown robot"), *([known["task"]] if "task" in known else []), f"{run.t[-1]:g} s"]
     begun = (run.meta.get("note") or {}).get("since")
     return ", ".join(parts) + ("" if begun is None else f" from {begun:g} s on")
+
+
+def comparison_html(compared: RunComparison) -> str:
+    """The page; the same runs give the same text."""
+    sections = "".join(_section(plant, runs) for plant, runs in compared.plants.items())
+    table = f'<div class="scroll" tabindex="0" role="region" aria-label="Runs">{_table(compared)}</div>'
+    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in page_notes(compared))
+    said = "".join(f"<li>{sentence}</li>" for sentence in _sentences(compared))
+    main = (
+        f'<h1>{escape(compared.title)}</h1><ul class="say">{said}</ul>'
+        f'<section class="card">{table}{notes}</section>{sections}'
+    )
+    return document_html(compared.title, "comparison", main, "lwr-dyn compare")
+
+
+def page_notes(compared: RunComparison) -> list[str]:
+    """The notes, where the best is bold and not marked."""
+    return [f"bold: {note[2:]}" if note.startswith(BEST.strip()) else note for note in compared.notes]
+
+
+def table_rows(compared: RunComparison) -> str:
+    """The table for a notebook: plain, the best of each plant in bold."""
+    head = "".join(f'<th scope="col">{escape(h.title)}</th>' for h in compared.table.columns)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(one.controller)}</th><td>{escape(one.plant)}</td>{_cells(compared, one)}</tr>'
+        for one in compared.runs
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _table(compared: RunComparison) -> str:
+    """One group of rows a plant, under its name."""
+    words, numbers = compared.table.columns[:1], compared.table.columns[2:]
+    head = "".join(f'<th scope="col">{escape(h.head)}</th>' for h in words)
+    head += "".join(f'<th scope="col" class="n">{escape(h.head)} <small>{escape(h.unit)}</small></th>' for h in numbers)
+    width = len(words) + len(numbers)
+    groups = ""
+    for plant, runs in compared.plants.items():
+        name = f'<tr><th scope="rowgroup" colspan="{width}">{escape(plant)}</th></tr>'
+        rows = "".join(
+            f'<tr><th scope="row">{swatch(shown)}{escape(one.controller)}</th>{_cells(compared, one)}</tr>'
+            for one, shown in zip(runs, _alone(runs), strict=True)
+        )
+        groups += f'<tbody class="plant">{name}{rows}</tbody>'
+    return f"<table><thead><tr>{head}</tr></thead>{groups}</table>"
+
+
+def _cells(compared: RunComparison, one: ComparedRun) -> str:
+    return "".join(map(_cell, compared.cells(one)))
+
+
+def _cell(text: str) -> str:
+    if text.endswith(BEST):
+        return f'<td class="n"><b>{escape(text.removesuffix(BEST))}</b></td>'
+    return f'<td class="n{" bad" if text.startswith("NOT") or text.endswith(UNSTABLE) else ""}">{escape(text)}</td>'
+
+
+def _sentences(compared: RunComparison) -> list[str]:
+    """Of each plant with several runs, which controller has the smallest RMS error."""
+    out = []
+    for plant, all_runs in compared.plants.items():
+        runs = [one for one in all_runs if not one.shakes]
+        if len(runs) > 1:
+            best, *_, worst = sorted(runs, key=lambda one: one.figures.tip_rms_mm)
+            near = f"{escape(best.controller)} is nearest to the path, {best.figures.tip_rms_mm:.3g} mm RMS"
+            far = f"{escape(worst.controller)} farthest, {worst.figures.tip_rms_mm:.3g} mm"
+            out.append(f"<b>{escape(plant)}</b>: {near}; {far}.")
+    return out
+
+
+def _section(plant: str, runs: Sequence[ComparedRun]) -> str:
+    shown = _alone(runs)
+    charts = "".join(chart_html(figure, shown) for figure in (*path(shown), *tip_error(shown)))
+    return f'<section class="card"><h2>{escape(plant)}</h2><div class="charts">{charts}</div></section>'
+
+
+def _alone(runs: Sequence[ComparedRun]) -> tuple[ReplayedRun, ...]:
+    """The runs of one plant, named by their controllers, with the colours that they have among themselves."""
+    shown = [one.shown for one in runs]
+    return replayed_runs([one.run for one in shown], [one.arm for one in shown], [one.controller for one in runs])
+
+
+MARKS = {"unstable": "{} !", "best": "**{}**", "": "{}"}
+
+NONE = "none"
+"""Where a pair has no run; `failures` say why."""
+
+
+def cross_table(runs: Iterable[Mapping[str, Any]]) -> str:
+    """The table of the records of `RunComparison.record()["runs"]`, controllers as typed; the best of each plant bold.
+
+    >>> run = {"typed": "pid", "plant": "delay", "tip_rms_mm": 0.123456, "unstable": False, "best": []}
+    >>> print(cross_table([run, {**run, "typed": "mine.py", "tip_rms_mm": 9.0, "unstable": True}]))
+    | plant | `pid` | `mine.py` |
+    | --- | --- | --- |
+    | delay | 0.123 | 9 ! |
+    """
+    listed = list(runs)
+    controllers = list(dict.fromkeys(str(run["typed"]) for run in listed))
+    plants = list(dict.fromkeys(str(run["plant"]) for run in listed))
+    cells = {(run["plant"], run["typed"]): _cross_cell(run) for run in listed}
+    rows = [[plant, *(cells.get((plant, one), NONE) for one in controllers)] for plant in plants]
+    head = ["plant", *(f"`{one}`" for one in controllers)]
+    return "\n".join(map(_line, [head, ["---"] * len(head), *rows]))
+
+
+def _cross_cell(run: Mapping[str, Any]) -> str:
+    mark = "unstable" if run["unstable"] else "best" if "tip_rms_mm" in run["best"] else ""
+    return MARKS[mark].format(f"{run['tip_rms_mm']:.3g}")
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"

@@ -10,22 +10,22 @@ from html import escape
 from typing import Any
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.replay import scene
-from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.page_parts import (
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replay_page import (
     PLAYER,
+    RATE,
     fill_template,
     generator_line,
     meshcat_bundle,
     pack_int32,
+    replay_policy,
     resource_text,
+    run_record,
     script_safe,
 )
-from lwr_dyn.pages.replay.replay_page import RATE, replay_policy, run_record
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.studies.compare.compared_run import ComparedRun
+from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css, replayed_runs
+from lwr_dyn.studies.compare.compared_run import ComparedRun, thinned
 from lwr_dyn.studies.compare.comparison import RunComparison
-from lwr_dyn.studies.compare.part_of_run import thinned
 
 BUDGET = 12_000_000
 """Largest size of all series in the page [bytes]; above it fewer samples a second are kept."""
@@ -67,7 +67,7 @@ def pair_data(compared: RunComparison) -> dict[str, Any]:
     shared = {key: records[0][key] for key in SHARED}
     own = [{key: x for key, x in record.items() if shared.get(key) != x} for record in records]
     first = [replace(compared.runs[i].shown, place=place) for place, i in enumerate(start)]
-    commands = [command for place, one in enumerate(first) for command in scene.arm_commands(one, place)]
+    commands = [command for place, one in enumerate(first) for command in replay_page.arm_commands(one, place)]
     return {
         "runs": [_on_stage(records[i], place) for place, i in enumerate(start)],
         "scene": commands,

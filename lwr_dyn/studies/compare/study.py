@@ -1,28 +1,143 @@
-"""Controllers x plants: every controller on every plant, on one reference, in one process or several."""
+"""Controllers x plants: every controller on every plant, on one reference, in one process or several.
+
+Gains of one margin for all controllers of a study: the largest omega_n whose loop keeps it along the task.
+
+The margin is the largest |S_ii| over the joints and frequencies at the worst of several plants: the arm as modelled
+with a delay of 1 to 4 samples, and with its elastic gears where its file gives them and its rotors carry them. A law
+is judged by its linear form at rest at poses of the task, which says nothing of large errors or of torque limits.
+
+One run of a study: one controller on one plant, in this process or in one of a pool.
+"""
+
+from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.control.controller_specs import ControllerSpec, controller_spec
-from lwr_dyn.design.gain_search import TunedFrequency
-from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, RatingWarning
+import numpy as np
+
+from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec, controller_spec, faults_in
+from lwr_dyn.control.protocol import Controller, label_of
+from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
+from lwr_dyn.design.loop_judgement import LoopCase
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import (
+    DivergenceError,
+    LwrDynError,
+    MissingDataError,
+    MissingPackageError,
+    NotPhysicalError,
+    OptionError,
+    RatingWarning,
+)
 from lwr_dyn.foundation.progress import Report
+from lwr_dyn.foundation.registry import options_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
+from lwr_dyn.pages.replay.replayed_runs import PLAIN
+from lwr_dyn.simulation.elastic.plant import SLOWEST, fastest_on_motors
+from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.studies.compare.compared_run import TorqueCuts, since, thinned, torque_cuts
 from lwr_dyn.studies.compare.comparison import RunComparison, comparison_of
 from lwr_dyn.studies.compare.plants import PlantCase
-from lwr_dyn.studies.compare.study_run import StudyFault, StudyRun, Workshop, begin, run_in_pool
 
-MANY = 24
-"""From so many runs on, pages and pictures keep `RATE` samples a second of each; its figures are of all samples."""
-RATE = 100.0
-MOST = 64
-"""Processes at most."""
+DELAYS = (1, 2, 3, 4)
+"""[samples]"""
+
+POSES = 21
+"""Of the task, evenly in time, at which a loop is judged."""
+
+
+def tuned_frequencies(
+    arm: Arm,
+    specs: Sequence[ControllerSpec],
+    reference: Reference,
+    peak: float,
+    rate: float = 1000.0,
+    report: Report = lambda _: None,
+) -> Mapping[str, TunedFrequency]:
+    """Controller as typed -> its largest omega_n [1/s] with |S_ii| at most `peak`, None where none keeps it.
+
+    Files, and laws without an option omega_n, are left out.
+
+    Raises
+    ------
+    OptionError
+        A peak that is not above 1, a controller whose text gives omega_n already.
+    """
+    if not (np.isfinite(peak) and peak > 1.0):
+        raise OptionError("tuned", peak, "a peak of |S| above 1, as 1.7")
+    poses = poses_of(reference)
+    cases = cases_of(arm, rate, poses)
+    dynamics = dynamics_of(arm)
+    found = {}
+    for spec in (spec for spec in specs if has_frequency(spec)):
+        if "omega_n" in spec.options:
+            raise OptionError(f"controller {spec.text!r}", "omega-n given, which is to be tuned", "without it")
+        report(f"tuning {spec.text}")
+        found[spec.text] = largest_omega_n(arm, spec.name, cases, q=poses, peak=peak, dynamics=dynamics, **spec.options)
+    return found
+
+
+def has_frequency(spec: ControllerSpec) -> bool:
+    """Whether a controller has an option omega_n."""
+    return not spec.is_file and "omega_n" in options_of(CONTROLLERS.load(spec.base))
+
+
+def poses_of(reference: Reference) -> Array:
+    """Poses (k, n) of a reference, evenly in time."""
+    return np.asarray(reference.sample(np.linspace(0.0, reference.duration, POSES)).q)
+
+
+def cases_of(arm: Arm, rate: float, poses: Array) -> tuple[LoopCase, ...]:
+    """The plants of the margin; elastic gears only where the arm can have them."""
+    rigid = tuple(LoopCase(rate=rate, delay=delay) for delay in DELAYS)
+    return (*rigid, LoopCase(rate=rate, elasticity="file")) if is_elastic(arm, rate, poses) else rigid
+
+
+def is_elastic(arm: Arm, rate: float, poses: Array) -> bool:
+    """Whether the arm gives the stiffness of its gears, and has rotors that a law on the motors' side can drive."""
+    if arm.elasticity is None or not (arm.armature > 0.0).all():
+        return False
+    B = dynamics_of(arm).mass_matrix(poses)
+    return bool((fastest_on_motors(rate, arm.armature, B) >= SLOWEST).all())
+
+
+REFUSALS = (DivergenceError, OptionError, MissingDataError, NotPhysicalError)
+"""What a plant or a controller may say of one pair; the other pairs go on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyRun:
+    """A run as a study keeps it, and its figures of merit, which are of all its samples."""
+
+    run: Run
+    figures: tuple[Metrics, TorqueCuts]
+
+
+@dataclass(frozen=True, slots=True)
+class StudyFault:
+    """Why a pair has no run."""
+
+    controller: str
+    plant: str
+    text: str
+    cause: LwrDynError | None = None
+    """The error itself, where it was raised in this process."""
+    stops: bool = False
+    """Whether the study ends with it."""
+
+    def error(self) -> LwrDynError:
+        """The error, to be raised."""
+        return LwrDynError(self.text) if self.cause is None else self.cause
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,9 +213,7 @@ class ControllerStudy:
         )
         return replace(compared, tuned=frequencies), tuple(runs)
 
-    def _tuned(
-        self, frequencies: Mapping[str, "TunedFrequency"]
-    ) -> tuple["ControllerStudy", Mapping[str, "TunedFrequency"]]:
+    def _tuned(self, frequencies: Mapping[str, TunedFrequency]) -> tuple[ControllerStudy, Mapping[str, TunedFrequency]]:
         """The study with its omega_n, without the controllers that have none; and those that have one."""
         found = {text: one for text, one in frequencies.items() if one.omega_n is not None}
         kept = [text for text in self.controllers if text in found or text not in frequencies]
@@ -109,16 +222,15 @@ class ControllerStudy:
         options = {text: {"omega_n": one.omega_n} for text, one in found.items()}
         return replace(self, controllers=tuple(kept), tuned=options or self.tuned), found
 
-    def frequencies(self, report: Report = lambda _: None) -> Mapping[str, "TunedFrequency"]:
+    def frequencies(self, report: Report = lambda _: None) -> Mapping[str, TunedFrequency]:
         """Controller as typed -> its tuned omega_n; empty without a `peak`. Raises as `tuned_frequencies`."""
         if self.peak is None:
             return {}
-        from lwr_dyn.studies.compare.tuning import tuned_frequencies
 
         rate = dict(self.options).get("rate", 1000.0)
         return tuned_frequencies(self.arm, self.specs, self.reference, self.peak, rate, report)
 
-    def _makeable(self) -> tuple["ControllerStudy", list[str]]:
+    def _makeable(self) -> tuple[ControllerStudy, list[str]]:
         """The study with the controllers that can be made, which is tried before anything is simulated."""
         workshop, kept, failures = Workshop(self), [], []
         for spec in self.specs:
@@ -135,6 +247,75 @@ class ControllerStudy:
         return replace(self, controllers=tuple(kept)), failures
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Workshop:
+    """A study in one process: each controller is made once."""
+
+    study: ControllerStudy
+    made: dict[str, Controller] = field(default_factory=dict)
+    models: list[Dynamics] = field(default_factory=list)
+
+    def controller(self, spec: ControllerSpec) -> Controller:
+        """The controller; raises as `make_controller`."""
+        if spec.text not in self.made:
+            if not self.models:
+                self.models.append(dynamics_of(self.study.arm))
+            self.made[spec.text] = spec.make(self.study.arm, self.models[0], self.tuned(spec))
+        return self.made[spec.text]
+
+    def tuned(self, spec: ControllerSpec) -> Mapping[str, Any]:
+        """Options that the study adds to those of the text."""
+        return (self.study.tuned or {}).get(spec.text, {})
+
+    def run(self, index: int) -> StudyRun | StudyFault:
+        """Run number `index`, from 0, plant by plant; raises what is neither a divergence nor a refusal."""
+        study = self.study
+        spec = study.specs[index % len(study.controllers)]
+        case = study.plants[index // len(study.controllers)]
+        controller = self.controller(spec)
+        try:
+            run = self._simulated(spec, controller, case)
+            if study.folder is not None:
+                run.save(study.folder / f"run_{index + 1}.npz")
+            part = since(run, study.since)
+        except REFUSALS as fault:
+            return StudyFault(label_of(controller), _plant_words(case), str(fault), fault)
+        figures = metrics(part, study.arm), torque_cuts(part, study.arm)
+        return StudyRun(part if study.rate is None else replace(thinned(part, study.rate), setup=None), figures)
+
+    def _simulated(self, spec: ControllerSpec, controller: Controller, case: PlantCase) -> Run:
+        study, words = self.study, option_words({**spec.options, **self.tuned(spec)})
+        note = {"task": study.task, "plant": ", ".join(case.words), "controller_options": words, "typed": spec.text}
+        said = {name: text for name, text in note.items() if text or name == "task"}
+        with faults_in(spec.base):
+            return simulate(study.arm, controller, study.reference, **dict(study.options), **case.options, meta=said)
+
+
+def _plant_words(case: PlantCase) -> str:
+    load = [f"{case.options['payload']:g} kg"] if "payload" in case.options else []
+    return ", ".join([*case.words, *load]) or PLAIN
+
+
+def option_words(options: Mapping[str, Any]) -> str:
+    """Numbers among the options of a controller in words; what a switch does is in the controller's label.
+
+    >>> option_words({"omega_n": 23.84, "velocity_error": True})
+    'omega_n 23.8'
+    """
+    numbers = {name: x for name, x in options.items() if isinstance(x, int | float) and not isinstance(x, bool)}
+    texts = {name: x for name, x in options.items() if isinstance(x, str)}
+    return ", ".join([*(f"{name} {x:.3g}" for name, x in numbers.items()), *(f"{k} {x}" for k, x in texts.items())])
+
+
+MANY = 24
+"""From so many runs on, pages and pictures keep `RATE` samples a second of each; its figures are of all samples."""
+
+MOST = 64
+"""Processes at most."""
+
+RATE = 100.0
+
+
 def _in_pool(study: ControllerStudy, count: int, processes: int) -> Iterator[StudyRun | StudyFault]:
     """The results in their order; what a process warns of is said here, once each."""
     with ProcessPoolExecutor(processes, get_context("spawn"), begin, (study,)) as pool:
@@ -145,3 +326,26 @@ def _in_pool(study: ControllerStudy, count: int, processes: int) -> Iterator[Stu
                 yield result
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+_OWN: list[Workshop] = []
+"""The workshop of a process of a pool."""
+
+
+def begin(study: ControllerStudy) -> None:
+    """The first thing that a process of a pool does."""
+    _OWN[:] = [Workshop(study)]
+
+
+def run_in_pool(index: int) -> tuple[StudyRun | StudyFault, tuple[str, ...]]:
+    """`Workshop.run` in a process of a pool, and what it warned of; all of it can be pickled."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", RatingWarning)
+        try:
+            result = _OWN[0].run(index)
+        except LwrDynError as fault:
+            result = StudyFault("", "", str(fault), stops=True)
+    words = tuple(str(one.message) for one in said if issubclass(one.category, RatingWarning))
+    if isinstance(result, StudyFault):
+        return replace(result, cause=None), words
+    return replace(result, run=replace(result.run, setup=None)), words  # a setup holds an engine

@@ -16,13 +16,18 @@ from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.trajectory.cartesian.joint_curves import LegsReference
-from lwr_dyn.trajectory.cartesian.legs import FollowedLegs, Pace, PoseLeg, follow_legs, follow_waypoints, joint_legs
-from lwr_dyn.trajectory.cartesian.pose_curves import straight
-from lwr_dyn.trajectory.cartesian.waypoint_file import read_waypoints
+from lwr_dyn.trajectory.cartesian.legs import (
+    FollowedLegs,
+    LegsReference,
+    Pace,
+    PoseLeg,
+    follow_legs,
+    follow_waypoints,
+    joint_legs,
+)
+from lwr_dyn.trajectory.cartesian.pose_curves import read_waypoints, straight
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.limits import largest_violation
-from lwr_dyn.trajectory.references.tasks import Start
+from lwr_dyn.trajectory.references.joint_moves import Start, largest_violation
 
 SPEED = 0.25
 """[m/s] The reduced speed of ISO 10218-1 for a person near the arm."""

@@ -8,33 +8,53 @@ z moves them away from their limits, x = (q - middle) / half of a range:
     z = - gain half x / (EDGE - x^2)    over the whole curve
 
 References: Siciliano et al., Robotics, eq. 3.54 (z in the null space of J) and sec. 3.7 (Newton's method along a path).
+
+Why an arm cannot follow a curve further: a joint at its limit, a singular position, or the end of its reach.
+
+Legs of an S-R-S arm that may begin anywhere: the arm angle with the largest margin over the whole way.
 """
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics import numeric
+from lwr_dyn.foundation.errors import LwrDynError, OutOfReachError, OutsideLimitsError
+from lwr_dyn.kinematics import inverse as numeric
+from lwr_dyn.kinematics.arm_angle import best_arm_angle
+from lwr_dyn.kinematics.forward import require_srs
+from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.solution import joint_ranges
+from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.trajectory.cartesian.pose_curves import PoseCurve
 
 ON_CURVE = 1e-11
 """Largest pose error that counts as on the curve [m and rad]."""
+
 STEP_LENGTH, STEP_TURN = 0.002, 0.01
 """[m, rad] Largest step along the curve."""
+
 LEAST_PLACES = 60
 """Steps of a curve at least."""
+
 JUMP = 0.1
 """[rad or m] A joint that moves further in one step is not followed: the step is halved."""
+
 HALVINGS = 9
 """How often a step is halved before the arm counts as stopped."""
+
 ITERATIONS = 8
+
 EDGE = 1.05
 """Keeps z finite at the limits."""
+
 GAINS = (0.0, 4.0, 40.0)
 """Gains of z, tried one after the other."""
+
 AT_LIMIT = 1e-9
 """[rad or m] A joint this far outside its limits is at them."""
 
@@ -152,3 +172,101 @@ def _away_from_limits(arm: Arm, q: Array, gain: float) -> Array:
 def _pseudo_inverse(J: Array) -> Array:
     """J^+ (n, m), singular values below 1e-9 of the largest dropped."""
     return np.asarray(np.linalg.pinv(J, rcond=1e-9), dtype=np.float64)
+
+
+LOOK_AHEAD = 0.002
+"""Share of the curve ahead of the stop at which its cause is looked for."""
+
+STARTS = 40
+"""Random positions from which a place out of reach is looked for, where only the place of the tip counts."""
+
+
+class PathStopError(LwrDynError, ValueError):
+    """An arm cannot follow `line`: `why` is "limit", "singular" or "reach", at `share` of its way.
+
+    `joint` is the joint at its limit.
+    """
+
+    def __init__(self, line: str, share: float, place: Array, why: str, words: str, joint: str = "") -> None:
+        x, y, z = place + 0.0
+        where = f"at {100.0 * share:.3g} % of its way, point ({x:.4g}, {y:.4g}, {z:.4g}) m"
+        super().__init__(f"{line} stops {where}: {words}; allowed: a line that the arm can follow")
+        self.line, self.share, self.why, self.joint = line, share, why, joint
+
+
+def stop_of(arm: Arm, curve: PoseCurve, tracked: Tracked, turning: bool, line: str) -> PathStopError:
+    """The error for a curve that was not followed to its end; `line` names it."""
+    if tracked.is_whole:  # but its spline leaves the curve or the limits
+        tracked = _to_least_margin(arm, tracked)
+    u, q = float(tracked.u[-1]), tracked.q[-1]
+    ahead = min(u + LOOK_AHEAD, 1.0)
+    T = curve.poses(np.array([u, ahead]))
+    if tracked.at_limit is not None:
+        joint = arm.joint_names[tracked.at_limit]
+        return PathStopError(line, u, T[0, :3, 3], "limit", _limit_words(arm, tracked.at_limit), joint)
+    return PathStopError(line, u, T[0, :3, 3], *_cause(arm, T[1], q, turning))
+
+
+def _limit_words(arm: Arm, i: int) -> str:
+    unit = "rad" if arm.chain.links[i].kind is JointKind.REVOLUTE else "m"
+    return f"{arm.joint_names[i]} comes to its limit ({arm.lower[i]:.4g} to {arm.upper[i]:.4g} {unit})"
+
+
+def _cause(arm: Arm, T: Array, q: Array, turning: bool) -> tuple[str, str]:
+    """ "singular" or "reach", with the reason."""
+    _, J = pose_error(arm, T, q, turning)
+    smallest = f"smallest singular value of J {np.linalg.svd(J, compute_uv=False).min():.2g}"
+    if _is_reached(arm, T, turning):
+        return "singular", f"the arm is singular there ({smallest}) and would have to jump to another branch"
+    return "reach", f"no joint positions reach the pose behind it ({smallest})"
+
+
+def _to_least_margin(arm: Arm, tracked: Tracked) -> Tracked:
+    """The positions up to the one that comes nearest to a limit."""
+    row, joint = np.unravel_index(int(np.argmin(margins(arm, tracked.q))), tracked.q.shape)
+    return Tracked(tracked.u[: row + 1], tracked.q[: row + 1], int(joint))
+
+
+def _is_reached(arm: Arm, T: Array, turning: bool) -> bool:
+    """Whether any joint positions, in or out of the limits, were found for a pose."""
+    if not turning:
+        starts = np.random.default_rng(0).uniform(-np.pi, np.pi, (STARTS, arm.n))
+        return any(np.isfinite(onto_pose(arm, T, start, turning)).all() for start in starts)
+    try:
+        return inverse_kinematics(arm, T, limits=False).status == "solved"
+    except LwrDynError:
+        return False
+
+
+def best_legs(arm: Arm, curves: Sequence[PoseCurve], names: Sequence[str]) -> list[Tracked]:
+    """Joint positions along all curves, one after the other, from `kinematics.arm_angle.best_arm_angle`.
+
+    Raises
+    ------
+    PathStopError
+        The wrist is out of reach, or no arm angle keeps the limits; `names` name the curves.
+    OptionError
+        Not an S-R-S arm, or the wrist passes the axis of joint 1, where the arm angle has no zero.
+    """
+    places = [places_on(curve) for curve in curves]
+    s = np.concatenate([[0.0], *(k + u[1:] for k, u in enumerate(places))])
+    T = np.concatenate([curves[0].poses(np.zeros(1)), *(c.poses(u[1:]) for c, u in zip(curves, places, strict=True))])
+    try:
+        best = best_arm_angle(arm, s, T)
+    except OutOfReachError as fault:
+        words = f"the wrist is {fault.distance:.3g} m out of reach"
+        raise _stop(curves, names, fault.at, "reach", words) from None
+    except OutsideLimitsError as fault:
+        words = f"no arm angle keeps {fault.joint} within its limits, {fault.excess:.3g} rad outside ({fault.why})"
+        raise _stop(curves, names, fault.at, "limit", words, fault.joint) from None
+    q = closed_form(require_srs(arm), joint_ranges(arm), T, best.evaluate(s)[0], best.branch)
+    ends = np.cumsum([0, *(len(u) - 1 for u in places)])
+    return [Tracked(u, q[a : b + 1]) for u, a, b in zip(places, ends, ends[1:], strict=False)]
+
+
+def _stop(
+    curves: Sequence[PoseCurve], names: Sequence[str], at: float, why: str, words: str, joint: str = ""
+) -> PathStopError:
+    leg = max(math.ceil(at) - 1, 0)
+    place: Array = curves[leg].poses(np.array([at - leg]))[0, :3, 3]
+    return PathStopError(names[leg], at - leg, place, why, words, joint)

@@ -20,11 +20,9 @@ from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays, real_ar
 from lwr_dyn.foundation.errors import OptionError, PathLimitError
 from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Motion
-from lwr_dyn.model.shown import short_repr
+from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.limits import largest_violation
-from lwr_dyn.trajectory.references.tasks import Start
+from lwr_dyn.trajectory.references.joint_moves import Start, largest_violation
 
 BEFORE = 0.05
 """[s] At rest before the first step."""

@@ -10,8 +10,7 @@ from lwr_dyn.arms.export.data_file import data_file_text
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.model.chain import Rotor
-from lwr_dyn.model.dh import Convention
+from lwr_dyn.model.chain import Convention, Rotor
 from tests.agreement.test_foreign_arms import ROBOTS
 from tests.random_arms import random_arm
 from tests.tolerances import EXACT, METRES

@@ -12,7 +12,7 @@ from lwr_dyn.arms.export.dh_table import dh_table, residual
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
-from lwr_dyn.model.dh import Convention, JointKind
+from lwr_dyn.model.chain import Convention, JointKind
 from lwr_dyn.model.spatial import Pose, from_rpy
 from tests.agreement.test_foreign_arms import ROBOTS
 from tests.random_arms import arms

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.arms.export.screws import FAR, Normal, Screw, decomposed
+from lwr_dyn.arms.export.dh_table import FAR, Normal, Screw, decomposed
 from lwr_dyn.model.spatial import Pose, from_rpy
 from tests.random_arms import random_pose
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.arms.export.toml_text import ColumnText, literal, quoted, table_text
+from lwr_dyn.arms.export.data_file import ColumnText, literal, quoted, table_text
 
 
 @pytest.mark.hypothesis

@@ -8,8 +8,7 @@ import pytest
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, readings, robots, template
-from lwr_dyn.arms.papers.errata import apply_errata
-from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.arms.papers.reader import apply_errata, parse_paper
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 

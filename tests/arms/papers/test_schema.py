@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.schema import RESULTS, TABLES, Column, Erratum, Patch
-from lwr_dyn.arms.papers.units import UNITS
+from lwr_dyn.arms.papers.schema import RESULTS, TABLES, UNITS, Column, Erratum, Patch
 
 RULES = {f"{table}.{name}": rule for table, columns in TABLES.items() for name, rule in columns.items()}
 

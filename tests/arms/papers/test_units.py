@@ -7,7 +7,7 @@ import pytest
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.arms.papers.units import UNITS, to_si
+from lwr_dyn.arms.papers.schema import UNITS, to_si
 from lwr_dyn.foundation.errors import PaperError
 
 DEFINED = {

@@ -8,8 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.urdf.model_files import model_files
-from lwr_dyn.model.chain import Body
-from lwr_dyn.model.feasibility import is_physical
+from lwr_dyn.model.chain import Body, is_physical
 
 ABOUT_ORIGIN = {  # the same sheet's tensors about the frame origins, tensor convention [kg m^2]: moments, products
     1: ((0.294863503, 0.113500168, 0.25065343), {"xy": 0.007950225}),

@@ -9,9 +9,9 @@ import pinocchio as pin
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.carried import carried_xml
-from lwr_dyn.arms.urdf.provenance import provenance_text
+from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.arms.urdf.reader import read_urdf
+from lwr_dyn.arms.urdf.writer import carried_xml
 from lwr_dyn.model.spatial import Pose
 from tests.agreement.test_foreign_arms import ARMS, Foreign
 from tests.tolerances import EXACT, METRES

@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.foreign_xml import parse_xml
+from lwr_dyn.arms.urdf.parse import parse_xml
 from lwr_dyn.foundation.errors import UrdfError
 
 BODY = (

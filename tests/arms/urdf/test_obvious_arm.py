@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.obvious_arm import obvious_tip
 from lwr_dyn.arms.urdf.parse import parse_urdf
 from lwr_dyn.arms.urdf.reader import read_urdf
-from lwr_dyn.arms.urdf.tree import build_tree, with_held_joints
+from lwr_dyn.arms.urdf.tree import build_tree, obvious_tip, with_held_joints
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import OptionError, UrdfError
 from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.provenance import (
+from lwr_dyn.arms.urdf.model_files import (
     UNSOURCED,
     provenance_text,
     quantity_sources,

@@ -10,8 +10,7 @@ from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.foundation.errors import MissingDataError
-from lwr_dyn.model.chain import Body, lock_joint
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Body, JointKind, lock_joint
 from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written
 from tests.random_arms import random_arm
 from tests.tolerances import EXACT, METRES

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.elements import UNKNOWN_POSITION
+from lwr_dyn.arms.urdf.elements import UNKNOWN_POSITION, header, unknown_limits
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.arms.urdf.writer import urdf_text, urdf_with_sources
-from lwr_dyn.arms.urdf.xml_text import header, unknown_limits
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import from_rpy, to_rpy
 from tests.random_arms import arms

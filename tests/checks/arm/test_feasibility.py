@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.arm.feasibility import at_rest, feasibility_verdicts, missing_mass, not_judged
-from lwr_dyn.checks.arm.identities import EVALUATIONS, box_note, random_states, sampled_box, swing_verdict
+from lwr_dyn.checks.arm.model_laws import (
+    EVALUATIONS,
+    at_rest,
+    box_note,
+    feasibility_verdicts,
+    missing_mass,
+    not_judged,
+    random_states,
+    sampled_box,
+    swing_verdict,
+)
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.dynamics.protocol import singular_joint

@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.checks.arm import run_checks
-from lwr_dyn.checks.arm.identities import (
+from lwr_dyn.checks.arm.model_laws import (
     energy_drift,
     gravity_identity,
     mass_matrix_identities,

@@ -12,16 +12,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.checks.conventions.choices import CHOICES, LinkChoice, TableChoice, link_options
-from lwr_dyn.checks.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
-from lwr_dyn.checks.conventions.printed_table import TENSOR, PrintedTable
+from lwr_dyn.checks.conventions.hypotheses import frame_vectors, other_ends, shifted, with_rows_moved
+from lwr_dyn.checks.conventions.printed_table import (
+    CHOICES,
+    TENSOR,
+    LinkChoice,
+    PrintedTable,
+    TableChoice,
+    link_options,
+)
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import LinkConstants, link_constants
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.model.chain import Body, Chain, link_frames, with_bodies
-from lwr_dyn.model.dh import Convention
-from lwr_dyn.model.feasibility import is_physical
-from lwr_dyn.model.vectors import Matrix3, Vector
+from lwr_dyn.model.chain import Body, Chain, Convention, is_physical, link_frames, with_bodies
+from lwr_dyn.model.spatial import Matrix3, Vector
 from tests.checks.conventions.scrambled_tables import ScrambledTable, rounding_of_tensor, same_bodies
 
 ROOM = 2.0

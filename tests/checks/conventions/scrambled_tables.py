@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.checks.conventions.choices import AXES, LinkChoice, TableChoice, TableReading, moved_axes
 from lwr_dyn.checks.conventions.evidence import (
     DerivedNumber,
     Evidence,
@@ -21,12 +20,19 @@ from lwr_dyn.checks.conventions.evidence import (
     evidence_number,
     second_tensors,
 )
-from lwr_dyn.checks.conventions.frames import frame_vectors, other_ends
-from lwr_dyn.checks.conventions.printed_table import TENSOR, PrintedTable
+from lwr_dyn.checks.conventions.hypotheses import frame_vectors, other_ends
+from lwr_dyn.checks.conventions.printed_table import (
+    AXES,
+    TENSOR,
+    LinkChoice,
+    PrintedTable,
+    TableChoice,
+    TableReading,
+    moved_axes,
+)
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.model.chain import Body, Chain, link_frames, with_bodies
-from lwr_dyn.model.dh import Convention, DHRow, JointKind
+from lwr_dyn.model.chain import Body, Chain, Convention, DHRow, JointKind, link_frames, with_bodies
 from lwr_dyn.model.spatial import Pose, from_rpy
 
 KINDS = ("second tensors", "numbers", "both")

@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.conventions.choices import LinkChoice, LinkOptions, link_options
-from lwr_dyn.checks.conventions.frames import frame_vectors, other_ends, shifted, with_rows_moved
-from lwr_dyn.checks.conventions.hypotheses import shortfalls
-from lwr_dyn.checks.conventions.mirror import alike_links, mirror_misses
-from lwr_dyn.model.chain import Body
-from lwr_dyn.model.dh import Convention, JointKind
-from lwr_dyn.model.feasibility import is_physical
+from lwr_dyn.checks.conventions.hypotheses import (
+    alike_links,
+    frame_vectors,
+    mirror_misses,
+    other_ends,
+    shifted,
+    shortfalls,
+    with_rows_moved,
+)
+from lwr_dyn.checks.conventions.printed_table import LinkChoice, LinkOptions, link_options
+from lwr_dyn.model.chain import Body, Convention, JointKind, is_physical
 from lwr_dyn.model.spatial import Pose, from_rpy
 from tests.checks.conventions.identifiable import open_choices
 from tests.checks.conventions.scrambled_tables import same_bodies, scrambled_table

@@ -5,12 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.conventions.choices import CHOICES, TableChoice, link_options
-from lwr_dyn.checks.conventions.contributions import contribution_rows, number_rows
 from lwr_dyn.checks.conventions.evidence import DerivedNumber, evidence_number
-from lwr_dyn.checks.conventions.frames import other_ends
-from lwr_dyn.checks.conventions.printed_table import TENSOR
-from lwr_dyn.checks.conventions.search import allowances, fit_numbers
+from lwr_dyn.checks.conventions.hypotheses import other_ends
+from lwr_dyn.checks.conventions.printed_table import CHOICES, TENSOR, TableChoice, link_options
+from lwr_dyn.checks.conventions.search import allowances, contribution_rows, fit_numbers, number_rows
 from lwr_dyn.dynamics.newton_euler import Recursion
 from tests.checks.conventions.scrambled_tables import scrambled_table
 from tests.random_arms import random_arm

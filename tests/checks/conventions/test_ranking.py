@@ -7,18 +7,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.checks.conventions.criteria_text import lattice_warning
-from lwr_dyn.checks.conventions.decisions import decisions
-from lwr_dyn.checks.conventions.evidence import DerivedNumber, Evidence, evidence_number
-from lwr_dyn.checks.conventions.evidence_file import packaged_evidence
-from lwr_dyn.checks.conventions.global_maximum_check import global_maxima, off_lattice
+from lwr_dyn.checks.conventions.evidence import DerivedNumber, Evidence, evidence_number, packaged_evidence
 from lwr_dyn.checks.conventions.hypotheses import table_hypotheses
-from lwr_dyn.checks.conventions.joint_zero import same_motion, zero_readings
 from lwr_dyn.checks.conventions.printed_table import printed_table
-from lwr_dyn.checks.conventions.ranking import equally_plain, rank_readings
-from lwr_dyn.checks.conventions.ranking_text import ranking_text
-from lwr_dyn.model.dh import Convention
-from lwr_dyn.reproduction.results import printed_tables
+from lwr_dyn.checks.conventions.ranking import decisions, equally_plain, rank_readings
+from lwr_dyn.checks.conventions.ranking_text import global_maxima, lattice_warning, off_lattice, ranking_text
+from lwr_dyn.checks.datasheet.datasheet import same_motion, zero_readings
+from lwr_dyn.model.chain import Convention
+from lwr_dyn.reproduction.papers import printed_tables
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,7 @@ import pytest
 
 import lwr_dyn
 import lwr_dyn.arms.papers
-from lwr_dyn.checks.datasheet.envelope import working_envelope
-from lwr_dyn.checks.datasheet.envelope_arcs import EnvelopeArc
+from lwr_dyn.checks.datasheet.envelope import EnvelopeArc, working_envelope
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import JointLimits
 

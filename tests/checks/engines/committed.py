@@ -8,12 +8,10 @@ from pathlib import Path
 
 import lwr_dyn
 from lwr_dyn.arms.urdf.model_files import model_stem
-from lwr_dyn.checks.arm.identities import random_states
-from lwr_dyn.checks.engines.agreement import Agreement, agreement
-from lwr_dyn.checks.engines.child_process import Job, TriedStates, load_here
+from lwr_dyn.checks.arm.model_laws import random_states
+from lwr_dyn.checks.engines.child_process import Job, TriedStates, load_here, quiet
 from lwr_dyn.checks.engines.engine import EXACT, ArmInFile, is_installed
-from lwr_dyn.checks.engines.engine_prints import quiet
-from lwr_dyn.checks.engines.reference import FileReference
+from lwr_dyn.checks.engines.losses import Agreement, FileReference, agreement
 from lwr_dyn.model.arm import Arm
 
 MODELS = Path(__file__).resolve().parents[3] / "models"

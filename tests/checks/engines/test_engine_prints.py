@@ -2,7 +2,7 @@
 
 import os
 
-from lwr_dyn.checks.engines.engine_prints import one_line, quiet
+from lwr_dyn.checks.engines.child_process import one_line, quiet
 
 
 def test_prints_of_both_streams_are_kept(capfd):

@@ -2,9 +2,8 @@
 
 import pytest
 
-from lwr_dyn.arms.urdf.foreign_xml import parse_xml
-from lwr_dyn.checks.engines.engine import ArmInFile
-from lwr_dyn.checks.engines.features import FEATURES, variants, without_meshes, without_shapes, xml_of
+from lwr_dyn.arms.urdf.parse import parse_xml
+from lwr_dyn.checks.engines.engine import FEATURES, ArmInFile, variants, without_meshes, without_shapes, xml_of
 from tests.checks.engines.small_files import ROTOR, TWO
 
 SCOPE = ArmInFile(("j1", "j2"), "tool", (0.0, 0.0, -9.81))

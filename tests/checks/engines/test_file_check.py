@@ -7,8 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.checks.engines import file_check
-from lwr_dyn.checks.engines.file_check import file_verdicts
+from lwr_dyn.checks.engines import pinocchio_loader
+from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
 from tests.arms.export.test_data_file import FOREIGN, arm_named
 from tests.checks.engines.small_files import TWO
 
@@ -43,8 +43,8 @@ def test_a_misreading_is_seen(two, tmp_path, monkeypatch, before, after, fails):
     """Our reader is given another file than Pinocchio."""
     other = tmp_path / "other.urdf"
     other.write_text(TWO.replace(before, after), encoding="utf-8")
-    real = file_check.reference_of
-    monkeypatch.setattr(file_check, "reference_of", lambda path, *rest: real(other, *rest))
+    real = pinocchio_loader.reference_of
+    monkeypatch.setattr(pinocchio_loader, "reference_of", lambda path, *rest: real(other, *rest))
     verdicts, _ = file_verdicts(lwr_dyn.load(two))
     assert f"{fails}: {OWN}" in [v.name for v in verdicts if not v.holds]
 

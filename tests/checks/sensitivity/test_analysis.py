@@ -6,13 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.sensitivity.analysis import sensitivity
-from lwr_dyn.checks.sensitivity.closed_loops import closed_loops
-from lwr_dyn.checks.sensitivity.conclusions import Conclusion, conclusions
-from lwr_dyn.checks.sensitivity.result_tables import error_table
-from lwr_dyn.checks.sensitivity.simulated_task import simulated_task
-from lwr_dyn.checks.sensitivity.statics import shared_poses, statics_of
-from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim
+from lwr_dyn.checks.sensitivity.analysis import error_table, sensitivity
+from lwr_dyn.checks.sensitivity.closed_loops import Conclusion, closed_loops, conclusions, shared_poses, statics_of
+from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim, simulated_task
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.changed_arm import arm_with_scaled_inertia
 from lwr_dyn.trajectory.references.joint_moves import point_to_point

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.sensitivity.result_tables import error_table, notes
+from lwr_dyn.checks.sensitivity.analysis import error_table, notes
 
 TIPS = np.array([[1.0, 2.0], [4.0, np.nan]])
 

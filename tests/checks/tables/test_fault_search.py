@@ -1,6 +1,6 @@
 """Single faults that explain wrong cells."""
 
-from lwr_dyn.checks.tables.fault_search import corrections, exchanges, scale_or_sign
+from lwr_dyn.checks.tables.formulas import corrections, exchanges, scale_or_sign
 from lwr_dyn.model.printed_number import printed_number
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from lwr_dyn.checks.tables.csv_sheet import sheet_of_csv
 from lwr_dyn.checks.tables.rules import lint, lint_file
+from lwr_dyn.checks.tables.sheet import sheet_of_csv
 
 TABLE_VI = """Joint,K_P,K_D
 1,7310,292.4

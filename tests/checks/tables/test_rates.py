@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lwr_dyn.checks.tables.csv_sheet import sheet_of_csv
 from lwr_dyn.checks.tables.rules import lint
-from lwr_dyn.checks.tables.sheet import Sheet, SheetColumn, SheetTable
+from lwr_dyn.checks.tables.sheet import Sheet, SheetColumn, SheetTable, sheet_of_csv
 from lwr_dyn.checks.tables.toml_sheet import sheet_of_toml
 from lwr_dyn.foundation.errors import LwrDynError
 from tests.checks.tables.faulty_sheets import FAULTS, detection, false_alarms

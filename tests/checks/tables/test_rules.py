@@ -2,11 +2,10 @@
 
 import pytest
 
-from lwr_dyn.checks.tables.csv_sheet import sheet_of_csv
-from lwr_dyn.checks.tables.dimensions import unit_of
+from lwr_dyn.checks.tables.arithmetic import unit_of
+from lwr_dyn.checks.tables.formulas import equalities
 from lwr_dyn.checks.tables.rules import lint
-from lwr_dyn.checks.tables.sentences import equalities
-from lwr_dyn.checks.tables.sheet import TableError
+from lwr_dyn.checks.tables.sheet import TableError, sheet_of_csv
 from lwr_dyn.checks.tables.toml_sheet import sheet_of_toml
 
 

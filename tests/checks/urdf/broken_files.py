@@ -4,9 +4,8 @@ import random
 import re
 
 from lwr_dyn.checks.urdf.document import document_of
-from lwr_dyn.checks.urdf.grouping import grouped
 from lwr_dyn.checks.urdf.lint import lint_document
-from lwr_dyn.checks.urdf.sarif import sarif_record
+from lwr_dyn.checks.urdf.reports import grouped, sarif_record
 from tests.checks.urdf.box_arm import BoxArm
 
 NUMBERS = ("0", "-1", "1e308", "-1e308", "1e-320", "nan", "inf", "-inf", "1e15", "1e14", "-1e14", "9" * 400, "1,5",

@@ -10,8 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lwr_dyn.checks.urdf.document import document_of
-from lwr_dyn.checks.urdf.finding import SEVERITIES, UrdfFinding
+from lwr_dyn.checks.urdf.document import SEVERITIES, UrdfFinding, document_of
 from lwr_dyn.checks.urdf.lint import lint_document
 from tests.checks.urdf.fault_plants import FaultKind, FaultPlant, plants
 from tests.checks.urdf.judged_arms import JudgedArm

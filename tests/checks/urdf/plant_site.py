@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from lwr_dyn.checks.urdf.mesh_paths import mesh_path
+from lwr_dyn.checks.urdf.hulls import mesh_path
 
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 DIAGONAL, PRODUCTS = ("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz")

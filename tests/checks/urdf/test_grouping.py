@@ -1,5 +1,5 @@
-from lwr_dyn.checks.urdf.finding import UrdfFinding
-from lwr_dyn.checks.urdf.grouping import grouped
+from lwr_dyn.checks.urdf.document import UrdfFinding
+from lwr_dyn.checks.urdf.reports import grouped
 from lwr_dyn.checks.urdf.xml_tree import Place
 
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.urdf.bodies import primitive_points
-from lwr_dyn.checks.urdf.hull_measures import MassPoint, bound_ratio, log_distance, off_centre, outside, spread_ratios
 from lwr_dyn.checks.urdf.hulls import solid_hull
+from lwr_dyn.checks.urdf.judgement import primitive_points
+from lwr_dyn.checks.urdf.undoings import MassPoint, bound_ratio, log_distance, off_centre, outside, spread_ratios
 from tests.tolerances import EXACT
 
 SIZE = np.array([0.2, 0.3, 0.5])

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.urdf.bodies import primitive_points
 from lwr_dyn.checks.urdf.hulls import depth, directions, gap, reach_along, solid_hull, support_points
+from lwr_dyn.checks.urdf.judgement import primitive_points
 from tests.tolerances import EXACT
 
 TURN = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))[0]

@@ -3,8 +3,8 @@
 import pytest
 
 from lwr_dyn.checks.urdf import inertia_shape_rules as rules
-from lwr_dyn.checks.urdf.hull_measures import log_distance
 from lwr_dyn.checks.urdf.judgement import judgements
+from lwr_dyn.checks.urdf.undoings import log_distance
 from tests.checks.urdf.box_arm import BoxArm
 
 ARM = BoxArm()

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.urdf.bodies import bodies_of
-from lwr_dyn.checks.urdf.joint_slips import axis_slip, origin_slip
+from lwr_dyn.checks.urdf.judgement import bodies_of
+from lwr_dyn.checks.urdf.shape_rules import axis_slip, origin_slip
 from tests.checks.urdf.box_arm import BoxArm
 
 ARM = BoxArm()

@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from lwr_dyn.checks.urdf.lint_files import urdf_files
+from lwr_dyn.checks.urdf.reports import urdf_files
 from tests.checks.urdf.box_arm import BoxArm
 
 GOOD = BoxArm().text().replace('"0 1 0"', '"0 0 1"')

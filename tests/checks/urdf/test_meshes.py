@@ -5,10 +5,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from lwr_dyn.checks.urdf import meshes
-from lwr_dyn.checks.urdf.hulls import solid_hull
-from lwr_dyn.checks.urdf.mesh_cache import folder, keep_points, kept_points
-from lwr_dyn.checks.urdf.meshes import MeshPointsError, mesh_points
+from lwr_dyn.checks.urdf import hulls
+from lwr_dyn.checks.urdf.hulls import MeshPointsError, folder, keep_points, kept_points, mesh_points, solid_hull
 
 SIZE = (0.2, 0.3, 0.5)
 
@@ -16,7 +14,7 @@ SIZE = (0.2, 0.3, 0.5)
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "cache"))
-    meshes._points.cache_clear()
+    hulls._points.cache_clear()
 
 
 def box_file(tmp_path, ending, scale=1.0):
@@ -87,8 +85,8 @@ def test_what_is_no_mesh_says_so(tmp_path, name, content, said):
 def test_points_are_kept_by_content(tmp_path, monkeypatch):
     path = box_file(tmp_path, ".stl")
     first = mesh_points(path)
-    monkeypatch.setattr(meshes, "_read", None)  # reading again would fail
-    meshes._points.cache_clear()
+    monkeypatch.setattr(hulls, "_read", None)  # reading again would fail
+    hulls._points.cache_clear()
     again = tmp_path / "copy.stl"
     again.write_bytes(path.read_bytes())
     assert np.array_equal(mesh_points(again).points, first.points)
@@ -110,7 +108,7 @@ def test_a_damaged_file_of_the_cache_is_built_again(tmp_path, damage):
     kept = folder() / f"{good.digest}.points"
     content = kept.read_bytes()
     kept.write_bytes(damage)
-    meshes._points.cache_clear()
+    hulls._points.cache_clear()
     assert np.array_equal(mesh_points(path).points, good.points)
     assert kept.read_bytes() == content
 
@@ -119,7 +117,7 @@ def test_the_points_of_another_mesh_are_not_taken(tmp_path):
     one, two = box_file(tmp_path, ".stl"), box_file(tmp_path, ".obj", scale=3.0)
     first, second = mesh_points(one), mesh_points(two)
     (folder() / f"{first.digest}.points").write_bytes((folder() / f"{second.digest}.points").read_bytes())
-    meshes._points.cache_clear()
+    hulls._points.cache_clear()
     assert np.array_equal(mesh_points(one).points, first.points)
 
 

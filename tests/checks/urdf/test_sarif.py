@@ -6,7 +6,7 @@ import jsonschema
 import pytest
 
 from lwr_dyn.checks.urdf.lint import lint_file
-from lwr_dyn.checks.urdf.sarif import annotations, sarif_record, uri_of
+from lwr_dyn.checks.urdf.reports import annotations, sarif_record, uri_of
 from tests.checks.urdf.box_arm import BoxArm
 
 SCHEMA = json.loads((Path(__file__).parent / "sarif_2_1_0_part.json").read_text(encoding="utf-8"))

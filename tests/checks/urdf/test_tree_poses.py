@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.urdf.document import document_of
-from lwr_dyn.checks.urdf.tree_poses import POSES, link_poses
+from lwr_dyn.checks.urdf.document import POSES, document_of, link_poses
 from tests.checks.urdf.box_arm import BoxArm
 from tests.tolerances import EXACT
 

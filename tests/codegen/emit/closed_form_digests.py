@@ -10,8 +10,8 @@ import lwr_dyn
 from lwr_dyn.codegen.emit.c_file import c_files
 from lwr_dyn.codegen.emit.closed_form import NAME
 from lwr_dyn.codegen.emit.emission import emitted_arm
+from lwr_dyn.codegen.emit.functions import SinCosKind
 from lwr_dyn.codegen.emit.javascript_file import javascript_source
-from lwr_dyn.codegen.emit.straight_code import SinCosKind
 from tests.codegen.emit.digests import C_TOOLS, JS_TOOLS
 
 _STATE = """

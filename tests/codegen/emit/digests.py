@@ -7,10 +7,9 @@ of every result; NaN counts as one number, since processors differ in its sign.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lwr_dyn.codegen.emit.c_source import c_function, declaration, shared_functions
-from lwr_dyn.codegen.emit.functions import EmittedFunction
+from lwr_dyn.codegen.emit.c_file import c_function, declaration, shared_functions
+from lwr_dyn.codegen.emit.functions import EmittedFunction, emitted_code
 from lwr_dyn.codegen.emit.javascript_file import javascript_source
-from lwr_dyn.codegen.emit.straight_code import emitted_code
 
 C_TOOLS = """\
 #include <stdint.h>

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from lwr_dyn.codegen.emit.c_file import c_files
 from lwr_dyn.codegen.emit.closed_form import NAME
-from lwr_dyn.codegen.emit.compact import EXPANDED
 from lwr_dyn.codegen.emit.emission import EmittedArm
 from lwr_dyn.codegen.emit.functions import TemplateFunction
+from lwr_dyn.codegen.emit.further_functions import EXPANDED
 
 SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all")
 _TOOLS = """\

@@ -11,10 +11,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.emit.c_file import c_files
-from lwr_dyn.codegen.emit.emission import emitted_arm
-from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction
-from lwr_dyn.codegen.emit.identifiers import identifier
-from lwr_dyn.codegen.emit.straight_code import emitted_code
+from lwr_dyn.codegen.emit.emission import emitted_arm, identifier
+from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction, emitted_code
 from lwr_dyn.foundation.errors import OptionError
 from tests.codegen.emit.programs import program
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.emit.compact import COMPACT, DENSE, EXPANDED, compact_regressor, compact_result
 from lwr_dyn.codegen.emit.emission import emitted_arm
 from lwr_dyn.codegen.emit.functions import emitted_function
+from lwr_dyn.codegen.emit.further_functions import COMPACT, DENSE, EXPANDED, compact_regressor, compact_result
 from lwr_dyn.codegen.emit.javascript_file import javascript_source
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
 from lwr_dyn.dynamics.regressor import body_parameters

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from lwr_dyn.codegen.emit.c_source import c_function, declaration
-from lwr_dyn.codegen.emit.straight_code import emitted_code
+from lwr_dyn.codegen.emit.c_file import c_function, declaration
+from lwr_dyn.codegen.emit.functions import emitted_code
 from tests.codegen.emit.cortex import FLAGS, linked, run_lines
 from tests.codegen.emit.emitted_robots import ARMS, emitted_robot
 from tests.codegen.emit.programs import output, program

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.emit.emission import emitted_arm
-from lwr_dyn.codegen.emit.friction import TEXT
+from lwr_dyn.codegen.emit.further_functions import TEXT
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque, smooth_friction
 from tests.codegen.emit.shared_library import SharedLibrary

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction
-from lwr_dyn.codegen.emit.javascript import js_function
-from lwr_dyn.codegen.emit.javascript_file import javascript_source
-from lwr_dyn.codegen.emit.javascript_shared import shared_functions
-from lwr_dyn.codegen.emit.straight_code import emitted_code
+from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction, emitted_code
+from lwr_dyn.codegen.emit.javascript_file import javascript_source, js_function, shared_functions
 from tests.codegen.emit.emitted_robots import ARMS, DYNAMICS, emitted_robot
 from tests.codegen.emit.programs import output, program
 

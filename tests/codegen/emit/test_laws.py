@@ -9,14 +9,12 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.emit.emission import emitted_arm
 from lwr_dyn.codegen.emit.functions import EMITTED
+from lwr_dyn.codegen.emit.further_functions import STEP, step_function
 from lwr_dyn.codegen.emit.javascript_file import javascript_source
-from lwr_dyn.codegen.emit.laws import STEP, step_function
-from lwr_dyn.codegen.rollouts.laws.check import STEP as H
-from lwr_dyn.codegen.rollouts.laws.check import states_of
-from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS, law_form
-from lwr_dyn.codegen.rollouts.laws.no_form import NoKernelFormError
+from lwr_dyn.codegen.rollouts.law_forms import LAW_FORMS, NoKernelFormError, law_form, states_of
+from lwr_dyn.codegen.rollouts.law_forms import STEP as H
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.pid import PID
+from lwr_dyn.control.paper_laws import PID
 from lwr_dyn.control.protocol import reset
 from lwr_dyn.foundation.errors import MissingDataError
 from tests.codegen.emit.programs import program

@@ -6,8 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from lwr_dyn.codegen.emit.own_angles import angle_constants, with_own_angles
-from lwr_dyn.codegen.emit.restricted_c import c_text
+from lwr_dyn.codegen.emit.restricted_c import angle_constants, c_text, with_own_angles
 from tests.codegen.emit.programs import output, program
 
 LOOPS = """

@@ -5,8 +5,7 @@ import json
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.emit.cases import vectors_text
-from lwr_dyn.codegen.emit.emission import emitted_arm
+from lwr_dyn.codegen.emit.emission import emitted_arm, vectors_text
 from lwr_dyn.codegen.emit.javascript_file import js_files
 from tests.codegen.emit.programs import output, program
 

@@ -8,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels.batch import NotFiniteWarning
-from lwr_dyn.codegen.kernels.sincos import sincos
+from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from tests.codegen.kernels.evaluate import states
 
@@ -93,8 +93,7 @@ def test_angles_of_any_size_are_taken_off_whole_turns(dtype):
 def test_sine_and_cosine_are_good_to_the_last_digits():
     """One turning joint: its pose holds both."""
     from lwr_dyn.model.arm import Arm, JointLimits
-    from lwr_dyn.model.chain import Body, Chain, ChainLink
-    from lwr_dyn.model.dh import JointKind
+    from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind
     from lwr_dyn.model.spatial import Pose
 
     here = Pose.identity()

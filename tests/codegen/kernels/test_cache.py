@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels import cache, kernel
-from lwr_dyn.codegen.kernels.cache import CacheWarning
+from lwr_dyn.codegen.kernels import kernel
+from lwr_dyn.codegen.kernels.kernel import CacheWarning
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
+from lwr_dyn.codegen.rollouts import compiled_loop
 from lwr_dyn.codegen.rollouts import kernel as rollout_kernel
-from lwr_dyn.codegen.rollouts import whole_kernel
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.model.friction import symmetric
 
@@ -37,7 +37,7 @@ def folder(tmp_path, monkeypatch):
     """A cache of its own, and a process that has loaded nothing."""
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
     monkeypatch.setattr(kernel, "_loaded", {})
-    monkeypatch.setattr(cache, "_warned", set())
+    monkeypatch.setattr(kernel, "_warned", set())
     return tmp_path / "kernels"
 
 
@@ -82,14 +82,14 @@ def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
             assert np.array_equal(gravity(), right)
     else:
         assert np.array_equal(gravity(), right)
-        assert cache.read_cache(file.stem) is not None
+        assert kernel.read_cache(file.stem) is not None
 
 
 def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the_batch(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
     monkeypatch.setattr(kernel, "_loaded", {})
-    monkeypatch.setattr(cache, "_warned", set())
+    monkeypatch.setattr(kernel, "_warned", set())
     with pytest.warns(CacheWarning, match="this process compiles its own; name another folder in LWR_DYN_CACHE"):
         right = gravity()
     lwr_dyn.batch_dynamics(ARM).potential_energy(Q)  # no second warning: warnings are errors here
@@ -137,7 +137,7 @@ def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, pack
     makers = (
         (kernel, lambda: kernel.key_of(kernel_spec(ARM), "mass_matrix")),
         (rollout_kernel, lambda: rollout_kernel.key_of(SimpleNamespace(digest="0"), 8)),
-        (whole_kernel, lambda: whole_kernel.whole_key_of(SimpleNamespace(digest="0"))),
+        (compiled_loop, lambda: compiled_loop.whole_key_of(SimpleNamespace(digest="0"))),
     )
     for module, key in makers:
         before = key()
@@ -157,7 +157,7 @@ def test_the_folder_follows_the_users_cache(monkeypatch, tmp_path):
     monkeypatch.delenv("LWR_DYN_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(sys, "platform", "linux")
-    assert cache.cache_folder() == tmp_path / "lwr_dyn"
+    assert kernel.cache_folder() == tmp_path / "lwr_dyn"
 
 
 def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
@@ -168,67 +168,67 @@ def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
     def no_home():
         raise RuntimeError("Could not determine home directory.")
 
-    monkeypatch.setattr(cache.Path, "home", no_home)
-    assert cache.read_cache("a") is None
+    monkeypatch.setattr(kernel.Path, "home", no_home)
+    assert kernel.read_cache("a") is None
     with pytest.warns(CacheWarning, match="no home folder"):
-        cache.write_cache("a", {}, b"code")
+        kernel.write_cache("a", {}, b"code")
 
 
 def planted(folder, code=b"code"):
     """A kernel file as another user's process would write it: right in form, signed with another key."""
     content = b'{"symbol": "f"}\n' + code
     digest = hmac.digest(b"x" * 32, content, "sha256").hex().encode() + b"\n"
-    (folder / "a.kernel").write_bytes(cache._MARK + digest + content)
+    (folder / "a.kernel").write_bytes(kernel._MARK + digest + content)
     return folder / "a.kernel"
 
 
 def test_what_is_signed_with_another_key_is_not_read(folder):
-    cache.write_cache("a", {"symbol": "f"}, b"code")
-    assert cache.read_cache("a") == ({"symbol": "f"}, b"code")
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
+    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
     planted(folder)
-    assert cache.read_cache("a") is None
+    assert kernel.read_cache("a") is None
 
 
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o702])
 def test_a_folder_that_others_can_write_is_neither_read_nor_written(folder, mode):
-    cache.write_cache("a", {"symbol": "f"}, b"code")
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
     folder.chmod(mode)
-    assert cache.read_cache("a") is None
+    assert kernel.read_cache("a") is None
     with pytest.warns(CacheWarning, match=f"open to others: owner {os.getuid()}, mode {mode:o}"):
-        cache.write_cache("b", {"symbol": "f"}, b"code")
+        kernel.write_cache("b", {"symbol": "f"}, b"code")
     assert [p.name for p in folder.glob("*.kernel")] == ["a.kernel"]
     folder.chmod(0o755)  # others may read
-    assert cache.read_cache("a") is not None
+    assert kernel.read_cache("a") is not None
 
 
 def test_a_file_that_others_can_write_or_own_is_not_read(folder, monkeypatch):
-    cache.write_cache("a", {"symbol": "f"}, b"code")
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
     (folder / "a.kernel").chmod(0o666)
-    assert cache.read_cache("a") is None
+    assert kernel.read_cache("a") is None
     (folder / "a.kernel").chmod(0o644)
-    assert cache.read_cache("a") is not None
+    assert kernel.read_cache("a") is not None
     mine = os.getuid()
     monkeypatch.setattr(os, "getuid", lambda: mine + 1)
-    assert cache.read_cache("a") is None
+    assert kernel.read_cache("a") is None
 
 
 @pytest.mark.parametrize("content", [b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n"])
 def test_a_record_that_is_none_is_built_again(folder, content):
     folder.mkdir(mode=0o700)
-    (folder / "a.kernel").write_bytes(cache._MARK + cache._digest(content) + content)
-    assert cache.read_cache("a") is None
+    (folder / "a.kernel").write_bytes(kernel._MARK + kernel._digest(content) + content)
+    assert kernel.read_cache("a") is None
 
 
 def test_the_key_is_the_users_own_and_secret(folder, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
     key = tmp_path / "user" / "lwr_dyn" / "key"
-    assert cache._digest(b"x") == cache._digest(b"x")
+    assert kernel._digest(b"x") == kernel._digest(b"x")
     assert key.stat().st_mode & 0o777 == 0o600
     assert len(key.read_bytes()) == 32
     key.chmod(0o644)
     with pytest.raises(PermissionError):
-        cache._digest(b"x")
+        kernel._digest(b"x")
     key.chmod(0o600)
     key.write_bytes(b"short")
     with pytest.raises(FileAccessError, match="5 bytes; allowed: 32 secret bytes"):
-        cache._digest(b"x")
+        kernel._digest(b"x")

@@ -4,9 +4,9 @@ import casadi
 import numpy as np
 import pytest
 
+from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
 from lwr_dyn.codegen.kernels.machine_code import compiled, load
-from lwr_dyn.codegen.kernels.sincos import sincos
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 
 LANES = 8

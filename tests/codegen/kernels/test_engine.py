@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.gate import FUNCTIONS
+from lwr_dyn.dynamics.protocol import FUNCTIONS
 from lwr_dyn.foundation.errors import ShapeError, SingularMassError
 from tests.codegen.kernels.evaluate import states
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.checks.arm.identities import gravity_identity, mass_matrix_identities, random_states, velocity_identities
+from lwr_dyn.checks.arm.model_laws import gravity_identity, mass_matrix_identities, random_states, velocity_identities
 from lwr_dyn.checks.arm.run_checks import roads_agree
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
 from lwr_dyn.codegen.kernels.symbolic_functions import EXPRESSIONS

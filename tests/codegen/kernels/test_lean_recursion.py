@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.axis_frames import axis_frames, parameter_map
-from lwr_dyn.codegen.kernels.base_parameters import base_matrix
-from lwr_dyn.codegen.kernels.parameters import inertial_parameters
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
+from lwr_dyn.codegen.kernels.lean_recursion import axis_frames, base_matrix, parameter_map
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.model.vectors import Vector
+from lwr_dyn.model.spatial import Vector
 from tests.random_arms import random_arm
 from tests.slips import uncaught
 

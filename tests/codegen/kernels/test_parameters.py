@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
-from lwr_dyn.codegen.kernels.parameters import (
+from lwr_dyn.codegen.kernels.kernel_spec import (
     FRICTION,
+    FUNCTIONS,
     INPUTS,
     friction_parameters,
     inertial_parameters,

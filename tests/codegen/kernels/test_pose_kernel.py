@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels import pose_kernel
-from lwr_dyn.codegen.kernels.pose_step import pose_step
+from lwr_dyn.codegen.kernels.pose_source import pose_step
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.kinematics.pose_solver import search_ranges

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.pose_newton import curvature
+from lwr_dyn.codegen.kernels.pose_kernel import curvature
 from lwr_dyn.kinematics.forward import jacobian
 from lwr_dyn.kinematics.pose_search import pose_error
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of

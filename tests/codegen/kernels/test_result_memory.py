@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels import result_memory as module
-from lwr_dyn.codegen.kernels.result_memory import ALIGNMENT, LEAST, kept_bytes, result_memory
+from lwr_dyn.codegen.kernels import result_form as module
+from lwr_dyn.codegen.kernels.result_form import ALIGNMENT, LEAST, kept_bytes, result_memory
 from tests.codegen.kernels.evaluate import states
 
 SHAPE = (LEAST // 64, 8)

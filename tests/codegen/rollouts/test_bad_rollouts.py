@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.rollouts.kernel import room_for_record
-from lwr_dyn.codegen.rollouts.laws.no_form import NoKernelFormError
+from lwr_dyn.codegen.rollouts.law_forms import NoKernelFormError
 from lwr_dyn.foundation.errors import (
     LwrDynError,
     MissingDataError,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import inertial_parameters
-from lwr_dyn.codegen.rollouts.bodies_of_runs import arm_of_run, mass_matrices
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
+from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run, mass_matrices
 from tests.random_arms import random_arm
 
 

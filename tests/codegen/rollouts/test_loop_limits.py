@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.loop_limits import check_setup
-from lwr_dyn.control.laws.assumed_friction import arm_with_friction
+from lwr_dyn.codegen.rollouts.compiled_loop import check_setup
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.model.run import Motion
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import prepare
 from lwr_dyn.simulation.simulate import simulate
 

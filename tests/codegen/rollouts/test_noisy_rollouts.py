@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.codegen.rollouts.kernel import BLOCK
 from lwr_dyn.codegen.rollouts.philox import normal_numbers
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 
 ARM = lwr_dyn.load("lwr4plus", reading="physical")
 LAW = lwr_dyn.controller("pd-gravity", ARM)

@@ -3,10 +3,10 @@
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import inertial_parameters
-from lwr_dyn.codegen.rollouts.bodies_of_runs import arm_of_run
-from lwr_dyn.codegen.rollouts.figures import figures_of
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
+from lwr_dyn.codegen.rollouts.result import figures_of
+from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run
+from lwr_dyn.simulation.plant import Encoder
 from tests.codegen.rollouts.test_rollouts import ARM, IST, OWN, perturbed
 from tests.random_arms import random_arm
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import inertial_parameters
-from lwr_dyn.codegen.rollouts.figures import figures_of
+from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
+from lwr_dyn.codegen.rollouts.result import figures_of
 from lwr_dyn.codegen.rollouts.rollouts import rollouts
 
 ARM = lwr_dyn.load("lwr4plus")

@@ -4,11 +4,10 @@ import casadi
 import numpy as np
 import pytest
 
-from lwr_dyn.codegen.rollouts.counted_encoder import CountedEncoder
-from lwr_dyn.codegen.rollouts.philox import normal_numbers, uniform_numbers
-from lwr_dyn.codegen.rollouts.sensing import encoder_reading, late_command, normals, rounded
+from lwr_dyn.codegen.rollouts.philox import CountedEncoder, normal_numbers, uniform_numbers
+from lwr_dyn.codegen.rollouts.step import encoder_reading, late_command, normals, rounded
 from lwr_dyn.simulation.loops import delayed
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 
 N, SAMPLES, RATE = 3, 60, 500.0
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from lwr_dyn.codegen.rollouts.small_turn import LARGEST, turned
 from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicAngle
+from lwr_dyn.codegen.rollouts.symbolic_plant import LARGEST, turned
 
 
 def test_the_series_are_exact_up_to_the_largest_turn():

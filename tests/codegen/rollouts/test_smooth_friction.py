@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import friction_parameters
-from lwr_dyn.codegen.rollouts import smooth_friction as ours
+from lwr_dyn.codegen.kernels.kernel_spec import friction_parameters
+from lwr_dyn.codegen.rollouts import symbolic_plant as ours
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction, smooth_friction
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED, chosen_friction
-from lwr_dyn.simulation.options import SimulationOptions, friction_rate
 from lwr_dyn.simulation.plant import plant_of
+from lwr_dyn.simulation.setup import SimulationOptions, friction_rate
 from tests.slips import uncaught
 
 WAM = lwr_dyn.load("wam7")

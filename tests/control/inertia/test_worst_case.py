@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inertia.maxima import JointInertia, diagonal, with_joint_values
-from lwr_dyn.control.inertia.worst_case import worst_case_inertia, worst_case_inertias
+from lwr_dyn.control.inertia.worst_case import (
+    JointInertia,
+    diagonal,
+    with_joint_values,
+    worst_case_inertia,
+    worst_case_inertias,
+)
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import JointLimits

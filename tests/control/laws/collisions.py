@@ -13,17 +13,16 @@ from functools import cache
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import payload_parameters
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
+from lwr_dyn.codegen.kernels.kernel_spec import payload_parameters
 from lwr_dyn.control.laws.collision_threshold import OFFSET, PAYLOAD, motion_threshold
-from lwr_dyn.control.laws.momentum_observer import MomentumObserver
-from lwr_dyn.control.laws.observed import observed
+from lwr_dyn.control.laws.observer import MomentumObserver, observed
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.control.velocity import FilteredDifference
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Motion
-from lwr_dyn.simulation.environment.push import Push
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.environment.walls_and_pushes import Push
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 

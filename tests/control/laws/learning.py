@@ -6,8 +6,8 @@ import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.sensors import Encoder
-from lwr_dyn.trajectory.references.twice import part_of
+from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.trajectory.references.ist import part_of
 from tests.control.laws.lyapunov import ARM, LOAD, missing_load
 
 MODEL, PLANT, THETA = lwr_dyn.dynamics_of(ARM), lwr_dyn.dynamics_of(LOAD).ungated, missing_load()

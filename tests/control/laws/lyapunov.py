@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
+from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from lwr_dyn.model.changed_arm import arm_with_payload
 
 ARM = lwr_dyn.load("lwr4plus", reading="physical")

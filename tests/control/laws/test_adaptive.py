@@ -7,16 +7,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.gains import gravity_stiffness
 from lwr_dyn.control.laws import adaptive
-from lwr_dyn.control.laws.adapted_parameters import AdaptedParameters, scaled_gains
-from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
-from lwr_dyn.control.linear_feedback import gravity_stiffness
+from lwr_dyn.control.laws.adaptive import AdaptedParameters, SlotineLiRegressor, scaled_gains
 from lwr_dyn.control.protocol import WithMemory, describe
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
-from lwr_dyn.trajectory.references.ist import ist_clear_reference
+from lwr_dyn.trajectory.references.ist import Twice, ist_clear_reference
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from lwr_dyn.trajectory.references.twice import Twice
 from tests.control.laws.learning import (
     COULOMB,
     ELASTIC,

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.cartesian_impedance import SLOWEST, CartesianImpedance
+from lwr_dyn.control.laws.impedance import SLOWEST, CartesianImpedance
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.kinematics.forward import jacobian
 from tests.control.laws.written_out import ARM, REGULAR, ROAD_A, ROAD_B, cartesian_impedance, slope, states, tip_inertia
 from tests.slips import uncaught
 
 K, XI, W, D = np.array([2000.0, 1500.0, 1000.0, 150.0, 150.0, 150.0]), 0.7, 12.0, 20.0
-MODULE = "lwr_dyn.control.laws.cartesian_impedance"
+MODULE = "lwr_dyn.control.laws.impedance"
 SLIPS = (
     ("error, late = q_ref - q, dq_ref - dq", "error, late = q - q_ref, dq_ref - dq"),
     ("error, late = q_ref - q, dq_ref - dq", "error, late = q_ref - q, -dq"),

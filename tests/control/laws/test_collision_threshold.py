@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inverse_dynamics import InverseDynamics
 from lwr_dyn.control.laws.collision_threshold import (
     OFFSET,
     SIGMAS,
@@ -15,10 +14,11 @@ from lwr_dyn.control.laws.collision_threshold import (
     friction_level,
     motion_threshold,
 )
-from lwr_dyn.control.laws.observed import observed
+from lwr_dyn.control.laws.observer import observed
+from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.changed_arm import arm_with_payload
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from tests.control.laws.collisions import PLACES, pushes, table
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics

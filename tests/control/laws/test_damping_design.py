@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.control.laws.damping_design import modes, no_torque_known
+from lwr_dyn.control.gains import modes, no_torque_known
 from lwr_dyn.kinematics.forward import jacobian
 from tests.control.laws.written_out import ARM, REGULAR, ROAD_B, designed_damping, tip_inertia
 from tests.slips import uncaught
@@ -36,7 +36,7 @@ def check(module):
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.damping_design", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.gains", SLIPS, check)
 
 
 def test_at_a_singular_pose_all_parts_stay_bounded():

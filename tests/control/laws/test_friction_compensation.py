@@ -8,9 +8,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller, split_name
+from lwr_dyn.control.gains import Linearised
 from lwr_dyn.control.laws import friction_compensation
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
-from lwr_dyn.control.linear_feedback import Linearised
 from lwr_dyn.control.protocol import WithMemory, describe, reset
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric

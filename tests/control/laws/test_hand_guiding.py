@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.hand_guiding import HandGuiding
+from lwr_dyn.control.laws.friction_compensation import HandGuiding
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.friction import smooth_friction
 from tests.control.laws.written_out import REGULAR, states
@@ -40,7 +40,7 @@ def check(law):
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.hand_guiding", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.laws.friction_compensation", SLIPS, check)
 
 
 def test_a_motion_left_alone_fades_at_the_rate(arm):

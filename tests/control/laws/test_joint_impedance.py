@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.joint_impedance import JointImpedance
+from lwr_dyn.control.laws.impedance import JointImpedance
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from tests.control.laws.written_out import ARM, REGULAR, ROAD_A, ROAD_B, carried, joint_impedance, slope, states
 from tests.slips import uncaught
 
 K, XI = np.array([900.0, 800.0, 500.0, 400.0, 90.0, 60.0, 40.0]), 0.7
-MODULE = "lwr_dyn.control.laws.joint_impedance"
+MODULE = "lwr_dyn.control.laws.impedance"
 SLIPS = (
     ("self.stiffness * (q_ref - q)", "self.stiffness * (q - q_ref)"),
     ("self.stiffness * (q_ref - q)", "self._root * (q_ref - q)"),

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.momentum_observer import MomentumObserver
+from lwr_dyn.control.laws.observer import MomentumObserver
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.changed_arm import arm_with_payload
-from lwr_dyn.simulation.environment.push import Push
+from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics
 from tests.slips import uncaught
 from tests.tolerances import OBSERVER_SHARE
 
-MODULE = "lwr_dyn.control.laws.momentum_observer"
+MODULE = "lwr_dyn.control.laws.observer"
 NOTHING = 1e-4
 """[N m] What the trapezoid of b leaves in half a second of a fast movement: 1e-5; an Euler step leaves 1e-2."""
 POSE = np.array([0.3, 0.8, -0.2, -1.2, 0.4, 0.7, 0.1])

@@ -7,9 +7,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.gains import Linearised
 from lwr_dyn.control.laws.motor_side import MotorSide
-from lwr_dyn.control.linear_feedback import Linearised
-from lwr_dyn.control.pid import PID
+from lwr_dyn.control.paper_laws import PID
 from lwr_dyn.control.protocol import JointReadings, WithJointSensors, describe, reset
 from lwr_dyn.design.elastic_loop import ElasticArm, at_rest, continuous_poles
 from lwr_dyn.foundation.errors import MissingDataError, OptionError

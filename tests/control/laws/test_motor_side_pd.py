@@ -7,18 +7,18 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.laws.motor_side_pd import MotorSidePD, tuned_motor_side_pd
-from lwr_dyn.control.linear_feedback import Linearised
+from lwr_dyn.control.gains import Linearised
+from lwr_dyn.control.laws.motor_side import MotorSidePD, tuned_motor_side_pd
 from lwr_dyn.control.protocol import JointReadings, WithJointSensors, WithMemory, describe
 from lwr_dyn.design.elastic_loop import ElasticArm, continuous_poles
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
-from lwr_dyn.model.elasticity import JointElasticity
+from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import joint_waves
 from tests.slips import uncaught
 
 WORST_CASE = np.array([3.00451, 2.99244, 0.60745, 0.59539, 0.16877, 0.16404, 0.16048])
-LAW = "lwr_dyn.control.laws.motor_side_pd"
+LAW = "lwr_dyn.control.laws.motor_side"
 RNG = np.random.default_rng(26)
 q, dq, theta, dtheta, gear = RNG.uniform(-1, 1, (5, 7)) * [[1.0], [1.0], [1.0], [1.0], [30.0]]
 FIRST, SECOND = RNG.uniform(-1, 1, (2, 3, 7))
@@ -100,7 +100,7 @@ def close(found, expected):
 
 
 def test_the_law_is_the_written_one():
-    import lwr_dyn.control.laws.motor_side_pd as law
+    import lwr_dyn.control.laws.motor_side as law
 
     check(law)
 

@@ -24,4 +24,4 @@ def check(module):
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.moving_equilibrium", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.laws.impedance", SLIPS, check)

@@ -6,11 +6,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.laws.collision_threshold import CollisionThreshold
-from lwr_dyn.control.laws.momentum_observer import MomentumObserver
-from lwr_dyn.control.laws.observed import observed
+from lwr_dyn.control.laws.observer import MomentumObserver, observed
 from lwr_dyn.control.protocol import JointReadings
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.simulation.environment.push import Push
+from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import joint_waves, lwr, lwr_dynamics
 from tests.slips import uncaught
@@ -162,4 +161,4 @@ SLIPS = (
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.observed", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.laws.observer", SLIPS, check)

@@ -7,9 +7,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
+from lwr_dyn.control.gains import gravity_stiffness
 from lwr_dyn.control.laws import robust
-from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
-from lwr_dyn.control.linear_feedback import gravity_stiffness
+from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from lwr_dyn.control.protocol import describe
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.changed_arm import arm_with_payload

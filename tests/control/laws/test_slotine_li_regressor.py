@@ -5,8 +5,8 @@ import pinocchio
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws import slotine_li_regressor
-from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
+from lwr_dyn.control.laws import adaptive
+from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.changed_arm import arm_with_payload
 from tests.control.laws.mixed_recursion import mixed_regressor
@@ -49,11 +49,11 @@ SLIPS = [
 
 
 def test_it_is_b_c_and_g():
-    check_against_b_c_and_g(slotine_li_regressor)
+    check_against_b_c_and_g(adaptive)
 
 
 def test_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.slotine_li_regressor", SLIPS, check_against_b_c_and_g)
+    assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_against_b_c_and_g)
 
 
 @pytest.mark.parametrize("name", ARMS)

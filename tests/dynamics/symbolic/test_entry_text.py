@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.symbolic.entry_text import entry_text, named_entries, symbolic_entries
+from lwr_dyn.dynamics.symbolic.equation_forms import entry_text, named_entries, symbolic_entries
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from tests.dynamics.symbolic.evaluated import evaluated, state_letters
 from tests.random_arms import random_arm

@@ -10,12 +10,9 @@ from matplotlib.mathtext import MathTextParser
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.protocol import Dynamics
-from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion, symbolic_links
-from lwr_dyn.dynamics.symbolic.compiled_equations import compile_equations
-from lwr_dyn.dynamics.symbolic.equation_text import equations_latex, equations_text
-from lwr_dyn.dynamics.symbolic.lagrangian import euler_lagrange, reduced_chain
-from lwr_dyn.dynamics.symbolic.link_motion import Variables
-from lwr_dyn.dynamics.symbolic.trigonometry import normal_form, readable
+from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion, euler_lagrange, reduced_chain, symbolic_links
+from lwr_dyn.dynamics.symbolic.equation_forms import compile_equations, equations_latex, equations_text
+from lwr_dyn.dynamics.symbolic.link_motion import Variables, normal_form, readable
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from tests.random_arms import random_arm
 

@@ -7,9 +7,8 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.identification.report.parameter_rows import ShownParameter
-from lwr_dyn.identification.report.shown_fit import ShownFit
-from lwr_dyn.identification.report.torque_charts import ShownRecording
+from lwr_dyn.identification.report.charts import ShownRecording
+from lwr_dyn.identification.report.shown_fit import ShownFit, ShownParameter
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric

@@ -9,14 +9,14 @@ import lwr_dyn
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.fit_values import (
+from lwr_dyn.identification.report.charts import rms_of
+from lwr_dyn.identification.report.motion_report import (
     MOST_RECORDINGS,
     drawn_fit,
     full_parameters,
     link_parameters,
     parameter_rows,
 )
-from lwr_dyn.identification.report.torque_charts import rms_of
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from lwr_dyn.identification.report.line_plane import band_path, dots_path, grid_path, line_path, plane_html
-from lwr_dyn.pages.plotting.axes import Axis
+from lwr_dyn.identification.report.charts import band_path, dots_path, grid_path, line_path, plane_html
+from lwr_dyn.pages.figures.figure import Axis
 
 X, Y = Axis(0.0, 10.0, (0.0, 5.0, 10.0)), Axis(-1.0, 1.0, (-1.0, 0.0, 1.0))
 

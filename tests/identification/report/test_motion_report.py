@@ -9,14 +9,11 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_rule import MotionRule
+from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.fit_values import link_parameters
-from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import report_html
-from lwr_dyn.identification.report.table_section import table_card
+from lwr_dyn.identification.report.motion_report import link_parameters, motion_shown
+from lwr_dyn.identification.report.report_page import report_html, table_card
 from lwr_dyn.model.chain import with_bodies
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log
 

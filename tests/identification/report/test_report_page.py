@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from lwr_dyn.identification.report import report_page
-from lwr_dyn.identification.report.friction_charts import friction_maps_html
-from lwr_dyn.identification.report.inertia_ellipsoids import ellipsoid_matrix
-from lwr_dyn.identification.report.parameter_rows import ShownParameter, link_table, parameter_table_html
+from lwr_dyn.identification.report.charts import friction_maps_html, rms_of, torque_rows_html
 from lwr_dyn.identification.report.report_page import report_html, write_report
-from lwr_dyn.identification.report.torque_charts import rms_of, torque_rows_html
+from lwr_dyn.identification.report.shown_fit import ShownParameter, ellipsoid_matrix, link_table, parameter_table_html
 from lwr_dyn.kinematics.forward import flange_pose, frames
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting

@@ -6,12 +6,10 @@ KUKA, ABB, Staubli, Doosan, UFACTORY, Kinova, Unitree: lengths of the makers' dr
 
 import numpy as np
 
-from lwr_dyn.kinematics.branches import wrap
-from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.numeric import search
+from lwr_dyn.kinematics.inverse import inverse_kinematics, search
+from lwr_dyn.kinematics.solution import wrap
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Chain, ChainLink
-from lwr_dyn.model.dh import JointKind
+from lwr_dyn.model.chain import Chain, ChainLink, JointKind
 from lwr_dyn.model.spatial import Pose, from_rpy
 
 UR_ALPHA = (90, 0, 0, 90, -90, 0)

@@ -8,8 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingPackageError
-from lwr_dyn.kinematics.branches import wrap
 from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.solution import wrap
 from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
 ARM = six_joint_arm("ur10e")

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.six_joints.six_joint_geometry import planar_arm, require_wrist_arm, six_axes, wrist_arm_geometry
+from lwr_dyn.kinematics.six_joints.spherical_wrist import planar_arm, require_wrist_arm, six_axes, wrist_arm_geometry
 from tests.random_arms import random_arm
 
 KR30 = lwr_dyn.load("kr30ha")

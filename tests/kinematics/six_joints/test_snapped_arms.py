@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.branches import wrap
-from lwr_dyn.kinematics.six_joints.six_joint_branches import SixJointBranches
-from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_pose
-from lwr_dyn.kinematics.solution import PoseProblem
+from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_snapped
+from lwr_dyn.kinematics.six_joints.spherical_wrist import SixJointBranches
+from lwr_dyn.kinematics.solution import PoseProblem, wrap
 from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
 
 SOLVED = 1e-11
@@ -105,5 +104,5 @@ def test_a_closed_form_that_finds_nothing_is_out_of_reach():
     arm = six_joint_arm("ur10e")
     nothing = SixJointBranches(np.full((1, 8, 6), np.nan), np.full((1, 8), 0.25), np.ones((1, 8, 3)))
     problem = PoseProblem(arm, np.eye(4))
-    result = solve_pose(lambda *given: nothing, problem, snapped_arm(arm.chain, 4))
+    result = solve_snapped(lambda *given: nothing, problem, snapped_arm(arm.chain, 4))
     assert (result.status, result.distance) == ("out of reach", 0.25)

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.branches import BRANCHES, joint_ranges, wrap
-from lwr_dyn.kinematics.six_joints.six_joint_branches import NEAR_SINGULAR
-from lwr_dyn.kinematics.six_joints.six_joint_geometry import require_wrist_arm, wrist_arm_geometry
-from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches, closed_form
+from lwr_dyn.kinematics.six_joints.spherical_wrist import (
+    NEAR_SINGULAR,
+    all_branches,
+    closed_form,
+    require_wrist_arm,
+    wrist_arm_geometry,
+)
+from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 
 FOUND = 1e-9
 """[rad] Largest error of a recovered q, at least 1e-5 from every singularity; sqrt of it is lost nearer."""

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.branches import joint_ranges, wrap
-from lwr_dyn.kinematics.six_joints.six_joint_branches import NEAR_SINGULAR
-from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm
-from lwr_dyn.kinematics.six_joints.three_parallel import closed_form
+from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, three_parallel_closed_form
+from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR
+from lwr_dyn.kinematics.solution import joint_ranges, wrap
 from tests.kinematics.six_joints.six_joint_arms import PARALLEL, six_joint_arm
 
 POSE, FOUND = 1e-11, 1e-8
@@ -19,7 +18,7 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
     arm = six_joint_arm(name)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (2000, 6))
     T = lwr_dyn.forward_kinematics(arm, q)
-    result = closed_form(snapped_arm(arm.chain, 4).geometry, joint_ranges(arm), T)
+    result = three_parallel_closed_form(snapped_arm(arm.chain, 4).geometry, joint_ranges(arm), T)
     gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
     gap = np.where(np.isnan(gap), np.inf, gap)
     nearest = gap.argmin(axis=1)

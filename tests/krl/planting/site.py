@@ -11,9 +11,8 @@ from functools import lru_cache
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.language.statements import Statement
-from lwr_dyn.krl.names.predefined import FUNCTIONS
-from lwr_dyn.krl.project.module import Module
-from lwr_dyn.krl.project.project import Project
+from lwr_dyn.krl.names.known_names import FUNCTIONS
+from lwr_dyn.krl.project.project import Module, Project
 
 _HEAD = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEF|DEFFCT\s+\w+(?:\s*\[[\d, ]*\])?)\s+(\w+)\s*\(([^)]*)\)", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z_$][A-Za-z0-9_$]*")

@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language.source import parse_text
-from lwr_dyn.krl.project.module import Module
 from lwr_dyn.krl.project.program import program_in
-from lwr_dyn.krl.project.project import Project
+from lwr_dyn.krl.project.project import Module, Project
 from tests.krl.planting.kinds import KINDS, FaultKind
 from tests.krl.planting.site import PlantedFault, PlantSite, SeededProject
 

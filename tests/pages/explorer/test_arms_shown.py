@@ -6,9 +6,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels import kernel
 from lwr_dyn.model.chain import with_payload
-from lwr_dyn.pages.explorer.arms_shown import beside_each_other, readings_shown, shown_records
-from lwr_dyn.pages.explorer.number_tables import link_columns
+from lwr_dyn.pages.explorer.arm_html import link_columns
 from lwr_dyn.pages.explorer.page import write_explorer
+from lwr_dyn.pages.explorer.page_data import beside_each_other, readings_shown, shown_records
 from tests.headless import logs
 from tests.pages.explorer.explored import explored_arm, opened
 

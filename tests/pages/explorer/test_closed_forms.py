@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.symbolic.entry_text import named_entries
-from lwr_dyn.pages.explorer.closed_forms import _read, closed_forms, length_values, letter_values
+from lwr_dyn.dynamics.symbolic.equation_forms import named_entries
+from lwr_dyn.pages.explorer.page_data import _read, closed_forms, length_values, letter_values
 from tests.dynamics.symbolic.evaluated import LETTER, evaluated, state_letters
 from tests.pages.explorer.explored import COMMITTED, explored_arm
 

@@ -7,8 +7,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels import kernel
 from lwr_dyn.foundation.errors import MissingPackageError
-from lwr_dyn.pages.explorer.computing import function_sets, functions_script
-from lwr_dyn.pages.explorer.page import explorer_html
+from lwr_dyn.pages.explorer.page import explorer_html, function_sets, functions_script
 
 
 @pytest.fixture

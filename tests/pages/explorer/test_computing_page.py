@@ -9,9 +9,8 @@ import pytest
 from selenium.webdriver.support.ui import WebDriverWait
 
 import lwr_dyn
-from lwr_dyn.pages.explorer import computing
-from lwr_dyn.pages.explorer.computing import BUNDLE, functions_script, three_bundle
-from lwr_dyn.pages.explorer.page import explorer_html, write_explorer
+from lwr_dyn.pages.explorer import page as computing
+from lwr_dyn.pages.explorer.page import BUNDLE, explorer_html, functions_script, three_bundle, write_explorer
 from tests.headless import logs
 from tests.pages.explorer.by_hand import pulled
 from tests.pages.explorer.explored import explored_arm, opened

@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
-from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.control.paper_laws import PDGravity
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.pages.explorer.page import write_explorer
 from tests.pages.explorer.explored import explored_arm, opened

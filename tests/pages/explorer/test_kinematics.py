@@ -9,8 +9,7 @@ import lwr_dyn
 from lwr_dyn.kinematics.forward import frames
 from lwr_dyn.model.spatial import Pose, from_rpy, to_rpy
 from lwr_dyn.pages.explorer.page_data import arm_record
-from lwr_dyn.pages.replay.page_parts import resource_text
-from lwr_dyn.pages.replay.scene import column_major
+from lwr_dyn.pages.replay.replay_page import column_major, resource_text
 from tests.pages.explorer.explored import NAMES, explored_arm
 from tests.tolerances import METRES
 

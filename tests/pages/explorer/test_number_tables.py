@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.explorer.number_tables import NumberCell, NumberColumn, joint_columns, link_columns, table
+from lwr_dyn.pages.explorer.arm_html import NumberCell, NumberColumn, joint_columns, link_columns, table
 from tests.pages.explorer.explored import NAMES, explored_arm
 
 

@@ -7,8 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.forward import frames
-from lwr_dyn.pages.explorer.computing import three_bundle
-from lwr_dyn.pages.explorer.page import explorer_html, write_explorer
+from lwr_dyn.pages.explorer.page import explorer_html, three_bundle, write_explorer
 from tests.axe import SCREENS, seen, sideways, violations
 from tests.headless import logs, screenshot
 from tests.pages.explorer.explored import explored_arm, opened

@@ -7,8 +7,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.pages.explorer.arms_shown import readings_shown, shown_records
-from lwr_dyn.pages.explorer.page_data import arm_record, body_record, slider_ranges, start_pose
+from lwr_dyn.pages.explorer.page_data import (
+    arm_record,
+    body_record,
+    readings_shown,
+    shown_records,
+    slider_ranges,
+    start_pose,
+)
 from tests.pages.explorer.explored import NAMES, explored_arm
 
 

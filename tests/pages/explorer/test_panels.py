@@ -7,8 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
-from lwr_dyn.pages.explorer.arms_shown import other_readings
 from lwr_dyn.pages.explorer.page import write_explorer
+from lwr_dyn.pages.explorer.page_data import other_readings
 from tests.pages.explorer.explored import explored_arm, opened
 
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])

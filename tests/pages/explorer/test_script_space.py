@@ -5,7 +5,7 @@ from importlib.resources import files
 
 import pytest
 
-from lwr_dyn.pages.explorer.script_space import without_space
+from lwr_dyn.pages.explorer.page import without_space
 
 SHORTENED = {
     'say("a  // b", `c  ${ d }  // e`);': 'say("a  // b",`c  ${d}  // e`);',

@@ -66,7 +66,7 @@ def test_embed_keeps_the_page_in_the_cell_and_writes_nothing(arm, notebook, fold
 
 
 def test_without_matplotlib_there_is_no_picture(arm, notebook, monkeypatch):
-    monkeypatch.setattr("lwr_dyn.pages.explorer.still.find_spec", lambda name: None)
+    monkeypatch.setattr("lwr_dyn.pages.explorer.shown.find_spec", lambda name: None)
     assert set(lwr_dyn.show(arm)._repr_mimebundle_()) == {"text/html", "text/plain"}
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.pages.explorer.slips import differing_numbers, slips_record
+from lwr_dyn.pages.explorer.page import differing_numbers, slips_record
 
 
 @pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "kr30ha"])

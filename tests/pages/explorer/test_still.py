@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lwr_dyn.pages.explorer.still import arm_still
+from lwr_dyn.pages.explorer.shown import arm_still
 from tests.pages.explorer.explored import explored_arm
 
 

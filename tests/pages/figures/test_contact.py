@@ -5,9 +5,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.pages.figures.contact import contact_figure, pressing_and_drag
+from lwr_dyn.pages.figures.run_figures import contact_figure, pressing_and_drag
 from lwr_dyn.pages.plotting.plots import figure_bytes
-from lwr_dyn.simulation.environment.wall import Wall
+from lwr_dyn.simulation.environment.walls_and_pushes import Wall
 from tests.simulation.environment.test_wall import ARM, POSE, TIP
 
 

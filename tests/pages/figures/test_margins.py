@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.design.loop_response import loop_gain, single_loops
+from lwr_dyn.design.loop_margins import loop_gain, single_loops
 from lwr_dyn.design.margins import margins
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.pages.figures.margins import ACROSS, loop_curves, picture_writer, pose_map

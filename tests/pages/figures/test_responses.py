@@ -8,8 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.plotting.axes import frequency_axis
-from lwr_dyn.simulation.responses.text import response_lines
+from lwr_dyn.pages.figures.figure import frequency_axis
+from lwr_dyn.simulation.responses.step_and_chirp import response_lines
 from tests.json_schemas import faults
 from tests.simulation.responses.loops import ARM, answered
 

@@ -15,9 +15,9 @@ from lwr_dyn.foundation.registry import Registry
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.friction.identify_friction import identify_friction
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.model import shown
+from lwr_dyn.model import run as shown
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.model.shown import NOTEBOOK_FORMS, short_repr
+from lwr_dyn.model.run import NOTEBOOK_FORMS, short_repr
 from lwr_dyn.pages.notebook import forms
 from lwr_dyn.reproduction.paper_study import Reproduction
 from lwr_dyn.simulation.metrics import metrics

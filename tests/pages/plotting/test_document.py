@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from lwr_dyn.pages.plotting import document
-from lwr_dyn.pages.plotting.document import POLICY, document_html
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replay_page import POLICY, document_html
 
 
 def test_names_are_escaped_and_nothing_is_loaded():
@@ -25,5 +25,5 @@ def test_a_policy_stands_in_the_head_and_scripts_at_the_end():
 
 
 def test_no_colour_is_named():
-    style = (Path(document.__file__).parent / "document.css").read_text("utf-8")
+    style = (Path(replay_page.__file__).parent / "document.css").read_text("utf-8")
     assert re.findall(r"#[0-9a-fA-F]{3,8}\b", style) == []

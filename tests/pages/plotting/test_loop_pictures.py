@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.pages.plotting.loop_pictures import BANDS, LoopPictures
-from lwr_dyn.pages.plotting.plots import draw
+from lwr_dyn.pages.plotting.plots import BANDS, LoopPictures, draw
 
 HZ = np.geomspace(0.1, 500, 400)
 DELAY = np.exp(-2j * np.pi * HZ * 1e-3)

@@ -11,13 +11,11 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.pages.plotting.axes import short
-from lwr_dyn.pages.plotting.layout import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
+from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series, short
+from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, torque_figure
+from lwr_dyn.pages.plotting.panels import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes, save_figure
-from lwr_dyn.pages.plotting.run_figures import error_figure, path_figure, torque_figure
-from lwr_dyn.pages.replay.figures import Curve, Figure, Level, Panel, Series
-from lwr_dyn.pages.replay.look import tokens
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs, tokens
 from tests.pages.replay.replayed import lagging_run
 
 X = np.linspace(-1.0, 1.0, 20)

@@ -8,7 +8,7 @@ import pytest
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.pages.plotting.run_figures import (
+from lwr_dyn.pages.figures.run_figures import (
     error_figure,
     path_figure,
     register_figure,

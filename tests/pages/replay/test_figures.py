@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.pages.replay.figures import Curve, Figure, Panel, Series, run_series
+from lwr_dyn.pages.figures.figure import Curve, Figure, Panel, Series, run_series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 TWO = np.array([1.0, 2.0])

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError
-from lwr_dyn.pages.replay import page_parts, replay_page
+from lwr_dyn.pages.replay import replay_page
 from tests.pages.replay.replayed import lagging_run
 
 LARGEST_PAGE = 6_000_000
@@ -60,8 +60,8 @@ def test_four_runs_of_fourteen_seconds_stay_small(arm):
 
 @given(arrays(np.float64, (5, 3), elements=st.floats(-1e6, 1e6)))
 def test_packing_keeps_nine_digits(values):
-    back = unpacked(page_parts.pack_int32(values))
-    assert np.abs(back - values).max() <= page_parts.SMALLEST + PACKING * np.abs(values).max()
+    back = unpacked(replay_page.pack_int32(values))
+    assert np.abs(back - values).max() <= replay_page.SMALLEST + PACKING * np.abs(values).max()
 
 
 def test_labels_cannot_break_out_of_the_page(arm, two_runs):

@@ -5,9 +5,8 @@ import pytest
 
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.pages.replay import scene
-from lwr_dyn.pages.replay.look import tokens
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, tokens
 from tests.random_arms import random_arm
 
 
@@ -20,21 +19,25 @@ def replayed(arm, q):
 @pytest.mark.parametrize("seed", range(4))
 def test_scene_names_each_shape_once(seed):
     arm = random_arm(seed)
-    paths = [c["path"] for c in scene.arm_commands(replayed(arm, np.zeros(arm.n)), 0) if c["type"] == "set_object"]
+    paths = [
+        c["path"] for c in replay_page.arm_commands(replayed(arm, np.zeros(arm.n)), 0) if c["type"] == "set_object"
+    ]
     assert len(paths) == len(set(paths)) == len(primitives(arm))
 
 
 def test_transforms_of_the_links_multiply_to_the_pose_of_the_flange(arm):
     q = np.linspace(-1.0, 1.0, arm.n)
     pose = np.eye(4)
-    for i, command in enumerate(scene.pose_commands(arm, q, 2), start=1):
-        assert command["path"] == scene.link_path(2, i)
+    for i, command in enumerate(replay_page.pose_commands(arm, q, 2), start=1):
+        assert command["path"] == replay_page.link_path(2, i)
         pose = pose @ np.reshape(command["matrix"], (4, 4)).T
     np.testing.assert_allclose(pose, flange_pose(arm.chain, q), atol=1e-12)
 
 
 def test_bodies_are_grey_and_only_bands_have_the_colour_of_their_run(arm):
-    shapes = [c["object"] for c in scene.arm_commands(replayed(arm, np.zeros(arm.n)), 0) if c["type"] == "set_object"]
+    shapes = [
+        c["object"] for c in replay_page.arm_commands(replayed(arm, np.zeros(arm.n)), 0) if c["type"] == "set_object"
+    ]
     worn = [one["object"]["userData"]["token"] for one in shapes]
     bands = [s.colour == "dark" and s.link != "base" and s.length <= 0.7 * s.radius for s in primitives(arm)]
     assert [token == "run2" for token in worn] == bands

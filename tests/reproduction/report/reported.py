@@ -6,9 +6,9 @@ import numpy as np
 
 from lwr_dyn.arms.papers.schema import Erratum
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.pages.replay.figures import Curve, Figure, Level, Panel, Series
+from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.reproduction.ledger import LedgerEntry, Proof
+from lwr_dyn.reproduction.case import LedgerEntry, Proof
 from lwr_dyn.reproduction.report.content import (
     Check,
     FileFact,

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.plotting.axes import axis_of
-from lwr_dyn.pages.plotting.run_figures import path_figure, tip_error_figure, torque_figure
-from lwr_dyn.pages.replay.figures import Curve, Figure, Level, Panel, Series
+from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series, axis_of
+from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure, torque_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.reproduction.report.figure_html import figure_html
-from lwr_dyn.reproduction.report.plane import HEIGHT, TOLERANCE, WIDTH, line_path, simplified
+from lwr_dyn.reproduction.report.figure_html import HEIGHT, TOLERANCE, WIDTH, figure_html, line_path, simplified
 from tests.pages.replay.replayed import lagging_run
 
 X = np.linspace(0.0, 10.0, 2001)

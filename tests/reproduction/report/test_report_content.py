@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.replay.figures import Curve, Figure, Panel, Series
+from lwr_dyn.pages.figures.figure import Curve, Figure, Panel, Series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report.content import Page, Replay, ReportCell, ReportRow, ReportTable
-from lwr_dyn.reproduction.report.page import report_html
-from lwr_dyn.reproduction.report.script_data import page_stride, script_data
+from lwr_dyn.reproduction.report.page import page_stride, report_html, script_data
 from tests.pages.replay.replayed import lagging_run
 from tests.reproduction.report.reported import inertia_table, report
 
@@ -96,7 +95,7 @@ import sys
 sys.modules["plotly"] = sys.modules["matplotlib"] = None
 from lwr_dyn.reproduction.report.content import Page
 from lwr_dyn.reproduction.report.page import report_html
-from lwr_dyn.pages.plotting.run_figures import register_figure
+from lwr_dyn.pages.figures.run_figures import register_figure
 from lwr_dyn.reproduction.wam7 import study
 print(len(report_html(Page("p"))) > 1000)
 """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.plotting.run_figures import path_figure
+from lwr_dyn.pages.figures.run_figures import path_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report.content import Page, Replay
 from lwr_dyn.reproduction.report.page import report_html, write_report

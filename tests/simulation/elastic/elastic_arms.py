@@ -6,8 +6,8 @@ from functools import cache
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.friction import symmetric
+from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import joint_waves
 

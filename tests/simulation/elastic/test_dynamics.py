@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.simulation.elastic.dynamics import ElasticDynamics
+from lwr_dyn.simulation.elastic.plant import ElasticDynamics
 from tests.simulation.elastic.elastic_arms import physical, states
 
 TAU = np.concatenate([np.linspace(-1.0, 1.0, 7), np.linspace(20.0, -3.0, 7)])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lwr_dyn.model.elasticity import JointElasticity
-from lwr_dyn.simulation.elastic.dynamics import ElasticDynamics
+from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.simulation.elastic.exponential import WEIGHTS, HeldExponential
+from lwr_dyn.simulation.elastic.plant import ElasticDynamics
 from tests.simulation.elastic.elastic_arms import physical, states
 
 FREE = SimpleNamespace(friction=None, sides=np.zeros(14), at_rest=np.zeros(14, dtype=bool))

@@ -8,9 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.model.chain import Rotor
-from lwr_dyn.simulation.elastic.dynamics import ElasticDynamics
-from lwr_dyn.simulation.elastic.full_model import FullElasticDynamics
-from lwr_dyn.simulation.elastic.plant import elastic_plant
+from lwr_dyn.simulation.elastic.plant import ElasticDynamics, FullElasticDynamics, elastic_plant
 from tests.simulation.elastic.elastic_arms import FRICTION, physical, short_run, states
 
 TAU = np.concatenate([np.linspace(-1.0, 1.0, 7), np.linspace(20.0, -3.0, 7)])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from tests.simulation.elastic.elastic_arms import physical, short_run
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from lwr_dyn.simulation.elastic.matrix_exponential import MatrixExponential
+from lwr_dyn.simulation.elastic.exponential import MatrixExponential
 
 
 @pytest.mark.parametrize("size", [1e-12, 0.1, 0.64, 0.65, 3.0, 30.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.simulation.elastic.radau import STAGES, TIMES, radau
+from lwr_dyn.simulation.elastic.run import STAGES, TIMES, radau
 
 
 def test_its_tableau_integrates_polynomials():

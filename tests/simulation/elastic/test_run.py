@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import DivergenceError
-from lwr_dyn.model.elasticity import JointElasticity
 from lwr_dyn.model.run import Run
+from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.pages.replay.replay_page import run_record
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.simulation.audit import audit
+from lwr_dyn.simulation.audit import audit, uneventful
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.simulation.other_road import uneventful
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short_run
 from tests.simulation.sample_runs import MIDDLE, StandStill, joint_waves

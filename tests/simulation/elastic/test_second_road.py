@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.simulation.elastic.plant import elastic_plant
-from lwr_dyn.simulation.elastic.second_road import second_road
+from lwr_dyn.simulation.elastic.run import second_road
 from tests.simulation.elastic.elastic_arms import FRICTION, short_run
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.simulation.elastic.dynamics import ElasticDynamics
+from lwr_dyn.simulation.elastic.plant import ElasticDynamics
 from tests.simulation.elastic.elastic_arms import physical, states
 from tests.simulation.elastic.test_exponential import FREE, TAU, exact
 from tests.slips import uncaught
@@ -89,7 +89,7 @@ class StepCheck:
 
 
 def test_slips_in_the_model_are_caught():
-    assert not uncaught("lwr_dyn.simulation.elastic.dynamics", MODEL_SLIPS, model_check)
+    assert not uncaught("lwr_dyn.simulation.elastic.plant", MODEL_SLIPS, model_check)
 
 
 def test_slips_in_the_step_are_caught():

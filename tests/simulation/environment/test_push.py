@@ -10,7 +10,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import frames, jacobian_at, joint_axes
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.simulation.environment.push import Course, Push
+from lwr_dyn.simulation.environment.walls_and_pushes import Course, Push
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import joint_waves, lwr
 from tests.slips import uncaught
@@ -55,7 +55,7 @@ SLIPS = (
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.simulation.environment.push", SLIPS, check)
+    assert not uncaught("lwr_dyn.simulation.environment.walls_and_pushes", SLIPS, check)
 
 
 def test_its_work_closes_the_audit_and_it_is_written_down():

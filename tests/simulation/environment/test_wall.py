@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.simulation.environment.wall import Wall
+from lwr_dyn.simulation.environment.walls_and_pushes import Wall
 from tests.slips import uncaught
 
 ARM = lwr_dyn.load("lwr4plus", reading="physical")
@@ -15,7 +15,7 @@ TIP = lwr_dyn.forward_kinematics(ARM, POSE)[:3, 3]
 SPEED = np.array([0.1, -0.2, 0.3, 0.2, -0.1, 0.3, 0.2])
 NORMAL = np.array([1.0, 2.0, 2.0]) / 3.0
 K, LOSS, M, MU, SLIP = 2e4, 0.8, 1.5, 0.3, 0.02
-MODULE = "lwr_dyn.simulation.environment.wall"
+MODULE = "lwr_dyn.simulation.environment.walls_and_pushes"
 SLIPS = (
     ("inward = -self.normal.dot(velocity)", "inward = self.normal.dot(velocity)"),
     ("(1.0 + self.loss * inward), 0.0)", "(1.0 + self.loss * inward), -1e9)"),

@@ -5,8 +5,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.simulation.responses.frequency import frequency_responses
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.simulation.responses.step_and_chirp import frequency_responses
 from tests.simulation.responses.loops import ARM, OMEGA, START, answered
 
 SWEEP = {"low": 1.0, "high": 40.0, "duration": 3.0}

@@ -5,8 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.simulation.responses.step import step_responses
-from lwr_dyn.simulation.responses.text import response_lines
+from lwr_dyn.simulation.responses.step_and_chirp import response_lines, step_responses
 from tests.simulation.responses.loops import ARM, OMEGA, START, answered
 
 

@@ -9,8 +9,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import DivergenceError, LwrDynError
 from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.studies.compare.compared_run import conditions
 from lwr_dyn.studies.compare.comparison import comparison_of
-from lwr_dyn.studies.compare.conditions import conditions
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 

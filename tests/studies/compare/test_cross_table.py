@@ -1,6 +1,6 @@
 """The table in Markdown has each run in its row and column, and says where there is none."""
 
-from lwr_dyn.studies.compare.cross_table import cross_table
+from lwr_dyn.studies.compare.comparison import cross_table
 
 
 def run(typed, plant, error, unstable=False, best=()):

@@ -7,12 +7,11 @@ from pathlib import Path
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.notebook.quantities import path, tip_error
-from lwr_dyn.pages.plotting.charts import POINTS, chart_html
-from lwr_dyn.pages.plotting.drawn_panel import drawn_panels
+from lwr_dyn.pages.figures.run_figures import path, tip_error
+from lwr_dyn.pages.plotting.drawn_panel import POINTS, chart_html, drawn_panels
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.studies.compare import page
-from lwr_dyn.studies.compare.page import comparison_html
+from lwr_dyn.studies.compare import comparison
+from lwr_dyn.studies.compare.comparison import comparison_html
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 
 BAD = '<img src=x onerror="alert(1)">'
@@ -54,7 +53,7 @@ def test_names_are_escaped_and_nothing_is_loaded(compared):
 
 
 def test_no_colour_is_named():
-    folder = Path(page.__file__).parent
+    folder = Path(comparison.__file__).parent
     files = [file for file in folder.iterdir() if file.suffix in (".py", ".css", ".html")]
     assert [file.name for file in files if re.search(r"#[0-9a-fA-F]{3,8}\b(?!main)", file.read_text("utf-8"))] == []
 

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.simulation.metrics import metrics
-from lwr_dyn.studies.compare.part_of_run import since, thinned
+from lwr_dyn.studies.compare.compared_run import since, thinned
 
 
 @pytest.fixture(scope="module")

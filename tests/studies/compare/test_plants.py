@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.assumed_friction import arm_with_friction
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.simulation.sensors import Encoder
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
 from tests.random_arms import random_arm
 

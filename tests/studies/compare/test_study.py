@@ -11,8 +11,7 @@ from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.compare.compared_run import torque_cuts
 from lwr_dyn.studies.compare.comparison import comparison_of
 from lwr_dyn.studies.compare.plants import plant_case
-from lwr_dyn.studies.compare.study import ControllerStudy
-from lwr_dyn.studies.compare.study_run import Workshop, begin, run_in_pool
+from lwr_dyn.studies.compare.study import ControllerStudy, Workshop, begin, run_in_pool
 
 LIMIT_CYCLE = (
     "def make(arm, dynamics):\n"

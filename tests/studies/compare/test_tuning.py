@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.controller_specs import controller_spec
+from lwr_dyn.control.controllers import controller_spec
 from lwr_dyn.design.gain_search import largest_omega_n
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.compare import tuning
+from lwr_dyn.studies.compare import study
 from lwr_dyn.studies.compare.plants import plant_case
-from lwr_dyn.studies.compare.study import ControllerStudy
-from lwr_dyn.studies.compare.tuning import cases_of, poses_of, tuned_frequencies
+from lwr_dyn.studies.compare.study import ControllerStudy, cases_of, poses_of, tuned_frequencies
 
 POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
 LAWS = ("inverse-dynamics", "inverse-dynamics:no-gravity+observer")
@@ -23,7 +22,7 @@ def physical():
 
 @pytest.fixture
 def move(physical, monkeypatch):
-    monkeypatch.setattr(tuning, "POSES", 3)
+    monkeypatch.setattr(study, "POSES", 3)
     return lwr_dyn.reference("point-to-point", physical, start=POSE, end=POSE + 0.3, duration=0.2)
 
 
@@ -52,7 +51,7 @@ def test_each_law_gets_what_the_search_finds_and_a_study_uses_it(physical, move)
 
 
 def test_a_law_that_keeps_the_peak_nowhere_is_a_line(arm, monkeypatch):
-    monkeypatch.setattr(tuning, "POSES", 3)
+    monkeypatch.setattr(study, "POSES", 3)
     move = lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.3, duration=0.05)
     laws, cases = ("adaptive", "inverse-dynamics", "cartesian-impedance"), [plant_case(arm, "nominal")]
     compared, _ = ControllerStudy(arm, move, laws, cases, peak=1.7).run()

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from lwr_dyn.studies.sweep.statistics.controller_runs import ControllerRuns
-from lwr_dyn.studies.sweep.study.distributions import VariedParameter
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.sampling import VariedParameter
+from lwr_dyn.studies.sweep.summary import ControllerRuns
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 CONTROLLERS = ("inverse-dynamics", "pd-gravity:omega-n=20", "adaptive")
 

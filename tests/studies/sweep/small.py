@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from lwr_dyn.studies.sweep.study.read_study import read_study
+from lwr_dyn.studies.sweep.read_study import read_study
 
 TEXT = """
 robot = "lwr4plus"

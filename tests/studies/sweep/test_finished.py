@@ -2,9 +2,8 @@
 
 from dataclasses import replace
 
-from lwr_dyn.studies.sweep.finished import finish
-from lwr_dyn.studies.sweep.running.results import SweepResults
-from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.report_page import finish
+from lwr_dyn.studies.sweep.running.sweep import SweepResults, sweep
 from tests.studies.sweep.small import LAW, OWN, small_study
 
 

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.trajectory.cartesian.joint_curves import OFF_CURVE
+from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE
 
 START = np.array([0.2, 0.6, -0.3, -1.2, 0.4, 0.9, 0.1])
 KR30_START = np.radians([0.0, -90.0, 90.0, 0.0, 30.0, 0.0])

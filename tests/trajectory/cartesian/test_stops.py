@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.trajectory.cartesian.stops import PathStopError
+from lwr_dyn.trajectory.cartesian.tracking import PathStopError
 
 KR30 = {
     "limit": ([-1.1, -2.293, 1.914, -2.629, -1.691, 2.779], [0.324, 0.137, 1.752]),

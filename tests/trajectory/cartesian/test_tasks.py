@@ -7,9 +7,9 @@ from click.testing import CliRunner
 import lwr_dyn
 from lwr_dyn.cli.main import group
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.cartesian.joint_curves import OFF_CURVE, SPEED_SHARE
-from lwr_dyn.trajectory.cartesian.stops import PathStopError
-from lwr_dyn.trajectory.cartesian.waypoint_file import WaypointError, read_waypoints
+from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE, SPEED_SHARE
+from lwr_dyn.trajectory.cartesian.pose_curves import WaypointError, read_waypoints
+from lwr_dyn.trajectory.cartesian.tracking import PathStopError
 
 SQUARE = """x [mm], y [mm], z [mm], roll [deg], pitch [deg], yaw [deg]
 -400, -100, 300, 180, 0, 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.trajectory.cartesian.waypoint_file import WaypointError, read_waypoints
+from lwr_dyn.trajectory.cartesian.pose_curves import WaypointError, read_waypoints
 
 
 def written(tmp_path, text):

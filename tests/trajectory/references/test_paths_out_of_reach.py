@@ -5,13 +5,11 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import PathLimitError, SingularArmError
-from lwr_dyn.kinematics.branches import Branch
+from lwr_dyn.kinematics.solution import Branch
 from lwr_dyn.trajectory.motion_profile import quintic
-from lwr_dyn.trajectory.path import path_of
+from lwr_dyn.trajectory.path import line, path_of
 from lwr_dyn.trajectory.pose_path import constant_orientation, timed_pose_path
-from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
-from lwr_dyn.trajectory.references.pose_path_reference import pose_path_reference
-from lwr_dyn.trajectory.segments import line
+from lwr_dyn.trajectory.references.pose_path_reference import FixedArmAngle, pose_path_reference
 
 ARM = lwr_dyn.load("lwr4plus")
 

@@ -8,15 +8,13 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
-from lwr_dyn.kinematics.branches import Branch
+from lwr_dyn.kinematics.solution import Branch
 from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.trajectory.motion_profile import quintic
-from lwr_dyn.trajectory.path import path_of
+from lwr_dyn.trajectory.path import line, path_of
 from lwr_dyn.trajectory.pose_path import slerp, timed_pose_path
-from lwr_dyn.trajectory.references.arm_angles import FixedArmAngle
 from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
-from lwr_dyn.trajectory.references.pose_path_reference import pose_path_reference
-from lwr_dyn.trajectory.segments import line
+from lwr_dyn.trajectory.references.pose_path_reference import FixedArmAngle, pose_path_reference
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 ARM = lwr_dyn.load("lwr4plus")

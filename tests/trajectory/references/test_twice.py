@@ -9,8 +9,8 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.trajectory.references.ist import Twice, part_of
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from lwr_dyn.trajectory.references.twice import Twice, part_of
 
 ARM = lwr_dyn.load("lwr4plus")
 ONCE = point_to_point(ARM, [np.zeros(7), np.linspace(0.2, 0.8, 7)], [2.0])

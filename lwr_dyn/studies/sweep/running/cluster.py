@@ -19,8 +19,8 @@ from typing import Any
 
 from lwr_dyn.foundation.errors import LwrDynError, MissingPackageError
 from lwr_dyn.foundation.files import reason_of
-from lwr_dyn.studies.sweep.running.manifest import versions
-from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault, Done, Work, outcome
+from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, Done, Work, outcome
+from lwr_dyn.studies.sweep.running.sweep_folder import versions
 
 ANSWER = 10.0
 """[s] A scheduler has to answer."""
@@ -211,10 +211,10 @@ def _versions_of_workers(client: Any) -> Mapping[str, Any]:
 
     def found() -> dict[str, str]:  # a function of this kind is sent whole, and does not need lwr_dyn there
         try:
-            from lwr_dyn.studies.sweep.running import manifest
+            from lwr_dyn.studies.sweep.running import sweep_folder
         except ImportError as fault:
             return {"lwr_dyn": f"none ({fault})"}
-        return manifest.versions()
+        return sweep_folder.versions()
 
     answers: Mapping[str, Any] = {}
     begin = time.monotonic()

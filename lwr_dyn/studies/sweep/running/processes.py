@@ -19,7 +19,7 @@ from threading import Thread
 from typing import Any
 
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault, Done, Work, outcome
+from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, Done, Work, outcome
 
 TRIES = 3
 """How often a chunk may kill its process."""

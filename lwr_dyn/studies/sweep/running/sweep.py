@@ -1,4 +1,7 @@
-"""A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there."""
+"""A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there.
+
+The results of a sweep as arrays, controller by controller, from the folder that `lwr-dyn sweep` has written.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +13,30 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.files import make_folder
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.files import make_folder, read_text
 from lwr_dyn.foundation.progress import Report
-from lwr_dyn.studies.sweep.running.chunk_file import encoded, pyarrow
+from lwr_dyn.model.run import repr_html, short_repr
+from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, Done, decoded, encoded, in_threads, joined, pyarrow
 from lwr_dyn.studies.sweep.running.cluster import connected, on_cluster
-from lwr_dyn.studies.sweep.running.cost import ControllerCost, SweepCost, duration, measured, memory
-from lwr_dyn.studies.sweep.running.first_runs import first_runs
-from lwr_dyn.studies.sweep.running.manifest import SweepManifest, SweptController, folder_names, versions
+from lwr_dyn.studies.sweep.running.cost import ControllerCost, SweepCost, duration, first_runs, measured, memory
 from lwr_dyn.studies.sweep.running.processes import in_processes
-from lwr_dyn.studies.sweep.running.sweep_folder import SweepFolder, manifest_in, write_whole
-from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault, Done, in_threads
+from lwr_dyn.studies.sweep.running.sweep_folder import (
+    MANIFEST,
+    SweepFolder,
+    SweepManifest,
+    SweptController,
+    folder_names,
+    manifest_in,
+    versions,
+    write_whole,
+)
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, workshop_of
-from lwr_dyn.studies.sweep.study.source_files import refuse_changed
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.summary import ControllerRuns
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, refuse_changed
 
 MOST_THREADS = 256
+
 SLOW_SHARE = 32
 """A chunk of `simulate` has so many times fewer runs, so that a kill costs little."""
 
@@ -219,3 +230,59 @@ class _Clock:
         left = duration(self.elapsed * (1 - share) / share) if share < 1 else "0 s"
         self.report(share)
         self.report(f"chunk {self.chunks} of {self.count}, {left} left")
+
+
+NEEDED = "a folder that `lwr-dyn sweep` has written"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepResults:
+    """What a sweep has computed so far.
+
+    `controllers` maps each controller, as typed, to its runs in the order of their numbers; one without any finished
+    chunk is not there. `missing` are the numbers of the chunks that have no file, `failures` says why, where a chunk
+    was tried.
+    """
+
+    folder: Path
+    manifest: SweepManifest
+    controllers: Mapping[str, ControllerRuns]
+    missing: Mapping[str, tuple[int, ...]]
+    failures: Mapping[str, Mapping[int, str]]
+    __repr__ = short_repr
+    _repr_html_ = repr_html
+
+    @classmethod
+    def load(cls, folder: str | Path) -> SweepResults:
+        """The results in a folder, also while a sweep writes into it.
+
+        Raises
+        ------
+        FileAccessError
+            No sweep in the folder, or a file that is damaged.
+        MissingPackageError
+            Without pyarrow.
+        """
+        path = Path(folder)
+        if not (path / MANIFEST).exists():
+            raise FileAccessError(str(folder), f"no {MANIFEST}", NEEDED)
+        manifest = SweepManifest.read(str(path / MANIFEST), read_text(path / MANIFEST, NEEDED))
+        found = SweepFolder(path, manifest)
+        kept = {one.controller: sorted(found.kept(one)) for one in manifest.controllers}
+        controllers = {
+            one.controller: joined(
+                [decoded(found.file(one, number), one.controller) for number in kept[one.controller]]
+            )
+            for one in manifest.controllers
+            if kept[one.controller]
+        }
+        missing = {
+            one.controller: tuple(sorted(set(range(one.count)) - set(kept[one.controller])))
+            for one in manifest.controllers
+        }
+        return cls(path, manifest, controllers, missing, found.read_failures())
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no chunk is missing."""
+        return not any(self.missing.values())

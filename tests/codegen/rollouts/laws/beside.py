@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.laws.check import differences, form_function, states_of
+from lwr_dyn.codegen.rollouts.law_forms import differences, form_function, states_of
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.laws.motor_side_pd import MotorSidePD
+from lwr_dyn.control.laws.motor_side import MotorSidePD
 from lwr_dyn.model.chain import first_links
 from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.friction import Direction, JointFriction

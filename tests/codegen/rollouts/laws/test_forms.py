@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.laws.check import CLOSE, form_function, states_of
-from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS, law_form
-from lwr_dyn.codegen.rollouts.laws.no_form import NoKernelFormError
+from lwr_dyn.codegen.rollouts.law_forms import CLOSE, LAW_FORMS, NoKernelFormError, form_function, law_form, states_of
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
-from lwr_dyn.control.pid import PID
+from lwr_dyn.control.paper_laws import PID
 from lwr_dyn.model.chain import first_links
 from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from tests.codegen.rollouts.laws.beside import ARM, WHOLE, made
@@ -127,4 +125,4 @@ SLIPS = [
 
 
 def test_planted_slips_in_the_check_are_caught():
-    assert not uncaught("lwr_dyn.codegen.rollouts.laws.check", SLIPS, check_check)
+    assert not uncaught("lwr_dyn.codegen.rollouts.law_forms", SLIPS, check_check)

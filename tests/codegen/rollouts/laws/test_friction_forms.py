@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.codegen.rollouts.laws import friction_forms
-from lwr_dyn.codegen.rollouts.laws.joint_forms import InverseDynamicsForm, PIDForm
-from lwr_dyn.codegen.rollouts.laws.passivity_forms import AdaptiveForm
+from lwr_dyn.codegen.rollouts import law_forms
+from lwr_dyn.codegen.rollouts.joint_law_forms import InverseDynamicsForm, PIDForm
+from lwr_dyn.codegen.rollouts.passivity_law_forms import AdaptiveForm
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction
@@ -48,13 +48,13 @@ SLIPS = [
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught(friction_forms.__name__, SLIPS, check_law)
+    assert not uncaught(law_forms.__name__, SLIPS, check_law)
 
 
 def test_a_stribeck_curve_is_refused():
     falling = JointFriction(*(Direction(1.0, 0.1, 2.0, 0.05),) * 2)
     inner = made("inverse-dynamics")
     with pytest.raises(OptionError, match="friction of joint 3: a Stribeck curve; allowed: in kernels Coulomb"):
-        friction_forms.FrictionForm.of(
+        law_forms.FrictionForm.of(
             FrictionCompensation(inner, (*FRICTION[:2], falling, *FRICTION[3:])), InverseDynamicsForm.of(inner, ARM)
         )

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.laws.forms import LAW_FORMS
-from lwr_dyn.codegen.rollouts.laws.friction_forms import FrictionForm
-from lwr_dyn.codegen.rollouts.laws.gain_values import ABOVE_ZERO, NOT_NEGATIVE, RULES, check_gains
+from lwr_dyn.codegen.rollouts.law_forms import LAW_FORMS, FrictionForm
+from lwr_dyn.codegen.rollouts.run_parameters import ABOVE_ZERO, NOT_NEGATIVE, RULES, check_gains
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.trajectory.references.joint_moves import point_to_point

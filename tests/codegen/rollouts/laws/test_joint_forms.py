@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.codegen.rollouts.laws import joint_forms
-from lwr_dyn.control.pd_gravity import PDGravity
+from lwr_dyn.codegen.rollouts import joint_law_forms
+from lwr_dyn.control.paper_laws import PDGravity
 from tests.codegen.rollouts.laws.beside import ARM, MODEL, check_beside, made
 from tests.slips import uncaught
 
@@ -94,4 +94,4 @@ CHECKS = {
 @pytest.mark.parametrize("law", CHECKS)
 def test_planted_slips_are_caught(law):
     check, slips = CHECKS[law]
-    assert not uncaught(joint_forms.__name__, slips, check)
+    assert not uncaught(joint_law_forms.__name__, slips, check)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.laws import passivity_forms
+from lwr_dyn.codegen.rollouts import passivity_law_forms
 from lwr_dyn.control.controllers import make_controller
 from tests.codegen.rollouts.laws.beside import ARM, check_beside, made, other_values
 from tests.random_arms import random_arm
@@ -102,7 +102,7 @@ CHECKS = {"adaptive": (check_adaptive, ADAPTIVE_SLIPS), "robust": (check_robust,
 @pytest.mark.parametrize("law", CHECKS)
 def test_planted_slips_are_caught(law):
     check, slips = CHECKS[law]
-    assert not uncaught(passivity_forms.__name__, slips, check)
+    assert not uncaught(passivity_law_forms.__name__, slips, check)
 
 
 @pytest.mark.parametrize("name", ["adaptive", "robust"])
@@ -111,5 +111,5 @@ def test_on_other_arms(arm, name):
     """Sliding joints, gravity anywhere, frames that are slid along the last axis."""
     arm = ARMS[arm]
     law = make_controller(name, arm)
-    kind = {"adaptive": passivity_forms.AdaptiveForm, "robust": passivity_forms.RobustForm}[name]
+    kind = {"adaptive": passivity_law_forms.AdaptiveForm, "robust": passivity_law_forms.RobustForm}[name]
     check_beside(kind.of(law, arm), law, arm=arm)

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import casadi
 import numpy as np
 
-from lwr_dyn.codegen.rollouts.laws import two_velocities
+from lwr_dyn.codegen.rollouts import passivity_law_forms
 from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicModel
-from lwr_dyn.control.laws.slotine_li_regressor import SlotineLiRegressor
+from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from tests.codegen.rollouts.laws.beside import ARM
 from tests.random_arms import random_arm
 from tests.slips import uncaught
@@ -65,4 +65,4 @@ SLIPS = [
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught(two_velocities.__name__, SLIPS, check)
+    assert not uncaught(passivity_law_forms.__name__, SLIPS, check)

@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from lwr_dyn.control.inertia.bounds.bernstein import control_matrix, halves, nodes
+from lwr_dyn.control.inertia.bernstein import control_matrix, halves, nodes
 from tests.slips import uncaught
 
 INTERVALS = ((-0.3, 0.9), (2.0, 3.4), (0.1, 0.11), (-4.0, -2.3))
@@ -58,7 +58,7 @@ def check(module):
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.inertia.bounds.bernstein", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.inertia.bernstein", SLIPS, check)
 
 
 @pytest.mark.parametrize("w", [0.87, 0.3, 1e-3, 1e-8])

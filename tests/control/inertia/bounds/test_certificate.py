@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.inertia.bounds.certificate import inertia_certificate, inertia_certificates
-from lwr_dyn.control.inertia.bounds.samples import InertiaTable
-from lwr_dyn.control.inertia.maxima import diagonal
-from lwr_dyn.control.inertia.worst_case import first_joint, worst_case_inertia, worst_case_inertias
+from lwr_dyn.control.inertia.bernstein import InertiaTable
+from lwr_dyn.control.inertia.certificate import inertia_certificate, inertia_certificates
+from lwr_dyn.control.inertia.worst_case import diagonal, first_joint, worst_case_inertia, worst_case_inertias
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import JointLimits
@@ -63,7 +62,7 @@ def test_a_search_that_missed_the_maximum_is_corrected(arm):
 
 
 def test_the_bound_holds_without_time_to_close_the_gap(arm, monkeypatch):
-    monkeypatch.setattr("lwr_dyn.control.inertia.bounds.certificate.MOST_BOXES", 40)
+    monkeypatch.setattr("lwr_dyn.control.inertia.certificate.MOST_BOXES", 40)
     maximum = worst_case_inertia(arm, 2)
     certificate = inertia_certificate(arm, maximum, 1e-9)
     assert not certificate.holds

@@ -7,14 +7,29 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lwr_dyn.studies.sweep.report import report_page
-from lwr_dyn.studies.sweep.report.distribution_charts import histograms_html, values_axis, worst_share_html
-from lwr_dyn.studies.sweep.report.influence_charts import indices_html, outwards_html, tornado_html
-from lwr_dyn.studies.sweep.report.parallel_lines import MOST_LINES, metric_axis, parallel_html, parameter_axes
-from lwr_dyn.studies.sweep.report.report_page import column_units, controller_inks, report_html, write_report
-from lwr_dyn.studies.sweep.report.worst_runs import WorstRun, worst_table_html
-from lwr_dyn.studies.sweep.statistics.summary import summarise
-from lwr_dyn.studies.sweep.statistics.summary_words import quantile_text, share_text
+from lwr_dyn.studies.sweep import report_page
+from lwr_dyn.studies.sweep.charts import (
+    MOST_LINES,
+    histograms_html,
+    indices_html,
+    metric_axis,
+    outwards_html,
+    parallel_html,
+    parameter_axes,
+    tornado_html,
+    values_axis,
+    worst_share_html,
+)
+from lwr_dyn.studies.sweep.report_page import (
+    WorstRun,
+    column_units,
+    controller_inks,
+    report_html,
+    worst_table_html,
+    write_report,
+)
+from lwr_dyn.studies.sweep.summary import summarise
+from lwr_dyn.studies.sweep.summary_text import quantile_text, share_text
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting
 from tests.pages.replay.replayed import lagging_run

@@ -16,6 +16,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.sweep.running import cluster
+from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault
 from lwr_dyn.studies.sweep.running.cluster import (
     SchedulerError,
     WorkerVersionError,
@@ -23,9 +24,8 @@ from lwr_dyn.studies.sweep.running.cluster import (
     on_cluster,
     refuse_other_versions,
 )
-from lwr_dyn.studies.sweep.running.manifest import versions
 from lwr_dyn.studies.sweep.running.sweep import sweep
-from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault
+from lwr_dyn.studies.sweep.running.sweep_folder import versions
 from tests.studies.sweep.small import OWN, contents, small_study
 
 CHUNKS = [Chunk(0, k, 4 * k, 4 * k + 4) for k in range(9)]

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, in_threads
 from lwr_dyn.studies.sweep.running.processes import TRIES, WorkerStartError, in_processes
-from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault, in_threads
 
 CHUNKS = [Chunk(0, k, 4 * k, 4 * k + 4) for k in range(6)]
 

@@ -17,15 +17,14 @@ import lwr_dyn
 from lwr_dyn.codegen.rollouts.rollouts import rollouts
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.model.run import Run
+from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.rollout_arguments import rollout_arguments
 from lwr_dyn.studies.sweep.running import sweep_folder
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, duration, memory, size
-from lwr_dyn.studies.sweep.running.manifest import OtherSweepError
-from lwr_dyn.studies.sweep.running.results import SweepResults
-from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.running.sweep import SweepResults, sweep
+from lwr_dyn.studies.sweep.running.sweep_folder import OtherSweepError
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
-from lwr_dyn.studies.sweep.study.read_study import read_study
-from lwr_dyn.studies.sweep.study.rollout_arguments import rollout_arguments
-from lwr_dyn.studies.sweep.study.study_setup import arm_of_study, controller_of_study, references_of_study
+from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study
 from tests.json_schemas import faults
 from tests.studies.sweep.small import LAW, OWN, contents, small_study
 

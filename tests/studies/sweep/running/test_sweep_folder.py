@@ -12,18 +12,20 @@ import pytest
 from lwr_dyn.codegen.kernels import machine_code
 from lwr_dyn.codegen.kernels.machine_code import host_cpu
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.studies.sweep.running.chunk_file import chunk_digest, decoded, encoded
+from lwr_dyn.studies.sweep.running.chunks import chunk_digest, decoded, encoded
 from lwr_dyn.studies.sweep.running.cluster import WorkerVersionError, refuse_other_versions
-from lwr_dyn.studies.sweep.running.manifest import (
+from lwr_dyn.studies.sweep.running.sweep import SweepResults
+from lwr_dyn.studies.sweep.running.sweep_folder import (
     OtherSweepError,
+    SweepFolder,
+    SweepInUseError,
     SweepManifest,
     SweptController,
     folder_names,
     versions,
+    write_whole,
 )
-from lwr_dyn.studies.sweep.running.results import SweepResults
-from lwr_dyn.studies.sweep.running.sweep_folder import SweepFolder, SweepInUseError, write_whole
-from lwr_dyn.studies.sweep.statistics.controller_runs import ControllerRuns
+from lwr_dyn.studies.sweep.summary import ControllerRuns
 
 PID = SweptController("pid:omega-n=20", "pid-omega-n-20", "a" * 64, 4, 10)
 OWN = SweptController("mine.py", "mine.py", "b" * 64, 2, 5, slow=True)

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.studies.sweep.statistics.influence import columns, influences, parts_of, rank_correlation
+from lwr_dyn.studies.sweep.influence import columns, influences, parts_of, rank_correlation
 
 RNG = np.random.default_rng(5)
 RUNS = 4000

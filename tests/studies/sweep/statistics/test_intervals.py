@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import binom, binomtest
 
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.studies.sweep.statistics.intervals import quantile_of, runs_needed, share_of
+from lwr_dyn.studies.sweep.intervals import quantile_of, runs_needed, share_of
 
 
 def coverage(found) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import UnknownNameError
-from lwr_dyn.studies.sweep.statistics.metric_words import metric_words
+from lwr_dyn.studies.sweep.vocabulary import metric_words
 
 
 def test_the_worst_joint_counts_and_no_number_is_the_worst_of_all():

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.studies.sweep.statistics.metric_words import metric_words
-from lwr_dyn.studies.sweep.statistics.outwards import STEPS, Span, outward_search
+from lwr_dyn.studies.sweep.outwards import STEPS, Span, outward_search
+from lwr_dyn.studies.sweep.vocabulary import metric_words
 
 TIP, MARGIN = metric_words("tip_max"), metric_words("limit_margin")
 SPANS = [Span("payload.mass", 0.0, 0.0, 7.0), Span("arm.mass", 1.0, 0.8, 1.2), Span("arm.com", 0.0, -0.01, 0.01, 21),

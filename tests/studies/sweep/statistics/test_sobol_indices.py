@@ -5,8 +5,8 @@ import pytest
 from scipy.stats import qmc, sobol_indices
 
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.studies.sweep.statistics import sobol_indices as module
-from lwr_dyn.studies.sweep.statistics.sobol_indices import groups_of, indices_of
+from lwr_dyn.studies.sweep import influence as module
+from lwr_dyn.studies.sweep.influence import groups_of, indices_of
 
 A, B = 7.0, 0.1
 

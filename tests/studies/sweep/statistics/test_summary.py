@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
-from lwr_dyn.studies.sweep.report.influence_charts import indices_html
-from lwr_dyn.studies.sweep.report.report_page import report_html
-from lwr_dyn.studies.sweep.statistics.intervals import quantile_of, share_of
-from lwr_dyn.studies.sweep.statistics.sobol_indices import IndexEstimate
-from lwr_dyn.studies.sweep.statistics.summary import sample_rows, spans, summarise
-from lwr_dyn.studies.sweep.statistics.summary_tables import (
+from lwr_dyn.studies.sweep.charts import indices_html
+from lwr_dyn.studies.sweep.influence import IndexEstimate
+from lwr_dyn.studies.sweep.intervals import quantile_of, share_of
+from lwr_dyn.studies.sweep.report_page import report_html
+from lwr_dyn.studies.sweep.summary import sample_rows, spans, summarise
+from lwr_dyn.studies.sweep.summary_text import (
+    caveat,
     event_table,
     index_table,
     outward_table,
+    percent,
     quantile_table,
     summary_record,
     summary_text,
 )
-from lwr_dyn.studies.sweep.statistics.summary_words import caveat, percent
 from tests.studies.sweep.made_up import CONTROLLERS, evaluate, metrics_of, runs_of, study, varied, without_divergence
 
 MADE = study(4000)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lwr_dyn.studies.sweep.study.read_study import read_study
+from lwr_dyn.studies.sweep.read_study import read_study
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import PaperError
-from lwr_dyn.studies.sweep.study.read_study import study_of_text
-from lwr_dyn.studies.sweep.study.study_setup import arm_of_study, controller_of_study, references_of_study, task_choices
+from lwr_dyn.studies.sweep.read_study import study_of_text
+from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study, task_choices
 from tests.studies.sweep.study.texts import HEAD, PAYLOAD
 
 

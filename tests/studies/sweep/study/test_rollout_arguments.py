@@ -6,19 +6,17 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.parameters import FRICTION, inertial_parameters
-from lwr_dyn.codegen.rollouts.laws.forms import law_form
+from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, inertial_parameters
+from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.codegen.rollouts.rollouts import rollouts
 from lwr_dyn.codegen.rollouts.step import MOST_DELAY
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.friction import smooth_friction, symmetric
-from lwr_dyn.studies.sweep.study.metric_table import METRICS
-from lwr_dyn.studies.sweep.study.parameter_paths import PATHS
-from lwr_dyn.studies.sweep.study.plant_rows import rows_of
-from lwr_dyn.studies.sweep.study.read_study import study_of_text
-from lwr_dyn.studies.sweep.study.rollout_arguments import _largest_inertias, controller_of_run, rollout_arguments
-from lwr_dyn.studies.sweep.study.study_setup import arm_of_study, controller_of_study, references_of_study
+from lwr_dyn.studies.sweep.read_study import study_of_text
+from lwr_dyn.studies.sweep.rollout_arguments import _largest_inertias, controller_of_run, rollout_arguments, rows_of
+from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study
+from lwr_dyn.studies.sweep.vocabulary import METRICS, PATHS
 
 HEAD = """
 robot = "lwr4plus"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import sobol_indices
 
-from lwr_dyn.studies.sweep.study.sampling import METHODS, points, saltelli_rows
+from lwr_dyn.studies.sweep.sampling import METHODS, points, saltelli_rows
 
 SIZES = (1, 3, 1)
 LEVELS = (4, 2, 3, 5, 20)

@@ -5,12 +5,11 @@ import re
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.studies.sweep.running.manifest import versions
+from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, outcome
 from lwr_dyn.studies.sweep.running.sweep import sweep
-from lwr_dyn.studies.sweep.running.tasks import Chunk, ChunkFault, outcome
+from lwr_dyn.studies.sweep.running.sweep_folder import versions
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, SweepWorkshop
-from lwr_dyn.studies.sweep.study.source_files import ChangedFileError, refuse_changed
-from lwr_dyn.studies.sweep.study.study_setup import controller_of_study
+from lwr_dyn.studies.sweep.sweep_study import ChangedFileError, controller_of_study, refuse_changed
 from tests.studies.sweep.small import LAW, OWN, small_study
 
 CHANGED = r"mine\.py: changed since the study was read; allowed: "

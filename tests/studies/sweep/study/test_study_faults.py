@@ -5,7 +5,7 @@ import re
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, PaperError
-from lwr_dyn.studies.sweep.study.read_study import read_study
+from lwr_dyn.studies.sweep.read_study import read_study
 from tests.studies.sweep.study.texts import HEAD, PAYLOAD, parameter
 
 FAULTS = {

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.studies.sweep.study.distributions import VariedParameter
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
+from lwr_dyn.studies.sweep.sampling import VariedParameter
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 CENTRES = tuple(f"arm.com.{i}.{axis}" for i in range(1, 8) for axis in "xyz")
 PARAMETERS = (

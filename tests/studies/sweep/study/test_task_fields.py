@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import PaperError
-from lwr_dyn.studies.sweep.study.task_fields import missing_option, read_task
+from lwr_dyn.studies.sweep.read_study import missing_option, read_task
 
 LINE = {
     "name": "line", "from-deg": [0, 30, 0, -60, 0, 30, 0], "to-xyz": [0.1, 0.2, 0.3], "to-rpy-deg": [0, 90, 180],

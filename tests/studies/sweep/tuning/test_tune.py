@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
-from lwr_dyn.studies.sweep.study.distributions import VariedParameter
-from lwr_dyn.studies.sweep.study.study_file import SweepStudy
-from lwr_dyn.studies.sweep.tuning.gain_aim import gain_aim
-from lwr_dyn.studies.sweep.tuning.gain_box import searched_gain, values_of
-from lwr_dyn.studies.sweep.tuning.gain_verdict import verdict
-from lwr_dyn.studies.sweep.tuning.tune import SearchSize, tune
-from lwr_dyn.studies.sweep.tuning.tune_text import tuned_record, tuned_text
+from lwr_dyn.studies.sweep.gain_search import gain_aim, searched_gain, values_of, verdict
+from lwr_dyn.studies.sweep.sampling import VariedParameter
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
+from lwr_dyn.studies.sweep.tune import SearchSize, tune, tuned_record, tuned_text
 
 LOAD = VariedParameter("payload.mass", "uniform", ("payload.mass",), low=0.0, high=7.0)
 STUDY = SweepStudy("stand-in", "lwr4plus", "", ("pid",), "hold", parameters=(LOAD,))

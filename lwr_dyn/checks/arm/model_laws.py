@@ -1,0 +1,318 @@
+"""Feasibility of each link: positive definite, triangle inequality, radius of gyration.
+
+The first two are exact conditions (a density >= 0 exists). The third bounds plausibility, since a tensor ten times too
+large passes both: no mass is farther from the centre of mass than the link reaches. The links of a URDF are judged as
+the file writes them: in the sum of welded links a fault can vanish.
+
+Identities that hold for every arm's equations of motion, over random states, to machine precision.
+
+Derivatives are complex steps of the hand-written recursion (it takes complex numbers), so they are exact: no tolerance
+hides the error of a difference quotient.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from lwr_dyn.checks.arm.verdict import Verdict
+from lwr_dyn.dynamics.newton_euler import Recursion
+from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy, singular_joint
+from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import ShapeError, SingularMassError
+from lwr_dyn.model.arm import Arm, WrittenLink, fitting, is_weightless, welded
+from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical
+from lwr_dyn.model.spatial import Vector, principal_moments
+
+THICKNESS = 0.12
+"""Share of the arm's reach that a link may extend past its joints and centre of mass: half the thickness of a heavy
+link. LWR links are at 0.4 to 0.65 of the resulting bound, tensors ten times too large exceed it."""
+
+
+def feasibility_verdicts(arm: Arm) -> list[Verdict]:
+    """The verdicts on every link with an inertial, one by one."""
+    joints, flange = arm.uninstalled().joints(), arm.flange()
+    ends = [*(j.origin.position for j in joints[1:]), flange.position]
+    total = sum(float(np.linalg.norm(p)) for p in (*(j.origin.position for j in joints), flange.position))
+    verdicts: list[Verdict] = []
+    for index, (body, end) in enumerate(zip(arm.bodies(), ends, strict=True)):
+        bodies = [(x.link, x.body) for x in _written(arm, index, body) if x.body is not None and not x.body.unknown]
+        heavy = [(name, part) for name, part in bodies if not is_weightless(part)]
+        points = [np.zeros(3), end, *(part.com for _, part in heavy)]
+        for name, part in heavy:
+            verdicts += _of_body(name, part, points, THICKNESS * total)
+    return verdicts
+
+
+def _written(arm: Arm, index: int, body: Body | None) -> Sequence[WrittenLink]:
+    """The links of the file that move with a link of the chain, in its URDF frame; the link itself where there are
+    none, or where the arm's body is no longer theirs (a payload, another mass)."""
+    own, layout = arm.chain.links[index], fitting(arm.layout, arm.uninstalled().chain)
+    parts = layout.written.get(own.link, ()) if layout is not None else ()
+    whole = welded(parts) if parts else None
+    if whole is None or own.body is None or not _same(whole, own.body):
+        return (WrittenLink(own.link, body),)
+    return [WrittenLink(x.link, None if x.body is None else x.body.seen_from(own.after)) for x in parts]
+
+
+def _same(a: Body, b: Body) -> bool:
+    return a.mass == b.mass and np.array_equal(a.com, b.com) and np.array_equal(a.inertia_com, b.inertia_com)
+
+
+def _of_body(name: str, body: Body, points: Sequence[Array], thickness: float) -> Iterable[Verdict]:
+    """The verdicts on one body: `points` are its joints and the centres of the links that are welded to it."""
+    first, second, third = principal_moments(body.inertia_com).tolist()
+    if body.mass <= 0.0:
+        return [Verdict(f"{name}: mass of a link with a tensor", body.mass, 0.0, "kg", "above")]
+    if not body.inertia_com.any():
+        return [Verdict(f"{name}: largest principal moment of a link with mass", third, 0.0, "kg m^2", "above")]
+    triangle = -(first + second - third) / max(abs(third), 1e-300)
+    verdicts = [
+        Verdict(f"{name}: smallest principal moment", first, 0.0, "kg m^2", "above"),
+        Verdict(f"{name}: triangle inequality, I3 over I1 + I2, less 1", triangle, ROUNDING, "relative"),
+    ]
+    reach = max(float(np.linalg.norm(body.com - p)) for p in points) + thickness
+    if reach > 0.0:
+        gyration = float(np.sqrt(max(third, 0.0) / body.mass))
+        verdicts.append(Verdict(f"{name}: radius of gyration over the link's reach", gyration / reach, 1.0, "ratio"))
+    return verdicts
+
+
+def missing_mass(arm: Arm) -> list[Verdict]:
+    """A failing verdict for each link that moves without any mass at it or further out, where other links have some."""
+    bare = [link.link for link in arm.chain.links if link.body is None]
+    if len(bare) == arm.n:
+        return []
+    return [Verdict(f"{name}: mass that moves with the link and beyond it", 0.0, 0.0, "kg", "above") for name in bare]
+
+
+def not_judged(arm: Arm) -> list[str]:
+    """The links whose inertia no verdict is about, and why."""
+    if all(link.body is None for link in arm.chain.links):
+        return ["masses and inertias are not given: no dynamics"]
+    out = []
+    for link in arm.chain.links:
+        body = link.body
+        if body is None:
+            out.append(f"{link.link}: no <inertial>")
+        elif body.unknown:
+            names = ", ".join(INERTIAL[k] for k in body.unknown)
+            out.append(f"{link.link}: inertia known in part; no torque depends on {names} about its frame's origin")
+        elif is_weightless(body):
+            out.append(f"{link.link}: massless, by zeros or by no <inertial>")
+    if _length(arm) == 0.0:
+        out.append("radius of gyration of links whose centre of mass is on their joint: the chain has no length")
+    return out
+
+
+def _length(arm: Arm) -> float:
+    poses = (*(joint.origin for joint in arm.uninstalled().joints()), arm.flange())
+    return max(float(np.linalg.norm(pose.position)) for pose in poses)
+
+
+def at_rest(arm: Arm) -> list[str]:
+    """Notes on links that do not move, whose inertials no body can have: they enter no verdict."""
+    layout = fitting(arm.layout, arm.uninstalled().chain)
+    links = layout.written.get("", ()) if layout is not None else ()
+    return [
+        f"{x.link} does not move with this arm; no body can have its inertial"
+        for x in links
+        if x.body is not None and not is_physical(x.body)
+    ]
+
+
+SPEED, ACCELERATION = 2.0, 10.0
+"""Half-widths of the random joint speeds and accelerations [rad/s, rad/s^2]."""
+
+EXACT = 1e-12
+"""Relative: a few hundred roundings of 1e-16 in a recursion over a handful of links."""
+
+FLOOR = 1e-3
+"""Smallest scale of a comparison of g or C, as a share of the arm's largest torque (or B times speed): some arms have
+no gravity torque or no Coriolis terms, only roundings of zero."""
+
+LEVER = 1e-2
+"""The same as a share of the whole mass on the whole length: the recursion carries each force along the links, and
+where its moment cancels (a wheel that turns about its own centre), the rounding of the force stays."""
+
+STEP = 1e-30
+"""Complex step: there is no subtraction, so it may be as small as floats allow."""
+
+SECONDS, RTOL = 2.0, 1e-12
+
+DRIFT = 1e-8
+"""[J] A swing exchanges tens of joules, of which DOP853 at rtol 1e-12 loses about 1e-10."""
+
+EVALUATIONS = 50_000
+"""Of forward dynamics in one swing, some seconds of computing: light links on stiff ratios would take minutes."""
+
+SLIDE = 2.0
+"""[m] Half width of the range from which positions of a sliding joint are drawn: a mobile base may go a kilometre, and
+differences of positions then round at 1e-13 m."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class States:
+    """q, dq, ddq, (count, n) each."""
+
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+def random_states(arm: Arm, count: int, seed: int) -> States:
+    """Joint positions uniform inside `sampled_box`, speeds and accelerations uniform."""
+    rng = np.random.default_rng(seed)
+    lower, upper = sampled_box(arm)
+    q = rng.uniform(lower, upper, (count, arm.n))
+    dq = rng.uniform(-SPEED, SPEED, (count, arm.n))
+    return States(q, dq, rng.uniform(-ACCELERATION, ACCELERATION, (count, arm.n)))
+
+
+def sampled_box(arm: Arm) -> tuple[Array, Array]:
+    """Lower and upper ends (n,) [rad, m] between which positions are drawn.
+
+    The limits; +-pi [rad or m] where they are unknown. A range wider than four turns or 2 `SLIDE` is cut to that width
+    about 0, or about its own point nearest to 0.
+    """
+    lower = np.where(np.isfinite(arm.lower), arm.lower, np.minimum(-np.pi, arm.upper - np.pi))
+    upper = np.where(np.isfinite(arm.upper), arm.upper, np.maximum(np.pi, lower + np.pi))
+    slides = np.array([link.kind is JointKind.PRISMATIC for link in arm.chain.links])
+    half = np.where(slides, SLIDE, 4.0 * np.pi)
+    wide = upper - lower > 2.0 * half
+    middle = np.clip(0.0, np.where(wide, lower + half, lower), np.where(wide, upper - half, upper))
+    return np.where(wide, middle - half, lower), np.where(wide, middle + half, upper)
+
+
+def box_note(arm: Arm) -> str:
+    """What `sampled_box` cut; empty where it is the box of the limits."""
+    lower, upper = sampled_box(arm)
+    cut = np.isfinite(arm.lower) & np.isfinite(arm.upper) & ((lower > arm.lower) | (upper < arm.upper))
+    ranges = zip(arm.joint_names, lower, upper, strict=True)
+    parts = [f"{name} {low:g} to {up:g}" for (name, low, up), x in zip(ranges, cut, strict=True) if x]
+    return f"states are drawn from a part of the limits: {', '.join(parts)} (rad, m)" if parts else ""
+
+
+def mass_matrix_identities(dynamics: Dynamics, states: States) -> list[Verdict]:
+    """B is symmetric and positive definite; its columns are inverse dynamics of unit accelerations."""
+    B = dynamics.mass_matrix(states.q)
+    joint = singular_joint(B)
+    smallest = float(np.linalg.eigvalsh(B).min()) if joint is None else 0.0
+    g = dynamics.gravity_vector(states.q)
+    unit = np.eye(dynamics.n)
+    columns = dynamics.inverse_dynamics(states.q[:, None, :], np.zeros(dynamics.n), unit) - g[:, None, :]
+    return [
+        Verdict("mass matrix: symmetric", relative(B, np.swapaxes(B, -1, -2)), EXACT, "relative"),
+        Verdict("mass matrix: smallest eigenvalue", smallest, 0.0, "kg m^2", "above"),
+        Verdict(
+            "mass matrix: columns against unit accelerations",
+            relative(B, np.swapaxes(columns, -1, -2)),
+            EXACT,
+            "relative",
+        ),
+    ]
+
+
+def velocity_identities(dynamics: Dynamics, recursion: Recursion, states: States) -> list[Verdict]:
+    """dB/dt = C + C^T, and C dq + g is the bias torque."""
+    C = dynamics.coriolis_matrix(states.q, states.dq)
+    dB = mass_matrix_rate(recursion, states.q, states.dq)
+    floor, torque = coriolis_floor(recursion, states), torque_floor(recursion, states)
+    h = dynamics.bias_torque(states.q, states.dq)
+    bias = np.einsum("kij,kj->ki", C, states.dq) + dynamics.gravity_vector(states.q)
+    return [
+        Verdict("power balance: dB/dt = C + C^T", relative(dB, C + np.swapaxes(C, -1, -2), floor), EXACT, "relative"),
+        Verdict("bias torque: C dq + g", relative(h, bias, torque), EXACT, "relative"),
+    ]
+
+
+def gravity_identity(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
+    """g = dU/dq, with U from the positions of the centres of mass."""
+    g, gradient = dynamics.gravity_vector(states.q), potential_gradient(recursion, states.q)
+    return Verdict(
+        "gravity torque: g = dU/dq", relative(g, gradient, torque_floor(recursion, states)), EXACT, "relative"
+    )
+
+
+def torque_floor(recursion: Recursion, states: States) -> float:
+    """`FLOOR` of the largest torque of these states, or `LEVER` of the weight at the arm's whole length [N m]."""
+    largest = float(np.abs(recursion.inverse_dynamics(states.q, states.dq, states.ddq)).max())
+    mass, length = _size(recursion)
+    weight = mass * _norm(recursion.gravity)
+    return max(FLOOR * largest, LEVER * weight * length)
+
+
+def coriolis_floor(recursion: Recursion, states: States) -> float:
+    """`FLOOR` of the largest B, or `LEVER` of the mass at the arm's whole length, times the speed [N m s/rad]."""
+    mass, length = _size(recursion)
+    largest = float(np.abs(recursion.mass_matrix(states.q)).max())
+    return max(FLOOR * largest, LEVER * mass * length**2) * float(np.abs(states.dq).max())
+
+
+def _size(recursion: Recursion) -> tuple[float, float]:
+    """Mass [kg] and length [m] of a chain: joint to joint, and the farthest centre of mass."""
+    length = sum(_norm(link.shift_before) + _norm(link.shift) for link in recursion.links)
+    beyond = max(_norm(link.com) for link in recursion.links)
+    return float(sum(link.mass for link in recursion.links)), length + beyond
+
+
+def _norm(vector: Vector) -> float:
+    return float(np.linalg.norm([vector.x, vector.y, vector.z]))
+
+
+def mass_matrix_rate(recursion: Recursion, q: Array, dq: Array) -> Array:
+    """dB/dt along dq, exact, (..., n, n)."""
+    rate: Any = recursion.mass_matrix(q + 1j * STEP * dq)
+    return np.asarray(rate.imag / STEP, dtype=np.float64)
+
+
+def potential_gradient(recursion: Recursion, q: Array) -> Array:
+    """dU/dq, exact, (..., n)."""
+    steps: Any = q[..., None, :] + 1j * STEP * np.eye(q.shape[-1])
+    return np.asarray(recursion.potential_energy(steps).imag / STEP, dtype=np.float64)
+
+
+def relative(a: Array, b: Array, floor: float = 0.0) -> float:
+    """Largest difference over the largest entry of both, or over `floor` if that is more; 0 when all vanish.
+
+    >>> relative(np.array([1.0, 2.0]), np.array([1.0, 2.5]))
+    0.2
+    """
+    scale = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)), floor)
+    return 0.0 if scale == 0.0 else float(np.abs(a - b).max()) / scale
+
+
+def energy_drift(dynamics: Dynamics, q: Array, dq: Array, seconds: float = SECONDS) -> float:
+    """Largest |E(t) - E(0)| [J] of a free swing from (q, dq), adaptive DOP853 at rtol 1e-12."""
+    return _swing(dynamics, q, dq, seconds)[0]
+
+
+def _swing(dynamics: Dynamics, q: Array, dq: Array, seconds: float) -> tuple[float, float]:
+    """The energy drift [J] and the time that the swing came to [s]: `EVALUATIONS` end it."""
+    n, none = dynamics.n, np.zeros(dynamics.n)
+
+    def rates(_: float, x: Array) -> Array:
+        return np.concatenate([x[n:], dynamics.forward_dynamics(x[:n], x[n:], none)])
+
+    solver = DOP853(rates, 0.0, np.concatenate([q, dq]), seconds, rtol=RTOL, atol=RTOL)
+    states = [solver.y]
+    try:
+        while solver.status == "running" and solver.nfev < EVALUATIONS:
+            solver.step()
+            states.append(solver.y)
+    except (ShapeError, SingularMassError):  # a state that is not finite
+        return float("nan"), float(solver.t)
+    if solver.status == "failed":
+        return float("nan"), float(solver.t)
+    x = np.array(states)
+    energies = mechanical_energy(dynamics, x[:, :n], x[:, n:])
+    return float(np.abs(energies - energies[0]).max()), float(solver.t)
+
+
+def swing_verdict(dynamics: Dynamics, q: Array, dq: Array) -> Verdict:
+    """The energy drift: nothing drives or brakes the arm, so kinetic plus potential energy is constant."""
+    drift, seconds = _swing(dynamics, q, dq, SECONDS)
+    return Verdict(f"energy drift of a free swing, {seconds:.3g} s", drift, DRIFT, "J")

@@ -1,0 +1,311 @@
+"""The error of a controller that kernels cannot take.
+
+What a kernel needs of a controller: its torque on symbols, its memory, and its gains as values of a run.
+
+Kernel forms of what stands around a law: friction compensation on the reference or on the measured speed.
+
+Whether a controller acts as its kernel form: torques at a few states, with the memory of both.
+
+The kernel form of a controller, checked against the controller; which controllers have one.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, Protocol
+
+import casadi
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.codegen.kernels.kernel_spec import FRICTION
+from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicModel
+from lwr_dyn.codegen.rollouts.symbolic_plant import friction_column, friction_models, friction_table
+from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
+from lwr_dyn.control.protocol import Controller, Wrapped, label_of, reset
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.model.arm import Arm
+
+
+class NoKernelFormError(OptionError):
+    """A controller without a form that kernels take, or one that does not act as its form."""
+
+
+Column = Any
+"""A casadi.SX column."""
+
+UNLIMITED = 1e300
+"""[N m] Stands for a torque limit of infinity among the values of a law: 0 times it is 0, not NaN."""
+
+
+def finite_limits(effort: ArrayLike) -> Array:
+    """Torque limits (n,) [N m] with `UNLIMITED` for infinity."""
+    return np.minimum(np.asarray(effort, dtype=np.float64), UNLIMITED)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LawInputs:
+    """What a law is given at a sample, as columns: measured state, reference, memory and gains.
+
+    `memory` (m,) is that of this sample; `parameters` holds a column for each name of `LawForm.parameters`, values in C
+    order; `h` is the time between samples [s].
+    """
+
+    q: Column
+    dq: Column
+    q_ref: Column
+    dq_ref: Column
+    ddq_ref: Column
+    memory: Column
+    parameters: Mapping[str, Column]
+    h: Any
+
+
+class LawForm(Protocol):
+    """A controller in the form that a kernel takes."""
+
+    @property
+    def name(self) -> str:
+        """The controller's name, with its wrappers."""
+
+    @property
+    def parameters(self) -> Mapping[str, tuple[int, ...]]:
+        """Its gains: name -> shape of one run's values; all of them may differ from run to run."""
+
+    @property
+    def memory(self) -> int:
+        """Numbers kept from sample to sample."""
+
+    @property
+    def digest(self) -> str:
+        """Text of all else on which `torque` depends: variants and switches, not the values of the parameters.
+
+        A change of the code of `torque` raises `rollout.step.GENERATOR`, so that kernels on disk are made again.
+        """
+
+    def values(self) -> Mapping[str, Array]:
+        """The parameters of this controller, in the shapes of `parameters`."""
+
+    def start(self) -> Array:
+        """The memory (m,) at the first sample."""
+
+    def torque(self, model: SymbolicModel, x: LawInputs) -> tuple[Column, Column]:
+        """The torque (n,) [N m], and the memory (m,) of the next sample; `model` is the arm as the law knows it."""
+
+    def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
+        """The controller that acts so on these values, with `arm` as the arm that it knows: for a run by `simulate`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionForm:
+    """tau = inner's + tau_f(dq_ref), or tau_f(dq): `feedback.friction_compensation`."""
+
+    law: FrictionCompensation
+    inner: LawForm
+
+    @classmethod
+    def of(cls, law: FrictionCompensation, inner: LawForm) -> "FrictionForm":
+        """The form of a wrapper around a law of this form; raises `OptionError` for a Stribeck curve."""
+        friction_table(law.models)
+        return cls(law, inner)
+
+    @property
+    def name(self) -> str:
+        """The controller's name."""
+        return f"{self.inner.name}+{self.law.word}"
+
+    @property
+    def memory(self) -> int:
+        """The inner law's."""
+        return self.inner.memory
+
+    @property
+    def parameters(self) -> Mapping[str, tuple[int, ...]]:
+        """The inner law's, the friction that the law knows (5, n), and the width of its tanh [rad/s or m/s]."""
+        shape = (len(FRICTION), len(self.law.models))
+        return {**self.inner.parameters, "law_friction": shape, "law_friction_width": ()}
+
+    @property
+    def digest(self) -> str:
+        """The inner law's, and the variant."""
+        return f"{self.inner.digest} + {self.law.word}"
+
+    def values(self) -> Mapping[str, Array]:
+        """The inner law's and the wrapper's own."""
+        own = {"law_friction": friction_table(self.law.models), "law_friction_width": np.array(self.law.width)}
+        return {**self.inner.values(), **own}
+
+    def start(self) -> Array:
+        """The inner law's."""
+        return self.inner.start()
+
+    def torque(self, model: SymbolicModel, x: LawInputs) -> tuple[Column, Column]:
+        """See `LawForm`."""
+        tau, memory = self.inner.torque(model, x)
+        speed = x.dq if self.law.measured else x.dq_ref
+        return tau + friction_column(speed, x.parameters["law_friction"], x.parameters["law_friction_width"]), memory
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "signals":  # those of the inner law, where it has any
+            raise AttributeError(name)
+        return getattr(self.inner, name)
+
+    def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
+        """See `LawForm`."""
+        models = friction_models(values["law_friction"])
+        inner = self.inner.controller(arm, values)
+        return FrictionCompensation(inner, models, float(values["law_friction_width"]), self.law.measured)
+
+
+STEP = 1e-3
+"""[s] Between the samples of the check."""
+
+SAMPLES, SEED = 4, 0
+
+ERRORS = (1e-4, 1e-2, 1.0)
+"""[rad, rad/s or m] Size of the errors, of as many sequences of samples: inside and outside of layers and limits."""
+
+CLOSE = 1e-9
+"""Of the largest torque at a sample: what form and controller may differ by; rounding leaves 1e-14."""
+
+JOINT = ("q", "dq", "q_ref", "dq_ref", "ddq_ref")
+
+Step = Callable[..., tuple[Array, Array]]
+
+
+def form_function(form: LawForm, arm: Arm) -> Step:
+    """The form in NumPy: (q, dq, q_ref, dq_ref, ddq_ref, memory, values, h) -> torque (n,), next memory (m,)."""
+    n, names = arm.n, list(form.parameters)
+    joint = {name: casadi.SX.sym(name, n) for name in JOINT}
+    memory, h = casadi.SX.sym("memory", form.memory), casadi.SX.sym("h")
+    gains = {name: casadi.SX.sym(name, int(np.prod(form.parameters[name]))) for name in names}
+    x = LawInputs(**joint, memory=memory, parameters=gains, h=h)
+    out = form.torque(SymbolicModel.of(arm.chain), x)
+    function = casadi.Function("law", [*joint.values(), memory, *gains.values(), h], [casadi.densify(y) for y in out])
+
+    def step(*given: Any) -> tuple[Array, Array]:
+        *state, values, time = given
+        flat = [np.asarray(values[name], dtype=np.float64).ravel() for name in names]
+        tau, after = function(*state, *flat, time)
+        return np.array(tau).ravel(), np.array(after).ravel()
+
+    return step
+
+
+def states_of(arm: Arm) -> Array:
+    """Random samples (sequences, samples, 5, n) of q, dq, q_ref, dq_ref, ddq_ref, inside the joint box."""
+    rng = np.random.default_rng(SEED)
+    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    sequences = []
+    for error in ERRORS:
+        q_ref, dq_ref, ddq_ref = rng.uniform(-1.0, 1.0, (3, SAMPLES, arm.n))
+        q_ref = lower + (0.5 + 0.4 * q_ref) * (upper - lower)
+        q, dq = (r + error * rng.uniform(-1.0, 1.0, r.shape) for r in (q_ref, dq_ref))
+        sequences.append([q, dq, q_ref, dq_ref, ddq_ref])
+    return np.swapaxes(sequences, 1, 2)
+
+
+def check_form(form: LawForm, controller: Controller, arm: Arm) -> None:
+    """Compare the controller's torque with its form's; the controller is reset before and after.
+
+    Raises
+    ------
+    NoKernelFormError
+        They differ.
+    """
+    off, share = differences(form_function(form, arm), form.values(), form.start(), controller, states_of(arm))
+    if not share <= CLOSE:
+        raise NoKernelFormError(
+            "controller",
+            f"{label_of(controller)}: its torque is not that of its kernel form for {arm.name} ({arm.reading}), by up "
+            f"to {off:.3g} N m",
+            "a controller made for this arm, and not changed since",
+        )
+
+
+def differences(
+    step: Step, values: Mapping[str, Array], start: Array, controller: Controller, sequences: Array
+) -> tuple[float, float]:
+    """The largest difference of the torques [N m], and the largest share of the largest torque of its sample."""
+    off, share = 0.0, 0.0
+    for sequence in sequences:
+        reset(controller)
+        memory = start
+        for k, state in enumerate(sequence):
+            own = np.asarray(controller(k * STEP, *np.array(state)), dtype=np.float64)
+            tau, memory = step(*state, memory, values, STEP)
+            apart, size = float(np.abs(tau - own).max()), max(1.0, float(np.abs(own).max()))
+            if not isfinite(apart / size):
+                return np.inf, np.inf
+            off, share = max(off, apart), max(share, apart / size)
+    reset(controller)
+    return off, share
+
+
+_JOINT, _PASSIVE = "lwr_dyn.codegen.rollouts.joint_law_forms", "lwr_dyn.codegen.rollouts.passivity_law_forms"
+
+LAW_FORMS: Registry[Any] = Registry(
+    "kernel_form",
+    {
+        "pd-gravity": Row(f"{_JOINT}:PDGravityForm", "both forms of damping", extra="batch"),
+        "pid": Row(f"{_JOINT}:PIDForm", "with its integral as memory", extra="batch"),
+        "inverse-dynamics": Row(f"{_JOINT}:InverseDynamicsForm", "with every switch", extra="batch"),
+        "motor-pd": Row(f"{_JOINT}:MotorSidePDForm", "as it acts on rigid joints", extra="batch"),
+        "adaptive": Row(f"{_PASSIVE}:AdaptiveForm", "of a load or all links, with friction if adapted", extra="batch"),
+        "robust": Row(f"{_PASSIVE}:RobustForm", "the robust term as a load", extra="batch"),
+    },
+)
+"""By the controller's name: a class with `takes`, the controllers' class, and `of(controller, arm) -> LawForm`."""
+
+WORDS = ("friction", "friction-measured")
+"""Of wrappers around a law that have a form too."""
+
+
+def law_form(controller: Controller, arm: Arm) -> LawForm:
+    """The kernel form of a controller.
+
+    The controller is called at a few states, after `reset`, and must give its form's torque at each.
+
+    Parameters
+    ----------
+    controller : Controller
+        One of `LAW_FORMS`, plain or with friction compensation around it.
+    arm : Arm
+        The arm as the controller knows it.
+
+    Raises
+    ------
+    NoKernelFormError
+        A controller without a form; one whose torque is not its form's: it was made for another arm, or changed.
+    OptionError
+        Friction with a Stribeck curve.
+    MissingDataError
+        The arm has no inertias.
+    """
+    form = unchecked_form(controller, arm)
+    check_form(form, controller, arm)
+    return form
+
+
+def unchecked_form(controller: Controller, arm: Arm) -> LawForm:
+    """`law_form` without a look at the torque: for more controllers of a kind whose first was checked."""
+    if type(controller) is FrictionCompensation:
+        return FrictionForm.of(controller, unchecked_form(controller.inner, arm))
+    name = str(getattr(controller, "name", ""))
+    if isinstance(controller, Wrapped) or name not in LAW_FORMS.names:
+        raise _without(controller)
+    kind = LAW_FORMS.load(name)
+    if type(controller) is not kind.takes:
+        raise _without(controller)
+    form: LawForm = kind.of(controller, arm)
+    return form
+
+
+def _without(controller: Controller) -> NoKernelFormError:
+    kind = "" if type(controller).__module__.startswith("lwr_dyn.") else f" ({type(controller).__qualname__})"
+    return NoKernelFormError(
+        "controller", f"{label_of(controller)}{kind} has no form that kernels take",
+        f"{', '.join(LAW_FORMS.names)}, plain or with +{' or +'.join(WORDS)}",
+    )  # fmt: skip

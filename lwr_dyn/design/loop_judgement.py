@@ -1,0 +1,297 @@
+"""What a loop is judged with: how it is sampled, and whether its joints are elastic.
+
+What sampling does to a loop, in words: a table for `gains`; for `simulate` lines before and after the run.
+
+The sampled loops of all controllers with given gains, for the command `gains`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from lwr_dyn.control.gains import Gains, Linearised
+from lwr_dyn.control.paper_laws import PID, PDGravity, tuned_inverse_dynamics, tuned_pd_gravity
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.control.velocity import FilteredDifference
+from lwr_dyn.design.elastic_loop import ElasticArm, at_rest
+from lwr_dyn.design.sampled_loop import RestingLoop, RestingPlant, Sampling, law_at_rest, rigid_plant
+from lwr_dyn.design.sampled_stability import (
+    PLACES,
+    POSES,
+    SEED,
+    STARTS,
+    WHOLE_DELAY,
+    SampledStability,
+    box_stability,
+    judged_count,
+    places_of,
+    pose_text,
+    rate_text,
+    stability_at,
+    stability_in_box,
+)
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.transmission import JointElasticity, chosen_elasticity
+from lwr_dyn.simulation.setup import ENCODERS, Setup
+
+
+@dataclass(frozen=True, slots=True)
+class LoopCase:
+    """A plant and a sampling: rigid joints without delay if nothing is given.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second [Hz].
+    delay : int
+        From a command to its torque [samples].
+    cutoff_hz : float, optional
+        Of the velocity filter of an encoder [Hz]; true speeds if not given.
+    elasticity : "file", float or JointElasticity, optional
+        As of `simulate`: stiffness of the file, or the largest stiffness [N m/rad]; rigid joints if not given.
+    encoders : {"motor", "link"}
+        The side that ordinary laws read on elastic joints.
+
+    Raises
+    ------
+    OptionError
+        A rate, a delay or a cut-off that cannot be, another side.
+    """
+
+    rate: float = 1000.0
+    delay: int = 0
+    cutoff_hz: float | None = None
+    elasticity: JointElasticity | str | float | None = None
+    encoders: str = "motor"
+
+    def __post_init__(self) -> None:
+        Sampling(self.rate, self.delay)
+        if self.cutoff_hz is not None:
+            FilteredDifference(self.cutoff_hz, self.rate)
+        if self.encoders not in ENCODERS:
+            raise OptionError("encoders", repr(self.encoders), " or ".join(ENCODERS))
+
+    @property
+    def sampling(self) -> Sampling:
+        """How the controller is sampled."""
+        return Sampling(self.rate, self.delay, self.cutoff_hz)
+
+    @property
+    def words(self) -> str:
+        """The case in words.
+
+        >>> LoopCase(delay=1).words, LoopCase(elasticity=1e4, encoders="link").words
+        ('rigid, 1000 Hz, delay of 1 sample', 'elastic (10000 N m/rad, link encoders), 1000 Hz')
+        """
+        stiffness = f"{self.elasticity:g} N m/rad, " if isinstance(self.elasticity, float | int) else ""
+        parts = ["rigid" if self.elasticity is None else f"elastic ({stiffness}{self.encoders} encoders)"]
+        parts += [f"{self.rate:g} Hz"]
+        parts += [f"delay of {self.delay} sample{'s' if self.delay > 1 else ''}"] if self.delay else []
+        parts += [f"speeds filtered at {self.cutoff_hz:g} Hz"] if self.cutoff_hz is not None else []
+        return ", ".join(parts)
+
+    def plant(self, arm: Arm, dynamics: Dynamics, q: Array, motor: bool = False) -> RestingPlant:
+        """The arm near rest at the poses q (k, n); `motor` for a law that reads the motor side whatever is given.
+
+        Raises
+        ------
+        OptionError
+            A singular mass matrix, a stiffness that cannot be, no rotor at an elastic joint.
+        MissingDataError
+            "file" for an arm whose file gives no stiffness.
+        """
+        elastic = self._elastic(arm, dynamics, motor)
+        return rigid_plant(dynamics, q) if elastic is None else elastic.plant(at_rest(q))
+
+    def seen(self, arm: Arm, dynamics: Dynamics, q: Array, motor: bool = False) -> Array:
+        """What the law reads (k, n) where the links rest at q: motors turn ahead by g / K. Raises as `plant`."""
+        elastic = self._elastic(arm, dynamics, motor)
+        on_motor = motor or self.encoders == "motor"
+        return q if elastic is None or not on_motor else elastic.spring_side(at_rest(q))
+
+    def loop(self, arm: Arm, dynamics: Dynamics, controller: Controller, q: Array) -> RestingLoop:
+        """The loop at the poses q (k, n), the law linearised at what it reads; raises as `plant`, `law_at_rest`."""
+        motor = reads_motor(controller, q)
+        seen = self.seen(arm, dynamics, q, motor)
+        law = law_at_rest(controller, seen).feedback
+        return RestingLoop.of_plant(self.plant(arm, dynamics, q, motor), law, seen)
+
+    def _elastic(self, arm: Arm, dynamics: Dynamics, motor: bool) -> ElasticArm | None:
+        elasticity = chosen_elasticity(arm, self.elasticity)
+        if elasticity is None:
+            return None
+        return ElasticArm(dynamics, elasticity, arm.armature, "motor" if motor else self.encoders)
+
+
+def reads_motor(controller: Controller, q: Array) -> bool:
+    """Whether a law says that it reads the motor side whatever the encoders are."""
+    return isinstance(controller, Linearised) and controller.linear_feedback(q[:1]).motor
+
+
+def sampling_text(sampling: Sampling) -> str:
+    """Rate and delay in words.
+
+    >>> sampling_text(Sampling(1000.0, 2))
+    '1000 Hz with a delay of 2 samples'
+    """
+    late = {0: "", 1: " with a delay of 1 sample"}.get(sampling.delay, f" with a delay of {sampling.delay} samples")
+    return f"{sampling.rate:g} Hz{late}"
+
+
+def unknown_text(found: SampledStability) -> str:
+    """Which limits of the box are assumed; empty where all are known."""
+    names = ", ".join(found.unknown_limits)
+    return f"limits of {names} unknown: +-180 deg (sliding: +-1 m) taken" if names else ""
+
+
+def stability_table(arm: Arm, results: Mapping[str, SampledStability]) -> Table:
+    """One row a controller: the unstable share of the joint box, the worst pose found, the least rate."""
+    first = next(iter(results.values()))
+    title = (
+        f"Sampled at {sampling_text(first.sampling)}: unstable at rest, of {first.poses} poses drawn evenly from the"
+        f" joint box (seed {SEED}); linear, without friction and torque limits"
+    )
+    headings = (
+        "controller", "unstable", Heading("holds from", format=rate_text),
+        Heading("largest growth a sample", format=".4g"), "there",
+    )  # fmt: skip
+    rows = [
+        (name, found.share_text, found.least_rate, found.radius, pose_text(found.worst, arm))
+        for name, found in results.items()
+    ]
+    return Table(title, headings, rows, unknown_text(first))
+
+
+def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
+    """The sampled loop of a setup "in_box" and "along_reference"; None where the linear theory does not apply.
+
+    It does not for a continuous run, for a controller without a linear form, nor where the plant's mass matrix is
+    singular or an elastic joint has no rotor. Elastic joints are judged by Spong's model, whatever the engine.
+    """
+    controller, options, plant = setup.controller, setup.options, setup.plant
+    if options.continuous or not isinstance(controller, Linearised):
+        return None
+    cutoff_hz = None if setup.encoder is None else setup.encoder.cutoff_hz
+    case = LoopCase(options.rate, options.delay, cutoff_hz, setup.elasticity, setup.encoders)
+    rows = places_of(setup.motion.q, judged_count(PLACES, options.delay))
+    poses, starts = judged_count(POSES, options.delay), 0 if options.delay > WHOLE_DELAY else STARTS
+    try:
+        return {
+            "in_box": box_stability(
+                plant.arm,
+                lambda q: case.loop(plant.arm, plant.dynamics, controller, q),
+                case.sampling,
+                poses,
+                starts=starts,
+            ),
+            "along_reference": stability_at(
+                case.loop(plant.arm, plant.dynamics, controller, rows), case.sampling, rows
+            ),
+        }
+    except OptionError:
+        return None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledNotes:
+    """What to say of a simulation's sampled loop: lines before and after the run, and the record for JSON.
+
+    What could not be judged is said after the run: a controller's file that fails gives its one line of error alone.
+    A run of elastic joints may be refused when it begins: what is known of it is said when it ends or diverges.
+    """
+
+    before: list[str]
+    once_begun: list[str]
+    after: list[str]
+    record: dict[str, Any] | None
+
+
+def sampled_notes(setup: Setup) -> SampledNotes:
+    """The notes of a simulation that is about to run."""
+    judged = judged_setup(setup)
+    lines, refusable = stability_lines(setup.plant.arm, judged), setup.elasticity is not None
+    before, once_begun = ([], lines) if refusable else (lines, [])
+    return SampledNotes(before, once_begun, not_judged_lines(setup), stability_record(judged))
+
+
+def not_judged_lines(setup: Setup) -> list[str]:
+    """That nothing is known of the sampled loop of a controller without a linear form, such as one from a file."""
+    if setup.options.continuous or isinstance(setup.controller, Linearised):
+        return []
+    return ["note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"]
+
+
+def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> list[str]:
+    """What to know before the run; nothing where the loop is stable everywhere, or not judged."""
+    if judged is None or all(found.holds for found in judged.values()):
+        return []
+    box, path = judged["in_box"], judged["along_reference"]
+    share = f"{box.unstable} of {box.poses} poses of the joint box"
+    if 0 < box.unstable < box.poses:
+        share = f"{box.share_text} of the joint box ({box.poses} poses)"
+    lines = [
+        f"note: sampled at {sampling_text(box.sampling)}, this loop is unstable at rest in {share}; {_worst(arm, box)};"
+        f" {_from_rate(box)} in all of them"
+    ]
+    if box.unknown_limits:
+        lines.append(f"note: {unknown_text(box)}")
+    if path.holds:
+        return [*lines, f"note: at the poses of this reference ({path.poses} of them) it is stable"]
+    where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable"
+    return [*lines, f"note: {where}; {_worst(arm, path)}; {_from_rate(path)} there"]
+
+
+def _worst(arm: Arm, found: SampledStability) -> str:
+    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {_growth(found.radius)} a sample"
+
+
+def _from_rate(found: SampledStability) -> str:
+    if found.least_rate is None:
+        return f"{rate_text(None)} makes it hold"
+    return f"from {rate_text(found.least_rate)} on it holds"
+
+
+def _growth(radius: float) -> str:
+    return f"{radius:.3g}-fold" if radius >= 1.1 else f"by {100 * (radius - 1):.2g} %"
+
+
+def stability_record(judged: Mapping[str, SampledStability] | None) -> dict[str, Any] | None:
+    """The same as JSON values."""
+    return None if judged is None else {name: found.to_json() for name, found in judged.items()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SampledGains:
+    """What sampling does to each controller with these gains, by name."""
+
+    table: Table
+    record: Mapping[str, Any]
+
+
+def judge_of_gains(rate: float, delay: int) -> Callable[[Arm, Gains], SampledGains]:
+    """What judges gains at a rate [Hz] and a delay [samples]; raises `OptionError` for another rate or delay."""
+    sampling = Sampling(rate, delay)
+
+    def judged(arm: Arm, gains: Gains) -> SampledGains:
+        found = sampled_loops(arm, gains, sampling)
+        return SampledGains(stability_table(arm, found), {name: each.to_json() for name, each in found.items()})
+
+    return judged
+
+
+def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, SampledStability]:
+    """The sampled loop of each controller with these gains, and with the gains of the arm's file, where it has any."""
+    dynamics, omega_n, xi = dynamics_of(arm), gains.omega_n, gains.xi
+    controllers: dict[str, Linearised] = {
+        "pd-gravity": PDGravity(dynamics, gains.Kp, gains.Kd),
+        "pid": PID(gains.Kp, gains.Kd, arm.effort, dynamics=dynamics, omega_n=omega_n),
+        "inverse-dynamics": tuned_inverse_dynamics(arm, dynamics, omega_n=omega_n, xi=xi),
+    }
+    if arm.gains is not None:
+        controllers["pd-gravity --own-gains"] = tuned_pd_gravity(arm, dynamics, own_gains=True)
+    return {name: stability_in_box(arm, dynamics, each, sampling) for name, each in controllers.items()}

@@ -1,0 +1,295 @@
+"""A plane of lines and dots as HTML: SVG that stretches with the page, every text is text of the page.
+
+Torque against prediction: a row a joint with what was measured, what the fit predicts, and below what is left.
+
+Friction maps: what is left of the torques without the bodies, over speed, and the friction fitted to it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.model.friction import Direction, JointFriction
+from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length, short
+from lwr_dyn.pages.plotting.drawn_panel import HEIGHT, WIDTH, tick_marks
+
+POINTS = 500
+"""Stretches of a line; of each its lowest and its highest point are drawn."""
+
+
+def line_path(x: Array, y: Array, across: Axis, up: Axis, kind: str, points: int = POINTS) -> str:
+    """A line through (k,) points, with a gap where y is not finite; empty where nothing is to be drawn.
+
+    Parameters
+    ----------
+    x, y : (k,) array
+    across, up : Axis
+    kind : str
+        Its class.
+    points : int
+        Stretches into which a long line is cut.
+    """
+    finite = np.isfinite(y)
+    if not finite.any():
+        return ""
+    keep = finite & _extremes(np.where(finite, y, np.nan), points)
+    part_of = np.cumsum(finite & np.concatenate([[True], ~finite[:-1]]))[keep]
+    places = _places(x[keep], y[keep], across, up)
+    steps, before = [], 0
+    for (a, b), part in zip(places, part_of.tolist(), strict=True):
+        steps.append(f"{'M' if part != before else ''}{a},{b}")
+        before = part
+    return f'<path class="{kind}" d="{" ".join(steps)}"/>'
+
+
+def band_path(x: Array, low: Array, high: Array, across: Axis, up: Axis, kind: str) -> str:
+    """What lies between two lines (k,), as a filled shape."""
+    edge = [*_places(x, low, across, up), *reversed(_places(x, high, across, up))]
+    return f'<path class="{kind}" d="M{" ".join(f"{a},{b}" for a, b in edge)}Z"/>'
+
+
+def dots_path(x: Array, y: Array, across: Axis, up: Axis, kind: str) -> str:
+    """Dots (k,): strokes of no length, which a round line cap makes visible."""
+    inside = (x >= across.low) & (x <= across.high) & (y >= up.low) & (y <= up.high)
+    dots = "".join(f"M{a},{b}h0" for a, b in _places(x[inside], y[inside], across, up))
+    return f'<path class="{kind}" d="{dots}"/>' if dots else ""
+
+
+def grid_path(across: Axis | None, up: Axis | None) -> str:
+    """Lines at the ticks of the axes that are given."""
+    lines = "" if up is None else "".join(f"M0,{round(HEIGHT * (1.0 - float(up.share(t))))}H{WIDTH}" for t in up.ticks)
+    if across is not None:
+        lines += "".join(f"M{round(WIDTH * float(across.share(tick)))},0V{HEIGHT}" for tick in across.ticks)
+    return f'<path class="grid" d="{lines}"/>'
+
+
+def plane_html(label: str, paths: Sequence[str], kind: str = "", inside: str = "") -> str:
+    """The plane with its paths; `label` is what it shows, in words."""
+    classes = f"plane {kind}".strip()
+    return (
+        f'<div class="{classes}" role="img" aria-label="{escape(label)}"><svg viewBox="0 0 {WIDTH} {HEIGHT}" '
+        f'preserveAspectRatio="none" aria-hidden="true">{"".join(paths)}</svg>{inside}</div>'
+    )
+
+
+def _places(x: Array, y: Array, across: Axis, up: Axis) -> list[tuple[int, int]]:
+    a = np.rint(WIDTH * across.share(x)).astype(int)
+    b = np.rint(HEIGHT * (1.0 - up.share(y))).astype(int)
+    return list(zip(a.tolist(), b.tolist(), strict=True))
+
+
+def _extremes(values: Array, points: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """The points (k,) to draw: the ends, and of each stretch the lowest and the highest."""
+    keep = np.zeros(values.size, dtype=bool)
+    keep[[0, -1]] = True
+    for part in np.array_split(np.arange(values.size), min(points, values.size)):
+        inside = part[np.isfinite(values[part])]
+        if inside.size:
+            keep[[inside[np.argmin(values[inside])], inside[np.argmax(values[inside])]]] = True
+    return keep
+
+
+SIGMAS = 3.0
+"""Half-width of the band of noise behind what is left."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShownRecording:
+    """One recording: t (k,) [s] from its first row; measured and predicted torques (k, n) [N m or N]; q (k, n).
+
+    `used` (k, n) are the equations that the fit saw.
+    """
+
+    source: str
+    t: Array
+    q: Array
+    measured: Array
+    predicted: Array
+    used: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, "t", "q", "measured", "predicted")
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.t[-1] - self.t[0])
+
+
+def torque_rows_html(one: ShownRecording, noise: Array, joints: tuple[str, ...], units: tuple[str, ...]) -> str:
+    """The rows of a recording.
+
+    Parameters
+    ----------
+    one : ShownRecording
+    noise : (n,) array
+        Standard deviation of the torques as the fit found it [N m or N].
+    joints, units : tuple of str
+        Name of each joint, unit of its torque.
+    """
+    across = axis_of(one.t, most=8, padding=0.0)
+    rows = "".join(_row(one, j, float(noise[j]), joints[j], units[j], across) for j in range(len(joints)))
+    foot = f'<div class="trow foot"><div></div><div class="area"><div class="yt"></div>{_seconds(across)}</div></div>'
+    return f'<div class="torques" data-low="{across.low:.6g}" data-high="{across.high:.6g}">{rows}{foot}</div>'
+
+
+def _seconds(across: Axis) -> str:
+    return tick_marks(across, "xt", "left", "s")
+
+
+def _row(one: ShownRecording, j: int, noise: float, joint: str, unit: str, across: Axis) -> str:
+    measured, predicted, used = one.measured[:, j], one.predicted[:, j], one.used[:, j]
+    left = np.where(used, measured - predicted, np.nan)
+    up = axis_of(np.concatenate([measured, predicted]), most=4)
+    wide = SIGMAS * noise if np.isfinite(noise) else 0.0
+    reach = max(float(np.nanmax(np.abs(left), initial=0.0)), wide) or 1.0
+    end = round_length(reach)
+    below = Axis(-1.1 * reach, 1.1 * reach, (-end, 0.0, end))
+    rms, peak = rms_of(left), largest_of(left)
+    label = (
+        f"{joint}: torque at most {said(largest_of(measured), unit)}; measured less predicted has an RMS "
+        f"of {said(rms, unit)} and reaches {said(peak, unit)}"
+    )
+    lines = [
+        grid_path(None, up), line_path(one.t, measured, across, up, "ref"),
+        line_path(one.t, predicted, across, up, "r1"),
+    ]  # fmt: skip
+    ends = np.array([across.low, across.high])
+    rest = [
+        band_path(ends, np.full(2, -wide), np.full(2, wide), across, below, "band"),
+        grid_path(None, below), line_path(one.t, left, across, below, "left"),
+    ]  # fmt: skip
+    facts = (("RMS left", rms), ("noise", noise), ("largest", peak))
+    listed = "".join(f"<li><span>{name}</span> <b>{said(value, unit)}</b></li>" for name, value in facts)
+    two = (
+        f'<div class="area">{tick_marks(up, "yt", "top")}{plane_html(label, lines, "torque")}'
+        f"{tick_marks(below, 'yt', 'top')}{plane_html(f'{joint}: measured less predicted torque', rest, 'rest')}</div>"
+    )
+    who = f'<div class="who"><h3>{escape(joint)}</h3><ul class="figures">{listed}</ul></div>'
+    return f'<div class="trow">{who}{two}</div>'
+
+
+def said(value: float, unit: str) -> str:
+    """A number with its unit; "none" where nothing is known.
+
+    >>> said(0.25, "N m"), said(float("nan"), "N m")
+    ('0.25 N m', 'none')
+    """
+    return f"{short(value)} {unit}" if np.isfinite(value) else "none"
+
+
+def largest_of(values: Array) -> float:
+    """The largest magnitude of the finite values; NaN of none."""
+    finite = values[np.isfinite(values)]
+    return float(np.abs(finite).max()) if finite.size else float("nan")
+
+
+def rms_of(values: Array) -> float:
+    """Root mean square of the finite values; NaN of none.
+
+    >>> rms_of(np.array([3.0, np.nan, -3.0]))
+    3.0
+    """
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(np.square(finite)))) if finite.size else float("nan")
+
+
+KEY = (
+    '<ul class="key"><li><i class="sw ref"></i>measured</li><li><i class="sw r1"></i>predicted</li>'
+    '<li><i class="sw left"></i>measured less predicted, where the fit used it</li>'
+    '<li><i class="sw band"></i>3 sigma of the noise</li></ul>'
+)
+"""What the lines are."""
+
+DOTS = 600
+"""Of a map at most, evenly in time."""
+
+CURVE = 120
+"""Points of a curve a direction."""
+
+_SHARE = (0.002, 0.998)
+"""Of the dots that the axis holds: single rows may be far off."""
+
+
+def friction_maps_html(
+    speed: Array, torque: Array, fitted: Sequence[JointFriction | None], table: Sequence[JointFriction | None],
+    joints: tuple[str, ...], units: tuple[tuple[str, str], ...],
+) -> str:  # fmt: skip
+    """A map a joint.
+
+    Parameters
+    ----------
+    speed : (k, n) array
+        [rad/s or m/s]
+    torque : (k, n) array
+        Measured torque less what bodies and rotors take, NaN where it is not used [N m or N].
+    fitted, table : sequence of n JointFriction or None
+        The result, and the friction that the arm had.
+    joints : tuple of str
+    units : tuple of (str, str)
+        Of speed and torque of each joint.
+    """
+    figures = (_map(speed[:, j], torque[:, j], fitted[j], table[j], joints[j], units[j]) for j in range(len(joints)))
+    return f'<div class="many maps">{"".join(figures)}</div>'
+
+
+def _map(
+    speed: Array, torque: Array, fitted: JointFriction | None, table: JointFriction | None, joint: str,
+    units: tuple[str, str],
+) -> str:  # fmt: skip
+    rows = np.flatnonzero(np.isfinite(torque) & np.isfinite(speed))
+    rows = rows[:: max(1, -(-rows.size // DOTS))]
+    v, tau = speed[rows], torque[rows]
+    fastest = float(np.abs(v).max(initial=0.0)) or 1.0
+    curves = [(one, kind) for one, kind in ((table, "ref"), (fitted, "r1")) if one is not None]
+    lines = [(_curve(one, fastest), kind) for one, kind in curves]
+    seen = np.quantile(tau, _SHARE) if tau.size else np.array([-1.0, 1.0])
+    up = axis_of(np.concatenate([seen, *(y[np.isfinite(y)] for (_, y), _ in lines)]), most=5)
+    across = axis_of(np.array([-fastest, fastest]), most=5, padding=0.02)
+    paths = [grid_path(None, up), f'<path class="zero" d="M{round(2000 * float(across.share(0.0)))},0V1000"/>']
+    paths += [dots_path(v, tau, across, up, "dots")]
+    paths += [line_path(x, y, across, up, kind) for (x, y), kind in lines]
+    label = f"{joint}: friction torque over speed, {rows.size} dots; {friction_words(fitted, units[1])}"
+    area = (
+        f'<div class="area">{tick_marks(up, "yt", "top")}{plane_html(label, paths, "map")}'
+        f"<div></div>{tick_marks(across, 'xt', 'left')}</div>"
+    )
+    head = f"<figcaption><h3>{escape(joint)} <small>{' over '.join(reversed(units))}</small></h3></figcaption>"
+    words = escape(friction_words(fitted, units[1]))
+    return f'<figure>{head}{area}<p class="note">{words}</p></figure>'
+
+
+def _curve(one: JointFriction, fastest: float) -> tuple[Array, Array]:
+    """Speeds and torques of both directions, with a gap at rest."""
+    v = fastest * np.linspace(1e-6, 1.0, CURVE)
+    x = np.concatenate([-v[::-1], [0.0], v])
+    y = one.torque(x)
+    y[CURVE] = np.nan
+    return x, y
+
+
+def friction_words(one: JointFriction | None, unit: str) -> str:
+    """A joint's friction in a sentence.
+
+    >>> from lwr_dyn.model.friction import symmetric
+    >>> friction_words(symmetric(2.0, 0.5), "N m")
+    'Coulomb 2 and 2 N m (up, down), viscous 0.5 and 0.5, offset 0 N m'
+    """
+    if one is None:
+        return "values that no friction can have: a level below 0"
+    up, down = one.positive, one.negative
+    said = (
+        f"Coulomb {short(up.coulomb)} and {short(down.coulomb)} {unit} (up, down), viscous {short(up.viscous)} and "
+        f"{short(down.viscous)}, offset {short(one.offset)} {unit}"
+    )
+    return said + "".join(_stribeck(way, each, unit) for way, each in (("up", up), ("down", down)))
+
+
+def _stribeck(way: str, one: Direction, unit: str) -> str:
+    if one.static is None or one.stribeck_velocity is None or one.static <= one.coulomb:
+        return ""
+    return f"; Stribeck {way}: {short(one.static)} {unit} at rest, falling over {short(one.stribeck_velocity)}"

@@ -1,0 +1,363 @@
+"""Figures of runs: errors, torques against their limits, the path of the flange, one joint's register.
+
+Each takes the runs that are shown together, and the places of those that it draws (all of them if not given). Titles
+and ids are general; `dataclasses.replace` gives those of a document.
+
+The force of a wall over runs, as a figure: how hard the tip presses, and how hard it is dragged.
+
+The figure of a momentum observer: its estimate joint by joint, the levels, and the truth where the run has it.
+
+Responses as figures: steps over time, chirps as magnitude and phase over frequency, a panel a joint.
+
+What can be plotted of runs, by name: each is described as a figure, which `lwr_dyn.plot` draws.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from lwr_dyn.control.laws.collision_threshold import CollisionThreshold
+from lwr_dyn.control.protocol import label_of
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.run import Run
+from lwr_dyn.pages.figures.figure import GREY, Curve, Figure, Level, Panel, Series, SeriesName
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
+from lwr_dyn.simulation.environment.walls_and_pushes import Wall
+from lwr_dyn.simulation.responses.step_and_chirp import HALF_POWER, FrequencyResponse, StepResponse, responses_of
+
+_PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+_REFERENCE: tuple[SeriesName, ...] = ("reference x", "reference y", "reference z")
+
+_FLANGE: tuple[SeriesName, ...] = ("flange x", "flange y", "flange z")
+
+
+def error_figure(
+    runs: Sequence[ReplayedRun],
+    chosen: Sequence[int] | None = None,
+    quantity: Literal["position error", "velocity error"] = "position error",
+) -> Figure:
+    """Joint errors q_ref - q [mrad, mm] or dq_ref - dq [mrad/s, mm/s] over time: run by run a panel per joint."""
+    per = "/s" if quantity == "velocity error" else ""
+    panels = []
+    for i in _places(runs, chosen):
+        for j, joint in enumerate(runs[i].arm.joints()):
+            unit = f"mrad{per}" if joint.kind is JointKind.REVOLUTE else f"mm{per}"
+            curve = Curve(runs[i].caption, Series(i, quantity, j, 1e3))
+            panels.append(Panel(joint.name, quantity, unit, (curve,)))
+    title = f"{quantity.capitalize()}s of the joints"
+    return Figure(quantity.replace(" ", "-"), title, "", "time", "s", tuple(panels), over_time=True, columns=4)
+
+
+def tip_error_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None) -> Figure:
+    """Distance of the flange from where it should be [mm] over time, a curve per run."""
+    curves = tuple(Curve(runs[i].caption, Series(i, "tip error", scale=1e3)) for i in _places(runs, chosen))
+    panel = Panel("", "tip error", "mm", curves)
+    return Figure("tip-error", "Tip error", "", "time", "s", (panel,), over_time=True)
+
+
+def torque_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None) -> Figure:
+    """Applied torques [N m, N] of all runs over time, one panel per joint, with the limits that are known."""
+    places = _places(runs, chosen)
+    arm = max((runs[i].arm for i in places), key=lambda a: a.n)
+    panels = []
+    for j, joint in enumerate(arm.joints()):
+        limit, unit = joint.limits.effort, "N m" if joint.kind is JointKind.REVOLUTE else "N"
+        curves = tuple(Curve(runs[i].caption, Series(i, "torque", j)) for i in places if runs[i].arm.n > j)
+        levels = () if limit is None else (Level("limit", limit), Level("limit", -limit))
+        note = "limit not known" if limit is None else f"limit {limit:g} {unit}"
+        panels.append(Panel(joint.name, "torque", unit, curves, levels, note))
+    title = "Torques and their limits"
+    return Figure("torque", title, "", "time", "s", tuple(panels), over_time=True, columns=2)
+
+
+def path_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None, plane: str | None = None) -> Figure:
+    """The path of the flange in a plane of the base [m], with its reference.
+
+    Parameters
+    ----------
+    runs, chosen
+        See this module.
+    plane : {"xy", "xz", "yz"}, optional
+        The one in which the first reference is widest, if not given.
+
+    Raises
+    ------
+    OptionError
+        A plane of another name.
+    """
+    if plane is not None and plane not in _PLANES:
+        raise OptionError("plane", repr(plane), ", ".join(_PLANES))
+    places = _places(runs, chosen)
+    drawn = plane or widest_plane(runs[places[0]].reference_path)
+    a, b = _PLANES[drawn]
+    first = {runs[i].run.q_ref.tobytes(): i for i in reversed(places)}
+    references = tuple(_reference(runs[i], i, a, b) for i in sorted(first.values(), key=places.index))
+    paths = tuple(Curve(runs[i].caption, Series(i, _FLANGE[b]), Series(i, _FLANGE[a])) for i in places)
+    panel = Panel("", drawn[1], "m", (*references, *paths))
+    return Figure("path", "Path of the flange", "", drawn[0], "m", (panel,), equal_aspect=True)
+
+
+def _reference(one: ReplayedRun, run: int, a: int, b: int) -> Curve:
+    """The task's own points where the run file has them."""
+    if "reference_trace" in one.run.meta:
+        points = one.reference_path
+        return Curve("reference", points[:, b], points[:, a], dashed=True, colour=GREY)
+    return Curve("reference", Series(run, _REFERENCE[b]), Series(run, _REFERENCE[a]), dashed=True)
+
+
+def widest_plane(points: Array) -> str:
+    """The coordinate plane that drops the axis in which points (m, 3) spread least.
+
+    >>> widest_plane(np.array([[0.0, 0.0, 0.0], [0.1, 1.0, 2.0]]))
+    'yz'
+    """
+    dropped = int(np.argmin(np.ptp(points, axis=0)))
+    return ("yz", "xz", "xy")[dropped]
+
+
+def register_figure(run: int, joint: int) -> Figure:
+    """Position, velocity, and torques of motor and friction of a 0-based joint of run `run` over time."""
+    rows: tuple[tuple[str, str, dict[str, SeriesName]], ...] = (
+        ("position", "rad", {"q": "q"}),
+        ("velocity", "rad/s", {"dq": "dq"}),
+        ("torque", "N m", {"motor": "torque", "friction": "friction"}),
+    )
+    panels = tuple(
+        Panel(name, name, unit, tuple(Curve(label, Series(run, quantity, joint)) for label, quantity in curves.items()))
+        for name, unit, curves in rows
+    )
+    return Figure("register", f"Register of joint {joint + 1}", "", "time", "s", panels, over_time=True)
+
+
+def _places(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None) -> Sequence[int]:
+    return range(len(runs)) if chosen is None else chosen
+
+
+def pressing_and_drag(run: Run, wall: Wall) -> tuple[Array, Array]:
+    """The force along the wall's normal (k,) and the size of that along the wall (k,) [N]; raises `ShapeError`."""
+    force = wall.forces(run.q, run.dq)
+    pressing = force @ wall.normal
+    return pressing, np.linalg.norm(force - pressing[:, None] * wall.normal, axis=1)
+
+
+def contact_figure(runs: Run | Sequence[Run], wall: Wall, labels: Sequence[str] | None = None) -> Figure:
+    """A figure that `lwr_dyn.pages.plotting.plots.save_figure` writes.
+
+    Parameters
+    ----------
+    runs : Run or sequence of Run
+        Of the wall's arm.
+    wall : Wall
+    labels : sequence of str, optional
+        One a run; the names of their controllers if not given.
+
+    Raises
+    ------
+    OptionError
+        No run, or another number of labels.
+    ShapeError
+        A run of an arm with another number of joints.
+    """
+    several = [runs] if isinstance(runs, Run) else list(runs)
+    names = [_label(run) for run in several] if labels is None else list(labels)
+    if not several or len(names) != len(several):
+        raise OptionError("labels", f"{len(names)} for {len(several)} runs", "one for each run, at least one run")
+    forces = [pressing_and_drag(run, wall) for run in several]
+    panels = [
+        Panel(
+            title, "force", "N",
+            tuple(
+                Curve(name, both[which], x=run.t, colour=place)
+                for place, (name, run, both) in enumerate(zip(names, several, forces, strict=True))
+            ),
+        )
+        for which, title in enumerate(("Into the wall", "Along the wall"))
+    ]  # fmt: skip
+    return Figure("contact", "Force of the wall on the tip", "", "time", "s", tuple(panels))
+
+
+def _label(run: Run) -> str:
+    controller = run.meta.get("controller", {})
+    return str(controller.get("label", "run")) if run.setup is None else label_of(run.setup.controller)
+
+
+def observer_figure(run: Run, joints: Sequence[int] | None = None) -> Figure:
+    """Estimate, levels and true external torque [N m] over time [s], a panel a joint; `joints` are 0-based.
+
+    Raises `MissingDataError` for a run without an observer, such as a continuous one.
+    """
+    own = run.meta.get("controller", {}).get("parameters", {}).get("observer")
+    if own is None or "external_torque" not in run.signals or run.t.size < 2:
+        raise MissingDataError("the run", "signals of a momentum observer", "its figure (a law as LAW+observer)")
+    inertia = None if own["inertia"] is None else np.array(own["inertia"])
+    threshold = CollisionThreshold(np.array(own["bias"]), inertia, own["noise"], own["cutoff_hz"])
+    level = threshold.level(np.array(own["gain"]), float(run.t[1] - run.t[0]))
+    estimate, true, panels = run.signals["external_torque"], run.signals.get("tau_external"), []
+    for j in range(run.n) if joints is None else joints:
+        curves = [Curve("estimate", estimate[:, j], run.t, colour=0)]
+        if true is not None:
+            curves.insert(0, Curve("true", true[:, j], run.t, dashed=True, colour=GREY))
+        ends = (Level("level", float(level[j])), Level("level", -float(level[j])))
+        panels.append(Panel(f"joint_{j + 1}", "external torque", "N m", tuple(curves), ends))
+    title = "External torque by the momentum observer"
+    return Figure("external-torque", title, "", "time", "s", tuple(panels), over_time=True, columns=2)
+
+
+MILLI_OF_RESPONSES = 1e3
+
+
+def response_figures(runs: Sequence[ReplayedRun]) -> tuple[Figure, ...]:
+    """Steps [share of the step] or frequency responses [dB, deg] of runs side by side.
+
+    Raises `OptionError` for runs of other tasks, or of both.
+    """
+    found: Any = [responses_of(one.run, one.arm) for one in runs]
+    kinds = {type(response) for each in found for response in each}
+    if len(kinds) != 1 or not all(found):
+        raise OptionError("runs", "not all of the task step, or not all of the task chirp", "runs of one of them")
+    return (_steps(runs, found) if kinds == {StepResponse} else _chirps(runs, found),)
+
+
+def _steps(runs: Sequence[ReplayedRun], found: Sequence[Sequence[StepResponse]]) -> Figure:
+    panels = []
+    for joint in (response.joint for response in found[0]):
+        mine = [(one, r) for one, each in zip(runs, found, strict=True) for r in each if r.joint == joint]
+        curves = tuple(Curve(one.caption, r.y, MILLI_OF_RESPONSES * r.t, colour=one.place) for one, r in mine)
+        first = mine[0][1]
+        note = (
+            f"rise {MILLI_OF_RESPONSES * first.rise:.3g} ms, overshoot {100.0 * first.overshoot:.2g} %"
+            if len(mine) == 1
+            else ""
+        )
+        panels.append(Panel(f"joint {joint}", "share of the step", "", curves, (Level("asked for", 1.0),), note))
+    return Figure("response", "Responses to a step", "", "time from the step", "ms", tuple(panels), columns=2)
+
+
+def _chirps(runs: Sequence[ReplayedRun], found: Sequence[Sequence[FrequencyResponse]]) -> Figure:
+    panels = []
+    for joint in (response.joint for response in found[0]):
+        mine = [(one, r) for one, each in zip(runs, found, strict=True) for r in each if r.joint == joint]
+        size = tuple(Curve(one.caption, 20.0 * np.log10(np.abs(r.H)), r.f, colour=one.place) for one, r in mine)
+        angle = tuple(
+            Curve(one.caption, np.degrees(np.unwrap(np.angle(r.H))), r.f, colour=one.place) for one, r in mine
+        )
+        first = mine[0][1]
+        reached = "beyond the sweep" if np.isnan(first.bandwidth) else f"{first.bandwidth:.3g} Hz"
+        note = f"bandwidth {reached}" if len(mine) == 1 else ""
+        level = Level("bandwidth", float(20.0 * np.log10(HALF_POWER)))
+        panels.append(Panel(f"joint {joint}, magnitude in dB", "magnitude", "dB", size, (level,), note))
+        panels.append(Panel(f"joint {joint}, phase in deg", "phase", "deg", angle))
+    return Figure("response", "Frequency responses", "", "frequency", "Hz", tuple(panels), columns=2)
+
+
+Runs = Sequence[ReplayedRun]
+
+MILLI = 1e3
+
+
+def tip_error(runs: Runs) -> tuple[Figure, ...]:
+    """Distance of the flange from where it should be [mm]."""
+    return (tip_error_figure(runs),)
+
+
+def energy(runs: Runs) -> tuple[Figure, ...]:
+    """Kinetic and potential energy [J]."""
+    panel = Panel("", "energy", "J", tuple(Curve(one.caption, Series(i, "energy")) for i, one in enumerate(runs)))
+    return (Figure("energy", "Energy", "", "time", "s", (panel,), over_time=True),)
+
+
+def torque(runs: Runs) -> tuple[Figure, ...]:
+    """Applied torques [N m, N], with the limits that are known."""
+    return (torque_figure(runs),)
+
+
+def friction(runs: Runs) -> tuple[Figure, ...]:
+    """Torques of friction [N m, N]."""
+    return (_of_joints(runs, "friction", ("N m", "N"), "Friction"),)
+
+
+def position(runs: Runs) -> tuple[Figure, ...]:
+    """Joint positions and their references [rad, m]."""
+    return (_of_joints(runs, "q", ("rad", "m"), "Positions", "q_ref"),)
+
+
+def velocity(runs: Runs) -> tuple[Figure, ...]:
+    """Joint speeds and their references [rad/s, m/s]."""
+    return (_of_joints(runs, "dq", ("rad/s", "m/s"), "Speeds", "dq_ref", "velocity"),)
+
+
+def position_error(runs: Runs) -> tuple[Figure, ...]:
+    """Errors of the joint positions, reference minus actual [mrad, mm]."""
+    return (_of_joints(runs, "position error", ("mrad", "mm"), "Position errors", scale=MILLI),)
+
+
+def velocity_error(runs: Runs) -> tuple[Figure, ...]:
+    """Errors of the joint speeds [mrad/s, mm/s]."""
+    return (_of_joints(runs, "velocity error", ("mrad/s", "mm/s"), "Speed errors", scale=MILLI),)
+
+
+def path(runs: Runs) -> tuple[Figure, ...]:
+    """The path of the flange [m] in the coordinate plane in which it is widest, with its reference."""
+    return (path_figure(runs),)
+
+
+def overview(runs: Runs) -> tuple[Figure, ...]:
+    """The tip error [mm], then the torques joint by joint [N m, N]."""
+    (tip,), (torques,) = tip_error(runs), torque(runs)
+    named = tuple(replace(panel, title="tip error") for panel in tip.panels)
+    return (replace(torques, id="overview", title="Tip error and torques", panels=(*named, *torques.panels)),)
+
+
+QUANTITIES: Mapping[str, Callable[[Runs], tuple[Figure, ...]]] = {
+    "overview": overview,
+    "tip error": tip_error,
+    "path": path,
+    "torque": torque,
+    "position error": position_error,
+    "velocity error": velocity_error,
+    "position": position,
+    "velocity": velocity,
+    "friction": friction,
+    "energy": energy,
+    "response": response_figures,
+}
+"""Name -> the figures of runs, side by side."""
+
+
+def quantity_named(name: str) -> str:
+    """The quantity of a name, in which "-" and "_" count as spaces; raises `UnknownNameError`, which lists all.
+
+    >>> quantity_named("Tip-Error")
+    'tip error'
+    """
+    plain = " ".join(str(name).lower().replace("-", " ").replace("_", " ").split())
+    if plain not in QUANTITIES:
+        raise UnknownNameError("quantity", str(name), QUANTITIES)
+    return plain
+
+
+def _of_joints(
+    runs: Runs,
+    quantity: SeriesName,
+    units: tuple[str, str],
+    title: str,
+    reference: SeriesName | None = None,
+    limits: str = "",
+    scale: float = 1.0,
+) -> Figure:
+    """One panel a joint; `units` of a joint that turns and of one that slides."""
+    panels = []
+    for j, joint in enumerate(runs[0].arm.joints()):
+        wanted = () if reference is None else (Curve("reference", Series(0, reference, j, scale)),)
+        curves = tuple(Curve(one.caption, Series(i, quantity, j, scale)) for i, one in enumerate(runs))
+        limit, unit = getattr(joint.limits, limits, None), units[joint.kind is not JointKind.REVOLUTE]
+        levels = () if limit is None else (Level("limit", limit), Level("limit", -limit))
+        note = "" if not limits else f"limit {limit:g} {unit}" if limit is not None else "limit not known"
+        panels.append(Panel(joint.name, quantity, unit, (*wanted, *curves), levels, note))
+    name = quantity.replace(" ", "-")
+    return Figure(name, title, "", "time", "s", tuple(panels), over_time=True, columns=2)

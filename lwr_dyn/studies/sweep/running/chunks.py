@@ -1,0 +1,173 @@
+"""The runs of a chunk as columns, and these as a Parquet file that says what they are and what made them.
+
+A column is the number of the run, a value that was varied, a metric, the flag, or whether `simulate` computed the run.
+Values with several numbers a run have the columns of their `VariedParameter`, metrics one a joint: `position_rms[3]`.
+
+What the schedulers carry out: chunks, each the bytes of a file, or the reason why there are none.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, MissingPackageError
+from lwr_dyn.foundation.files import LARGEST, read_bytes
+from lwr_dyn.studies.sweep.summary import ControllerRuns
+
+NEEDED = "a chunk of a sweep, as `lwr-dyn sweep` writes it"
+
+_KEY = b"lwr_dyn"
+
+
+def joined(parts: Sequence[ControllerRuns]) -> ControllerRuns:
+    """One after the other; raises `IndexError` for none."""
+    first = parts[0]
+    return ControllerRuns(
+        first.label,
+        np.concatenate([part.run for part in parts]),
+        {name: np.concatenate([part.values[name] for part in parts]) for name in first.values},
+        {name: np.concatenate([part.metrics[name] for part in parts]) for name in first.metrics},
+        np.concatenate([part.flags for part in parts]),
+        np.concatenate([part.simulated for part in parts]),
+    )
+
+
+def encoded(runs: ControllerRuns, digest: str, names: Mapping[str, tuple[str, ...]] | None = None) -> bytes:
+    """The file of a chunk; the same runs give the same bytes with the same pyarrow.
+
+    `names` are the columns of values with several numbers a run, by path. Raises `MissingPackageError` without pyarrow.
+    """
+    arrow, parquet = pyarrow()
+    flat: dict[str, Array] = {"run": np.asarray(runs.run, dtype=np.int64)}
+    said: dict[str, Any] = {"digest": digest, "values": {}, "metrics": {}}
+    for kind, each in (("values", runs.values), ("metrics", runs.metrics)):
+        for name, x in each.items():
+            labels = _labels(name, np.asarray(x), names or {})
+            said[kind][name] = labels if np.ndim(x) > 1 else None
+            flat |= dict(zip(labels, map(_plain, np.asarray(x).reshape(len(x), -1).T), strict=True))
+    flat |= {"flag": np.asarray(runs.flags, dtype=str), "simulated": np.asarray(runs.simulated, dtype=bool)}
+    table = arrow.table(flat).replace_schema_metadata({_KEY: json.dumps(said)})
+    sink = io.BytesIO()
+    parquet.write_table(table, sink, use_dictionary=False)
+    return sink.getvalue()
+
+
+def decoded(path: Path, label: str) -> ControllerRuns:
+    """The runs of a chunk, labelled; raises `FileAccessError` for a file that is not one or is damaged."""
+    data = read_bytes(path, NEEDED, LARGEST)
+    arrow, parquet = pyarrow()
+    try:
+        table = parquet.read_table(io.BytesIO(data))
+        said = json.loads(table.schema.metadata[_KEY])
+        flat = {name: table.column(name).to_numpy() for name in table.column_names}
+        return ControllerRuns(
+            label,
+            flat["run"],
+            {name: _joined(name, labels, flat) for name, labels in said["values"].items()},
+            {name: _joined(name, labels, flat) for name, labels in said["metrics"].items()},
+            flat["flag"].astype(str),
+            flat["simulated"],
+        )
+    except (arrow.ArrowException, OSError, KeyError, TypeError, ValueError, AttributeError):
+        raise FileAccessError(str(path), "damaged, or no chunk of a sweep", NEEDED) from None
+
+
+def chunk_digest(path: Path, rows: int) -> str | None:
+    """What made a chunk; None for a file that is not one, is damaged at its end, or holds another number of runs."""
+    arrow, parquet = pyarrow()
+    try:
+        found = parquet.read_metadata(path)
+        text = json.loads(found.metadata[_KEY])["digest"]
+    except (arrow.ArrowException, OSError, KeyError, TypeError, ValueError):
+        return None
+    return str(text) if found.num_rows == rows else None
+
+
+def pyarrow() -> tuple[Any, Any]:
+    """pyarrow and its Parquet; raises `MissingPackageError`."""
+    try:
+        import pyarrow as arrow
+        from pyarrow import parquet
+    except ImportError:
+        raise MissingPackageError("pyarrow", "sweeps") from None
+    return arrow, parquet
+
+
+def _labels(name: str, x: Array, names: Mapping[str, tuple[str, ...]]) -> list[str]:
+    if x.ndim == 1:
+        return [name]
+    return list(names.get(name) or [f"{name}[{i + 1}]" for i in range(x.shape[1])])
+
+
+def _plain(x: Array) -> Array:
+    """A column that Parquet knows: texts for objects, whole memory."""
+    return np.ascontiguousarray(x.astype(str) if x.dtype == object else x)
+
+
+def _joined(name: str, labels: list[str] | None, flat: Mapping[str, Array]) -> Array:
+    if labels is not None:
+        return np.column_stack([flat[label] for label in labels])
+    x = flat[name]
+    return x.astype(str) if x.dtype == object else x
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Chunk:
+    """Runs `first` to `stop` (without it) of controller number `controller`; `number` counts its chunks."""
+
+    controller: int
+    number: int
+    first: int
+    stop: int
+
+    @property
+    def runs(self) -> int:
+        """How many there are."""
+        return self.stop - self.first
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkFault:
+    """Why a chunk has no file."""
+
+    why: str
+
+
+Work = Callable[[Chunk], bytes]
+"""Makes the file of a chunk."""
+
+Done = tuple[Chunk, bytes | ChunkFault]
+
+
+def outcome(work: Work, chunk: Chunk) -> bytes | ChunkFault:
+    """The file, or what this package says against it; raises what is a fault of this package."""
+    try:
+        return work(chunk)
+    except LwrDynError as fault:
+        return ChunkFault(str(fault))
+
+
+def in_threads(chunks: Iterable[Chunk], work: Work, threads: int) -> Iterator[Done]:
+    """The chunks as they are done, by threads of this process; few are begun ahead of what is taken."""
+    left = deque(chunks)
+    with ThreadPoolExecutor(threads, thread_name_prefix="lwr_dyn_sweep") as pool:
+        running: dict[Future[bytes | ChunkFault], Chunk] = {}
+        try:
+            while left or running:
+                while left and len(running) < threads + 1:
+                    chunk = left.popleft()
+                    running[pool.submit(outcome, work, chunk)] = chunk
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    yield running.pop(future), future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
