@@ -6,8 +6,9 @@ import click
 import numpy as np
 import pytest
 
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, from_degrees, load_robot, load_robot_and_paper, print_json
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, load_robot_and_paper, print_json
 from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.model.option_values import from_degrees
 from tests.random_arms import random_arm
 
 
