@@ -28,7 +28,7 @@ def krl() -> tuple[str, bool]:
 
 
 def core() -> tuple[str, bool]:
-    """All tests of the core in an environment of its own, from a built wheel, the optional packages deleted."""
+    """All tests of the core in an environment of its own, from a built wheel without extras."""
     from tests.custody.core_alone import EVERYTHING, FOLDERS, installed_core, run_tests
 
     with tempfile.TemporaryDirectory() as folder:

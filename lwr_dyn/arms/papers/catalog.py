@@ -119,5 +119,5 @@ def data_files(robot: str) -> dict[str, str]:
     package = resources.files("lwr_dyn")
     folders = [place for place in (part.joinpath(robot) for part in package.iterdir()) if place.is_dir()]
     beside = {f"{robot}/{f.name}": f for place in folders for f in place.iterdir() if f.name.endswith(".toml")}
-    files = {f"{robot}.toml": package.joinpath("papers", f"{robot}.toml"), **dict(sorted(beside.items()))}
+    files = {f"{robot}.toml": package.joinpath("arms", "papers", f"{robot}.toml"), **dict(sorted(beside.items()))}
     return {name: file.read_text(encoding="utf-8") for name, file in files.items()}
