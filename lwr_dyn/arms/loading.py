@@ -15,10 +15,10 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.arms.papers.schema import Paper, to_si
 from lwr_dyn.foundation.arrays import fixed_array, number_of, real_array
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, FileLayout, Source

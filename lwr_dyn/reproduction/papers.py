@@ -15,8 +15,8 @@ from functools import cache
 from importlib import import_module, resources
 from typing import Any, Literal
 
-from lwr_dyn.arms.papers.columns import Fields, choice, parse_toml
 from lwr_dyn.foundation.errors import OptionError, PaperError, UnknownNameError, needs_extra
+from lwr_dyn.foundation.fields import Fields, parse_toml
 
 ALL = "all"
 """In place of a paper's name: every paper."""
@@ -200,8 +200,7 @@ def results_of_tables(raw: Mapping[str, Any], file: str) -> Results:
 
 def _block(name: str, table: Any, file: str) -> ResultBlock:
     fields = Fields(table, file, name)
-    where, form = fields.take("where", str), fields.take("form", str)
-    choice(form, FORMS, file, f"{name}.form")
+    where, form = fields.text("where"), fields.choice("form", FORMS)
     units = fields.take("unit", object)
     rows = [str(r) for r in fields.take("rows", list, default=[])]
     cells, given = fields.take("cells", dict), fields.take("given", dict, default={})

@@ -3,7 +3,6 @@
 import pytest
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.checks.conventions.evidence import parse_evidence
 from lwr_dyn.checks.conventions.printed_table import printed_table
@@ -13,6 +12,7 @@ from lwr_dyn.checks.tables.sheet import TableError, sheet_of_csv
 from lwr_dyn.checks.tables.toml_sheet import sheet_of_toml
 from lwr_dyn.foundation.arrays import joint_array
 from lwr_dyn.foundation.errors import LwrDynError, PaperError, ShapeError
+from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.writing.point_program import read_point_program
 
 LONG = {"4301 digits": "9" * 4301, "hex of 4000 digits": "0x" + "f" * 4000, "of 65 bits": str(2**64)}

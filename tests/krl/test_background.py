@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.columns import parse_toml
+from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.project.program import parse_program, program_of
 from lwr_dyn.krl.project.project import module_file
 from lwr_dyn.krl.running.cell import cell_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.cell import cell_of, new_cell_text
 from lwr_dyn.krl.running.outside_values import with_cell

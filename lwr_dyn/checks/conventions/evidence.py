@@ -41,11 +41,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lwr_dyn.arms.papers.columns import Fields, parse_toml
 from lwr_dyn.arms.papers.schema import ABOUT, PRODUCTS, UNITS, to_si, units_of
 from lwr_dyn.checks.conventions.printed_table import BLANK, TENSOR, About, PrintedTable, Products
 from lwr_dyn.foundation.arrays import Array, joint_array
 from lwr_dyn.foundation.errors import FaultError, UnknownNameError
+from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.model.chain import Convention, JointKind
 from lwr_dyn.model.printed_number import PrintedNumber, printed_number
@@ -208,7 +208,7 @@ def parse_evidence(text: str, file: str, table: PrintedTable) -> Evidence:
     places = [_place(x, file, f"place[{i}]", table) for i, x in enumerate(top.take("place", list, default=[]))]
     tensors = top.take("tensors", dict, default=None)
     arm = Fields(top.take("arm", dict, default={}), file, "arm")
-    convention = arm.take_one_of("convention", [c.value for c in Convention], default="")
+    convention = arm.choice("convention", [c.value for c in Convention], default="")
     links = [f"link_{i + 1}" for i in range(table.n)]
     alike = tuple(_group(group, links, file) for group in arm.take("alike", list, default=[]))
     arm.refuse_unknown()
@@ -235,7 +235,7 @@ def _index(name: object, kind: str, known: list[str]) -> int:
 
 def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNumber:
     fields = Fields(entry, file, path)
-    quantity = fields.take_one_of("quantity", list(QUANTITIES))
+    quantity = fields.choice("quantity", list(QUANTITIES))
     joint = _index(fields.take("joint", str), f"joint of {table.name}", list(table.joints))
     factor = _factor(fields, QUANTITIES[quantity][table.kinds[joint] is JointKind.PRISMATIC])
     printed = evidence_number(fields.take("value", object), factor, f"{path}.value")
@@ -257,21 +257,21 @@ def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace
 
 
 def _pose(fields: Fields, path: str, table: PrintedTable) -> Array:
-    unit = fields.take_one_of("q_unit", units_of("angle"), default="deg")
+    unit = fields.choice("q_unit", units_of("angle"), default="deg")
     q = joint_array(f"{path}.q", fields.take("q", list), table.n)
     slides = [kind is JointKind.PRISMATIC for kind in table.kinds]
     return np.array([float(x) if s else to_si(float(x), unit) for x, s in zip(q, slides, strict=True)])
 
 
 def _factor(fields: Fields, quantity: str) -> float:
-    return UNITS[fields.take_one_of("unit", units_of(quantity))][1]
+    return UNITS[fields.choice("unit", units_of(quantity))][1]
 
 
 def _tensors(entry: Any, file: str) -> SecondTensors:
     fields = Fields(entry, file, "tensors")
-    about = fields.take_one_of("about", ABOUT)
-    products = fields.take_one_of("products", (*PRODUCTS, "unknown"))
-    fields.take_one_of("unit", ("kg m^2",))
+    about = fields.choice("about", ABOUT)
+    products = fields.choice("products", (*PRODUCTS, "unknown"))
+    fields.choice("unit", ("kg m^2",))
     where, values = fields.take("where", str), fields.take("values", list)
     fields.refuse_unknown()
     if not all(isinstance(row, list) for row in values):

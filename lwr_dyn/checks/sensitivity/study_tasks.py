@@ -31,11 +31,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.arms.papers.columns import Fields, parse_toml
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, PaperError, UnknownNameError
+from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
@@ -165,11 +165,11 @@ def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
 def _claim(entry: Any, controllers: list[str], file: str, path: str) -> PublishedClaim:
     fields = Fields(entry, file, path)
     text, where = fields.take("text", str), fields.take("where", str)
-    controller = fields.take_one_of("controller", controllers)
+    controller = fields.choice("controller", controllers)
     joints = fields.take("joints", list)
     if not joints or any(type(j) is not int or j < 1 for j in joints):
         raise PaperError(file, f"{path}.joints", repr(joints), "numbers of joints, counted from 1")
-    statistic = fields.take_one_of("statistic", STATISTICS)
+    statistic = fields.choice("statistic", STATISTICS)
     fields.refuse_unknown()
     return PublishedClaim(text, where, controller, tuple(j - 1 for j in joints), statistic)
 

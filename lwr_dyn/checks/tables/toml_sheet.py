@@ -12,7 +12,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.checks.tables.sheet import (
     Declared,
     Sentence,
@@ -24,6 +23,7 @@ from lwr_dyn.checks.tables.sheet import (
     words_of,
 )
 from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.model.printed_number import printed_number
 
 AXES = "xyz"

@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.columns import Fields, parse_toml
 from lwr_dyn.foundation.errors import PaperError, UnknownNameError
+from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import ends_in, read_bytes, read_text
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.declarations import Declaration
@@ -156,7 +156,7 @@ def _of_toml(table: Mapping[str, Any], file: str) -> Values:
         values[key] = {str(k).upper(): v for k, v in given.items()}
     values["TX3P3"].setdefault("B", 90)
     for key in ("LENGTH_A", "LENGTH_B"):
-        values[key] = top.take(key, int | float)  # type: ignore[arg-type]
+        values[key] = top.take(key, int | float)
     for key in (*_LISTS, "speed", "RAT_MOT_AX"):
         given = top.take(key, list, None)
         if given is not None:

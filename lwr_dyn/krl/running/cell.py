@@ -14,8 +14,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeVar
 
-from lwr_dyn.arms.papers.columns import Fields, parse_toml
 from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e

@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.columns import parse_toml
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.motion_segments import tool_pose
 from lwr_dyn.krl.motion.pose_paths import Blend, Speeds

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.columns import Fields, choice, parse_toml
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
 from lwr_dyn.krl.language import expressions as e
@@ -182,7 +182,7 @@ def _point(row: object, file: str, path: str) -> TaughtPoint:
     fields = Fields(row, file, path)
     xyz = _numbers(fields.take("xyz", list), 3, file, f"{path}.xyz")
     abc = _numbers(fields.take("abc", list, default=[0, 0, 0]), 3, file, f"{path}.abc")
-    motion = choice(fields.take("motion", str, default="PTP"), KINDS, file, f"{path}.motion")
+    motion = fields.choice("motion", KINDS, default="PTP")
     wait = _between(fields.take("wait", object, default=0.0), 0.0, 1e4, file, f"{path}.wait")
     point = TaughtPoint(_name(fields.take("name", str), file, f"{path}.name"), (*xyz, *abc), motion, wait)
     fields.refuse_unknown()

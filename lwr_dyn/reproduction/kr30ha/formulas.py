@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
-from lwr_dyn.arms.papers.reader import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, paper_of_tables, solid_bodies
+from lwr_dyn.arms.papers.reader import paper_of_tables
 from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.arms.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, solid_bodies
 from lwr_dyn.checks.datasheet.envelope import working_envelope
 from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices
 from lwr_dyn.foundation.arrays import Array

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import readings
-from lwr_dyn.arms.papers.columns import Fields
 from lwr_dyn.arms.papers.schema import KINDS
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.errors import PaperError, did_you_mean
+from lwr_dyn.foundation.fields import Fields
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.registry import Option, options_of
 from lwr_dyn.model.arm import Arm
@@ -118,7 +118,7 @@ def read_parameter(table: Any, file: str, index: int, n: int) -> VariedParameter
     name = _distribution(fields, table, row, file, field)
     facts = _facts(fields, name, path, file, field)
     parameter = VariedParameter(
-        text, name, path.columns(n), row.unit, row.words, kind=fields.take_one_of("kind", KINDS, "assumed"),
+        text, name, path.columns(n), row.unit, row.words, kind=fields.choice("kind", KINDS, "assumed"),
         note=fields.take("note", str, ""), nominal=row.nominal, **facts,
     )  # fmt: skip
     fields.refuse_unknown()
@@ -128,7 +128,7 @@ def read_parameter(table: Any, file: str, index: int, n: int) -> VariedParameter
 def _distribution(fields: Fields, table: dict[str, Any], row: PathRow, file: str, field: str) -> str:
     """The distribution: its name, or what its fields belong to."""
     guess = next((name for name in ("levels", "normal", "uniform", "choice", "fixed") if _has(table, name)), None)
-    name = fields.take_one_of("distribution", DISTRIBUTIONS, guess)
+    name = fields.choice("distribution", DISTRIBUTIONS, guess)
     if "distribution" not in table and guess is None:
         allowed = "low and high, or mean and deviation, or values, or value"
         raise PaperError(file, field, "no distribution", f"{allowed}{_usual(row)}")

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.columns import Fields, parse_toml
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.foundation.errors import FileAccessError, PaperError, did_you_mean
+from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.model.arm import Arm
@@ -260,7 +260,7 @@ def _with_loop(table: Fields, study: SweepStudy, arm: Arm, file: str) -> SweepSt
     loop: dict[str, Any] = {
         "rate": take_number(table, "rate", file, 1000.0, above=0.0),
         "substeps": table.take("substeps", int, 1),
-        "friction": table.take_one_of("friction", FRICTIONS, default),
+        "friction": table.choice("friction", FRICTIONS, default),
     }
     for key in ("duration", "friction_width"):
         loop[key] = take_number(table, key, file, above=0.0)
@@ -284,7 +284,7 @@ def _options(study: SweepStudy) -> SimulationOptions:
 
 def _sampled(table: Fields, study: SweepStudy, file: str) -> SweepStudy:
     """`[sampling]`: how the runs are drawn, how many, in which chunks."""
-    method = table.take_one_of("method", METHODS, usual_method(len(study.levels)))
+    method = table.choice("method", METHODS, usual_method(len(study.levels)))
     facts = {key: table.take(key, int, default) for key, default in (("seed", 0), ("chunk", 500), ("keep", 3))}
     if method == "grid":
         for i, one in enumerate(study.parameters):

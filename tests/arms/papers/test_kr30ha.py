@@ -8,7 +8,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.reader import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body, parse_paper, solid_bodies
+from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.arms.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body, solid_bodies
 from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.foundation.errors import PaperError, RatingWarning
 from lwr_dyn.model.arm import DrawnCylinder

@@ -6,10 +6,10 @@ import pytest
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, template
-from lwr_dyn.arms.papers.columns import LARGEST
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.foundation.errors import FileAccessError, PaperError, UnknownNameError
+from lwr_dyn.foundation.fields import LARGEST
 
 GOOD = template("own.toml", "own", "RP", "standard")
 
