@@ -1,3 +1,3 @@
 """The version, in a module without imports so that every other module can use it."""
 
-VERSION = "0.2.0"
+VERSION = "0.3.0"
