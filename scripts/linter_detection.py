@@ -29,7 +29,7 @@ from tests.checks.urdf.plant_site import sites  # noqa: E402
 
 HALVES = ("tuning", "unused", "fresh")
 KEPT = ROOT / "out" / "linter_detection"
-SOURCES = ("lwr_dyn/checks/urdf/*.py", "tests/audit/urdf/*.py", "tests/audit/urdf/*.toml")
+SOURCES = ("lwr_dyn/checks/urdf/*.py", "tests/checks/urdf/*.py", "tests/checks/urdf/*.toml")
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,9 @@ LONGEST = (
     "tests/reproduction/test_main_job.py",
     "tests/custody/test_core_alone.py",
     "tests/reproduction/",
-    "tests/audit/",
+    "tests/checks/",
     "tests/design/",
-    "tests/viewer/",
+    "tests/pages/",
     "tests/scripts/",
 )
 """Files and folders that begin first, in this order."""

@@ -65,7 +65,7 @@ def read_figures(path: Path) -> dict[str, tuple[Figure, ...]]:
 
 
 def _plain(value: Any) -> Any:
-    """A record of `viewer.figures` as JSON values; floats keep every digit."""
+    """A record of `pages.figures.figure` as JSON values; floats keep every digit."""
     if isinstance(value, np.ndarray):
         return [x if np.isfinite(x) else None for x in value.tolist()]
     if isinstance(value, tuple):

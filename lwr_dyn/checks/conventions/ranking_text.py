@@ -1,6 +1,6 @@
 """Ranked readings as sentences and tables: what each criterion decides, and what nothing decides.
 
-Largest B_ii of a reading by the global search of `control.worst_case_inertia`, beside the lattice's.
+Largest B_ii of a reading by the global search of `control.inertia.worst_case`, beside the lattice's.
 
 Sentences about the criteria: what each hypothesis gives of frames, bodies, second tensors and published numbers.
 """

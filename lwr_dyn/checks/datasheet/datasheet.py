@@ -7,7 +7,7 @@ Zero and direction of a maker's joints: DH convention, signs and offsets from th
 
 Each joint's angle is theta_i = sign_i q_i + offset_i, with offsets by quarter turns. The axes that the maker draws at
 q = 0 fix them joint by joint, from the base outward. The readings that remain are judged by the printed positions and
-orientations of flange and wrist, by the limits and by the envelope, all of `audit.datasheet`.
+orientations of flange and wrist, by the limits and by the envelope, all of `checks.datasheet.datasheet`.
 """
 
 import math

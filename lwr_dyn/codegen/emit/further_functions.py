@@ -233,7 +233,7 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
     Parameters
     ----------
     controller : Controller
-        One of `rollout.laws.forms.LAW_FORMS`, plain or with friction compensation around it.
+        One of `rollouts.law_forms.LAW_FORMS`, plain or with friction compensation around it.
     arm : Arm
         The arm as the controller knows it.
     name : str
@@ -248,7 +248,7 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
     Raises
     ------
     NoKernelFormError, OptionError, MissingDataError
-        As `rollout.laws.forms.law_form`.
+        As `rollouts.law_forms.law_form`.
     """
     form, n = law_form(controller, arm), arm.n
     widths = {x: n for x in JOINT}

@@ -178,7 +178,7 @@ class InverseDynamicsForm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorSidePDForm:
-    """The law of `feedback.motor_side_pd` as it acts on rigid joints: no spring, no torque feedback."""
+    """The law of `control.laws.motor_side` as it acts on rigid joints: no spring, no torque feedback."""
 
     law: MotorSidePD
     takes = MotorSidePD

@@ -82,7 +82,7 @@ class LawForm(Protocol):
     def digest(self) -> str:
         """Text of all else on which `torque` depends: variants and switches, not the values of the parameters.
 
-        A change of the code of `torque` raises `rollout.step.GENERATOR`, so that kernels on disk are made again.
+        A change of the code of `torque` raises `rollouts.step.GENERATOR`, so that kernels on disk are made again.
         """
 
     def values(self) -> Mapping[str, Array]:
@@ -100,7 +100,7 @@ class LawForm(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionForm:
-    """tau = inner's + tau_f(dq_ref), or tau_f(dq): `feedback.friction_compensation`."""
+    """tau = inner's + tau_f(dq_ref), or tau_f(dq): `control.laws.friction_compensation`."""
 
     law: FrictionCompensation
     inner: LawForm

@@ -3,7 +3,7 @@
     B(q) ddq_r + C(q, dq) dq_r + g(q) = tau(q, (dq + dq_r)/2, ddq_r) - tau_0(q, (dq - dq_r)/2, 0)
 
 with tau the torque of inverse dynamics and tau_0 without gravity: C dq is quadratic in dq, its polar form is C(q, u) w
-(`feedback.slotine_li_regressor`). Rotors count as armature ddq_r.
+(`control.laws.adaptive`). Rotors count as armature ddq_r.
 
 Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if adapted), and robust.
 """
@@ -59,7 +59,7 @@ class Sliding:
 class AddedBodies:
     """What parameters theta (m,) of a law add to the bodies of its model: `matrix` theta, at `places` (p,) of 10 n.
 
-    `matrix` is (p, m), numbers; a place is 10 times the link plus that in `codegen.parameters.PER_LINK`, in the frames
+    `matrix` is (p, m), numbers; a place is 10 times the link plus that in `kernel_spec.PER_LINK`, in the frames
     of the joints' axes.
     """
 
@@ -120,7 +120,7 @@ LOAD = len(PER_LINK)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AdaptiveForm:
-    """The law of `feedback.adaptive`; the adapted parameters are its memory.
+    """The law of `control.laws.adaptive`; the adapted parameters are its memory.
 
     A sampled run needs no rule for rates at a bound: the memory is cut at its bounds after each sample.
     """
@@ -227,7 +227,7 @@ class AdaptiveForm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustForm:
-    """The law of `feedback.robust`: the load in the middle of its set and the robust term are one load on the arm."""
+    """The law of `control.laws.robust`: the load in the middle of its set and the robust term are one load on the arm."""
 
     law: Robust
     middle: Array

@@ -25,7 +25,7 @@ def uniform_code(lanes: int, words: int, first_slot: int) -> Any:
     """An intrinsic `fill(b, seed, run, sample)` for generated drivers.
 
     It writes `words` uniform numbers (a multiple of 4) to the slots from `first_slot` on of the block `b` of float64;
-    seed, run (of lane 0) and sample are int64. As of `codegen.lowering.straight_line`, its code is a function of the
+    seed, run (of lane 0) and sample are int64. As of `lowering.straight_line`, its code is a function of the
     module `fill.assembly`, which `machine_code.compiled` links.
     """
     text = f"{lanes} {words} {first_slot}"

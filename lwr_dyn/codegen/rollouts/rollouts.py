@@ -198,15 +198,15 @@ def rollouts(
     arm : Arm
         As the law knows it; also the plant unless `plant` is given.
     controller : Controller or str
-        One with a kernel form (`rollout.laws.forms.LAW_FORMS`), or its name as `make_controller` takes it.
+        One with a kernel form (`rollouts.law_forms.LAW_FORMS`), or its name as `make_controller` takes it.
     reference : Reference or sequence of them
         Of several, the parameter "reference" (runs,) picks one for each run; shorter ones rest at their end.
     runs : int, optional
         Number of runs; that of the rows of `parameters` if not given.
     parameters : mapping, optional
-        Arrays with a row a run. Plant: inertia (10 n) as `codegen.parameters.inertial_parameters(chain).ravel()`;
+        Arrays with a row a run. Plant: inertia (10 n) as `kernel_spec.inertial_parameters(chain).ravel()`;
         payload () [kg], a point mass at payload_com (3,) [m] in the flange; armature (n,) [kg m^2]; friction (5, n) as
-        `codegen.parameters.friction_parameters`; effort (n,) [N m]; q0, dq0 (n,); delay () samples; resolution,
+        `kernel_spec.friction_parameters`; effort (n,) [N m]; q0, dq0 (n,); delay () samples; resolution,
         noise () [rad or m] of the encoder; reference (). The law's model: model_inertia, model_payload,
         model_payload_com. The law's gains by the names of its form, such as Kp (n,). (runs,) for (n,): all joints.
     rate, substeps, plant, saturate, position_limits, delay, encoder, seed, duration

@@ -157,7 +157,7 @@ def kept_values(chain: Chain, inertia: Array | None, load: Array | None, com: Ar
     Parameters
     ----------
     inertia : (runs, 10 n) array, optional
-        As `codegen.parameters.inertial_parameters`, flat; the chain's own if not given.
+        As `kernel_spec.inertial_parameters`, flat; the chain's own if not given.
     load : (runs,) array, optional
         [kg] at the flange, with its centre `com` (runs, 3) [m] there; at its origin if not given.
     """

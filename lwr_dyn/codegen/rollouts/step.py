@@ -9,7 +9,7 @@ What a step adds to the figures of its run: sums, largest and smallest values ov
 
 Encoder and delay of a run as casadi expressions: what stands between the true state and the law, and behind it.
 
-They repeat `simulation.sensors.Encoder` with `control.velocity.FilteredDifference`, and the delay of
+They repeat `simulation.plant.Encoder` with `control.velocity.FilteredDifference`, and the delay of
 `simulation.loops`, number for number.
 """
 

@@ -96,7 +96,7 @@ class SymbolicModel:
 
     frames: tuple[AxisFrame, ...]
     bodies: Sequence[Sequence[Any]]
-    """Ten parameters a body in `frames`, ordered as `codegen.parameters.PER_LINK`; numbers or symbols."""
+    """Ten parameters a body in `frames`, ordered as `kernel_spec.PER_LINK`; numbers or symbols."""
     armature: Sequence[Any]
     """Of each joint [kg m^2], numbers or symbols."""
     pull: Vector

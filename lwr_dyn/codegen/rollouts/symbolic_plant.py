@@ -7,7 +7,7 @@ Smooth friction of plant and laws on symbols, as tables (5, n), and how stiff it
     tau_f = offset + F_c tanh(dq / width) + F_v dq,   F_c and F_v those of the direction of dq
 
 as `model.friction.smooth_friction`. It has no stick: a joint under a load F below break-away creeps at about
-width F / F_c. Rows of a table are those of `codegen.parameters.FRICTION`.
+width F / F_c. Rows of a table are those of `kernel_spec.FRICTION`.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -157,7 +157,7 @@ class SymbolicPlant:
 
     @classmethod
     def of(cls, chain: Chain, x: Mapping[str, Column], varies: bool, friction_width: float | None) -> "SymbolicPlant":
-        """With the slots `x` of `rollout.slots.CONSTANTS`: armature, kept parameters where they vary, friction."""
+        """With the slots `x` of `rollouts.step.CONSTANTS`: armature, kept parameters where they vary, friction."""
         model = SymbolicModel.of(chain, x["plant"] if varies else None, x["armature"])
         if friction_width is None:
             return cls(chain, model, None)

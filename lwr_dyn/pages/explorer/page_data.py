@@ -12,7 +12,7 @@ which one principal moment is larger than the sum of the other two has no such e
 
 Closed forms of entries of B, C and g for the page: short ones of the package's robots, and the command for others.
 
-`closed_forms.toml` holds them; scripts/closed_forms.py writes it with `dynamics.symbolic.entry_text`, and a test puts
+`closed_forms.toml` holds them; scripts/closed_forms.py writes it with `symbolic.equation_forms`, and a test puts
 numbers for their letters.
 
 The arms of a page: one robot with its paper's other readings, or two robots side by side.

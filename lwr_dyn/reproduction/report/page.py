@@ -143,7 +143,7 @@ def _curve(figure: Figure, curve: Curve, pool: dict[bytes, Array]) -> dict[str, 
 
 
 def _fields(record: Any) -> dict[str, Any]:
-    """The fields of a record of `viewer.figures`, as they are."""
+    """The fields of a record of `pages.figures.figure`, as they are."""
     return {field.name: getattr(record, field.name) for field in fields(record)}
 
 

@@ -154,7 +154,7 @@ class ControllerStudy:
     since: float = 0.0
     """[s] Figures and pictures are of the run from here on."""
     peak: float | None = None
-    """Of |S_ii|, to which omega_n of each controller is tuned (`comparison.tuning`); as typed if not given."""
+    """Of |S_ii|, to which omega_n of each controller is tuned (`studies.compare.study`); as typed if not given."""
     tuned: Mapping[str, Mapping[str, Any]] | None = None
     """Controller as typed -> further options of its factory; what `run` fills in for a `peak`."""
     lenient: bool = False

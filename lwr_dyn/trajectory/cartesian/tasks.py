@@ -118,7 +118,7 @@ def waypoints_reference(
     ----------
     arm : Arm
     waypoints : str
-        Path of a file as `trajectory.cartesian.waypoint_file` describes it. Without angles the orientation is free.
+        Path of a file as `trajectory.cartesian.pose_curves` describes it. Without angles the orientation is free.
     start : (n,) array_like, optional
         [rad or m] The first leg then leads from there to the first waypoint. If not given, the motion begins at the
         first waypoint, in the joint positions with the largest margin from which the whole file can be followed.

@@ -1,4 +1,4 @@
-"""Options as bodies: tables printed under a reading are read back; feasibility is that of `model.feasibility`."""
+"""Options as bodies: tables printed under a reading are read back; feasibility is that of `model.chain`."""
 
 import numpy as np
 import pytest

@@ -109,7 +109,7 @@ def test_no_other_file_of_pages_and_pictures_names_a_colour():
         for path in sorted(package.rglob("*"))
         if path.suffix in kinds
     }
-    assert {name for name, colours in named.items() if colours} <= {"viewer/look.css", "viewer/look.py"}
-    assert len(named["viewer/look.css"]) == 2 * 26
+    assert {name for name, colours in named.items() if colours} <= {"pages/replay/look.css", "pages/replay/look.py"}
+    assert len(named["pages/replay/look.css"]) == 2 * 26
     assert COLOUR.search("a { color: rgb(1, 2, 3) }")
     assert not COLOUR.search("  #add(what) {")
