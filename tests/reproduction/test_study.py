@@ -11,7 +11,11 @@ from lwr_dyn.reproduction.case import PaperFormula
 from lwr_dyn.reproduction.papers import ALL, check_options, option_keywords, studies, study_of, takers
 
 PACKAGE = Path(lwr_dyn.__file__).parent
-SHARED = [*PACKAGE.glob("reproduction/*.py"), *PACKAGE.glob("reproduction/report/*.py"), *PACKAGE.glob("checks/**/*.py")]
+SHARED = [
+    *PACKAGE.glob("reproduction/*.py"),
+    *PACKAGE.glob("reproduction/report/*.py"),
+    *PACKAGE.glob("checks/**/*.py"),
+]
 
 
 @pytest.mark.parametrize("paper", studies())

@@ -249,7 +249,7 @@ def _machine_code(plan: StepPlan, key: str) -> Any:
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
     """A run by generated code: the samples of the usual loop, to rounding.
 
-    The controller must have a kernel form (`rollouts.laws`) for the arm as it knows it; it is not called in the run. The
+    The controller must have a kernel form (`law_forms`) for the arm as it knows it; it is not called in the run. The
     plant's engine gives the energies of the audit, not the motion.
 
     Raises

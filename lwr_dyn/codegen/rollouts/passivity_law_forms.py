@@ -227,7 +227,7 @@ class AdaptiveForm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustForm:
-    """The law of `control.laws.robust`: the load in the middle of its set and the robust term are one load on the arm."""
+    """The law of `laws.robust`: the load in the middle of its set and the robust term are one load on the arm."""
 
     law: Robust
     middle: Array
