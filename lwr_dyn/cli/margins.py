@@ -1,7 +1,6 @@
 """`lwr-dyn margins`: what sampling, delay and elastic joints leave of a loop's stability, and where it is worst."""
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import click
@@ -15,14 +14,14 @@ from lwr_dyn.cli.options import (
     OptionRule,
     given_elasticity,
     load_robot,
-    print_json,
     refuse_unused,
     robot_options,
     row_options,
+    show,
 )
 from lwr_dyn.cli.simulate import CONTROLLER
 from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
-from lwr_dyn.design.margins import LIMIT, MarginReport, margins
+from lwr_dyn.design.margins import LIMIT, margins
 from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
@@ -98,7 +97,10 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         )  # fmt: skip
     joints = _map_joints(given["map_joints"])
     written = [path for write in writers for path in write(report, joints)]
-    _show(report, written, given["json"])
+    show(report.document, given["json"])
+    if not given["json"]:
+        for path in written:
+            click.echo(f"wrote {path}")
     typed = click.get_current_context().get_parameter_source("limit") is ParameterSource.COMMANDLINE
     sys.exit(1 if typed and not report.holds else 0)
 
@@ -110,15 +112,6 @@ CONTROLLERS_OPTIONS = row_options(CONTROLLERS, "controller", [*_FIRST, *OF_TASKS
 command.params += [
     CONTROLLER, *CONTROLLERS_OPTIONS.click_options(), *LOOP, *PLANT, *WHERE, *OF_TASKS, *BOX, *OUT,
 ]  # fmt: skip
-
-
-def _show(report: MarginReport, written: list[Path], as_json: bool) -> None:
-    if as_json:
-        print_json(report.record())
-        return
-    click.echo(str(report))
-    for path in written:
-        click.echo(f"wrote {path}")
 
 
 def _poses(arm: Arm, given: dict[str, Any]) -> Array | None:

@@ -16,6 +16,7 @@ from lwr_dyn.arms.loading import load_with_paper, xacro_arguments
 from lwr_dyn.arms.papers.catalog import robots
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.arrays import number_of
+from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
@@ -159,6 +160,11 @@ def given_elasticity(text: str | None) -> str | float | None:
 def print_json(record: Any) -> None:
     """One JSON object on stdout."""
     click.echo(json_text(record))
+
+
+def show(document: Document, as_json: bool) -> None:
+    """A result on stdout, as text or as one JSON object."""
+    click.echo(json_text(document.record()) if as_json else document.text())
 
 
 Given = Mapping[str, Any]

@@ -196,16 +196,6 @@ class LoopMargins:
         """Whether no deviation grows."""
         return self.radius <= GROWS
 
-    def to_json(self) -> dict[str, Any]:
-        """The result as JSON values; poles as pairs of real and imaginary part."""
-        return {
-            "q": self.q, "radius": self.radius, "stable": self.is_stable,
-            "poles": np.column_stack([self.poles.real, self.poles.imag]),
-            "peak": self.peak if self.is_stable else None, "peak_hz": self.peak_hz if self.is_stable else None,
-            "gain_up": self.gain_up, "gain_down": self.gain_down,
-            "all_up": self.all_up, "all_down": self.all_down, "delay_margin": self.delay_margin,
-        }  # fmt: skip
-
 
 def margins_at(loop: RestingLoop, sampling: Sampling, q: Array) -> LoopMargins:
     """The margins of a loop of one pose q (n,); raises `OptionError` for a loop of several poses."""

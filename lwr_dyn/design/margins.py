@@ -1,13 +1,13 @@
 """`lwr_dyn.margins`: what sampling, delay and elastic joints leave of a loop's stability, and where it is worst.
 
-A margin report in words, for the terminal.
+The report as a document: shares over the poses, then the worst pose joint by joint.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,10 +33,11 @@ from lwr_dyn.design.sampled_stability import (
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import short_repr
+from lwr_dyn.model.run import repr_html, short_repr
 from lwr_dyn.model.transmission import JointElasticity
 
 LIMIT = PEAK
@@ -50,6 +51,9 @@ COARSE = 60
 
 STARTS = 2
 """Poses with the largest |S_ii| from which a worse one is searched."""
+
+BOX, GIVEN = "joint box", "given poses"
+"""What the poses are of."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,23 +101,19 @@ class MarginReport:
         """The loop at the worst pose for python-control; raises `MissingPackageError` without the extra `design`."""
         return state_spaces(self.loop, self.case.sampling, self.arm.joint_names)
 
+    @property
+    def document(self) -> Document:
+        """The report for people and programs."""
+        return _document(self)
+
     def record(self) -> dict[str, Any]:
         """The report as JSON values: angles in rad, times in s."""
-        found = self.stability
-        return {
-            "robot": self.arm.name, "reading": self.arm.reading, "controller": self.controller, "label": self.label,
-            "case": self.case.words, "rate": self.case.rate, "delay": self.case.delay, "where": self.where,
-            "poses": found.poses, "unstable": found.unstable, "unstable_share": found.share,
-            "unstable_share_interval": found.interval, "least_rate_hz": found.least_rate,
-            "limit": self.limit, "above_limit_poses": self.peak_poses,
-            "above_limit_share": self.above / self.peak_poses, "above_limit_interval": self.above_interval,
-            "holds": self.holds,
-            "worst_q": self.worst.q, "worst_joint": self.worst_joint, "worst": self.worst.to_json(),
-            "unknown_limits": list(found.unknown_limits), "notes": list(self.notes),
-        }  # fmt: skip
+        return self.document.record()
 
     def __str__(self) -> str:
-        return margins_text(self)
+        return self.document.text()
+
+    _repr_html_ = repr_html
 
 
 def margins(
@@ -200,7 +200,7 @@ def margins(
     joint = int(np.argmax(found.peak)) if found.is_stable else _growing_joint(loop, case, dynamics, worst)
     name = controller if isinstance(controller, str) else str(getattr(law, "name", type(law).__name__))
     return MarginReport(
-        arm, name, label_of(law), case, "joint box" if q is None else "given poses", stability, limit,
+        arm, name, label_of(law), case, BOX if q is None else GIVEN, stability, limit,
         int((peaks > limit).sum()), len(rows), found, joint, loop, loops, law_at_rest(law, worst[None]).notes,
     )  # fmt: skip
 
@@ -236,53 +236,93 @@ def percent(share: float, interval: tuple[float, float]) -> str:
     return f"{100 * share:.3g} % ({100 * interval[0]:.3g} to {100 * interval[1]:.3g} % at 95 %)"
 
 
-def margins_text(report: MarginReport) -> str:
-    """The report: shares over the poses, then the worst pose joint by joint."""
-    found, worst = report.stability, report.worst
-    drawn = report.where == "joint box"
-    poses = f"{found.poses} poses drawn evenly from the joint box" if drawn else f"{found.poses} given poses"
-    lines = [
-        f"{report.arm.name}, reading {report.arm.reading}: {report.label}; {report.case.words}",
-        "linear and at rest: without speeds, friction, torque limits and stops",
-        f"unstable: {_share(report, found.unstable, found.poses, found.interval)} of {poses}",
-        rate_text(None) + " makes it hold"
-        if found.least_rate is None
-        else f"stable from {rate_text(found.least_rate)} on at all of them",
-        f"|S_ii| above {report.limit:g}: {_share(report, report.above, report.peak_poses, report.above_interval)}"
-        f" of {report.peak_poses} of them",
-    ]
-    lines += [unknown_text(found)] if found.unknown_limits else []
-    lines += [f"note: {note}" for note in report.notes]
-    where = pose_text(worst.q, report.arm)
-    if not worst.is_stable:
-        pole = worst.poles[0]
-        kind = "changes its sign at each sample" if pole.real < 0 and abs(pole.imag) < 1e-9 else _swing(report)
-        lines += [
-            f"worst pose {where}: a deviation grows {worst.radius:.4g}-fold a sample and {kind};"
-            f" {report.worst_joint} moves most; no margins there"
-        ]
-        return "\n".join(lines)
-    headings = (
-        "joint", Heading("max |S_ii|", format=".3f"), Heading("at", "Hz", ".3g"),
-        Heading("gain up to", format=_factor), Heading("gain down to", format=_factor),
+def _document(report: MarginReport) -> Document:
+    """The report."""
+    found, worst, case, arm = report.stability, report.worst, report.case, report.arm
+    above = report.above / report.peak_poses
+    where = GIVEN if report.where == GIVEN else "poses drawn evenly from the joint box"
+
+    def share(count: int, whole: int, interval: tuple[float, float]) -> str:
+        return f"{count if report.where == GIVEN else percent(count / whole, interval)} of {whole}"
+
+    facts = [
+        Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
+        Fact("controller", report.controller, "Its name or file."),
+        Fact("label", report.label, "The controller and its variant."),
+        Fact("case", case.words, "Plant and sampling in words."), Fact("rate", case.rate, "Hz."),
+        Fact("delay", case.delay, "Samples."),
+        Fact("where", report.where, "What the poses are of.", kind=Literal["joint box", "given poses"]),
+        Fact("poses", found.poses, "How many."),
+        Fact("unstable", found.unstable, "Poses at which a deviation grows."),
+    ]  # fmt: skip
+    whole = Section("", [
+        Note("linear and at rest: without speeds, friction, torque limits and stops"),
+        Fact("unstable_share", found.share, "Of the poses.", "unstable",
+             format=lambda _: f"{share(found.unstable, found.poses, found.interval)} {where}"),
+        Fact("unstable_share_interval", found.interval, "Of the whole box, at 95 % (Wilson)."),
+        Fact("least_rate_hz", found.least_rate,
+             "From this rate on no pose looked at is unstable; null where none does it.", "stable from", "",
+             rate_text, float),
+        Note(f"{rate_text(None)} makes it hold", found.least_rate is None),
+        Fact("limit", report.limit, "Of |S_ii|."),
+        Fact("above_limit_poses", report.peak_poses, "Poses at which |S_ii| was computed."),
+        Fact("above_limit_share", above, "Of these, with |S_ii| above the limit.", f"|S_ii| above {report.limit:g}",
+             format=lambda _: f"{share(report.above, report.peak_poses, report.above_interval)} of them"),
+        Fact("above_limit_interval", report.above_interval, "Of the whole box, at 95 % (Wilson)."),
+        Fact("holds", report.holds, "Whether |S_ii| keeps the limit wherever it was looked at."),
+        Fact("worst_q", worst.q, "Where deviations grow fastest, else where |S_ii| is largest; rad (m for sliding "
+             "joints).", "worst pose", format=lambda q: pose_text(q, arm)),
+        Fact("worst_joint", report.worst_joint, "The joint that moves most there, or whose |S_ii| is largest.",
+             "worst joint"),
+        Fact("unknown_limits", list(found.unknown_limits),
+             "Joints without limits, taken as half a turn to both sides.", kind=list[str]),
+        Note(unknown_text(found), bool(found.unknown_limits)),
+        Note(report.notes, key="notes", says="What was left out or assumed.", before="note: "),
+    ])  # fmt: skip
+    detail = Section(
+        "The worst pose",
+        _worst(report),
+        "worst",
+        "The margins at the worst pose; null where the loop is unstable there, or past what was tried.",
+    )
+    title = f"{arm.name}, reading {arm.reading}: {report.label}; {case.words}"
+    return Document(title, "", [whole, detail], "lwr-dyn margins", "margins", facts)
+
+
+def _worst(report: MarginReport) -> list[Fact | Note | Table]:
+    worst, stable = report.worst, report.worst.is_stable
+    swing = abs(float(np.angle(worst.poles[0]))) * report.case.rate / (2 * np.pi)
+    maybe = list[float] | None
+    columns = (
+        Heading("joint", key=None), Heading("max |S_ii|", "", ".3f", "peak", "max |S_ii| of each joint.", maybe),
+        Heading("at", "Hz", ".3g", "peak_hz", "Where it is, Hz.", maybe),
+        Heading("gain up to", "", _factor, "gain_up", "Factor that the torque of a joint bears; null past 1000."),
+        Heading("gain down to", "", _factor, "gain_down", "And down to which; 0 below a thousandth."),
     )  # fmt: skip
-    rows = list(zip(report.arm.joint_names, worst.peak, worst.peak_hz, worst.gain_up, worst.gain_down, strict=True))
-    rows.append(("all together", None, None, worst.all_up, worst.all_down))
-    title = f"worst pose {where}, {report.worst_joint}; of the slowest deviation a sample leaves {worst.radius:.4g}"
-    delay = f"{1e3 * worst.delay_margin:.3g} ms" if np.isfinite(worst.delay_margin) else "more than was tried"
-    return "\n".join([*lines, Table(title, headings, rows).text(), f"all torques may come later by: {delay}"])
-
-
-def _share(report: MarginReport, count: int, of: int, interval: tuple[float, float]) -> str:
-    """A count of given poses, or a share of the box with its interval."""
-    return percent(count / of, interval) if report.where == "joint box" else f"{count}"
-
-
-def _swing(report: MarginReport) -> str:
-    hz = abs(np.angle(report.worst.poles[0])) * report.case.rate / (2 * np.pi)
-    return f"swings at {hz:.3g} Hz" if hz > 0.0 else "does not swing"
+    peaks = (worst.peak, worst.peak_hz) if stable else [(None,) * report.arm.n] * 2
+    rows = zip(report.arm.joint_names, *peaks, worst.gain_up, worst.gain_down, strict=True)
+    return [
+        Fact("q", worst.q, "The pose, rad (m for sliding joints)."),
+        Fact("radius", worst.radius, "Spectral radius of the step from sample to sample.",
+             "factor on a deviation a sample", format=".4g"),
+        Fact("stable", stable, "Whether none grows."),
+        Fact(None, None if stable else swing, "Half the rate: it changes its sign at each sample.",
+             "unstable, no margins there; the fastest deviation swings at", "Hz", ".3g"),
+        Fact("poles", np.column_stack([worst.poles.real, worst.poles.imag]),
+             "Eigenvalues of that step: real and imaginary part, the largest first."),
+        Table("", columns, [*rows], columnwise=True, when=stable),
+        Fact("all_up", worst.all_up, "The same for the torques of all joints.", "gain of all up to", "", _factor),
+        Fact("all_down", worst.all_down, "And down to which.", "gain of all down to", "", _factor),
+        Fact("delay_margin", worst.delay_margin, "s.", "all torques may come later by", "", _later),
+    ]  # fmt: skip
 
 
 def _factor(value: float) -> str:
     """A gain margin; past what was tried it is said to be so."""
+    if np.isnan(value):
+        return ""
     return "over 1000" if np.isinf(value) else "under 0.001" if value == 0.0 else f"{value:.3g}"
+
+
+def _later(seconds: float) -> str:
+    return "" if np.isnan(seconds) else "more than was tried" if np.isinf(seconds) else f"{1e3 * seconds:.3g} ms"

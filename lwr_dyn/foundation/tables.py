@@ -1,11 +1,13 @@
-"""A table is described once; its forms are aligned text, a record for programs, and (in reports) HTML."""
+"""A table is described once; its forms are aligned text, a record for programs, and (in `pages`) HTML.
+
+JSON text of any record. NumPy is not imported: what has `tolist` is an array or a number of it.
+"""
 
 import json
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from lwr_dyn.foundation.errors import OptionError
 
@@ -14,13 +16,33 @@ from lwr_dyn.foundation.errors import OptionError
 class Heading:
     """The heading of a column, its unit, how its values are written, and its name in records (`head` if not given)."""
 
-    head: str
+    head: str = ""
     unit: str = ""
     format: str | Callable[[Any], str] = ""
     """A format specification for numbers, or a function; text is unchanged."""
-    key: str = ""
+    key: str | None = ""
+    """Name in records; None: only shown. A column with a name and without a heading is only recorded."""
+    says: str = ""
+    """What it is, in a sentence: the schema's description, and what a page shows when the heading is pointed at."""
+    kind: Any = None
+    """Type of its values in the schema, such as `list[float]`, where the first row does not show it."""
+    sigma: str = ""
+    """Key of the column with its standard errors: shown as `value +- error`."""
+    page: bool = False
+    """Shown on pages, not in text."""
     shade: Callable[[Any], float] | None = None
     """Darkness of a value's cell, from 0 to 1, where a table has colours."""
+    cut: int = 0
+    """Letters of a cell that text shows, and a page until it is opened; 0: all."""
+    bar: float = 0.0
+    """On a page a value is also drawn as a bar from the middle, full at this value."""
+    pick: bool = False
+    """On a page, rows can be chosen by it."""
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether people see the column."""
+        return bool(self.head) or not self.key
 
     @property
     def title(self) -> str:
@@ -28,12 +50,40 @@ class Heading:
         return f"{self.head} [{self.unit}]" if self.unit else self.head
 
     def cell(self, value: Any) -> str:
-        """A value as text; None is an empty cell."""
-        if value is None:
+        """A value as text; None, and NaN without a format of its own, is an empty cell."""
+        if value is None or (isinstance(value, float) and value != value and not callable(self.format)):
             return ""
         if callable(self.format):
             return self.format(value)
-        return value if isinstance(value, str) else format(value, self.format)
+        written = value if isinstance(value, str) else format(value, self.format)
+        return written + MARKS.get(getattr(value, "mark", ""), "")
+
+
+class Marked(float):
+    """A number that is marked: the "best" of several (` *` in text, bold on pages), or "bad" (` !`, in --alarm)."""
+
+    mark: str
+
+    def __new__(cls, value: float, mark: str = "") -> "Marked":
+        """The number."""
+        out = super().__new__(cls, value)
+        out.mark = mark
+        return out
+
+
+MARKS = {"best": " *", "bad": " !"}
+
+
+class Cell(str):
+    """The text of a cell, cut after so many letters, with the value that it shows."""
+
+    value: Any
+
+    def __new__(cls, text: str, value: Any, cut: int = 0) -> "Cell":
+        """The cell."""
+        out = super().__new__(cls, f"{text[: cut - 3]}..." if cut and len(text) > cut else text)
+        out.value = value
+        return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +106,18 @@ class Table:
     headings: Sequence[Heading | str]
     rows: Sequence[Sequence[Any]]
     note: str = ""
+    key: str | None = None
+    """Name of its rows in a document's record."""
+    says: str = ""
+    """What they are, in a sentence."""
+    page: bool = False
+    """Shown on pages, not in text."""
+    most: int | None = None
+    """Rows that text shows."""
+    when: bool = True
+    """Whether people see it; it is recorded all the same."""
+    columnwise: bool = False
+    """In a document's record its columns are lists, beside the other keys, in place of a list of rows."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "headings", tuple(h if isinstance(h, Heading) else Heading(h) for h in self.headings))
@@ -71,9 +133,31 @@ class Table:
         return self.headings  # type: ignore[return-value] # converted in __post_init__
 
     @property
+    def is_shown(self) -> bool:
+        """Whether it has anything for people."""
+        return self.when and len(self.rows) > 0 and any(h.is_shown for h in self.columns)
+
+    @property
     def cells(self) -> tuple[tuple[str, ...], ...]:
         """The values as text, row by row."""
-        return tuple(tuple(h.cell(v) for h, v in zip(self.columns, row, strict=True)) for row in self.rows)
+        return tuple(tuple(self._cell(h, v, row) for h, v in zip(self.columns, row, strict=True)) for row in self.rows)
+
+    def _cell(self, heading: Heading, value: Any, row: Sequence[Any]) -> str:
+        if not heading.sigma:
+            return heading.cell(value)
+        error = row[[h.key for h in self.columns].index(heading.sigma)]
+        return with_error(value, error)
+
+    def shown(self, page: bool = False) -> "Table":
+        """What people see of it, as `Cell`s: columns for people; in text, not those for pages, and few rows."""
+        kept = [i for i, h in enumerate(self.columns) if h.is_shown and (page or not h.page)]
+        heads = [replace(self.columns[i], format="", sigma="") for i in kept]
+        cut = [0 if page else h.cut for h in heads]
+        rows = [
+            [Cell(cells[i], row[i], letters) for i, letters in zip(kept, cut, strict=True)]
+            for cells, row in zip(self.cells, self.rows, strict=True)
+        ]
+        return replace(self, headings=heads, rows=rows[: None if page else self.most])
 
     @property
     def shades(self) -> tuple[tuple[float | None, ...], ...]:
@@ -85,7 +169,10 @@ class Table:
 
     def text(self) -> str:
         """Title, aligned columns, note."""
-        lines = [self.title, aligned(self.cells, tuple(h.title for h in self.columns)), self.note]
+        shown = self.shown()
+        left = len(self.rows) - len(shown.rows)
+        lines = [self.title, aligned(shown.rows, tuple(h.title for h in shown.columns)), self.note]
+        lines += [f"and {left} more"] if left else []
         return "\n".join(line for line in lines if line)
 
     def __str__(self) -> str:
@@ -93,11 +180,28 @@ class Table:
 
     def record(self) -> list[dict[str, Any]]:
         """One dictionary per row, values unchanged."""
-        keys = [h.key or h.head for h in self.columns]
-        return [dict(zip(keys, row, strict=True)) for row in self.rows]
+        keys = [None if h.key is None else h.key or h.head for h in self.columns]
+        return [{k: v for k, v in zip(keys, row, strict=True) if k is not None} for row in self.rows]
+
+    def column_record(self) -> dict[str, list[Any] | None]:
+        """One list per column; None for a column of which nothing is known."""
+        keys = [None if h.key is None else h.key or h.head for h in self.columns]
+        lists = {k: [row[i] for row in self.rows] for i, k in enumerate(keys) if k is not None}
+        return {k: None if all(value is None for value in values) else values for k, values in lists.items()}
 
 
-def aligned(rows: Sequence[tuple[str, ...]], head: tuple[str, ...]) -> str:
+def with_error(value: float | None, error: float) -> str:
+    """`value +- standard error`; "-" where the error is infinite: nothing is known.
+
+    >>> with_error(2.0, 0.123), with_error(2.0, math.inf), with_error(2.0, math.nan)
+    ('2 +- 0.12', '-', '2')
+    """
+    if value is None or math.isinf(error):
+        return "-"
+    return f"{value:.5g}" + ("" if math.isnan(error) else f" +- {error:.2g}")
+
+
+def aligned(rows: Sequence[Sequence[str]], head: tuple[str, ...]) -> str:
     """Rows of text, aligned under a heading.
 
     >>> print(aligned([("1", "2.9")], ("joint", "b")))
@@ -113,7 +217,7 @@ def aligned(rows: Sequence[tuple[str, ...]], head: tuple[str, ...]) -> str:
 def json_text(record: Any) -> str:
     """A record as JSON text: arrays become lists, NaN and infinity null.
 
-    >>> json_text({"x": np.array([1.0, np.inf])})
+    >>> json_text({"x": (1.0, math.inf)})
     '{\\n  "x": [\\n    1.0,\\n    null\\n  ]\\n}'
     """
     return json.dumps(_plain(record), indent=2, allow_nan=False)
@@ -122,10 +226,10 @@ def json_text(record: Any) -> str:
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
+    if hasattr(value, "tolist"):
         return _plain(value.tolist())
     if isinstance(value, list | tuple):
         return [_plain(v) for v in value]
-    if isinstance(value, float) and not np.isfinite(value):
+    if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

@@ -146,10 +146,3 @@ def test_gain_and_delay_margins_are_where_the_radius_passes_one(bent):
 def test_a_loop_of_several_poses_is_refused():
     with pytest.raises(OptionError, match="2 poses; allowed: one pose"):
         margins_at(RestingLoop.of(dynamics(), law("pd-gravity"), np.array([BENT, BENT])), AT, BENT)
-
-
-def test_margins_as_json_are_numbers(bent):
-    record = bent.to_json()
-    assert record["stable"] is True
-    assert record["poles"].shape == (21, 2)
-    assert record["radius"] == bent.radius

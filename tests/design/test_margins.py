@@ -139,7 +139,8 @@ def test_the_text_says_what_was_left_out_and_where_it_is_worst():
     assert "0 of 1 given poses" in text
     assert "all torques may come later by: " in text
     unstable = str(in_box("computed", poses=100))
-    assert "changes its sign at each sample; joint_1 moves most; no margins there" in unstable
+    assert "worst joint: joint_1" in unstable
+    assert "no margins there; the fastest deviation swings at: 500 Hz" in unstable
 
 
 @pytest.mark.parametrize(

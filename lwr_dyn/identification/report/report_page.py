@@ -35,10 +35,10 @@ from lwr_dyn.identification.slips.slip_tables import AGREES, HIDDEN, OFF, PULL, 
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.document import document_html
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replay_page import (
     RATE,
-    document_html,
     generator_line,
     meshcat_bundle,
     replay_policy,

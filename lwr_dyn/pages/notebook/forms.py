@@ -18,6 +18,7 @@ from lwr_dyn.kinematics.solution import InverseResult
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.document import notebook_html
 from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.metrics import Metrics, metrics
@@ -197,5 +198,6 @@ FORMS: Mapping[str, Callable[[Any], str]] = {
 
 
 def html_of(result: Any) -> str:
-    """The HTML of a result of one of the classes of `FORMS`."""
-    return FORMS[type(result).__name__](result)
+    """The HTML of a result: of one of the classes of `FORMS`, or of its `document`."""
+    form = FORMS.get(type(result).__name__)
+    return notebook_html(result.document) if form is None else form(result)

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence, Set
 
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.pages.figures.figure import raised, short
+from lwr_dyn.pages.markup import Html, anchor, element, grid, joined
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.case import LedgerEntry
 from lwr_dyn.reproduction.report.content import (
@@ -25,7 +26,7 @@ from lwr_dyn.reproduction.report.content import (
     ReportTable,
     Section,
 )
-from lwr_dyn.reproduction.report.figure_html import Html, anchor, element, figure_html, grid, joined
+from lwr_dyn.reproduction.report.figure_html import figure_html
 
 GLYPHS: dict[CellVerdict, str] = {
     "reproduced": "v1",

@@ -23,6 +23,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.figure import Curve, Figure, Series, SeriesName, run_series
+from lwr_dyn.pages.markup import Html, element, joined
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replay_page import (
     PLAYER,
@@ -48,7 +49,7 @@ from lwr_dyn.reproduction.report.blocks import (
     section_html,
 )
 from lwr_dyn.reproduction.report.content import Page, Replay, ReportTable, Still
-from lwr_dyn.reproduction.report.figure_html import Html, element, figure_html, joined
+from lwr_dyn.reproduction.report.figure_html import figure_html
 from lwr_dyn.reproduction.report.still_image import rate_note, run_table_html, still_html
 
 LARGEST_CURVE = 1500

@@ -19,11 +19,12 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ends_of, joint_motion
 from lwr_dyn.pages.figures.figure import short
+from lwr_dyn.pages.markup import Html, element
 from lwr_dyn.pages.plotting.drawn_panel import run_ink
 from lwr_dyn.pages.replay.replay_page import RATE
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.report.content import Replay
-from lwr_dyn.reproduction.report.figure_html import Html, element, simplified
+from lwr_dyn.reproduction.report.figure_html import simplified
 
 COLUMNS, ROWS = 960, 600
 """Pixels of the image."""

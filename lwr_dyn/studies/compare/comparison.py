@@ -22,11 +22,11 @@ from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.document import document_html
 from lwr_dyn.pages.figures.run_figures import path, tip_error
 from lwr_dyn.pages.notebook.exported_runs import arms_of
 from lwr_dyn.pages.notebook.forms import line
 from lwr_dyn.pages.plotting.drawn_panel import chart_html, swatch
-from lwr_dyn.pages.replay.replay_page import document_html
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, check_same, conditions, torque_cuts

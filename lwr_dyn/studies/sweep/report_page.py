@@ -23,10 +23,9 @@ from lwr_dyn.foundation.files import make_folder, write_file
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
+from lwr_dyn.pages.document import POLICY, document_html
 from lwr_dyn.pages.replay.replay_page import (
-    POLICY,
     RATE,
-    document_html,
     replay_html,
     replay_policy,
     resource_text,

@@ -1,0 +1,84 @@
+"""Write the schemas of `--json` in lwr_dyn/cli/schemas from the documents of small examples, or check them.
+
+python scripts/build_schemas.py            write
+python scripts/build_schemas.py --check    list those that are not fresh; exit 1 when there are any
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from lwr_dyn.cli.main import group, schema_file
+from lwr_dyn.foundation.document import Document
+
+BENT = (0.0, 0.5, 0.0, -1.0, 0.0, 0.5, 0.0)
+
+
+class _Found(Exception):  # noqa: N818
+    """The document that a command was about to print."""
+
+
+def printed(line: str) -> Callable[[], Document]:
+    """The document that a command line prints."""
+
+    def found() -> Document:
+        def stop(document: Document) -> None:
+            raise _Found(document)
+
+        whole, Document.record = Document.record, stop  # type: ignore[method-assign, assignment]
+        try:
+            group.main(args=[*line.split(), "--json"], prog_name="lwr-dyn", standalone_mode=False)
+        except _Found as one:
+            return one.args[0]
+        finally:
+            Document.record = whole  # type: ignore[method-assign]
+        raise AssertionError(f"{line}: prints no document")
+
+    return found
+
+
+EXAMPLES: Mapping[str, Callable[[], Document]] = {
+    "margins": printed("margins lwr4plus --reading physical --q-deg 0,30,0,-60,0,30,0"),
+}
+"""Command -> a document of it that has all its parts."""
+
+BY_HAND = frozenset({
+    "check", "compare", "conventions", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction",
+    "identify-motion", "identify-payload", "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run", "lint",
+    "list", "parity", "reproduce", "sensitivity", "simulate", "sweep", "tune",
+})  # fmt: skip
+"""Schemas that are not generated yet: what their commands print is no document."""
+
+
+def differences() -> dict[Path, str]:
+    """File -> what it should be, where it is not."""
+    wanted = {
+        Path(str(schema_file(name))): json.dumps(one().schema(), indent=1) + "\n" for name, one in EXAMPLES.items()
+    }
+    there = {path: path.read_text(encoding="utf-8") for path in wanted if path.is_file()}
+    return {path: text for path, text in wanted.items() if there.get(path) != text}
+
+
+def unlisted() -> list[str]:
+    """Schemas that no list has, and those of a list that are not there."""
+    listed = {name.replace(" ", "-") for name in EXAMPLES} ^ BY_HAND
+    return sorted({path.stem for path in Path(str(schema_file("x"))).parent.glob("*.json")} ^ listed)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    check = "--check" in (sys.argv[1:] if arguments is None else arguments)
+    stale, odd = differences(), unlisted()
+    for path, text in stale.items():
+        if not check:
+            path.write_text(text, encoding="utf-8")
+    lines = [f"{'stale' if check else 'written'}: {path.name}" for path in stale]
+    lines += [f"in no list, or missing: {name}" for name in odd]
+    print("\n".join(lines) or f"fresh: {len(EXAMPLES)} schemas, {len(BY_HAND)} by hand")
+    return int(bool(odd) or (check and bool(stale)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,114 @@
+"""A document: each part stands once, and text, record and schema follow from it."""
+
+import json
+import subprocess
+import sys
+from typing import Annotated, Literal, NotRequired, TypedDict
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section, type_of
+from lwr_dyn.foundation.tables import Heading, Marked, Table, json_text
+
+
+class Cruise(TypedDict):
+    speed: Annotated[float, "rad/s."]
+    sign: Literal[-1, 1]
+    note: NotRequired[str]
+
+
+def made(there: bool = True) -> Document:
+    columns = (
+        Heading("joint", key="joint"),
+        Heading("peak", "N m", ".2f", "peak", "Largest torque, N m."),
+        Heading("", key="sigma"),
+        Heading("on pages", key=None, page=True),
+    )
+    table = Table(
+        "Peaks", columns, [("a", 1.25, 0.5, "x"), ("b", float("nan"), None, "y")], key="peaks", says="One a joint."
+    )
+    first = Section("", [
+        Note("at rest"), Fact("share", 0.25, "Of the poses.", "share", "%", lambda x: f"{100 * x:g}"),
+        Note("no limits", when=False, key="notes"),
+        Note(["a", "b"], key="notes", says="Rests on.", before="note: "), table,
+    ])  # fmt: skip
+    more = Section("Load", [Fact("mass", 2.0, "kg.", "mass", "kg"), Fact("hidden", [1, 2])], "load", "The load.", there)
+    page = Section("Only there", [Fact("area", 3, head="area"), Figure(lambda: "<b>drawn</b>")], page=True)
+    return Document("Title", "Verdict", [first, more, page], "lwr-dyn made", facts=[Fact("robot", "r", "Its name.")])
+
+
+def test_the_text_has_what_has_a_head_and_holds():
+    assert made().text().splitlines() == [
+        "Verdict", "at rest", "share: 25 %", "note: a", "note: b", "Peaks", "joint  peak [N m]", "-----  ----------",
+        "a      1.25", "b", "", "mass: 2.0 kg",
+    ]  # fmt: skip
+    assert "mass" not in made(there=False).text()
+
+
+def test_the_record_has_what_has_a_key_as_computed():
+    record = made().record()
+    assert [*record] == ["robot", "share", "notes", "peaks", "load", "area"]
+    assert record["peaks"][0] == {"joint": "a", "peak": 1.25, "sigma": 0.5}
+    assert record["notes"] == ["a", "b"]
+    assert record["load"] == {"mass": 2.0, "hidden": [1, 2]}
+    assert made(there=False).record()["load"] is None
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_the_schema_is_of_the_record_and_says_what_the_parts_say(there):
+    schema = made().schema()
+    Draft202012Validator.check_schema(schema)
+    assert [*Draft202012Validator(schema).iter_errors(json.loads(json_text(made(there).record())))] == []
+    assert schema["title"] == "lwr-dyn made --json"
+    assert schema["properties"]["peaks"]["items"]["properties"]["peak"]["description"] == "Largest torque, N m."
+    assert schema["properties"]["load"] | {"properties": 0} == {
+        "description": "The load.", "type": ["object", "null"], "properties": 0, "required": ["mass", "hidden"],
+        "additionalProperties": False,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("value", [None, []])
+def test_a_value_that_shows_no_type_needs_a_kind(value):
+    with pytest.raises(TypeError, match=r"odd: .* does not show its type; give `kind`"):
+        Document("", "", [Section("", [Fact("odd", value)])]).schema()
+    found = Document("", "", [Section("", [Fact("odd", value, kind=list[str] | None)])]).schema()
+    assert found["properties"]["odd"] == {"type": ["array", "null"], "items": {"type": "string"}}
+
+
+def test_types_of_the_schema():
+    assert type_of(Cruise) == {
+        "type": "object",
+        "properties": {
+            "speed": {"description": "rad/s.", "type": ["number", "null"]}, "sign": {"enum": [-1, 1]},
+            "note": {"type": "string"},
+        },
+        "required": ["speed", "sign"],
+        "additionalProperties": False,
+    }  # fmt: skip
+    assert type_of(Literal["a"] | None) == {"enum": ["a", None]}
+    assert type_of(int | str | None) == {"anyOf": [{"type": "integer"}, {"type": "string"}, {"type": "null"}]}
+    assert type_of(dict[str, bool]) == {"type": "object", "additionalProperties": {"type": "boolean"}}
+
+
+def test_columns_may_be_the_lists_of_the_record():
+    columns = (Heading("joint", key=None), Heading("peak", key="peak", kind=list[float] | None), Heading("", key="at"))
+    known, unknown = (
+        Document("", "", [Section("", [Table("", columns, [("a", x, 1.0), ("b", x, 2.0)], columnwise=True)])])
+        for x in (0.5, None)
+    )
+    assert known.record() == {"peak": [0.5, 0.5], "at": [1.0, 2.0]}
+    assert unknown.record() == {"peak": None, "at": [1.0, 2.0]}
+    assert unknown.schema() == known.schema()
+
+
+def test_marks_and_errors_stand_in_cells():
+    columns = (Heading("x", key="x", format=".1f"), Heading("value", key="v", sigma="s"), Heading("", key="s"))
+    table = Table("", columns, [(Marked(1.0, "best"), 2.0, 0.1)])
+    assert table.cells[0][:2] == ("1.0 *", "2 +- 0.1")
+    assert table.text().splitlines()[0].split() == ["x", "value"]
+
+
+def test_no_numpy_is_loaded():
+    code = "import sys, lwr_dyn.foundation.document; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
