@@ -47,8 +47,8 @@ EXAMPLES: Mapping[str, Callable[[], Document]] = {
 
 BY_HAND = frozenset({
     "check", "compare", "conventions", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction",
-    "identify-motion", "identify-payload", "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run", "lint",
-    "list", "parity", "reproduce", "sensitivity", "simulate", "sweep", "tune",
+    "identify-motion", "identify-payload", "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run",
+    "lint", "list", "parity", "reproduce", "sensitivity", "simulate", "sweep", "tune",
 })  # fmt: skip
 """Schemas that are not generated yet: what their commands print is no document."""
 
