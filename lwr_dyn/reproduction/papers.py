@@ -8,14 +8,14 @@ how far its axis or its line can be read. `form` "derived" marks numbers that th
 not print.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal, InvalidOperation
 from functools import cache
 from importlib import import_module, resources
 from typing import Any, Literal
 
-from lwr_dyn.foundation.errors import OptionError, PaperError, UnknownNameError, needs_extra
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 from lwr_dyn.foundation.fields import Fields, parse_toml
 
 ALL = "all"
@@ -190,70 +190,59 @@ def read_results(text: str, file: str) -> Results:
 
 def results_of_tables(raw: Mapping[str, Any], file: str) -> Results:
     """`read_results` on parsed TOML; raises as it does."""
-    top = Fields(dict(raw), file, "")
+    top = Fields(raw, file)
     if top.take("schema", int) != SCHEMA:
-        raise PaperError(file, "schema", str(raw["schema"]), str(SCHEMA))
-    paper = top.take("paper", str)
-    blocks = {name: _block(name, table, file) for name, table in raw.items() if name not in ("schema", "paper")}
-    return Results(paper, file, blocks, raw)
+        raise top.refuse("schema", str(raw["schema"]), str(SCHEMA))
+    paper = top.text("paper")
+    return Results(paper, file, {name: _block(name, top.table(name)) for name in top.unread()}, raw)
 
 
-def _block(name: str, table: Any, file: str) -> ResultBlock:
-    fields = Fields(table, file, name)
+def _block(name: str, fields: Fields) -> ResultBlock:
     where, form = fields.text("where"), fields.choice("form", FORMS)
     units = fields.take("unit", object)
     rows = [str(r) for r in fields.take("rows", list, default=[])]
     cells, given = fields.take("cells", dict), fields.take("given", dict, default={})
     spans = fields.take("ranges", dict, default={})
-    compute = fields.take("compute", str, default="")
+    compute = fields.text("compute", default="")
     lists = {key: tuple(str(x) for x in fields.take(key, list, default=[])) for key in ("needs", "errata", "range_of")}
-    reading, note, step = (fields.take(key, str, default="") for key in ("reading", "note", "step"))
-    _step(step, file, f"{name}.step")
+    reading, note, step = fields.text("reading", default=""), fields.text("note", default=""), _step(fields)
     fields.refuse_unknown()
     if not (compute or lists["needs"]):
-        raise PaperError(
-            file, f"{name}.compute", "missing", "a recomputing function, or needs that say what is missing"
-        )
+        raise fields.refuse("compute", "missing", "a recomputing function, or needs that say what is missing")
     if bool(spans) != (form == "figure"):
-        raise PaperError(
-            file, f"{name}.ranges", "given" if spans else "missing", "ranges for figures, and only for them"
-        )
+        raise fields.refuse("ranges", "given" if spans else "missing", "ranges for figures, and only for them")
     if lists["needs"] and compute and form != "figure" and not set(lists["range_of"]) & set(cells):
-        raise PaperError(file, f"{name}.range_of", repr(list(lists["range_of"])), f"some of {', '.join(cells)}")
+        raise fields.refuse("range_of", repr(list(lists["range_of"])), f"some of {', '.join(cells)}")
     for twice in set(cells) & set(given):
-        raise PaperError(file, f"{name}.given.{twice}", "also a column of cells", "each name once")
+        raise fields.refuse(f"given.{twice}", "also a column of cells", "each name once")
     for unknown in set(spans) - set(cells):
-        raise PaperError(file, f"{name}.ranges.{unknown}", "no such column", ", ".join(cells))
+        raise fields.refuse(f"ranges.{unknown}", "no such column", ", ".join(cells))
     printed: list[PrintedCell] = []
     for column, entries in cells.items():
         unit = units.get(column) if isinstance(units, dict) else units
         if not isinstance(unit, str):
-            raise PaperError(file, f"{name}.unit", repr(unit), f"text, or a table with text for {column}")
-        printed += [replace(c, step=step) for c in _column(name, column, entries, unit, rows, spans.get(column), file)]
+            raise fields.refuse("unit", repr(unit), f"text, or a table with text for {column}")
+        printed += [replace(c, step=step) for c in _column(fields, column, entries, unit, rows, spans.get(column))]
     return ResultBlock(
-        name,
-        where,
-        form,
-        compute,
-        tuple(printed),
-        dict(cells) | dict(given),
-        lists["needs"],
-        lists["errata"],
-        reading,
-        note,
-        lists["range_of"],
-    )
+        name, where, form, compute, tuple(printed), dict(cells) | dict(given), lists["needs"], lists["errata"],
+        reading, note, lists["range_of"],
+    )  # fmt: skip
 
 
-def _column(
-    block: str, column: str, entries: Any, unit: str, rows: list[str], spans: Any, file: str
-) -> list[PrintedCell]:
-    name = f"{block}.cells.{column}"
+def _step(fields: Fields) -> str:
+    text: str = fields.text("step", default="")
+    if text and not (text.startswith("0.") and set(text[2:]) <= {"0", "1"} and text.endswith("1")):
+        raise fields.refuse("step", repr(text), 'a digit such as "0.01"')
+    return text
+
+
+def _column(fields: Fields, column: str, entries: Any, unit: str, rows: list[str], spans: Any) -> Iterator[PrintedCell]:
+    name = f"cells.{column}"
     if not isinstance(entries, list) or not entries:
-        raise PaperError(file, name, repr(entries), "a list of texts, one per row")
+        raise fields.refuse(name, repr(entries), "a list of texts, one per row")
     nested = isinstance(entries[0], list)
     if rows and len(rows) != len(entries):
-        raise PaperError(file, name, f"{len(entries)} entries", f"{len(rows)}, one per row")
+        raise fields.refuse(name, f"{len(entries)} entries", f"{len(rows)}, one per row")
     labels = rows or [str(i + 1) for i in range(len(entries))]
     flat = [
         (f"{labels[i]},{j + 1}" if nested else labels[i], f"[{i}][{j}]" if nested else f"[{i}]", text)
@@ -261,28 +250,22 @@ def _column(
         for j, text in enumerate(row if nested and isinstance(row, list) else [row])
     ]
     if spans is not None and (not isinstance(spans, list) or len(spans) != len(flat)):
-        raise PaperError(file, f"{block}.ranges.{column}", repr(spans), f"{len(flat)} pairs of texts")
-    out = []
+        raise fields.refuse(f"ranges.{column}", repr(spans), f"{len(flat)} pairs of texts")
     for k, (row, place, text) in enumerate(flat):
         if not isinstance(text, str) or not text.strip():
-            raise PaperError(file, f"{name}{place}", repr(text), "text, digit for digit as printed")
-        span = None if spans is None else _span(text, spans[k], file, f"{block}.ranges.{column}[{k}]")
-        out.append(PrintedCell(f"results.{block}.{column}{place}", row, column, text, unit, span))
-    return out
+            raise fields.refuse(f"{name}{place}", repr(text), "text, digit for digit as printed")
+        span = None if spans is None else _span(fields, f"ranges.{column}[{k}]", text, spans[k])
+        yield PrintedCell(f"results.{fields.path}.{column}{place}", row, column, text, unit, span)
 
 
-def _step(text: str, file: str, name: str) -> None:
-    if text and not (text.startswith("0.") and set(text[2:]) <= {"0", "1"} and text.endswith("1")):
-        raise PaperError(file, name, repr(text), 'a digit such as "0.01"')
-
-
-def _span(text: str, span: Any, file: str, name: str) -> tuple[str, str]:
+def _span(fields: Fields, name: str, text: str, span: Any) -> tuple[str, str]:
     if not isinstance(span, list) or len(span) != 2 or not all(isinstance(x, str) for x in span):
-        raise PaperError(file, name, repr(span), "two texts, least and most")
+        raise fields.refuse(name, repr(span), "two texts, least and most")
     try:
         least, value, most = Decimal(span[0]), Decimal(text), Decimal(span[1])
     except InvalidOperation:
-        raise PaperError(file, name, f"{text!r} in {span}", "numbers") from None
+        raise fields.refuse(name, f"{text!r} in {span}", "numbers") from None
     if not least <= value <= most:
-        raise PaperError(file, name, f"the value read, {text}, lies outside", f"a value within {span[0]} to {span[1]}")
+        allowed = f"a value within {span[0]} to {span[1]}"
+        raise fields.refuse(name, f"the value read, {text}, lies outside", allowed)
     return span[0], span[1]

@@ -37,7 +37,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -202,19 +202,18 @@ def packaged_evidence(robot: str, table: PrintedTable) -> Evidence:
 
 def parse_evidence(text: str, file: str, table: PrintedTable) -> Evidence:
     """`read_evidence` on text; raises as it does."""
-    top = Fields(parse_toml(text, file), file, "")
-    top.take("robot", str, default="")
-    numbers = [_number(x, file, f"number[{i}]", table) for i, x in enumerate(top.take("number", list, default=[]))]
-    places = [_place(x, file, f"place[{i}]", table) for i, x in enumerate(top.take("place", list, default=[]))]
-    tensors = top.take("tensors", dict, default=None)
-    arm = Fields(top.take("arm", dict, default={}), file, "arm")
+    top = Fields(parse_toml(text, file), file)
+    top.text("robot", default="")
+    numbers = tuple(_number(x, table) for x in top.tables("number", default=[]))
+    places = tuple(_place(x, table) for x in top.tables("place", default=[]))
+    second = None if "tensors" not in top.unread() else _tensors(top.table("tensors"))
+    arm = top.table("arm", default={})
     convention = arm.choice("convention", [c.value for c in Convention], default="")
     links = [f"link_{i + 1}" for i in range(table.n)]
     alike = tuple(_group(group, links, file) for group in arm.take("alike", list, default=[]))
     arm.refuse_unknown()
     top.refuse_unknown()
-    second = None if tensors is None else _tensors(tensors, file)
-    evidence = Evidence(tuple(numbers), second, tuple(places), alike, convention or None)
+    evidence = Evidence(numbers, second, places, alike, convention or None)
     evidence.check(table)
     return evidence
 
@@ -233,32 +232,30 @@ def _index(name: object, kind: str, known: list[str]) -> int:
     return known.index(str(name))
 
 
-def _number(entry: Any, file: str, path: str, table: PrintedTable) -> DerivedNumber:
-    fields = Fields(entry, file, path)
+def _number(fields: Fields, table: PrintedTable) -> DerivedNumber:
     quantity = fields.choice("quantity", list(QUANTITIES))
-    joint = _index(fields.take("joint", str), f"joint of {table.name}", list(table.joints))
+    joint = _index(fields.text("joint"), f"joint of {table.name}", list(table.joints))
     factor = _factor(fields, QUANTITIES[quantity][table.kinds[joint] is JointKind.PRISMATIC])
-    printed = evidence_number(fields.take("value", object), factor, f"{path}.value")
-    where = fields.take("where", str)
-    q = None if quantity == "worst inertia" else _pose(fields, path, table)
+    printed = evidence_number(fields.take("value", object), factor, fields.name_of("value"))
+    where = fields.text("where")
+    q = None if quantity == "worst inertia" else _pose(fields, table)
     fields.refuse_unknown()
     return DerivedNumber(quantity, joint, printed, q, where)  # type: ignore[arg-type] # one of QUANTITIES
 
 
-def _place(entry: Any, file: str, path: str, table: PrintedTable) -> FlangePlace:
-    fields = Fields(entry, file, path)
-    q, factor = _pose(fields, path, table), _factor(fields, "length")
-    xyz = [evidence_number(x, factor, f"{path}.xyz") for x in fields.take("xyz", list)]
+def _place(fields: Fields, table: PrintedTable) -> FlangePlace:
+    q, factor, name = _pose(fields, table), _factor(fields, "length"), fields.name_of("xyz")
+    xyz = [evidence_number(x, factor, name) for x in fields.take("xyz", list)]
     if len(xyz) != 3:
-        raise EvidenceError(f"{path}.xyz", f"{len(xyz)} entries", "3: x y z")
-    where = fields.take("where", str)
+        raise EvidenceError(name, f"{len(xyz)} entries", "3: x y z")
+    where = fields.text("where")
     fields.refuse_unknown()
     return FlangePlace(q, np.array([x.value for x in xyz]), max(x.half for x in xyz), where)
 
 
-def _pose(fields: Fields, path: str, table: PrintedTable) -> Array:
+def _pose(fields: Fields, table: PrintedTable) -> Array:
     unit = fields.choice("q_unit", units_of("angle"), default="deg")
-    q = joint_array(f"{path}.q", fields.take("q", list), table.n)
+    q = joint_array(fields.name_of("q"), fields.take("q", list), table.n)
     slides = [kind is JointKind.PRISMATIC for kind in table.kinds]
     return np.array([float(x) if s else to_si(float(x), unit) for x, s in zip(q, slides, strict=True)])
 
@@ -267,12 +264,11 @@ def _factor(fields: Fields, quantity: str) -> float:
     return UNITS[fields.choice("unit", units_of(quantity))][1]
 
 
-def _tensors(entry: Any, file: str) -> SecondTensors:
-    fields = Fields(entry, file, "tensors")
+def _tensors(fields: Fields) -> SecondTensors:
     about = fields.choice("about", ABOUT)
     products = fields.choice("products", (*PRODUCTS, "unknown"))
     fields.choice("unit", ("kg m^2",))
-    where, values = fields.take("where", str), fields.take("values", list)
+    where, values = fields.text("where"), fields.take("values", list)
     fields.refuse_unknown()
     if not all(isinstance(row, list) for row in values):
         raise EvidenceError("tensors.values", "not a list of rows", "one row of xx yy zz xy xz yz per link")

@@ -115,10 +115,10 @@ def parse_tasks(text: str, file: str) -> tuple[StudyTask, ...]:
     PaperError
         Broken TOML; a field that is unknown, missing or of another type; a claim about no controller of its task.
     """
-    top = Fields(parse_toml(text, file), file, "")
-    robot = top.take("robot", str)
+    top = Fields(parse_toml(text, file), file)
+    robot = top.text("robot")
     entries = top.take("task", list)
-    tasks = tuple(_task(_filled(x, entries, file, i), robot, file, f"task[{i}]") for i, x in enumerate(entries))
+    tasks = tuple(_task(Fields(_filled(x, entries, file, i), file, f"task[{i}]"), robot) for i, x in enumerate(entries))
     top.refuse_unknown()
     return tasks
 
@@ -134,19 +134,16 @@ def _filled(entry: Any, entries: list[Any], file: str, i: int) -> Any:
     return {**taken, **entry}
 
 
-def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
-    fields = Fields(entry, file, path)
-    texts = {key: fields.take(key, str) for key in ("name", "about", "where")}
+def _task(fields: Fields, robot: str) -> StudyTask:
+    texts = {key: fields.text(key) for key in ("name", "about", "where")}
     options = dict(fields.take("reference", dict))
     reference = options.pop("name", None)
     if not isinstance(reference, str):
-        raise PaperError(file, f"{path}.reference.name", repr(reference), "the name of a reference")
-    listed = enumerate(fields.take("controllers", list))
-    controllers = tuple(_controller(x, file, f"{path}.controllers[{i}]") for i, x in listed)
+        raise fields.refuse("reference.name", repr(reference), "the name of a reference")
+    controllers = tuple(map(_controller, fields.tables("controllers")))
     ids = [c.id for c in controllers]
-    claimed = enumerate(fields.take("claim", list, default=[]))
-    claims = tuple(_claim(x, ids, file, f"{path}.claim[{i}]") for i, x in claimed)
-    substeps, like = fields.take("substeps", int, default=1), fields.take("like", str, default="")
+    claims = tuple(_claim(x, ids) for x in fields.tables("claim", default=[]))
+    substeps, like = fields.take("substeps", int, default=1), fields.text("like", default="")
     fields.refuse_unknown()
     return StudyTask(
         robot, **texts, reference=reference, options=options, controllers=controllers, claims=claims,
@@ -154,21 +151,17 @@ def _task(entry: Any, robot: str, file: str, path: str) -> StudyTask:
     )  # fmt: skip
 
 
-def _controller(entry: Any, file: str, path: str) -> ControllerChoice:
-    fields = Fields(entry, file, path)
-    own_id, controller = fields.take("id", str), fields.take("controller", str)
-    options = fields.take("options", dict, default={})
+def _controller(fields: Fields) -> ControllerChoice:
+    choice = ControllerChoice(fields.text("id"), fields.text("controller"), fields.take("options", dict, default={}))
     fields.refuse_unknown()
-    return ControllerChoice(own_id, controller, options)
+    return choice
 
 
-def _claim(entry: Any, controllers: list[str], file: str, path: str) -> PublishedClaim:
-    fields = Fields(entry, file, path)
-    text, where = fields.take("text", str), fields.take("where", str)
-    controller = fields.choice("controller", controllers)
+def _claim(fields: Fields, controllers: list[str]) -> PublishedClaim:
+    text, where, controller = fields.text("text"), fields.text("where"), fields.choice("controller", controllers)
     joints = fields.take("joints", list)
     if not joints or any(type(j) is not int or j < 1 for j in joints):
-        raise PaperError(file, f"{path}.joints", repr(joints), "numbers of joints, counted from 1")
+        raise fields.refuse("joints", repr(joints), "numbers of joints, counted from 1")
     statistic = fields.choice("statistic", STATISTICS)
     fields.refuse_unknown()
     return PublishedClaim(text, where, controller, tuple(j - 1 for j in joints), statistic)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import DiagnosticLog, SourcePosition
@@ -157,58 +157,42 @@ def point_program_of(table: Mapping[str, Any], arm: Arm, file: str = "task") -> 
 
     Raises `PaperError`.
     """
-    top = Fields(table, file, "")
-    points = tuple(_point(row, file, f"point[{i}]") for i, row in enumerate(top.take("point", list, default=[])))
+    top = Fields(table, file)
+    points = tuple(map(_point, top.tables("point", default=[])))
     if not points:
-        raise PaperError(file, "point", "none", "one or more [[point]] tables")
+        raise top.refuse("point", "none", "one or more [[point]] tables")
     names = [p.name.upper() for p in points]
     if len(set(names)) < len(names) or "XHOME" in names:
-        raise PaperError(file, "point", "a name that is there twice (or XHOME)", "a different name for each point")
+        raise top.refuse("point", "a name that is there twice (or XHOME)", "a different name for each point")
     home = top.take("home_deg", list, **({"default": np.degrees(arm.mastering).tolist()} if arm.mastering else {}))
+    zeros = (0.0,) * 6
     program = PointProgram(
-        name=_name(top.take("name", str), file, "name"), points=points,
-        home_deg=_numbers(home, arm.n, file, "home_deg"),
-        tool=_numbers(top.take("tool", list, default=[0] * 6), 6, file, "tool"),
-        base=_numbers(top.take("base", list, default=[0] * 6), 6, file, "base"),
-        ptp_percent=int(_between(top.take("ptp_percent", object, default=100), 1, 100, file, "ptp_percent")),
-        lin_speed=_between(top.take("lin_speed", object, default=0.25), 1e-3, 10.0, file, "lin_speed"),
-        wait=_between(top.take("wait", object, default=0.0), 0.0, 1e4, file, "wait"),
+        name=_name(top), points=points,
+        home_deg=top.row_at("home_deg", home, arm.n, f"{arm.n} finite numbers"),
+        tool=top.row("tool", 6, "6 finite numbers", default=zeros),
+        base=top.row("base", 6, "6 finite numbers", default=zeros),
+        ptp_percent=int(top.number("ptp_percent", 100, least=1, most=100)),
+        lin_speed=top.number("lin_speed", 0.25, least=1e-3, most=10.0),
+        wait=top.number("wait", 0.0, least=0.0, most=1e4),
     )  # fmt: skip
     top.refuse_unknown()
     return program
 
 
-def _point(row: object, file: str, path: str) -> TaughtPoint:
-    fields = Fields(row, file, path)
-    xyz = _numbers(fields.take("xyz", list), 3, file, f"{path}.xyz")
-    abc = _numbers(fields.take("abc", list, default=[0, 0, 0]), 3, file, f"{path}.abc")
-    motion = fields.choice("motion", KINDS, default="PTP")
-    wait = _between(fields.take("wait", object, default=0.0), 0.0, 1e4, file, f"{path}.wait")
-    point = TaughtPoint(_name(fields.take("name", str), file, f"{path}.name"), (*xyz, *abc), motion, wait)
+def _point(fields: Fields) -> TaughtPoint:
+    xyz = fields.row("xyz", 3, "3 finite numbers")
+    abc = fields.row("abc", 3, "3 finite numbers", default=(0.0, 0.0, 0.0))
+    motion, wait = fields.choice("motion", KINDS, default="PTP"), fields.number("wait", 0.0, least=0.0, most=1e4)
+    point = TaughtPoint(_name(fields), (*xyz, *abc), motion, wait)
     fields.refuse_unknown()
     return point
 
 
-def _name(value: str, file: str, field: str) -> str:
+def _name(fields: Fields) -> str:
+    value: str = fields.text("name")
     if not is_name(value):
-        raise PaperError(file, field, repr(value), NAMES)
+        raise fields.refuse("name", repr(value), NAMES)
     return value
-
-
-def _numbers(row: list[Any], count: int, file: str, field: str) -> tuple[float, ...]:
-    if len(row) != count or not all(_is_number(x) for x in row):
-        raise PaperError(file, field, repr(row), f"{count} finite numbers")
-    return tuple(float(x) for x in row)
-
-
-def _between(value: Any, least: float, most: float, file: str, field: str) -> float:
-    if not _is_number(value) or not least <= value <= most:
-        raise PaperError(file, field, repr(value), f"a number from {least:g} to {most:g}")
-    return float(value)
-
-
-def _is_number(x: object) -> bool:
-    return isinstance(x, int | float) and not isinstance(x, bool) and bool(np.isfinite(x))
 
 
 def generate_program(points: PointProgram, arm: Arm) -> Program:
