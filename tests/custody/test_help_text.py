@@ -19,7 +19,7 @@ from lwr_dyn.foundation.registry import Row
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.krl.language import lexer, source
-from lwr_dyn.krl.running import interpreter, motions
+from lwr_dyn.krl.running import motions, running_program
 from lwr_dyn.model import run
 from lwr_dyn.model.chain import with_payload
 from tests.cli.test_krl import TASK
@@ -115,7 +115,7 @@ LIMITS = {
     "identify elastic": {2 * GB: column_files.LARGEST},
     "identify payload": {2 * GB: column_files.LARGEST},
     "krl check": KRL,
-    "krl run": KRL | {40: interpreter.DEEPEST, 100_000: interpreter.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
+    "krl run": KRL | {40: running_program.DEEPEST, 100_000: running_program.LARGEST_ARRAY, 10**7: motions.LONGEST_WAIT},
 }
 """Command -> the numbers that its help states, and those of the code."""
 

@@ -3,9 +3,8 @@
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.interpreter import Interpreter
 from lwr_dyn.krl.running.outside_values import with_cell
-from lwr_dyn.krl.running.program_run import check_program, run_program
+from lwr_dyn.krl.running.program_run import check_program, interpreted, run_program
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
 
@@ -24,8 +23,8 @@ def values_of(arm, lines, data=(), cell=None):
     """The values of the variables of `a.dat` after a run of the lines, and the assumptions as text."""
     source = "\n".join(["DEF a( )", *lines, "END", ""])
     program = parse_program(source, "\n".join(["DEFDAT a", *data, "ENDDAT", ""]), name="a")
-    interpreter = Interpreter(with_cell(program, cell or RobotCell()), arm, MachineData(), cell)
-    faults = [str(d) for d in interpreter.run() if d.severity == "error"]
+    m = interpreted(with_cell(program, cell or RobotCell()), arm, MachineData(), cell)
+    faults = [str(d) for d in m.log.diagnostics if d.severity == "error"]
     assert not faults, faults
-    values = {name: variable.value for name, variable in interpreter.data.files["a.dat"].items()}
-    return values, [str(x) for x in interpreter.controller.assumptions.all()]
+    values = {name: variable.value for name, variable in m.files["a.dat"].items()}
+    return values, [str(x) for x in m.controller.assumptions.all()]

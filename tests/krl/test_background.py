@@ -110,12 +110,12 @@ RESUME
 END
 """
     from lwr_dyn.krl.running.controller import MachineData
-    from lwr_dyn.krl.running.interpreter import Interpreter
+    from lwr_dyn.krl.running.program_run import interpreted
 
     program = parse_program(source, "DEFDAT a\nDECL INT N=0\nENDDAT\n", name="a")
-    interpreter = Interpreter(program, arm, MachineData())
-    assert [d for d in interpreter.run() if d.severity == "error"] == []
-    assert interpreter.data.files["a.dat"]["N"].value == 101
+    m = interpreted(program, arm, MachineData())
+    assert [d for d in m.log.diagnostics if d.severity == "error"] == []
+    assert m.files["a.dat"]["N"].value == 101
 
 
 ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'

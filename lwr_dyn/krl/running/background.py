@@ -1,287 +1,221 @@
-"""What goes on beside a running program: triggers, interrupts, the answers of the cell, submit programs.
+"""What goes on beside a running program: conditions of interrupts and answers of the cell, BRAKE and RESUME, and loops.
 
-Submit programs (.sub): each makes one pass of its loop when the robot program has moved or waited, and in its waits.
-
-On a controller they run all the time, each statement in its turn; here a pass takes no time.
+A condition is looked at after each statement and at each time at which something is due. A loop is looked at when it
+goes back to its head: the run ends where the state of the whole program has come back, so that all later passes are
+known; where no time has passed, the loop only watches, and time passes until something beside the program happens.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError, SourcePosition
+from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.unparse import expression_text
-from lwr_dyn.krl.project.project import Project
 from lwr_dyn.krl.running.cell import Reply
 from lwr_dyn.krl.running.evaluate import number_of, truth_of
-from lwr_dyn.krl.running.execute import ExecutionContext, StackFrame
 from lwr_dyn.krl.running.outside_values import give_value
-from lwr_dyn.krl.running.triggers import TICK, PathTrigger, PlannedTrigger, ProgramClock, StoppedMotion, Triggers
-
-MOST_STEPS = 5000
-"""Statements of one pass."""
-
-
-@dataclass(slots=True, eq=False)
-class Submit:
-    """A submit program: its file, its calls, whether it has begun."""
-
-    file: str
-    stack: list[StackFrame] = field(default_factory=list)
-    began: bool = False
-
-
-def submit_file(project: Project, path: str) -> str:
-    """The file of a project that a cell names; raises `OptionError` where there is none."""
-    name = PurePosixPath(path.replace("\\", "/")).name.lower()
-    found = [x.file.name for x in project.files if PurePosixPath(x.file.name).name.lower() == name]
-    if not found:
-        raise OptionError("submits of the cell", f"{name} is not among the files", "a .sub that --with brings")
-    return found[0]
-
-
-def run_submit(m: ExecutionContext, submit: Submit) -> None:
-    """One pass: until it goes back to the head of its loop, or waits."""
-    robot, position, advance = m.stack[:], m.log.position, m.motions.advance
-    m.stack[:] = submit.stack
-    if not submit.began:
-        submit.began = True
-        m.controller.assumptions.note(submit.file, "", "one pass, in no time, after each motion and wait and in waits")
-        m.enter(m.data.program_of(submit.file).routines[0], None)
-    for _ in range(MOST_STEPS):
-        if not m.stack or _ends_pass(m):
-            break
-    submit.stack = m.stack[:]
-    m.stack[:] = robot
-    m.log.position, m.motions.advance = position, advance
-
-
-def _ends_pass(m: ExecutionContext) -> bool:
-    """Execute one statement of a submit program; whether it has ended a pass."""
-    frame = m.stack[-1]
-    at = frame.at
-    x = frame.routine.file.lines[at].statement if at < frame.routine.last else None
-    if isinstance(x, s.Move | s.SplineBlock):
-        raise ExecutionError("submit-motion", "a submit program moves the robot", "motions belong into a .src")
-    if isinstance(x, s.Wait):
-        if x.kind == "SEC" or truth_of(m, x.value, "WAIT FOR"):
-            frame.at += 1
-        return True
-    m.step()
-    return isinstance(x, s.Plain | s.Jump) and frame.at <= at
-
+from lwr_dyn.krl.running.passes import SAME, KeptState, LoopPasses, LoopWatch, endless_by_form
+from lwr_dyn.krl.running.running_program import RunningProgram, StackFrame, Watch
+from lwr_dyn.krl.running.triggers import TICK
+from lwr_dyn.krl.running.values import Variable, copied
 
 MOST_AT_ONCE = 100
 """Interrupts and answers that may follow one another at one time."""
 
+MOST_LOOKS = 10_000
+"""Times that a waiting program looks again while only timers or submit programs run."""
+
 LONGEST_TAIL = 10.0
 """[s] After the end of a program, what still happens: delays of triggers, answers of the cell."""
 
-
-@dataclass(slots=True, eq=False)
-class Watch:
-    """A condition that is looked at; what follows when it becomes true."""
-
-    condition: e.Expression
-    follow: Callable[[], object]
-    last: bool = False
-    enabled: bool = True
-    frame: StackFrame | None = None
-    """The routine that has declared an interrupt: it holds there and in what that calls."""
+ROUNDED = 9
+"""Digits of axes [rad] and times [s] that count in a state."""
 
 
-@dataclass(slots=True, eq=False)
-class Background:
-    """The clock of a program, and what depends on it."""
+def next_time(m: RunningProgram) -> float | None:
+    """[s] At which something beside the program happens next; None where nothing ever does."""
+    time = m.clock.next_time()
+    times = [] if time is None else [time]
+    if any(x.stack for x in m.submits):
+        times.append(m.clock.now + TICK)
+    return min(times, default=None)
 
-    m: ExecutionContext
-    clock: ProgramClock
-    triggers: Triggers
-    interrupts: dict[int, Watch] = field(default_factory=dict)
-    replies: list[Watch] = field(default_factory=list)
-    priority: int = 1000
-    """Of the interrupt that is executed now; only a lower number may come between."""
-    returns_to: StackFrame | None = None
-    """The routine that has declared the interrupt that is executed now."""
-    stopped: tuple[StoppedMotion, list[PlannedTrigger]] | None = None
-    """The motion that BRAKE has stopped in it, and triggers at places that it has not reached."""
-    submits: list[Submit] = field(default_factory=list)
-    submitting: bool = False
-    """Whether one of them is executed now."""
 
-    def start(self) -> None:
-        """The cell's answers are watched, and its submit programs run, from the start."""
-        project = self.m.program.project
-        self.submits = [Submit(submit_file(project, path)) for path in self.m.controller.cell.submits]
-        self.run_submits()
-        for i, reply in enumerate(self.m.controller.cell.replies):
-            if reply.when is None:
-                self.clock.add(reply.after, self._giving(i, reply))
-            else:
-                self.replies.append(Watch(reply.when, self._later(i, reply)))
-        for watch in self.replies:
-            watch.last = self._is_true(watch.condition)
-            if watch.last:
-                watch.follow()
-
-    def after_statement(self, x: s.Statement, position: SourcePosition, before: int) -> None:
-        """Look at what the statement has changed; `before` is the number of motions executed before it."""
-        if len(self.m.motions.executed) > before:
-            self.clock.at = None
-            self.run_submits()
-        if isinstance(x, s.Move) and self.triggers.waiting:
-            self.triggers.bind(position, before)
-        if self.triggers.bound:
-            self.triggers.plan(final=False)
-        self.settle()
-
-    def next_time(self) -> float | None:
-        """[s] At which something beside the program happens next; None where nothing ever does."""
-        times = [self.clock.next_time()] if self.clock.next_time() is not None else []
-        if any(x.stack for x in self.submits):
-            times.append(self.clock.now + TICK)
-        return min((t for t in times if t is not None), default=None)
-
-    def run_submits(self) -> None:
-        """One pass of each submit program."""
-        if not self.submitting:
-            self.submitting = True
-            for x in self.submits:
-                run_submit(self.m, x)
-            self.submitting = False
-
-    def submit_frames(self) -> list[StackFrame]:
-        """The calls of all submit programs."""
-        return [frame for x in self.submits for frame in x.stack]
-
-    def end(self) -> None:
-        """The program has ended: what was planned for later still happens."""
-        self.triggers.plan(final=True)
-        while (time := self.clock.pending[0][0] if self.clock.pending else None) is not None:
-            if time > self.m.motions.now + LONGEST_TAIL:
-                return
-            self.clock.run_due(self._look, time)
-
-    def settle(self) -> None:
-        """Let all happen that is due, and all that follows from it."""
-        if not (self.clock.pending or self.replies or self.interrupts):
+def settle(m: RunningProgram) -> None:
+    """Let all happen that is due, and all that follows from it."""
+    if not (m.clock.pending or m.replies or m.interrupts):
+        return
+    for _ in range(MOST_AT_ONCE):
+        happened = m.clock.run_due(lambda: _look(m))
+        if not _look(m) and not happened:
             return
-        for _ in range(MOST_AT_ONCE):
-            happened = self.clock.run_due(self._look)
-            if not self._look() and not happened:
-                return
-        raise ExecutionError("endless", "interrupts or answers of the cell follow one another without end", "")
+    raise ExecutionError("endless", "interrupts or answers of the cell follow one another without end", "")
 
-    def _look(self) -> bool:
-        """Look at the conditions; whether one has become true."""
-        followed = False
-        for priority, watch in self.interrupts.items():
-            if priority >= self.priority and watch.last and not self._is_true(watch.condition):
-                watch.last = False  # it may rise again when the interrupt that is executed now has ended
-        live = [w for p, w in sorted(self.interrupts.items()) if p < self.priority and w.enabled]
-        for watch in (*self.replies, *live):
-            if watch.frame is not None and watch.frame not in self.m.stack:
-                watch.enabled = False
-                continue
-            now = self._is_true(watch.condition)
-            rises, watch.last = now and not watch.last, now
-            if rises:
-                followed = True
-                watch.follow()
-        return followed
 
-    def _is_true(self, condition: e.Expression) -> bool:
-        """Whether it is true now; looking does not stop the advance run. FALSE where a value is missing."""
-        motions = self.m.motions
-        advance = motions.advance
-        try:
-            return truth_of(self.m, condition, "a condition")
-        except ExecutionError as fault:
-            self.m.controller.assumptions.note(expression_text(condition), "FALSE", str(fault))
-            return False
-        finally:
-            motions.advance = advance
+def settle_rest(m: RunningProgram) -> None:
+    """The program has ended: what was planned for later still happens."""
+    m.triggers.plan(final=True)
+    while m.clock.pending and (time := m.clock.pending[0][0]) <= m.motions.now + LONGEST_TAIL:
+        m.clock.run_due(lambda: _look(m), time)
 
-    # --- the answers of the cell
-    def _giving(self, i: int, reply: Reply) -> Callable[[], None]:
-        def give() -> None:
-            for name, value in reply.values.items():
-                try:
-                    text = give_value(self.m, self.m.controller, name, value)
-                except ExecutionError as fault:
-                    raise OptionError(
-                        f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type"
-                    ) from None
-                self.clock.record(self.m.log.position, "reply", text)
 
-        return give
+def _look(m: RunningProgram) -> bool:
+    """Look at the conditions; whether one has become true."""
+    followed, above = False, m.interrupt.priority
+    for priority, watch in m.interrupts.items():
+        if priority >= above and watch.last and not _is_true(m, watch.condition):
+            watch.last = False  # it may rise again when the interrupt that is executed now has ended
+    live = [w for p, w in sorted(m.interrupts.items()) if p < above and w.enabled]
+    for watch in (*m.replies, *live):
+        if watch.frame is not None and watch.frame not in m.stack:
+            watch.enabled = False
+            continue
+        now = _is_true(m, watch.condition)
+        rises, watch.last = now and not watch.last, now
+        if rises:
+            followed = True
+            watch.follow()
+    return followed
 
-    def _later(self, i: int, reply: Reply) -> Callable[[], object]:
-        give = self._giving(i, reply)
-        return lambda: self.clock.add(self.clock.now + reply.after, give)
 
-    # --- interrupts
-    def declare(self, x: s.InterruptDeclaration, frame: StackFrame, position: SourcePosition) -> None:
-        """INTERRUPT DECL: it is off until it is switched on; raises `ExecutionError`."""
-        priority = int(number_of(self.m, x.priority, "the priority of INTERRUPT"))
-        old = self.interrupts.get(priority)
-        enabled = old is not None and old.enabled
+def _is_true(m: RunningProgram, condition: e.Expression) -> bool:
+    """Whether it is true now; looking does not stop the advance run. FALSE where a value is missing."""
+    advance = m.motions.advance
+    try:
+        return truth_of(m, condition, "a condition")
+    except ExecutionError as fault:
+        m.controller.assumptions.note(expression_text(condition), "FALSE", str(fault))
+        return False
+    finally:
+        m.motions.advance = advance
 
-        def follow() -> None:
-            self.clock.record(position, "interrupt", f"interrupt {priority}: {expression_text(x.condition)}")
-            before = self.priority, self.returns_to, self.stopped
-            self.priority, self.returns_to, self.stopped = priority, frame, None
+
+# --- the answers of the cell
+def watch_for_replies(m: RunningProgram) -> None:
+    """The answers of the cell, from the start of the program."""
+    for i, reply in enumerate(m.controller.cell.replies):
+        give = _giving(m, i, reply)
+        if reply.when is None:
+            m.clock.add(reply.after, give)
+        else:
+            m.replies.append(Watch(reply.when, _later(m, reply.after, give)))
+    for watch in m.replies:
+        watch.last = _is_true(m, watch.condition)
+        if watch.last:
+            watch.follow()
+
+
+def _giving(m: RunningProgram, i: int, reply: Reply) -> Callable[[], None]:
+    def give() -> None:
+        for name, value in reply.values.items():
             try:
-                if x.with_brake:
-                    self.brake()
-                self.m.execute_beside(x.action, position)
-                if self.stopped is not None:
-                    self.triggers.go_on(*self.stopped)
-            finally:
-                self.priority, self.returns_to, self.stopped = before
+                text = give_value(m, name, value)
+            except ExecutionError as fault:
+                raise OptionError(f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type") from None
+            m.clock.record(m.log.position, "reply", text)
 
-        self.interrupts[priority] = Watch(x.condition, follow, enabled=enabled, frame=frame)
+    return give
 
-    def switch(self, x: s.InterruptSwitch) -> None:
-        """INTERRUPT ON, OFF, ENABLE or DISABLE: one priority, or all."""
-        on = x.mode in ("ON", "ENABLE")
-        only = None if x.priority is None else int(number_of(self.m, x.priority, "the priority of INTERRUPT"))
-        for priority, watch in self.interrupts.items():
-            if only in (None, priority):
-                watch.enabled = on
-                # only an edge after this counts
-                watch.last = on and self._is_true(watch.condition)
 
-    def brake(self) -> None:
-        """BRAKE: the arm stops on its path; raises `ExecutionError` outside an interrupt."""
-        if self.returns_to is None:
-            raise ExecutionError("brake", "BRAKE outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
-        motions = self.m.motions
-        self.stopped = self.triggers.stop(self.clock.now - motions.idle, self.m.log.position) or self.stopped
-        self.clock.at = None
+def _later(m: RunningProgram, after: float, give: Callable[[], None]) -> Callable[[], object]:
+    return lambda: m.clock.add(m.clock.now + after, give)
 
-    def resume(self) -> None:
-        """RESUME: back to the routine that has declared the interrupt; raises `ResumedError`, `ExecutionError`."""
-        stack = self.m.stack
-        if self.returns_to is None or self.returns_to not in stack:
-            raise ExecutionError("resume", "RESUME outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
-        del stack[stack.index(self.returns_to) + 1 :]
-        self.m.motions.stop_advance()
-        raise ResumedError
 
-    # --- triggers
-    def trigger(self, x: s.Trigger, position: SourcePosition) -> None:
-        """TRIGGER: its action waits for the next motion; raises `ExecutionError`."""
-        value = number_of(self.m, x.value, x.place)
-        delay = number_of(self.m, x.delay, "DELAY") / 1e3
+# --- interrupts
+def switch_interrupts(m: RunningProgram, x: s.InterruptSwitch) -> None:
+    """INTERRUPT ON, OFF, ENABLE or DISABLE: one priority, or all."""
+    on = x.mode in ("ON", "ENABLE")
+    only = None if x.priority is None else int(number_of(m, x.priority, "the priority of INTERRUPT"))
+    for priority, watch in m.interrupts.items():
+        if only in (None, priority):
+            watch.enabled = on
+            # only an edge after this counts
+            watch.last = on and _is_true(m, watch.condition)
 
-        def act() -> None:
-            self.clock.record(position, "trigger", f"TRIGGER {x.place} = {value:g}, {1e3 * delay:g} ms")
-            self.m.execute_beside(x.action, position)
 
-        self.triggers.add(PathTrigger(x, value, delay, self.m.controller.tool, act))
+def brake_arm(m: RunningProgram) -> None:
+    """BRAKE: the arm stops on its path; raises `ExecutionError` outside an interrupt."""
+    if m.interrupt.frame is None:
+        raise ExecutionError("brake", "BRAKE outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
+    stopped = m.triggers.stop(m.clock.now - m.motions.idle, m.log.position)
+    m.interrupt.stopped = stopped or m.interrupt.stopped
+    m.clock.at = None
+
+
+def resume(m: RunningProgram) -> None:
+    """RESUME: back to the routine that has declared the interrupt; raises `ResumedError`, `ExecutionError`."""
+    frame = m.interrupt.frame
+    if frame is None or frame not in m.stack:
+        raise ExecutionError("resume", "RESUME outside an interrupt", "in a subprogram that INTERRUPT DECL calls")
+    del m.stack[m.stack.index(frame) + 1 :]
+    m.motions.stop_advance()
+    raise ResumedError
+
+
+# --- loops
+def look_at_loop(m: RunningProgram, frame: StackFrame, at: int) -> None:
+    """Line `at` has gone back to the head of its loop: end the run where all later passes are known."""
+    watch, now = frame.watched.get(frame.at), m.motions.now
+    if watch is None:
+        frame.watched[frame.at] = LoopWatch(now, _kept_state(m))
+        return
+    watch.end_pass(now, _place(m))
+    if watch.compares and watch.kept.is_same(_head(m), _tables(m)):
+        if now - watch.kept.time - watch.ticked <= SAME:
+            _look_again(m, watch)
+            return
+        if watch.seconds and watch.kept.timers == m.clock.timers_now():
+            _end(m, watch, max(min(watch.count - watch.kept.after, len(watch.seconds)), 1))
+    if watch.keeps:
+        watch.kept, watch.ticked = _kept_state(m, watch.count, m.clock.timers_now()), 0.0
+    if endless_by_form(frame.routine, at) and (watch.alike() or len(watch.seconds) >= m.machine.passes):
+        _end(m, watch, 0)
+
+
+def _end(m: RunningProgram, watch: LoopWatch, period: int) -> None:
+    m.passes = LoopPasses(m.log.position, tuple(watch.seconds), period)
+    m.log.end_run("note", "endless", str(m.passes), "")
+
+
+def _look_again(m: RunningProgram, watch: LoopWatch) -> None:
+    """The loop only watches: let time pass until something beside the program happens."""
+    time = next_time(m)
+    if time is None or watch.looks >= MOST_LOOKS:
+        message = "the loop goes round without motion or wait, and nothing here can end it"
+        m.log.end_run("warning", "endless", message, "a WAIT or an EXIT; inputs and answers: a cell file")
+    watch.looks += 1
+    seconds = max(time - m.motions.now, 0.0)
+    watch.ticked += seconds
+    m.motions.wait(seconds, m.log.position, "watching loop")
+    settle(m)
+
+
+def _kept_state(m: RunningProgram, after: int = 0, timers: tuple[tuple[int, float], ...] = ()) -> KeptState:
+    copies = ({name: None if x.value is None else copied(x.value) for name, x in table.items()} for table in _tables(m))
+    return KeptState(_head(m), tuple(copies), m.motions.now, after, timers)
+
+
+def _tables(m: RunningProgram) -> list[Mapping[str, Variable]]:
+    frames = [*m.stack, *(frame for x in m.submits for frame in x.stack)]
+    return [*(frame.variables for frame in reversed(frames)), *m.files.values(), m.controller.variables]
+
+
+def _place(m: RunningProgram) -> tuple[float, ...] | None:
+    q = m.controller.q
+    return None if q is None else tuple((np.round(q, ROUNDED) + 0.0).tolist())
+
+
+def _head(m: RunningProgram) -> tuple[Any, ...]:
+    """Axes, lines of the calls, blend, inputs, and when pending events come."""
+    lines = tuple((id(frame.routine), frame.at, tuple(frame.loops.items())) for frame in m.stack)
+    submits = tuple((id(frame.routine), frame.at) for x in m.submits for frame in x.stack)
+    pending = tuple(sorted(round(time - m.motions.now, ROUNDED) for time, _, _ in m.clock.pending))
+    watches = tuple((p, w.enabled, w.last) for p, w in m.interrupts.items())
+    inputs = tuple(sorted((k, repr(v)) for k, v in m.controller.inputs.items()))
+    return _place(m), lines, submits, pending, watches, inputs, m.motions.advance, repr(m.motions.blend)

@@ -1,8 +1,7 @@
 """The state of the robot controller while a program runs: machine data, frames, speeds, blends, inputs.
 
-What a run assumes: values that the program asks for and that neither it nor its files give, each listed once.
-
-Values of variables that the controller has before a program sets them: home, machine data, states, standard data.
+Values that neither the program nor its files give (home, machine data, states, standard data) are assumed, each listed
+once.
 """
 
 from __future__ import annotations
@@ -140,6 +139,11 @@ def _machine_value(c: ControllerState, key: str) -> Value | None:
 INPUTS = ("$IN", "$ANIN", "$DIGIN1", "$DIGIN2", "$DIGIN3", "$DIGIN4", "$DIGIN5", "$DIGIN6")
 """Variables that are set from outside: without a value unless one is given."""
 
+AT_START: dict[str, Value] = {
+    "$OUT": False, "$FLAG": False, "$CYCFLAG": False, "$TIMER_STOP": True, "$TIMER": 0, "$ANOUT": 0,
+}  # fmt: skip
+"""Arrays of the controller -> the value of each element at the start."""
+
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
 
 _OF_MOTION = frozenset({
@@ -260,9 +264,33 @@ class ControllerState:
                 self.unread[key] = why
         return self.variables.get(key)
 
-    def give(self, key: str, value: Value) -> None:
-        """Set an input from outside: `$IN[3]`."""
-        self.inputs[key] = value
+    def element(self, key: str, index: tuple[int, ...]) -> Value | None:
+        """An element of an input or output, a flag; None for an ordinary array; raises `ExecutionError`."""
+        text = f"{key}[{','.join(map(str, index))}]"
+        if text in self.inputs:
+            self.assumptions.note(text, value_text(self.inputs[text]), "given")
+            return self.inputs[text]
+        if key == "$IN" and index in ((1025,), (1026,)):
+            return index == (1025,)
+        if key not in INPUTS and key not in AT_START:
+            return None
+        variable = self.variables.get(key) if key in INPUTS else self.variable(key)
+        value = variable.value.items.get(index) if variable and isinstance(variable.value, ArrayValue) else None
+        if value is None and key in INPUTS:
+            return self._other_input(key, text)
+        if value is None:
+            self.assumptions.note(f"{key}[]", value_text(AT_START[key]), "at the start")
+        return AT_START[key] if value is None else value
+
+    def _other_input(self, key: str, text: str) -> Value:
+        """An input that nothing gives; raises `ExecutionError` unless the cell file says what others are."""
+        others = self.cell.other_inputs
+        if others is None:
+            hint = f"give one: --set '{text}=TRUE', or in a cell file"
+            raise ExecutionError("unknown-input", f"the input {text} has no value", hint)
+        value: Value = others if key == "$IN" else 0.0 if key == "$ANIN" else 0
+        self.assumptions.note(text, value_text(value), "inputs.others of the cell file")
+        return value
 
     def note_read(self, key: str) -> None:
         """List a value as assumed that the program reads and has not set itself."""

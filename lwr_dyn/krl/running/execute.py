@@ -1,92 +1,231 @@
-"""Executes one statement of a running program: a function for each statement in one table.
+"""Executes a running program: statement by statement, with bounds on steps and time, and its submit programs.
 
-A statement changes variables, moves the arm, or sets the next line of its routine. RETURN is in the interpreter.
-
-What a statement sees and changes: the frame of its routine, and the running program around it.
-
-WAIT, HALT: the program stands until a time has passed or until something beside it makes a condition true.
+A statement changes variables, moves the arm, or sets the next line of its routine: a function for each in one table.
+A submit program (.sub) makes one pass of its loop, until it goes back to the head or waits, when the robot program has
+moved or waited, and in its waits. On a controller they run all the time; here a pass takes no time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from pathlib import PurePosixPath
+from typing import Any
 
-from lwr_dyn.krl.diagnostics import DiagnosticLog, ExecutionError, SourcePosition
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import CodeBlock, Routine
 from lwr_dyn.krl.language.unparse import expression_text
-from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.running.controller import ControllerState, MachineData
-from lwr_dyn.krl.running.evaluate import (
-    Environment,
-    aggregate_value,
-    number_of,
-    reference_to,
-    root_name,
-    truth_of,
-    value_of,
+from lwr_dyn.krl.names.known_names import Type
+from lwr_dyn.krl.running.background import (
+    MOST_LOOKS,
+    brake_arm,
+    look_at_loop,
+    next_time,
+    resume,
+    settle,
+    settle_rest,
+    switch_interrupts,
+    watch_for_replies,
 )
-from lwr_dyn.krl.running.functions import called_routine, value_of_call
+from lwr_dyn.krl.running.branches import begin_for, block_keyword, branch, goto
+from lwr_dyn.krl.running.evaluate import number_of, root_name, truth_of, value_of
+from lwr_dyn.krl.running.functions import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.inline_forms import WithSettings, bas
-from lwr_dyn.krl.running.motions import Motions, OpenBlock, begin_block, collect, end_block
-from lwr_dyn.krl.running.values import StructValue, Value, Variable, copied, value_text
+from lwr_dyn.krl.running.motions import OpenBlock, begin_block, collect, end_block
+from lwr_dyn.krl.running.outside_values import give_arguments, give_cell
+from lwr_dyn.krl.running.running_program import ActiveInterrupt, RunningProgram, StackFrame, Submit, Watch
+from lwr_dyn.krl.running.triggers import PathTrigger
+from lwr_dyn.krl.running.values import Value, converted
+
+MOST_STEPS = 5000
+"""Statements of one pass of a submit program."""
 
 
-@dataclass(slots=True, eq=False)
-class StackFrame:
-    """A call of a routine: the program of its module, its next line and its variables."""
-
-    program: Program
-    routine: Routine
-    at: int
-    variables: dict[str, Variable]
-    loops: dict[int, tuple[int, int]] = field(default_factory=dict)
-    """Line of a FOR -> its last value and step."""
-    watched: dict[int, Any] = field(default_factory=dict)
-    """Line to which the routine has gone back -> the passes of that loop."""
-
-
-class ExecutionContext(Environment, Protocol):
-    """The parts of a running program that statements change."""
-
-    program: Program
-    machine: MachineData
-    controller: ControllerState
-    motions: Motions
-    data: Any
-    background: Any
-    log: DiagnosticLog
-    stack: list[StackFrame]
-    passes: Any
-
-    @property
-    def here(self) -> Program:
-        """The program of the module of the current routine."""
-
-    def routine(self, name: str) -> Routine | None:
-        """A routine that the module of the current routine sees."""
-
-    def enter(self, routine: Routine, x: e.FunctionCall | None) -> None:
-        """Begin a routine with the arguments of a call."""
-
-    def execute_beside(self, action: s.Assign | s.Invoke, position: SourcePosition) -> None:
-        """Execute an assignment or a whole subprogram now, beside the program's own line."""
-
-    def step(self) -> None:
-        """Execute the next statement."""
-
-    def io_name(self, x: e.Reference) -> str:
-        """The name with which a reference begins, in capitals; of a SIGNAL the input or output it stands for."""
+def execute_program(m: RunningProgram) -> None:
+    """Execute the main routine to its end; raises `RunEndedError` at the fault or bound that ends it before."""
+    for file in m.program.module.files:
+        m.variables_of(file.file.name)
+    give_cell(m)
+    m.submits = [Submit(_submit_file(m, path)) for path in m.controller.cell.submits]
+    _run_submits(m)
+    watch_for_replies(m)
+    if m.program.routines:
+        m.enter(m.program.routines[0])
+        give_arguments(m)
+    while m.stack:
+        try:
+            _step(m)
+        except ResumedError:
+            continue
+    settle_rest(m)
+    if m.motions.now > m.machine.seconds:
+        _end_at_bound(m, f"{m.machine.seconds:g} s of simulated time")
 
 
-MOST_LOOKS = 10_000
-"""Times that a waiting program looks again while only timers or submit programs run."""
+def evaluate_call(m: RunningProgram, x: e.FunctionCall) -> Value:
+    """The value of a call in an expression; a function of the program is executed to its end."""
+    routine = called_routine(m, x.name.upper())
+    if routine is None:
+        value = value_of_call(m, x)
+        if value is None and (value := empty_value(m, x)) is None:
+            hint = "define it in the program, or give it a stub in the cell file"
+            raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
+        return value
+    depth, position = len(m.stack), m.log.position
+    m.enter(routine, x.arguments)
+    result: list[Value] = []
+    while len(m.stack) > depth:
+        _step(m, result)
+    m.log.position = position  # the statement that calls goes on
+    if not result:
+        raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
+    return result[-1]
 
 
-def wait(m: ExecutionContext, x: s.Wait) -> None:
+def _step(m: RunningProgram, result: list[Value] | None = None) -> None:
+    """Execute the next statement; RETURN adds its value to `result`."""
+    frame = m.stack[-1]
+    if frame.at >= frame.routine.last:
+        m.stack.pop()
+        return
+    at = frame.at
+    frame.at += 1
+    statement = frame.routine.file.lines[at].statement
+    if statement is None:
+        return
+    position = m.log.position = frame.routine.file.position(at, getattr(statement, "column", 1))
+    _count_step(m)
+    before = len(m.motions.executed)
+    try:
+        if isinstance(statement, s.Return):
+            _return(m, statement, result)
+        else:
+            _execute(m, statement, frame, at)
+        _look_beside(m, statement, position, before)
+        if frame.at <= at and m.stack and m.stack[-1] is frame and not m.submitting:
+            look_at_loop(m, frame, at)
+    except ExecutionError as fault:
+        m.log.report_fault(fault)
+        if isinstance(statement, s.Assign):
+            m.log.unassigned.add(root_name(statement.target))
+
+
+def _count_step(m: RunningProgram) -> None:
+    m.steps += 1
+    bounds = (
+        (m.steps > m.machine.steps, f"{m.machine.steps} statements"),
+        (m.motions.now > m.machine.seconds, f"{m.machine.seconds:g} s of simulated time"),
+        (m.motions.count >= m.machine.motions, f"{m.machine.motions} motions"),
+    )
+    for reached, what in bounds:
+        if reached:
+            _end_at_bound(m, what)
+
+
+def _end_at_bound(m: RunningProgram, what: str) -> None:
+    m.log.end_run("note", "bound", f"stopped here after {what}", "an endless loop is cut; the bound is an option")
+
+
+def _return(m: RunningProgram, x: s.Return, result: list[Value] | None) -> None:
+    value = None if x.value is None else value_of(m, x.value)
+    kind = m.stack[-1].routine.head.returns
+    if value is not None and kind is not None:
+        value = converted(value, Type(kind.upper()))
+    m.stack.pop()
+    if result is not None and value is not None:
+        result.append(value)
+
+
+def _look_beside(m: RunningProgram, x: s.Statement, position: SourcePosition, before: int) -> None:
+    """Look at what the statement has changed; `before` is the number of motions executed before it."""
+    if len(m.motions.executed) > before:
+        m.clock.at = None
+        _run_submits(m)
+    if isinstance(x, s.Move) and m.triggers.waiting:
+        m.triggers.bind(position, before)
+    if m.triggers.bound:
+        m.triggers.plan(final=False)
+    settle(m)
+
+
+def _execute_beside(m: RunningProgram, action: s.Assign | s.Invoke, position: SourcePosition) -> None:
+    """Execute an assignment or a whole subprogram now; without motion it does not stop the advance run."""
+    motions, before = m.motions, m.log.position
+    advance, count, depth = motions.advance, len(motions.executed), len(m.stack)
+    m.log.position = position
+    if isinstance(action, s.Assign):
+        m.assign(action)
+    else:
+        _invoke(m, action)
+        while len(m.stack) > depth:
+            _step(m)
+    m.log.position = before
+    if len(motions.executed) == count:
+        motions.advance = advance
+
+
+# --- submit programs
+def _submit_file(m: RunningProgram, path: str) -> str:
+    """The file of the project that a cell names; raises `OptionError` where there is none."""
+    name = PurePosixPath(path.replace("\\", "/")).name.lower()
+    found = (x.file.name for x in m.program.project.files if PurePosixPath(x.file.name).name.lower() == name)
+    file = next(found, None)
+    if file is None:
+        raise OptionError("submits of the cell", f"{name} is not among the files", "a .sub that --with brings")
+    return file
+
+
+def _run_submits(m: RunningProgram) -> None:
+    """One pass of each submit program."""
+    if not m.submitting:
+        m.submitting = True
+        for x in m.submits:
+            _run_submit(m, x)
+        m.submitting = False
+
+
+def _run_submit(m: RunningProgram, submit: Submit) -> None:
+    robot, position, advance = m.stack[:], m.log.position, m.motions.advance
+    m.stack[:] = submit.stack
+    if not submit.began:
+        submit.began = True
+        m.controller.assumptions.note(submit.file, "", "one pass, in no time, after each motion and wait and in waits")
+        m.enter(m.program_of(submit.file).routines[0])
+    for _ in range(MOST_STEPS):
+        if not m.stack or _ends_pass(m):
+            break
+    submit.stack = m.stack[:]
+    m.stack[:] = robot
+    m.log.position, m.motions.advance = position, advance
+
+
+def _ends_pass(m: RunningProgram) -> bool:
+    """Execute one statement of a submit program; whether it has ended a pass."""
+    frame = m.stack[-1]
+    at = frame.at
+    x = frame.routine.file.lines[at].statement if at < frame.routine.last else None
+    if isinstance(x, s.Move | s.SplineBlock):
+        raise ExecutionError("submit-motion", "a submit program moves the robot", "motions belong into a .src")
+    if isinstance(x, s.Wait):
+        if x.kind == "SEC" or truth_of(m, x.value, "WAIT FOR"):
+            frame.at += 1
+        return True
+    _step(m)
+    return isinstance(x, s.Plain | s.Jump) and frame.at <= at
+
+
+# --- statements
+def _execute(m: RunningProgram, x: s.Statement, frame: StackFrame, at: int) -> None:
+    """Execute the statement in line `at` of a routine; raises `ExecutionError`."""
+    function = _FUNCTIONS.get(type(x))
+    if function is not None:
+        function(m, x, frame, at)
+    if not (isinstance(x, s.Plain) and x.keyword == "CONTINUE"):
+        m.motions.kept = False
+
+
+def _wait(m: RunningProgram, x: s.Wait) -> None:
     """WAIT SEC or WAIT FOR; raises `ExecutionError` where nothing can end it."""
     if x.kind == "SEC":
         m.motions.wait(number_of(m, x.value, "WAIT SEC"), m.log.position)
@@ -94,22 +233,22 @@ def wait(m: ExecutionContext, x: s.Wait) -> None:
         _wait_for(m, x)
 
 
-def _wait_for(m: ExecutionContext, x: s.Wait) -> None:
+def _wait_for(m: RunningProgram, x: s.Wait) -> None:
     looks = 0
     while not (met := truth_of(m, x.value, "WAIT FOR")) and looks < MOST_LOOKS:
-        time = m.background.next_time()
+        time = next_time(m)
         if time is None or m.motions.now > m.machine.seconds:
             break
         m.motions.wait(max(time - m.motions.now, 0.0), m.log.position, "WAIT FOR")
-        m.background.run_submits()
-        m.background.settle()
+        _run_submits(m)
+        settle(m)
         looks += 1
     m.motions.stop_advance()
     if not met:
         _unmet(m, expression_text(x.value))
 
 
-def _unmet(m: ExecutionContext, text: str) -> None:
+def _unmet(m: RunningProgram, text: str) -> None:
     after = m.controller.cell.unmet_wait
     if after is None:
         message = "the condition is FALSE and nothing here can change it"
@@ -120,55 +259,19 @@ def _unmet(m: ExecutionContext, text: str) -> None:
     m.motions.wait(after, m.log.position, "WAIT FOR")
 
 
-def halt(m: ExecutionContext) -> None:
+def _halt(m: RunningProgram) -> None:
     """HALT: the program is started again at once."""
     m.motions.stop_advance()
-    m.background.clock.record(m.log.position, "halt", "HALT")
+    m.clock.record(m.log.position, "halt", "HALT")
     m.controller.assumptions.note("HALT", "", "the program is started again at once")
 
 
-def execute(m: ExecutionContext, x: s.Statement, frame: StackFrame, at: int) -> None:
-    """Execute the statement in line `at` of a routine; raises `ExecutionError`."""
-    function = _FUNCTIONS.get(type(x))
-    if function is not None:
-        function(m, x, frame, at)
-    if not (isinstance(x, s.Plain) and x.keyword == "CONTINUE"):
-        m.motions.kept = False
-
-
-def assign(m: ExecutionContext, x: s.Assign) -> None:
-    """Assign a value; to an output it stops the advance run; raises `ExecutionError`."""
-    target = reference_to(m, x.target)
-    value = aggregate_value(m, x.value, target.type.name) if isinstance(x.value, e.Aggregate) else value_of(m, x.value)
-    before = target.read()
-    if isinstance(x.value, e.Aggregate) and isinstance(before, StructValue) and isinstance(value, StructValue):
-        # components that an aggregate does not name keep their values
-        value = StructValue(value.type, {**{k: copied(v) for k, v in before.parts.items()}, **value.parts})
-    target.write(value)
-    m.controller.note_written(root_name(x.target))
-    _note_output(m, x, value)
-
-
-def _note_output(m: ExecutionContext, x: s.Assign, value: Value) -> None:
-    """An output stops the advance run and is an event; timers count from here."""
-    root, clock = m.io_name(x.target), m.background.clock
-    if root in ("$OUT", "$ANOUT"):
-        m.motions.stop_advance()
-        clock.record(m.log.position, "output", f"{expression_text(x.target)} = {value_text(value)}")
-    elif root in ("$TIMER", "$TIMER_STOP") and isinstance(x.target, e.Index) and x.target.indices:
-        number = int(number_of(m, x.target.indices[0], root))
-        if root == "$TIMER" and isinstance(value, int | float):
-            clock.set_timer(number, float(value))
-        elif root == "$TIMER_STOP":
-            clock.stop_timer(number, value is True)
-
-
-def invoke(m: ExecutionContext, x: s.Invoke) -> None:
+def _invoke(m: RunningProgram, x: s.Invoke) -> None:
     """A subprogram call; raises `ExecutionError`."""
     name = x.call.name.upper()
     routine = called_routine(m, name)
     if routine is not None:
-        m.enter(routine, x.call)
+        m.enter(routine, x.call.arguments)
     elif name in m.controller.cell.stubs:
         value_of_call(m, x.call)
     elif name == "BAS":
@@ -177,7 +280,7 @@ def invoke(m: ExecutionContext, x: s.Invoke) -> None:
         m.motions.note_unmodelled(name)
 
 
-def _bas(m: ExecutionContext, x: e.FunctionCall) -> None:
+def _bas(m: RunningProgram, x: e.FunctionCall) -> None:
     arguments = [a for a in x.arguments if a is not None]
     if not arguments or not isinstance(arguments[0], e.EnumLiteral):
         raise ExecutionError("type", "BAS without a command", "BAS(#INITMOV, 0)")
@@ -185,11 +288,11 @@ def _bas(m: ExecutionContext, x: e.FunctionCall) -> None:
     bas(m, m.controller, arguments[0].name.upper(), value)
 
 
-def _with(m: ExecutionContext, settings: tuple[s.Assign, ...]) -> WithSettings:
-    return WithSettings(m.controller, m.motions.note_unmodelled, settings, lambda setting: assign(m, setting))
+def _with(m: RunningProgram, settings: tuple[s.Assign, ...]) -> WithSettings:
+    return WithSettings(m.controller, m.motions.note_unmodelled, settings, m.assign)
 
 
-def _move(m: ExecutionContext, x: s.Move) -> None:
+def _move(m: RunningProgram, x: s.Move) -> None:
     with _with(m, x.settings):
         if m.motions.block is None:
             m.motions.move(m, x, m.log.position)
@@ -197,98 +300,56 @@ def _move(m: ExecutionContext, x: s.Move) -> None:
             collect(m.motions, m, x, m.log.position)
 
 
-def _plain(m: ExecutionContext, x: s.Plain, frame: StackFrame, at: int) -> None:
+def _plain(m: RunningProgram, x: s.Plain, frame: StackFrame, at: int) -> None:
     if x.keyword == "HALT":
-        halt(m)
+        _halt(m)
     elif x.keyword in ("RESUME", "BRAKE", "BRAKE F"):
-        m.background.resume() if x.keyword == "RESUME" else m.background.brake()
+        resume(m) if x.keyword == "RESUME" else brake_arm(m)
     elif x.keyword == "CONTINUE":
         m.motions.keep_advance()
     else:
-        _block_keyword(m, x.keyword, frame, at)
+        block_keyword(m, x.keyword, frame, at)
 
 
-def _block_keyword(m: ExecutionContext, keyword: str, frame: StackFrame, at: int) -> None:
-    """ELSE, CASE, DEFAULT and EXIT leave their block; ENDLOOP, ENDWHILE and ENDFOR return to its beginning."""
-    block = frame.routine.blocks.get(at)
-    if block is None:
-        return
-    if keyword in ("ELSE", "CASE", "DEFAULT", "EXIT"):
-        frame.at = block.last + 1
-        return
-    # the block of this line is the outermost one that it closes
-    back = {"ENDLOOP": block.first + 1, "ENDWHILE": block.first}
-    if keyword in back:
-        frame.at = back[keyword]
-    elif keyword == "ENDFOR":
-        _next_for(m, block, frame)
+def _trigger(m: RunningProgram, x: s.Trigger) -> None:
+    """TRIGGER: its action waits for the next motion; raises `ExecutionError`."""
+    position = m.log.position
+    value, delay = number_of(m, x.value, x.place), number_of(m, x.delay, "DELAY") / 1e3
+
+    def act() -> None:
+        m.clock.record(position, "trigger", f"TRIGGER {x.place} = {value:g}, {1e3 * delay:g} ms")
+        _execute_beside(m, x.action, position)
+
+    m.triggers.add(PathTrigger(x, value, delay, m.controller.tool, act))
 
 
-def _condition(m: ExecutionContext, x: s.Condition, frame: StackFrame, at: int) -> None:
-    """IF, WHILE, UNTIL, SWITCH: into the block, to one of its parts, or past it."""
-    block = frame.routine.blocks.get(at)
-    if block is None:
-        return
-    if x.keyword == "SWITCH":
-        _switch(m, x, block, frame)
-    elif x.keyword == "UNTIL":
-        if not truth_of(m, x.value, "UNTIL"):
-            frame.at = block.first + 1
-    elif not truth_of(m, x.value, x.keyword):
-        frame.at = (block.parts[0] if block.parts else block.last) + 1
+def _declare_interrupt(m: RunningProgram, x: s.InterruptDeclaration, frame: StackFrame) -> None:
+    """INTERRUPT DECL: it is off until it is switched on; raises `ExecutionError`."""
+    position, priority = m.log.position, int(number_of(m, x.priority, "the priority of INTERRUPT"))
+    old = m.interrupts.get(priority)
+
+    def follow() -> None:
+        m.clock.record(position, "interrupt", f"interrupt {priority}: {expression_text(x.condition)}")
+        before, m.interrupt = m.interrupt, ActiveInterrupt(priority, frame)
+        try:
+            if x.with_brake:
+                brake_arm(m)
+            _execute_beside(m, x.action, position)
+            if m.interrupt.stopped is not None:
+                m.triggers.go_on(*m.interrupt.stopped)
+        finally:
+            m.interrupt = before
+
+    m.interrupts[priority] = Watch(x.condition, follow, enabled=old is not None and old.enabled, frame=frame)
 
 
-def _switch(m: ExecutionContext, x: s.Condition, block: CodeBlock, frame: StackFrame) -> None:
-    value = value_of(m, x.value)
-    for at in block.parts:
-        case = frame.routine.file.lines[at].statement
-        if not isinstance(case, s.CaseBranch) or any(value_of(m, v) == value for v in case.values):
-            frame.at = at + 1
-            return
-    frame.at = block.last + 1
-
-
-def _begin_for(m: ExecutionContext, x: s.For, frame: StackFrame, at: int) -> None:
-    block = frame.routine.blocks.get(at)
-    if block is None:
-        return
-    first, last = (round(number_of(m, v, "FOR")) for v in (x.first, x.last))
-    step = 1 if x.step is None else round(number_of(m, x.step, "STEP"))
-    if step == 0:
-        raise ExecutionError("endless", "STEP 0 never ends", "a step that is not 0")
-    reference_to(m, x.variable).write(first)
-    frame.loops[at] = (last, step)
-    if (first - last) * step > 0:
-        frame.at = block.last + 1
-
-
-def _next_for(m: ExecutionContext, block: CodeBlock, frame: StackFrame) -> None:
-    x = frame.routine.file.lines[block.first].statement
-    if not isinstance(x, s.For) or block.first not in frame.loops:
-        return
-    last, step = frame.loops[block.first]
-    variable = reference_to(m, x.variable)
-    value = variable.read()
-    if not isinstance(value, int):
-        raise ExecutionError("no-value", "the variable of FOR has lost its value", "do not assign it in the loop")
-    if (value + step - last) * step <= 0:
-        variable.write(value + step)
-        frame.at = block.first + 1
-
-
-def _goto(x: s.Jump, frame: StackFrame) -> None:
-    if x.label.upper() not in frame.routine.labels:
-        raise ExecutionError("undeclared", f"there is no label {x.label}")
-    frame.at = frame.routine.labels[x.label.upper()]
-
-
-def _spline(m: ExecutionContext, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
+def _spline(m: RunningProgram, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
     settings = _with(m, x.settings)
     settings.__enter__()
     begin_block(m.motions, OpenBlock(x.kind, m.log.position, settings))
 
 
-def _end_spline(m: ExecutionContext, x: s.EndSpline) -> None:
+def _end_spline(m: RunningProgram, x: s.EndSpline) -> None:
     block = m.motions.block
     try:
         end_block(m.motions, x.blends)
@@ -297,19 +358,19 @@ def _end_spline(m: ExecutionContext, x: s.EndSpline) -> None:
             block.settings.__exit__(None, None, None)
 
 
-_FUNCTIONS: dict[type, Callable[[ExecutionContext, Any, StackFrame, int], None]] = {
-    s.Assign: lambda m, x, frame, at: assign(m, x),
-    s.Invoke: lambda m, x, frame, at: invoke(m, x),
+_FUNCTIONS: dict[type, Callable[[RunningProgram, Any, StackFrame, int], None]] = {
+    s.Assign: lambda m, x, frame, at: m.assign(x),
+    s.Invoke: lambda m, x, frame, at: _invoke(m, x),
     s.Move: lambda m, x, frame, at: _move(m, x),
-    s.Wait: lambda m, x, frame, at: wait(m, x),
+    s.Wait: lambda m, x, frame, at: _wait(m, x),
     s.Plain: _plain,
-    s.Condition: _condition,
-    s.CaseBranch: lambda m, x, frame, at: _block_keyword(m, "CASE", frame, at),
-    s.For: _begin_for,
-    s.Jump: lambda m, x, frame, at: _goto(x, frame),
-    s.Trigger: lambda m, x, frame, at: m.background.trigger(x, m.log.position),
-    s.InterruptDeclaration: lambda m, x, frame, at: m.background.declare(x, frame, m.log.position),
-    s.InterruptSwitch: lambda m, x, frame, at: m.background.switch(x),
+    s.Condition: branch,
+    s.CaseBranch: lambda m, x, frame, at: block_keyword(m, "CASE", frame, at),
+    s.For: begin_for,
+    s.Jump: lambda m, x, frame, at: goto(x, frame),
+    s.Trigger: lambda m, x, frame, at: _trigger(m, x),
+    s.InterruptDeclaration: lambda m, x, frame, at: _declare_interrupt(m, x, frame),
+    s.InterruptSwitch: lambda m, x, frame, at: switch_interrupts(m, x),
     s.SplineBlock: _spline,
     s.EndSpline: lambda m, x, frame, at: _end_spline(m, x),
 }

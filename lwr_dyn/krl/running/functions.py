@@ -1,17 +1,14 @@
-"""The values of the controller's own functions: mathematics, geometry, text, and those of the inline forms.
+"""Calls: the routine that one enters; else the value of a stub, or of a function of the controller.
 
-KRL's functions on text: STRLEN, STRADD, STRCOMP, STRFIND, STRTOINT ... Text is an array of characters.
-
-VARSTATE("name"): whether a variable, an element or a component is declared, and whether it has a value.
-
-Which routine a call enters, and the values of calls that enter none: stubs, the functions of the controller.
+Of mathematics, geometry, text (an array of characters), inline forms, and VARSTATE, which says whether a variable, an
+element or a component is declared and has a value.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -26,10 +23,10 @@ from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.statements import Assign
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
-from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, reference_to, value_of
 from lwr_dyn.krl.running.inline_forms import INLINE
+from lwr_dyn.krl.running.running_program import RunningProgram
 from lwr_dyn.krl.running.values import (
     AXIS_NAMES,
     ArrayValue,
@@ -302,20 +299,7 @@ GEOMETRY: dict[str, Callable[[Environment, ControllerState, Arguments], Value]] 
 _EMPTY: dict[str, Value] = {"BOOL": False, "INT": 0, "REAL": 0.0, "CHAR": " "}
 
 
-class Caller(Environment, Protocol):
-    """Where a call stands."""
-
-    controller: ControllerState
-
-    @property
-    def here(self) -> Program:
-        """The program of the module of the current routine."""
-
-    def routine(self, name: str) -> Routine | None:
-        """A routine that the module of the current routine sees."""
-
-
-def called_routine(m: Caller, name: str) -> Routine | None:
+def called_routine(m: RunningProgram, name: str) -> Routine | None:
     """The routine that a call enters; None for a stub, and for what `bas.src` defines and the model computes."""
     if name in m.controller.cell.stubs:
         return None
@@ -325,12 +309,12 @@ def called_routine(m: Caller, name: str) -> Routine | None:
     return routine
 
 
-def value_of_call(m: Caller, x: e.FunctionCall) -> Value | None:
+def value_of_call(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """The value of a stub or of a function of the controller; None where there is none; raises `ExecutionError`."""
     return _stub_value(m, x) if x.name.upper() in m.controller.cell.stubs else function_value(m, m.controller, x)
 
 
-def empty_value(m: Caller, x: e.FunctionCall) -> Value | None:
+def empty_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """With `stubs.others` of the cell the value of a function that is not there; else None."""
     if not m.controller.cell.other_stubs:
         return None
@@ -344,7 +328,7 @@ def empty_value(m: Caller, x: e.FunctionCall) -> Value | None:
     return value
 
 
-def _empty(m: Caller, kind: Type) -> Value:
+def _empty(m: RunningProgram, kind: Type) -> Value:
     if kind.name in _EMPTY:
         return _EMPTY[kind.name]
     parts = m.here.names.structures.get(kind.name) or m.here.project.known.structures.get(kind.name)
@@ -355,7 +339,7 @@ def _empty(m: Caller, kind: Type) -> Value:
     )
 
 
-def _stub_value(m: Caller, x: e.FunctionCall) -> Value | None:
+def _stub_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """What the cell file gives for a call, its OUT arguments set."""
     name = x.name.upper()
     stub = m.controller.cell.stubs[name]

@@ -1,7 +1,4 @@
-"""Inputs and outputs of the controller: what an element of `$IN`, `$OUT`, `$FLAG` ... is, given, assumed or set.
-
-Brings a cell to a program: its names for the checks, its values for a run.
-"""
+"""Brings a cell to a program: its names for the checks, its values for a run."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import re
 from difflib import get_close_matches
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.krl.diagnostics import ExecutionError, Report, SourcePosition
+from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language.declarations import External
 from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.statements import Assign
@@ -18,53 +15,9 @@ from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
-from lwr_dyn.krl.running.evaluate import Environment, reference_to
-from lwr_dyn.krl.running.execute import ExecutionContext, StackFrame
-from lwr_dyn.krl.running.triggers import ProgramClock
-from lwr_dyn.krl.running.values import ArrayValue, StructValue, Value, converted, value_text
-
-AT_START: dict[str, Value] = {
-    "$OUT": False, "$FLAG": False, "$CYCFLAG": False, "$TIMER_STOP": True, "$TIMER": 0, "$ANOUT": 0,
-}  # fmt: skip
-"""Arrays of the controller -> the value of each element at the start."""
-
-
-def element_value(c: ControllerState, clock: ProgramClock, name: str, index: tuple[int, ...]) -> Value | None:
-    """An element of an input or output, a flag; None for an ordinary array; raises `ExecutionError`."""
-    key = name.upper()
-    text = f"{key}[{','.join(map(str, index))}]"
-    if key in ("$TIMER", "$TIMER_FLAG") and len(index) == 1:
-        clock.timers_read.add(index[0])
-        return round(clock.timer(index[0])) if key == "$TIMER" else clock.timer(index[0]) > 0.0
-    if text in c.inputs:
-        c.assumptions.note(text, value_text(c.inputs[text]), "given")
-        return c.inputs[text]
-    if key == "$IN" and index in ((1025,), (1026,)):
-        return index == (1025,)
-    if key in INPUTS:
-        given = c.variables[key].value if key in c.variables else None
-        value = given.items.get(index) if isinstance(given, ArrayValue) else None
-        return _other_input(c, key, text) if value is None else value
-    if key not in AT_START:
-        return None
-    variable = c.variable(key)
-    array = None if variable is None else variable.value
-    value = array.items.get(index) if isinstance(array, ArrayValue) else None
-    if value is None:
-        c.assumptions.note(f"{key}[]", value_text(AT_START[key]), "at the start")
-    return AT_START[key] if value is None else value
-
-
-def _other_input(c: ControllerState, key: str, text: str) -> Value:
-    """An input that nothing gives; raises `ExecutionError` unless the cell file says what others are."""
-    others = c.cell.other_inputs
-    if others is None:
-        hint = f"give one: --set '{text}=TRUE', or in a cell file"
-        raise ExecutionError("unknown-input", f"the input {text} has no value", hint)
-    value: Value = others if key == "$IN" else 0.0 if key == "$ANIN" else 0
-    c.assumptions.note(text, value_text(value), "inputs.others of the cell file")
-    return value
-
+from lwr_dyn.krl.running.evaluate import reference_to
+from lwr_dyn.krl.running.running_program import RunningProgram
+from lwr_dyn.krl.running.values import StructValue, Value, converted, value_text
 
 SPEEDS = ("$VEL", "$ACC", "$VEL_AXIS", "$ACC_AXIS", "$OV_PRO")
 
@@ -87,17 +40,18 @@ def with_cell(program: Program, cell: RobotCell) -> Program:
     return program
 
 
-def give_cell(env: ExecutionContext, c: ControllerState) -> None:
+def give_cell(m: RunningProgram) -> None:
     """Set the variables and states of the cell; raises `OptionError` for a wrong type, or a $ name that nothing has."""
+    c = m.controller
     for root, values in c.given.items():
-        if root.startswith("$") and not _is_known(env.program, root):
-            near = get_close_matches(root, env.program.project.known.variables, n=1)
+        if root.startswith("$") and not _is_known(m.program, root):
+            near = get_close_matches(root, m.program.project.known.variables, n=1)
             meant = f" (did you mean {near[0]}?)" if near else ""
             wanted = f"a $ variable of KUKA's, or one that a file names{meant}"
             raise OptionError("the name given", next(iter(values)), wanted)
         for name, value in values.items():
             try:
-                give_value(env, c, name, value)
+                give_value(m, name, value)
                 if root in SPEEDS:
                     c.speeds()
             except ExecutionError as fault:
@@ -120,9 +74,9 @@ def note_unread(c: ControllerState) -> None:
             c.assumptions.note(root, "", "given, but nothing reads it")
 
 
-def give_arguments(frame: StackFrame, c: ControllerState, report: Report) -> None:
+def give_arguments(m: RunningProgram) -> None:
     """Set the parameters of the routine that is run; those without a value are noted; raises `OptionError`."""
-    missing = []
+    c, frame, missing = m.controller, m.stack[0], []
     for p in frame.routine.head.parameters:
         key, variable = p.name.upper(), frame.variables[p.name.upper()]
         if key not in c.cell.arguments:
@@ -137,17 +91,17 @@ def give_arguments(frame: StackFrame, c: ControllerState, report: Report) -> Non
     if missing:
         name = frame.routine.head.name
         message = f"{name} is run without its argument{'s' * (len(missing) > 1)} {', '.join(missing)}"
-        report("note", "arguments", message, "give them in a cell file under [arguments]")
+        m.log.report("note", "arguments", message, "give them in a cell file under [arguments]")
 
 
-def give_value(env: Environment, c: ControllerState, name: str, value: Value) -> str:
+def give_value(m: RunningProgram, name: str, value: Value) -> str:
     """Set an input, a state or a variable from outside; the text says what is set. Raises `ExecutionError`."""
     if name.partition("[")[0] in INPUTS:
-        c.give(name, value)
+        m.controller.inputs[name] = value
     else:
         statement, _ = parse_line(f"{name}=0")
         assert isinstance(statement, Assign)
-        reference_to(env, statement.target).write(value)
+        reference_to(m, statement.target).write(value)
     return f"{name} = {value_text(value)}"
 
 

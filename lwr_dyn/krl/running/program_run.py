@@ -1,9 +1,4 @@
-"""A run of a program: its motions and how they are sampled, its times, poses and torques.
-
-When a run is sampled, and axes that are over their speed in it.
-
-Checks a program, and runs it on a robot's model: motions in time, speeds, torques, and a Run to replay.
-"""
+"""Checks a program, and runs it on a robot's model: motions in time, speeds, poses, torques, and a Run to replay."""
 
 from __future__ import annotations
 
@@ -18,16 +13,18 @@ from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
-from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, SourcePosition, sorted_diagnostics
+from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, RunEndedError, SourcePosition, sorted_diagnostics
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import Assumption, MachineData
-from lwr_dyn.krl.running.interpreter import Interpreter
+from lwr_dyn.krl.running.execute import evaluate_call, execute_program
 from lwr_dyn.krl.running.motions import ExecutedMotion
+from lwr_dyn.krl.running.outside_values import note_unread
 from lwr_dyn.krl.running.passes import LoopPasses
+from lwr_dyn.krl.running.running_program import RunningProgram
 from lwr_dyn.krl.running.triggers import ProgramEvent
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
@@ -208,7 +205,7 @@ def check_program(
     data = machine or MachineData()
     data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
     known = {(d.position.file, d.position.line, d.code) for d in static}
-    of_run = Interpreter(program, arm, data, _surroundings(cell, inputs), tolerant=True).run()
+    of_run = interpreted(program, arm, data, _surroundings(cell, inputs), tolerant=True).log.diagnostics
     return sorted_diagnostics(
         [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
     )
@@ -246,10 +243,14 @@ def run_program(
     data = machine or MachineData()
     static = [*program.diagnostics, *static_diagnostics(program)]
     _refuse_errors([d for d in static if d.code in UNREADABLE])
-    interpreter = Interpreter(program, arm, data, _surroundings(cell, inputs))
-    diagnostics = interpreter.run()
+    m = interpreted(program, arm, data, _surroundings(cell, inputs))
+    diagnostics, timeline, executed, end = (
+        m.log.diagnostics,
+        m.motions.timeline,
+        m.motions.executed,
+        str(m.log.position),
+    )
     _refuse_errors(_as_checked(diagnostics, static))
-    timeline, executed, end = interpreter.motions.timeline, interpreter.motions.executed, str(interpreter.log.position)
     if not executed:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
@@ -260,12 +261,32 @@ def run_program(
     held, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
-        executed=tuple(executed), still=tuple(interpreter.motions.still),
+        executed=tuple(executed), still=tuple(m.motions.still),
         diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
-        assumptions=interpreter.controller.assumptions.all(),
-        events=tuple(sorted(interpreter.background.clock.events, key=lambda x: x.time)), passes=interpreter.passes,
+        assumptions=m.controller.assumptions.all(),
+        events=tuple(sorted(m.clock.events, key=lambda x: x.time)), passes=m.passes,
         static_torque=held, torque=torque,
     )  # fmt: skip
+
+
+def interpreted(
+    program: Program, arm: Arm, machine: MachineData, cell: RobotCell | None = None, tolerant: bool = False
+) -> RunningProgram:
+    """A program executed to its end, or to the fault or bound that ends it; `log` has its diagnostics.
+
+    With `tolerant` a faulty statement is skipped and the run goes on.
+    """
+    m = RunningProgram(program, arm, machine, cell, tolerant, evaluate_call)
+    try:
+        execute_program(m)
+    except RunEndedError as end:
+        if end.diagnostic is not None:
+            m.log.diagnostics.append(end.diagnostic)
+    except RecursionError:
+        deep = ("recursion", "functions call one another without end", "use a loop")
+        m.log.diagnostics.append(Diagnostic(m.log.position, "error", *deep))
+    note_unread(m.controller)
+    return m
 
 
 def _only_errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -1,8 +1,7 @@
-"""TRIGGER: switching actions at a place of the next motion, at the time at which the planned motion is there.
+"""The time of a running program: its clock, its events and timers, TRIGGER and BRAKE.
 
-The time of a running program: what happens when, the events that did, and the timers of the controller.
-
-BRAKE in an interrupt: the arm stops on its path, and goes on along it later, unless RESUME gives the motion up.
+A trigger switches at a place of the next motion, at the time at which the planned motion is there. BRAKE in an
+interrupt stops the arm on its path; it goes on along it later, unless RESUME gives the motion up.
 """
 
 from __future__ import annotations
@@ -118,6 +117,11 @@ class ProgramClock:
     def timers_now(self) -> tuple[tuple[int, float], ...]:
         """Numbers and values [ms] of timers that the program asks for."""
         return tuple((number, round(self.timer(number), 6)) for number in sorted(self.timers_read))
+
+    def read_timer(self, number: int) -> float:
+        """[ms] The value of a timer for which the program asks."""
+        self.timers_read.add(number)
+        return self.timer(number)
 
     def timer(self, number: int) -> float:
         """[ms] The value of a timer."""
