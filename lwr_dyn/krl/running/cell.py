@@ -1,8 +1,6 @@
 """A cell: what stands around a program: the robot, inputs, states, variables of a PLC, tools, stubs, its answers.
 
-Constants written in KRL's own form, from the command line and from cell files: `3`, `TRUE`, `#EX`, `{X 1, Y 2}`.
-
-Reads a cell file (TOML), and gives a commented one to start from.
+It is read from a cell file (TOML); its constants are written in KRL's own form: `3`, `TRUE`, `#EX`, `{X 1, Y 2}`.
 """
 
 from __future__ import annotations
@@ -12,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
-from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import ExecutionError
@@ -168,9 +166,12 @@ class _NoNames:
         return UNKNOWN
 
 
-T = TypeVar("T")
+AXES = "a list of numbers: the six axes in deg"
 
-AXES = "the six axes in deg"
+FRAMES = "a list of numbers: X, Y, Z, A, B, C in mm and deg"
+
+MOST = 1e9
+"""[mm, deg] Of a coordinate or an axis."""
 
 LONGEST = 1e6
 """[s] The latest time of an event."""
@@ -184,32 +185,28 @@ def read_cell(path: str | Path) -> RobotCell:
 
 def cell_of(table: Mapping[str, Any], file: str = "cell") -> RobotCell:
     """A cell from the tables of its file; paths are relative to it. Raises `PaperError`."""
-    top = Fields(table, file, "")
-    inputs = _table(top, "inputs")
-    others = inputs.pop("others", None)
-    home, called = (top.take(name, list, default=None) for name in ("home_deg", "called_at_deg"))
+    top = Fields(table, file)
+    inputs = top.table("inputs", {})
+    others = inputs.truth("others", None)
+    home, called = (top.row(key, 6, AXES, default=None, most=MOST) for key in ("home_deg", "called_at_deg"))
     values = {
-        **_numbered(inputs, "$IN[{}]", file, "inputs", lambda x, name: _truth(x, file, name)),
-        **_numbered(_table(top, "analog_inputs"), "$ANIN[{}]", file, "analog_inputs", lambda x, n: _value(x, file, n)),
-        **_numbered(_table(top, "tools"), "TOOL_DATA[{}]", file, "tools", lambda x, name: _frame(x, file, name)),
-        **_numbered(_table(top, "bases"), "BASE_DATA[{}]", file, "bases", lambda x, name: _frame(x, file, name)),
-        **_places(_table(top, "states"), file, "states", system=True),
-        **_places(_table(top, "variables"), file, "variables", system=False),
+        **_numbered(inputs, "$IN[{}]", Fields.truth),
+        **_numbered(top.table("analog_inputs", {}), "$ANIN[{}]", _value),
+        **_numbered(top.table("tools", {}), "TOOL_DATA[{}]", _frame),
+        **_numbered(top.table("bases", {}), "BASE_DATA[{}]", _frame),
+        **_places(top.table("states", {}), system=True),
+        **_places(top.table("variables", {}), system=False),
     }  # fmt: skip
-    stubs = _table(top, "stubs")
-    other_stubs = _truth(stubs.pop("others", False), file, "stubs.others")
+    stubs = top.table("stubs", {})
+    other_stubs, robot = stubs.truth("others", False), top.text("robot", None)
     cell = RobotCell(
-        file=file, robot=_robot(top.take("robot", str, default=None), file),
-        home_deg=None if home is None else _numbers(home, AXES, file, "home_deg"),
-        called_at_deg=None if called is None else _numbers(called, AXES, file, "called_at_deg"),
-        ignore_turn=_truth(top.take("ignore_turn", object, default=False), file, "ignore_turn"),
-        values=values, other_inputs=None if others is None else _truth(others, file, "inputs.others"),
-        stubs={name.upper(): _stub(x, file, f"stubs.{name}") for name, x in stubs.items()},
-        other_stubs=other_stubs,
-        arguments=_places(_table(top, "arguments"), file, "arguments", system=False),
-        replies=tuple(_reply(x, file, f"reply[{i}]") for i, x in enumerate(top.take("reply", list, default=[]))),
-        submits=tuple(_path(x, file, "submits") for x in top.take("submits", list, default=[])),
-        unmet_wait=_seconds(top.take("unmet_wait_s", object, default=None), file, "unmet_wait_s"),
+        file=file, robot=robot if robot is None or not Path(robot).suffix else _beside(file, robot),
+        home_deg=home, called_at_deg=called, ignore_turn=top.truth("ignore_turn", False), values=values,
+        other_inputs=others, stubs={name.upper(): _stub(stubs, name) for name in stubs.unread()},
+        other_stubs=other_stubs, arguments=_places(top.table("arguments", {}), system=False),
+        replies=tuple(map(_reply, top.tables("reply", []))),
+        submits=tuple(_submit(top, x) for x in top.take("submits", list, [])),
+        unmet_wait=_seconds(top, "unmet_wait_s", None),
     )  # fmt: skip
     top.refuse_unknown()
     return cell
@@ -220,34 +217,37 @@ def new_cell_text(file: str) -> str:
     return (files("lwr_dyn.krl.running") / "new_cell.txt").read_text(encoding="utf-8").replace("@@file@@", file)
 
 
-def _table(top: Fields, key: str) -> dict[str, Any]:
-    return dict(top.take(key, dict, default={}))
-
-
-def _numbered(table: Mapping[str, Any], form: str, file: str, path: str, read: Callable[[Any, str], T]) -> dict[str, T]:
+def _numbered(fields: Fields, form: str, read: Callable[[Fields, str], Value]) -> dict[str, Value]:
+    """The fields whose names are numbers, read one by one."""
     out = {}
-    for key, x in table.items():
+    for key in fields.unread():
         if not key.isdecimal() or not 1 <= int(key) <= 8192:
-            raise PaperError(file, f"{path}.{key}", "no number", "a number from 1 to 8192")
-        out[form.format(int(key))] = read(x, f"{path}.{key}")
+            raise fields.refuse(key, "no number", "a number from 1 to 8192")
+        out[form.format(int(key))] = read(fields, key)
     return out
 
 
-def _places(table: Mapping[str, Any], file: str, path: str, system: bool) -> dict[str, Value]:
+def _places(fields: Fields, system: bool | None) -> dict[str, Value]:
+    """The fields whose names are variables, of the controller or not; None takes both."""
     out = {}
-    for key, x in table.items():
+    for key in fields.unread():
         name = key.replace(" ", "").upper()
-        if name.startswith("$") != system:
-            raise PaperError(file, f"{path}.{key}", "no such name", '"$T1", "$ERR.NUMBER"' if system else "PART, P[3]")
-        out[name] = _value(x, file, f"{path}.{key}")
+        if system is not None and name.startswith("$") != system:
+            raise fields.refuse(key, "no such name", '"$T1", "$ERR.NUMBER"' if system else "PART, P[3]")
+        x = fields.take(key, object)
+        out[name] = _value_at(fields, key, x)
         try:
             refuse_place(name, out[name])
         except ExecutionError as fault:
-            raise PaperError(file, f"{path}.{key}", repr(x), fault.hint or fault.message) from None
+            raise fields.refuse(key, repr(x), fault.hint or fault.message) from None
     return out
 
 
-def _value(x: Any, file: str, name: str) -> Value:
+def _value(fields: Fields, key: str) -> Value:
+    return _value_at(fields, key, fields.take(key, object))
+
+
+def _value_at(fields: Fields, place: str, x: Any) -> Value:
     """A number or truth value; text that begins with #, { or a quote is a constant of KRL, other text is text."""
     if isinstance(x, bool | int | float):
         return x
@@ -258,46 +258,26 @@ def _value(x: Any, file: str, name: str) -> Value:
             return constant_value(x)
         except ExecutionError:
             pass
-    raise PaperError(file, name, repr(x), 'a number, true, false, text, or a constant of KRL: "#EX", "{X 1, Y 2}"')
+    raise fields.refuse(place, repr(x), 'a number, true, false, text, or a constant of KRL: "#EX", "{X 1, Y 2}"')
 
 
-def _truth(x: Any, file: str, name: str) -> bool:
-    if not isinstance(x, bool):
-        raise PaperError(file, name, repr(x), "true or false")
-    return x
-
-
-def _frame(x: Any, file: str, name: str) -> Value:
-    numbers = _numbers(x, "X, Y, Z, A, B, C in mm and deg", file, name)
+def _frame(fields: Fields, key: str) -> Value:
+    numbers = fields.row_at(key, fields.take(key, object), 6, FRAMES, MOST)
     return StructValue("FRAME", dict(zip(POSE_NAMES, numbers, strict=True)))
 
 
-def _numbers(x: Any, wanted: str, file: str, name: str) -> tuple[float, ...]:
-    if not (isinstance(x, list) and len(x) == 6 and all(_is_number(v) for v in x)):
-        raise PaperError(file, name, repr(x), f"a list of numbers: {wanted}")
-    return tuple(float(v) for v in x)
+def _seconds(fields: Fields, key: str, default: float | None) -> Any:
+    return fields.number(key, default, allowed=f"seconds, from 0 to {LONGEST:g}", least=0.0, most=LONGEST)
 
 
-def _is_number(x: object) -> bool:
-    return isinstance(x, int | float) and not isinstance(x, bool) and abs(x) < 1e9
-
-
-def _seconds(x: Any, file: str, name: str) -> float | None:
-    if x is None:
-        return None
-    if not _is_number(x) or not 0.0 <= x <= LONGEST:
-        raise PaperError(file, name, repr(x), f"seconds, from 0 to {LONGEST:g}")
-    return float(x)
-
-
-def _stub(x: Any, file: str, name: str) -> Stub:
-    if not _is_called(name.removeprefix("stubs.")):
-        raise PaperError(file, name, "no name of a routine", "a name that is no word of KRL: MSGNOTIFY")
-    fields = Fields(x, file, name)
-    returns = fields.take("returns", object, default=None)
-    out = _numbered(_table(fields, "out"), "{}", file, f"{name}.out", lambda v, of: _value(v, file, of))
+def _stub(stubs: Fields, name: str) -> Stub:
+    if not _is_called(name):
+        raise stubs.refuse(name, "no name of a routine", "a name that is no word of KRL: MSGNOTIFY")
+    fields = stubs.table(name)
+    returns = fields.take("returns", object, None)
+    out = _numbered(fields.table("out", {}), "{}", _value)
     fields.refuse_unknown()
-    value = None if returns is None else _value(returns, file, f"{name}.returns")
+    value = None if returns is None else _value_at(fields, "returns", returns)
     return Stub(value, {int(key): v for key, v in out.items()})
 
 
@@ -310,34 +290,28 @@ def _is_called(name: str) -> bool:
         return False
 
 
-def _reply(x: Any, file: str, name: str) -> Reply:
-    fields = Fields(x, file, name)
-    when = fields.take("when", str, default=None)
-    after = _seconds(fields.take("after_s", object, default=0.0), file, f"{name}.after_s")
-    given = fields.take("set", dict)
+def _reply(fields: Fields) -> Reply:
+    when, after, given = fields.text("when", None), _seconds(fields, "after_s", 0.0), fields.table("set")
     fields.refuse_unknown()
-    values: dict[str, Value] = {}
-    for key, v in given.items():
-        values |= _places({key: v}, file, f"{name}.set", key.strip().startswith("$"))
-    return Reply(None if when is None else _condition(when, file, f"{name}.when"), after or 0.0, values)
+    values = _places(given, system=None)
+    return Reply(None if when is None else _condition(fields, when), after, values)
 
 
-def _condition(text: str, file: str, name: str) -> e.Expression:
+def _condition(fields: Fields, text: str) -> e.Expression:
     try:
         statement, _ = parse_line(f"WHILE {text}")
     except LineError:
         statement = None
     if not isinstance(statement, Condition):
-        raise PaperError(file, name, repr(text), 'a condition of KRL: "$OUT[5]", "PART == 3"')
+        raise fields.refuse("when", repr(text), 'a condition of KRL: "$OUT[5]", "PART == 3"')
     return statement.value
 
 
-def _robot(x: str | None, file: str) -> str | None:
-    """A robot's name, or the path of its file, relative to the cell file."""
-    return x if x is None or not Path(x).suffix else str(Path(file).parent / x)
+def _submit(top: Fields, path: Any) -> str:
+    if not isinstance(path, str) or not path.lower().endswith(".sub"):
+        raise top.refuse("submits", repr(path), "paths that end in .sub")
+    return _beside(top.file, path)
 
 
-def _path(x: Any, file: str, name: str) -> str:
-    if not isinstance(x, str) or not x.lower().endswith(".sub"):
-        raise PaperError(file, name, repr(x), "paths that end in .sub")
-    return str(Path(file).parent / x)
+def _beside(file: str, path: str) -> str:
+    return str(Path(file).parent / path)
