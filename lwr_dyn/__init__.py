@@ -26,7 +26,7 @@ _PLACES = {
     "margins": "lwr_dyn.design.margins",
     "plot": "lwr_dyn.pages.notebook.exported_runs",
     "readings": "lwr_dyn.arms.papers.catalog",
-    "reference": "lwr_dyn.trajectory.references.joint_moves",
+    "reference": "lwr_dyn.trajectory.references.references",
     "replay": "lwr_dyn.pages.replay.replay_page",
     "robots": "lwr_dyn.arms.papers.catalog",
     "rollouts": "lwr_dyn.codegen.rollouts.rollouts",

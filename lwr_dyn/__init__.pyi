@@ -19,7 +19,7 @@ from lwr_dyn.pages.notebook.exported_runs import plot as plot
 from lwr_dyn.pages.replay.replay_page import replay as replay
 from lwr_dyn.simulation.simulate import simulate as simulate
 from lwr_dyn.studies.compare.comparison import compare as compare
-from lwr_dyn.trajectory.references.joint_moves import reference as reference
+from lwr_dyn.trajectory.references.references import reference as reference
 
 __version__: str
 __all__ = [

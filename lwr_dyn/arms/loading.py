@@ -21,8 +21,9 @@ from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError, 
 from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.model.arm import Arm, FileLayout, Source
+from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.chain import MOUNTS, Body, Tool, is_physical
+from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose, from_rpy, pose_array
 

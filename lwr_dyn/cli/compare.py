@@ -19,7 +19,7 @@ from lwr_dyn.studies.compare.pair_page import pair_html
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 from lwr_dyn.trajectory.references.ist import Twice
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 RUNS = ".npz"
 PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(

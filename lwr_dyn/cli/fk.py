@@ -10,9 +10,8 @@ from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import kuka_units
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, from_degrees, positions
 from lwr_dyn.model.chain import JointKind, names_of_ends
-from lwr_dyn.model.option_values import from_degrees, positions
 from lwr_dyn.model.spatial import to_rpy
 
 

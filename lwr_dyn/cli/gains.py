@@ -27,7 +27,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.transmission import chosen_elasticity
 from lwr_dyn.simulation.setup import ENCODERS
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 TASKS = tuple(
     name

@@ -14,9 +14,8 @@ from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_words
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.krl.robot.kuka_pose import KukaUnits, kuka_units
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.model.option_values import from_degrees
 from lwr_dyn.model.spatial import from_rpy
 
 ANGLES = ("--rpy", "--rpy-deg", "--abc-deg")

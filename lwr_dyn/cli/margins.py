@@ -26,12 +26,10 @@ from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_payload
-from lwr_dyn.model.option_values import from_degrees
+from lwr_dyn.model.arm import Arm, arm_with_payload, from_degrees
 from lwr_dyn.pages.figures.margins import picture_writer
 from lwr_dyn.simulation.setup import ENCODERS
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 LOOP = [

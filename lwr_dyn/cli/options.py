@@ -20,8 +20,7 @@ from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.option_values import si_value
+from lwr_dyn.model.arm import Arm, si_value
 
 F = TypeVar("F", bound=Callable[..., Any])
 

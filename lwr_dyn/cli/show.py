@@ -11,8 +11,7 @@ from lwr_dyn.cli.options import NUMBERS, load_robot, robot_options
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import ends_in
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.option_values import from_degrees
+from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import pose_as_run, start_pose

@@ -28,9 +28,8 @@ from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionEr
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.passivity import passive_refit
 from lwr_dyn.model.run import Run, format_of
 from lwr_dyn.pages.notebook.exported_runs import plot_writer
@@ -43,7 +42,7 @@ from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.responses.step_and_chirp import responses_said
 from lwr_dyn.simulation.setup import ENCODERS, METHODS, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 
 def run_record(run: Run, arm: Arm) -> dict[str, Any]:

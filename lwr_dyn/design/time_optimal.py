@@ -37,7 +37,7 @@ from lwr_dyn.foundation.registry import Option, Quantity, options_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 from lwr_dyn.trajectory.timings import MOTION_PROFILES
 
 INTERVALS = 1000

@@ -23,7 +23,7 @@ from scipy.optimize import lsq_linear
 
 from lwr_dyn.foundation.arrays import Array, read_only, real_array
 from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
-from lwr_dyn.kinematics.forward import SrsGeometry, require_srs
+from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.solution import BRANCHES, TURN, Branch, JointRanges, joint_ranges, one_turn_note
 from lwr_dyn.kinematics.srs import ON_AXIS, arm_triangle
 from lwr_dyn.kinematics.srs_margins import (

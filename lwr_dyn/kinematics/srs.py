@@ -31,15 +31,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OutOfReachError, ShapeError, SingularArmError
-from lwr_dyn.kinematics.forward import (
-    Ball,
-    JointAxes,
-    SrsGeometry,
-    jacobian_at,
-    joint_axes,
-    require_srs,
-    velocity_product_at,
-)
+from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry, require_srs
+from lwr_dyn.kinematics.forward import JointAxes, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.solution import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, joint_ranges, wrap
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import pose_array, turn_about

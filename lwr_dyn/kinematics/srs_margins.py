@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import SRS_ARM, SrsGeometry, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
 from lwr_dyn.kinematics.solution import (
     ALIGNED,
     BRANCHES,

@@ -1,155 +1,28 @@
 """`Arm`: one robot in SI units, with its chain in the source's frames and its joints and bodies in URDF frames.
 
 The URDF frame of a link is the frame of its joint after the motion: its z axis is the joint axis. The origin of joint i
-is given in link i-1.
-
-How an arm is drawn: the cylinders of its file, or sizes for shapes that are derived from its joints.
-
-Links as a URDF file writes them, before fixed joints weld them together.
-
-A fault of one link can vanish in the sum of the links that move with it, so each is judged by itself.
-
-What a URDF file holds beyond the arm in it: its own links, frames and axes, shapes, motors, each link by itself.
-
-An arm that was read from a URDF carries it, so that the file can be written again. The dynamics uses none of it.
+is given in link i-1. An arm with a payload or other masses is another `Arm`: its chain changes before the roads part.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
-from lwr_dyn.model.chain import Body, Chain, Installation, JointKind, Tool, lock_joint, with_payload
+from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, ShapeError, UnknownNameError
+from lwr_dyn.foundation.registry import Option, Quantity
+from lwr_dyn.model.chain import Body, Chain, Installation, JointKind, Tool, lock_joint, with_bodies, with_payload
+from lwr_dyn.model.file_layout import Drawing, FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.run import repr_html
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import JointElasticity, Transmission
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnCylinder:
-    """A cylinder drawn for a link, in its URDF frame (in a `Paper`: the frame of its DH row): ends, radius [m]."""
-
-    link: str
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
-    radius: float
-    colour: str
-
-
-@dataclass(frozen=True, slots=True)
-class Drawing:
-    """How the arm is drawn; the dynamics uses none of these numbers."""
-
-    pedestal: float = 0.0
-    radius: tuple[float, ...] = ()
-    cylinders: tuple[DrawnCylinder, ...] = ()
-    """The file's own shapes; if empty, shapes are derived from the joints."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WrittenLink:
-    """A link of the file; `body` is None where it has no `<inertial>`."""
-
-    link: str
-    body: Body | None
-    """In the frame of the link that a joint moves; in the frame of the root where nothing moves it."""
-
-
-def welded(links: Sequence[WrittenLink]) -> Body | None:
-    """The links rigidly joined; None where no link has an inertial.
-
-    Zeros on a frame say nothing about the first link, to which the others are welded.
-    """
-    joined: Body | None = None
-    for _, body in heavy(links):
-        joined = body if joined is None else joined + body
-    return joined
-
-
-def heavy(links: Sequence[WrittenLink]) -> list[tuple[str, Body]]:
-    """The links whose inertials count, with their bodies."""
-    given = [(link, link.body) for link in links if link.body is not None]
-    return [(link.link, body) for link, body in given if link is links[0] or not is_weightless(body)]
-
-
-def is_weightless(body: Body) -> bool:
-    """Whether the inertial is one of zeros, as on a frame."""
-    return body.mass == 0.0 and not body.inertia_com.any() and not body.unknown
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FixedLink:
-    """A link that moves with another one: by a fixed joint, or by a joint that was locked when the file was read."""
-
-    link: str
-    joint: str
-    parent: str
-    origin: Pose
-    """The link in its parent, at the locked value."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FileJoint:
-    """A joint of the chain as the file has it: its links, its origin in the parent, its axis in its own frame."""
-
-    joint: str
-    parent: str
-    child: str
-    origin: Pose
-    axis: tuple[float, ...]
-    unlimited: bool
-    """Whether it is `continuous`."""
-    before: Pose
-    """The pose before its motion in the chain, which joins fixed joints and turns z onto the axis."""
-    transmission: str = ""
-    """Its `<transmission>` as XML, without the rotor; empty if the file has none."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FileLayout:
-    """The links and joints of a URDF file that belong to an arm; shapes and materials as XML."""
-
-    root: str
-    joints: tuple[FileJoint, ...]
-    flange: Pose
-    """The chain's flange."""
-    fixed: tuple[tuple[FixedLink, ...], ...]
-    """The links fixed to the root, then those fixed to each moving link, parents first."""
-    shapes: Mapping[str, tuple[str, ...]]
-    """Link -> its `<visual>` and `<collision>` elements; meshes are named, not held."""
-    inertials: Mapping[str, str]
-    """The `<inertial>` of the root and of links fixed to it, which the arm leaves out because they do not move."""
-    materials: tuple[str, ...]
-    tip: str = ""
-    """The link of the flange."""
-    written: Mapping[str, tuple[WrittenLink, ...]] = field(default_factory=dict)
-    """Link of the chain -> the links of the file that move with it, itself first; "" -> those at rest."""
-
-    def unlimited(self) -> frozenset[str]:
-        """The joints that turn without end."""
-        return frozenset(joint.joint for joint in self.joints if joint.unlimited)
-
-
-def fitting(layout: FileLayout | None, chain: Chain) -> FileLayout | None:
-    """The layout if the chain still has its joints and frames; None after a change in code, such as a locked joint."""
-    if layout is None:
-        return None
-    frames = [(joint.joint, joint.before) for joint in layout.joints] + [("", layout.flange)]
-    theirs = [(link.joint, link.before) for link in chain.links] + [("", chain.flange)]
-    same = len(frames) == len(theirs) and all(
-        a == b and _same(x, y) for (a, x), (b, y) in zip(frames, theirs, strict=True)
-    )
-    return layout if same else None
-
-
-def _same(a: Pose, b: Pose) -> bool:
-    return np.array_equal(a.rotation, b.rotation) and np.array_equal(a.position, b.position)
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +110,7 @@ class Arm:
     title: str
     chain: Chain
     limits: tuple[JointLimits, ...]
-    drawing: Drawing = Drawing()  # read-only
+    drawing: Drawing = field(default_factory=Drawing)
     ratings: Ratings = Ratings()
     mastering: tuple[float, ...] = ()
     """Joint positions of the maker's mastering pose [rad or m]; empty when not given."""
@@ -374,3 +247,54 @@ class Arm:
             which = "" if len(bare) == self.n else f" of {', '.join(bare)}"
             raise MissingDataError(self.name, f"masses and inertias{which}", "dynamics")
         return self.chain
+
+
+def arm_with_payload(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:
+    """The arm with a payload fixed to its flange: mass [kg], com (3,) [m] and inertia in the flange frame.
+
+    Give it to the plant alone and the payload is unknown to the controller; build the controller's dynamics on it
+    too and it is known. Raises `OptionError` for a negative mass, `ShapeError` for other shapes; warns with
+    `RatingWarning` of a mass over the rated payload.
+    """
+    rated = arm.ratings.payload
+    if rated is not None and mass > rated:
+        warnings.warn(
+            f"{arm.name}: a payload of {mass:g} kg is over the rated {rated:g} kg", RatingWarning, stacklevel=2
+        )
+    return arm.with_chain(with_payload(arm.chain, mass, com, inertia_com))
+
+
+def arm_with_scaled_inertia(arm: Arm, factor: float) -> Arm:
+    """The arm with every mass and inertia multiplied by `factor`; raises `OptionError` unless it is above 0."""
+    if not (np.isfinite(factor) and factor > 0.0):
+        raise OptionError("mass factor", factor, "a number above 0")
+    bodies = [
+        replace(b, mass=factor * b.mass, inertia_com=factor * b.inertia_com)
+        for b in arm.require_dynamics().bodies or ()
+    ]
+    return replace(arm, chain=with_bodies(arm.chain, bodies))
+
+
+def positions(arm: Arm, values: tuple[float, ...], name: str) -> Array:
+    """Joint positions of an option (n,) [rad or m]; raises `ShapeError`, which names the arm."""
+    if len(values) != arm.n:
+        raise ShapeError(name, f"{len(values)} numbers", f"{arm.n} numbers: {arm.name} has {arm.n} joints")
+    return joint_array(name, values, arm.n)
+
+
+def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> Array:
+    """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
+    q = positions(arm, values, name)
+    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
+    return np.where(turning, np.radians(q), q)
+
+
+def si_value(option: Option, value: Any, arm: Arm, name: str) -> Any:
+    """A value of an option as its factory takes it [rad, m]; `name` is what messages call it. Raises `ShapeError`."""
+    if option.kind is bool:
+        return not option.default
+    if option.kind is Quantity.ANGLE:
+        return float(np.radians(value))
+    if option.kind is Quantity.ANGLES:
+        return np.radians(fixed_array(name, value, (3,)))
+    return from_degrees(arm, value, name) if option.kind is Quantity.JOINT_POSITIONS else value

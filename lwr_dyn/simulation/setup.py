@@ -18,9 +18,8 @@ from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array, read_onl
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.run import Motion, Reference, short_repr
 from lwr_dyn.model.transmission import JointElasticity, chosen_elasticity
 from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.timing import Call
+from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.urdf.model_files import mjcf_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
 

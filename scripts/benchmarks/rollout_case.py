@@ -10,7 +10,7 @@ import numpy as np
 
 import lwr_dyn
 from benchmarks.timing import Call
-from lwr_dyn.arms.urdf.model_files import mjcf_text
+from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.model.arm import Arm

@@ -21,7 +21,7 @@ from benchmarks.fused_rate import fused_rate
 from benchmarks.peer_process import PEERS, PeerProcess, interpreter
 from benchmarks.rollout_case import KD, KP, RATE, RolloutCase
 from benchmarks.timing import Call, installed
-from lwr_dyn.arms.urdf.model_files import mjcf_text
+from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
 from lwr_dyn.codegen.rollouts.kernel import RolloutSource, rollout_kernel, rollout_source
 from lwr_dyn.codegen.rollouts.law_forms import law_form

@@ -73,7 +73,7 @@ def _intervals(library: object, T: np.ndarray) -> tuple[int, int]:
     At singular poses an interval of one point, where a joint touches its limit, may be found by one of both alone.
     """
     from lwr_dyn.codegen.emit.closed_form import NAME
-    from lwr_dyn.kinematics.forward import srs_geometry
+    from lwr_dyn.kinematics.arm_geometry import srs_geometry
     from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
     from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
 

@@ -8,7 +8,7 @@ import pytest
 
 from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, load_robot_and_paper, print_json
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.model.option_values import from_degrees
+from lwr_dyn.model.arm import from_degrees
 from tests.random_arms import random_arm
 
 

@@ -12,7 +12,7 @@ from lwr_dyn.design.sampled_stability import wilson_interval
 from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.foundation.tables import json_text
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.integrators import held_rk4
 from lwr_dyn.simulation.simulate import simulate
 from tests.design.margin_cases import BENT, arm, dynamics, law

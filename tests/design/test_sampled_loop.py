@@ -10,7 +10,7 @@ from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.foundation.errors import DivergenceError, OptionError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import WORST_CASE, StandStill, lwr, lwr_dynamics, one_joint

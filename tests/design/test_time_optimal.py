@@ -10,7 +10,7 @@ from lwr_dyn.design.path_pieces import CurveReference, path_of_reference
 from lwr_dyn.design.time_optimal import least_time
 from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, ShapeError
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.motion_profile import constant_speed
 

@@ -16,7 +16,7 @@ from lwr_dyn.foundation import registry
 from lwr_dyn.foundation.errors import LwrDynError, MissingPackageError, OptionError, UnknownNameError
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, Row, options_of
 from lwr_dyn.kinematics.inverse import IK_SOLVERS
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 if TYPE_CHECKING:
     from decimal import Decimal

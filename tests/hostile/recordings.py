@@ -37,7 +37,7 @@ def _heads(rng: random.Random) -> list[str]:
 
 def motion_csv(folder: Path, rng: random.Random) -> bool:
     """A motion as CSV, and the reference that it makes."""
-    from lwr_dyn.trajectory.recorded.motion_reference import csv_reference
+    from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
     t = np.cumsum(np.full(rng.choice((8, 12, 20)), 0.05))
     joints = rng.random() < 0.6

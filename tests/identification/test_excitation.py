@@ -13,9 +13,9 @@ from lwr_dyn.identification.excitation.motion_design import ExcitationError
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.excitation.objectives import fourier_basis, motion_score
 from lwr_dyn.identification.logs.joint_log import read_log
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.run import Run
-from lwr_dyn.trajectory.recorded.motion_reference import csv_reference
+from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
 pytest.importorskip("numba")
 SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}

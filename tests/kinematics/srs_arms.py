@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lwr_dyn.kinematics.forward import srs_geometry
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs_margins import margin_problem
 from lwr_dyn.model.arm import Arm, JointLimits

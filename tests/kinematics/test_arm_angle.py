@@ -16,7 +16,7 @@ from lwr_dyn.kinematics.arm_angle import (
     _smooth,
     best_arm_angle,
 )
-from lwr_dyn.kinematics.forward import srs_geometry
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, elbow_angle
 from lwr_dyn.kinematics.srs_margins import margin_problem, margins

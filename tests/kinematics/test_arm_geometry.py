@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.kinematics.forward import require_srs, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
 from tests.kinematics.srs_arms import random_srs_arm
 from tests.random_arms import random_arm
 

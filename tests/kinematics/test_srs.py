@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.kinematics.forward import require_srs, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form
 from lwr_dyn.model.chain import link_frames

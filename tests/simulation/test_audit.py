@@ -10,8 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.dynamics.protocol import mechanical_energy
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation import flow
 from lwr_dyn.simulation.audit import audit, audit_lines, audit_words
 from lwr_dyn.simulation.simulate import simulate

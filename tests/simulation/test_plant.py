@@ -7,8 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import NotPhysicalError, OptionError, RatingWarning
+from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import Body, with_bodies
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.simulation.plant import plant_of
 from tests.simulation.sample_runs import lwr, one_joint
 

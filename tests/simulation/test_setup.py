@@ -15,8 +15,8 @@ from lwr_dyn.foundation.errors import (
     ShapeError,
     UnknownNameError,
 )
+from lwr_dyn.model.arm import arm_with_scaled_inertia
 from lwr_dyn.model.chain import Body, with_bodies
-from lwr_dyn.model.changed_arm import arm_with_scaled_inertia
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import prepare, versions

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.paper_laws import PID, InverseDynamics
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.metrics import metrics

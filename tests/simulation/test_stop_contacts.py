@@ -9,7 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.cli.simulate import run_record, run_text
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.run import Event
 from lwr_dyn.pages.replay.replay_page import page_data
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs

@@ -12,8 +12,9 @@ import numpy as np
 from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, UNKNOWN, Column, Paper, to_si
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.arm import Arm, Drawing, DrawnCylinder, JointGains, JointLimits, Ratings, Source
+from lwr_dyn.model.arm import Arm, JointGains, JointLimits, Ratings, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink, DHRow, Rotor
+from lwr_dyn.model.file_layout import Drawing, DrawnCylinder
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
 from lwr_dyn.model.transmission import JointElasticity, Transmission

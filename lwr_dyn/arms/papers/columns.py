@@ -1,12 +1,18 @@
-"""Reads the columns of a data file: one row per joint, finite numbers, units of the right quantity, a source."""
+"""Columns of a data file: one row per joint, finite numbers, units of the right quantity, a source.
+
+Their numbers must be plausible too: signs, order, units that suit the kind of joint, symmetry.
+"""
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.schema import KINDS, PER_JOINT, TABLES, UNITS, UNKNOWN, Column, ColumnRule, units_of
+from lwr_dyn.arms.papers.schema import KINDS, PER_JOINT, SIDES, TABLES, UNITS, UNKNOWN, Column, ColumnRule, units_of
+from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.foundation.fields import LARGEST, Fields
+from lwr_dyn.model.chain import JointKind
 
 
 def read_columns(
@@ -77,3 +83,125 @@ def _number(fields: Fields, place: str, cell: Any) -> float:
     if not math.isfinite(cell):
         raise fields.refuse(place, repr(cell), "a finite number")
     return fields.number_at(place, cell, f"a number below {LARGEST:g}")
+
+
+_OF_THE_JOINT = ("limits.", "friction.", "gains.", "elasticity.")
+"""Tables whose units differ between revolute and prismatic joints."""
+
+_LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain", "mass"}
+
+_RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
+
+_ABOVE_ZERO = (
+    "limits.velocity", "limits.effort", "drawing.radius", "transmission.ratio",
+    "transmission.stage", "gains.kp", "gains.effort", "elasticity.stiffness", "friction.covered", *_RATINGS,
+    *(f"friction.{side}_stribeck_velocity" for side in SIDES),
+)  # fmt: skip
+
+_AT_LEAST_ZERO = (
+    "inertial.mass", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal",
+    "gains.ki", "gains.kd", "elasticity.damping", "base.mass",
+    *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
+)  # fmt: skip
+
+LARGEST_GRAVITY = 1e3
+"""[m/s^2] Above the Sun's surface gravity a value is an error in the file, and its simulation would not end."""
+
+_DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
+
+
+def check_plausibility(
+    columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str
+) -> None:
+    """Raise `PaperError` for the first number or unit that cannot be right."""
+    _units(columns, joints, kinds, file)
+    _signs(columns, file)
+    _limits(columns, file)
+    _symmetry(columns, file)
+    _rotors(columns, file)
+    _friction(columns, file)
+    _gravity(columns, file)
+
+
+def _gravity(columns: Mapping[str, Column], file: str) -> None:
+    if "base.gravity" not in columns:
+        return
+    size = float(np.linalg.norm(columns["base.gravity"].si()))
+    if size > LARGEST_GRAVITY:
+        raise PaperError(file, "base.gravity.values", f"{size:g} m/s^2", f"at most {LARGEST_GRAVITY:g} m/s^2")
+
+
+def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
+    for name in (x for x in columns if x.startswith(_OF_THE_JOINT) or x in ("poses.mastering", "rotors.armature")):
+        for i, unit in enumerate(columns[name].unit):
+            if (UNITS[unit][0] in _LINEAR) != (kinds[i] is JointKind.PRISMATIC):
+                allowed = f"a unit of a {kinds[i].value} joint"
+                raise PaperError(file, f"{name}.unit", f"{unit!r} for {joints[i]}", allowed)
+
+
+def _signs(columns: Mapping[str, Column], file: str) -> None:
+    for name in (x for x in (*_ABOVE_ZERO, *_AT_LEAST_ZERO) if x in columns):
+        strict = name in _ABOVE_ZERO
+        for i, value in enumerate(columns[name].values):
+            if value < 0.0 or (strict and value == 0.0):
+                allowed = "a number above 0" if strict else "a number of at least 0"
+                raise PaperError(file, f"{name}.values[{i}]", str(value), allowed)
+    for i, value in enumerate(columns["dh.sign"].values if "dh.sign" in columns else ()):
+        if value not in (1.0, -1.0):
+            raise PaperError(file, f"dh.sign.values[{i}]", str(value), "1 or -1")
+    for i, row in enumerate(columns["transmission.signs"].values if "transmission.signs" in columns else ()):
+        if any(value not in (1.0, 0.0, -1.0) for value in row):
+            raise PaperError(file, f"transmission.signs.values[{i}]", str(list(row)), "1, 0 or -1 for each joint")
+
+
+def _limits(columns: Mapping[str, Column], file: str) -> None:
+    if ("limits.lower" in columns) != ("limits.upper" in columns):
+        raise PaperError(file, "limits", "only one of lower, upper", "both or neither")
+    if "limits.lower" not in columns:
+        return
+    pairs = zip(columns["limits.lower"].values, columns["limits.upper"].values, strict=True)
+    for i, (lower, upper) in enumerate(pairs):
+        if lower >= upper:
+            allowed = "a lower limit below the upper"
+            raise PaperError(file, f"limits.lower.values[{i}]", f"{lower}, upper is {upper}", allowed)
+
+
+def _symmetry(columns: Mapping[str, Column], file: str) -> None:
+    for i, tensor in enumerate(columns["inertial.inertia"].values if "inertial.inertia" in columns else ()):
+        for r, c in ((0, 1), (0, 2), (1, 2)):
+            if tensor[r][c] != tensor[c][r] and not math.isnan(tensor[r][c] + tensor[c][r]):
+                field = f"inertial.inertia.values[{i}][{r}][{c}]"
+                raise PaperError(file, field, f"{tensor[r][c]} against {tensor[c][r]}", "a symmetric tensor")
+
+
+def _rotors(columns: Mapping[str, Column], file: str) -> None:
+    """Gear ratio and inertia together, or the reflected inertia alone; an invertible motor map."""
+    signs = columns.get("transmission.signs")
+    if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
+        raise PaperError(file, "transmission.signs", "a singular matrix", "as many independent motors as joints")
+    for i, ratio in enumerate(columns["rotors.gear_ratio"].values if "rotors.gear_ratio" in columns else ()):
+        if ratio == 0.0:
+            raise PaperError(file, f"rotors.gear_ratio.values[{i}]", "0", "a number other than 0; below 0, it reverses")
+    given = {name for name in ("gear_ratio", "inertia", "armature") if f"rotors.{name}" in columns}
+    if given not in (set(), {"gear_ratio", "inertia"}, {"armature"}):
+        raise PaperError(file, "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone")
+
+
+def _friction(columns: Mapping[str, Column], file: str) -> None:
+    """Columns for both directions or for each; static friction is not below Coulomb friction."""
+    directed = [name for name in columns if name.startswith("friction.") and name.count("_")]
+    both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
+    if directed and both_ways:
+        raise PaperError(
+            file, both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"
+        )
+    if directed or any(f"friction.{name}" in columns for name in ("offset", "covered")):
+        for name in (x for x in _DIRECTED if x not in columns):
+            raise PaperError(file, name, "missing", "Coulomb and viscous columns of both directions")
+    for side in (s for s in SIDES if f"friction.{s}_static" in columns):
+        static, coulomb = (columns[f"friction.{side}_{name}"].si() for name in ("static", "coulomb"))
+        for i, (at_rest, moving) in enumerate(zip(static, coulomb, strict=True)):
+            if at_rest < moving:
+                raise PaperError(
+                    file, f"friction.{side}_static.values[{i}]", f"{at_rest:g}", f"at least Coulomb, {moving:g}"
+                )

@@ -9,8 +9,7 @@ import re
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from lwr_dyn.arms.papers.columns import read_columns
-from lwr_dyn.arms.papers.plausibility import check_plausibility
+from lwr_dyn.arms.papers.columns import check_plausibility, read_columns
 from lwr_dyn.arms.papers.schema import (
     ABOUT,
     KINDS,

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.chain import Convention, JointKind
+from lwr_dyn.model.file_layout import DrawnCylinder
 
 UNITS: dict[str, tuple[str, float]] = {
     "rad": ("angle", 1.0),

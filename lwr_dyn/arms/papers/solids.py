@@ -16,8 +16,8 @@ import numpy as np
 
 from lwr_dyn.arms.papers.schema import KINDS, UNITS, Solids, to_si, units_of
 from lwr_dyn.foundation.fields import Fields
-from lwr_dyn.model.arm import DrawnCylinder
 from lwr_dyn.model.chain import Body
+from lwr_dyn.model.file_layout import DrawnCylinder
 from lwr_dyn.model.spatial import axis_to_z
 
 COLOURS = ("orange", "grey", "dark")

@@ -12,8 +12,9 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.model.arm import Arm, JointLimits, fitting
+from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Rotor, unphysical_links
+from lwr_dyn.model.file_layout import fitting
 from lwr_dyn.model.spatial import Pose, to_rpy
 
 WRITTEN_BY = "written by lwr_dyn"

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.model.arm import Arm, DrawnCylinder, Joint
+from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.chain import JointKind, ends_of
+from lwr_dyn.model.file_layout import DrawnCylinder
 from lwr_dyn.model.spatial import Pose, axis_to_z
 
 _SAME_PLACE = 1e-6

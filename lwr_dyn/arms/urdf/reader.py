@@ -29,8 +29,9 @@ from lwr_dyn.arms.urdf.tree import (
     with_held_joints,
 )
 from lwr_dyn.foundation.errors import UrdfError
-from lwr_dyn.model.arm import Arm, JointLimits, Source, WrittenLink, heavy, welded
+from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, Chain, ChainLink
+from lwr_dyn.model.file_layout import WrittenLink, heavy, welded
 from lwr_dyn.model.spatial import Pose
 
 READING = "urdf"

@@ -16,8 +16,8 @@ import numpy as np
 from lwr_dyn.arms.urdf.parse import UrdfFile
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import UnknownNameError, UrdfError
-from lwr_dyn.model.arm import FileJoint, FileLayout, FixedLink
 from lwr_dyn.model.chain import ChainLink, JointKind, joint_motion
+from lwr_dyn.model.file_layout import FileJoint, FileLayout, FixedLink
 from lwr_dyn.model.spatial import SNAP, Pose, axis_to_z
 
 KINDS = {

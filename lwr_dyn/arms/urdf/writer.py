@@ -42,8 +42,9 @@ from lwr_dyn.arms.urdf.elements import (
 )
 from lwr_dyn.arms.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.foundation.arrays import arm_argument
-from lwr_dyn.model.arm import Arm, FileJoint, FileLayout, FixedLink, Joint, JointLimits, fitting
+from lwr_dyn.model.arm import Arm, Joint, JointLimits
 from lwr_dyn.model.chain import Body, ChainLink, Installation, Rotor
+from lwr_dyn.model.file_layout import FileJoint, FileLayout, FixedLink, fitting
 from lwr_dyn.model.spatial import Pose
 
 _ROTOR_TAGS = ("gear_ratio", "rotor_inertia")

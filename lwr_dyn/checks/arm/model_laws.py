@@ -23,8 +23,9 @@ from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy, singular_join
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import ShapeError, SingularMassError
-from lwr_dyn.model.arm import Arm, WrittenLink, fitting, is_weightless, welded
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical
+from lwr_dyn.model.file_layout import WrittenLink, fitting, is_weightless, welded
 from lwr_dyn.model.spatial import Vector, principal_moments
 
 THICKNESS = 0.12

@@ -40,7 +40,8 @@ from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES, lspb_move, point_to_point
+from lwr_dyn.trajectory.references.joint_moves import lspb_move, point_to_point
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 STATISTICS = ("mean", "mean_abs", "max", "min", "rms")
 

@@ -33,7 +33,7 @@ from lwr_dyn.identification.excitation.motion_limits import (
     clearance_of,
 )
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 
 
 @click.command("excite")

@@ -27,7 +27,8 @@ from lwr_dyn.codegen.emit.restricted_c import (
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import SRS_ARM, SrsGeometry, flange_pose, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import WRIST_ARM, SixJointGeometry, all_branches, wrist_arm_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form

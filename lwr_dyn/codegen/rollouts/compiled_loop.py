@@ -35,8 +35,7 @@ from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, RatingWarning
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.flow import Flow

@@ -38,8 +38,7 @@ from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Option
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import Arm, arm_with_payload
 
 LAYER = 30.0
 """[W] eps: at 1 kHz on the LWR 4+ samples still fall inside the layer and torques are smooth."""

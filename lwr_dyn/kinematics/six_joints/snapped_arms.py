@@ -32,7 +32,8 @@ from numpy.typing import NDArray
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.kinematics import inverse
-from lwr_dyn.kinematics.forward import JointAxes, flange_pose, joint_axes, meeting_point
+from lwr_dyn.kinematics.arm_geometry import meeting_point
+from lwr_dyn.kinematics.forward import JointAxes, flange_pose, joint_axes
 from lwr_dyn.kinematics.inverse import distinct, missed
 from lwr_dyn.kinematics.six_joints.spherical_wrist import (
     WRIST_ARM,

@@ -31,7 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, read_only
-from lwr_dyn.kinematics.forward import MEETING, Ball, JointAxes, ball_of, joint_axes, meeting_point, required
+from lwr_dyn.kinematics.arm_geometry import MEETING, Ball, ball_of, meeting_point, required
+from lwr_dyn.kinematics.forward import JointAxes, joint_axes
 from lwr_dyn.kinematics.solution import (
     ALIGNED,
     BRANCHES,

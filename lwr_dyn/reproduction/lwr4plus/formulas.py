@@ -21,7 +21,7 @@ from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.kinematics.forward import require_srs
+from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm

@@ -15,8 +15,7 @@ import numpy as np
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.pages.figures.figure import Figure
 from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, tip_error_figure, torque_figure

@@ -14,8 +14,7 @@ from lwr_dyn.control.laws.friction_compensation import coulomb_friction
 from lwr_dyn.foundation.arrays import number_of
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_scaled_inertia
+from lwr_dyn.model.arm import Arm, arm_with_scaled_inertia
 from lwr_dyn.simulation.environment.walls_and_pushes import Wall
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import ENCODERS

@@ -33,7 +33,7 @@ from lwr_dyn.studies.sweep.sweep_study import (
     try_controller,
 )
 from lwr_dyn.studies.sweep.vocabulary import ALL, ParameterPath, PathRow, parameter_path
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 LARGEST = 1e30
 """No quantity of a study is larger."""

@@ -17,8 +17,7 @@ from lwr_dyn.foundation.errors import FileAccessError, PaperError, did_you_mean
 from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.option_values import si_value
+from lwr_dyn.model.arm import Arm, si_value
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import SimulationOptions
 from lwr_dyn.studies.sweep.read_parameters import (
@@ -43,7 +42,7 @@ from lwr_dyn.studies.sweep.sweep_study import (
     try_controller,
 )
 from lwr_dyn.studies.sweep.vocabulary import metric_row
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 
 def with_nominal_values(study: SweepStudy, arm: Arm) -> SweepStudy:

@@ -36,7 +36,7 @@ from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 from lwr_dyn.studies.sweep.sampling import METHODS, Values, VariedParameter, grid_runs, points, saltelli_rows
-from lwr_dyn.trajectory.references.joint_moves import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES
 
 MOST_RUNS = 10_000_000
 """Of one controller."""

@@ -19,7 +19,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import flange_pose, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
@@ -42,7 +43,7 @@ from lwr_dyn.trajectory.cartesian.tracking import (
     stop_of,
 )
 from lwr_dyn.trajectory.motion_profile import MotionProfile, quintic
-from lwr_dyn.trajectory.references.joint_moves import largest_violation
+from lwr_dyn.trajectory.references.references import largest_violation
 
 OFF_CURVE = 1e-8
 """How far the tip may be off its curve between the positions that were found [m and rad]."""

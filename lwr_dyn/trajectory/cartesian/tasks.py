@@ -27,7 +27,7 @@ from lwr_dyn.trajectory.cartesian.legs import (
 )
 from lwr_dyn.trajectory.cartesian.pose_curves import read_waypoints, straight
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.joint_moves import Start, largest_violation
+from lwr_dyn.trajectory.references.references import Start, largest_violation
 
 SPEED = 0.25
 """[m/s] The reduced speed of ISO 10218-1 for a person near the arm."""

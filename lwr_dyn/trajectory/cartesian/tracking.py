@@ -24,7 +24,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError, OutOfReachError, OutsideLimitsError
 from lwr_dyn.kinematics import inverse as numeric
 from lwr_dyn.kinematics.arm_angle import best_arm_angle
-from lwr_dyn.kinematics.forward import require_srs
+from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import joint_ranges
 from lwr_dyn.kinematics.srs import closed_form

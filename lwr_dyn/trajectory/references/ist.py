@@ -22,14 +22,14 @@ from lwr_dyn.arms.papers.schema import Column
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Option, Quantity
-from lwr_dyn.kinematics.forward import SRS_ARM, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import SRS_ARM, srs_geometry
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Reference, Run, short_repr
 from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number, quintic
 from lwr_dyn.trajectory.path import Path, arc, line, path_of
 from lwr_dyn.trajectory.pose_path import TimedPosePath, constant_orientation, timed_pose_path
-from lwr_dyn.trajectory.references.joint_moves import Duration
 from lwr_dyn.trajectory.references.pose_path_reference import ArmAngle, PosePathReference, pose_path_reference
+from lwr_dyn.trajectory.references.references import Duration
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 POINTS = Column(

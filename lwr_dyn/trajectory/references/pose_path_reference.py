@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, PathLimitError, SingularArmError
 from lwr_dyn.kinematics.arm_angle import ArmAngleCurve, best_arm_angle
-from lwr_dyn.kinematics.forward import require_srs
+from lwr_dyn.kinematics.arm_geometry import require_srs
 from lwr_dyn.kinematics.solution import BRANCHES, TURN, Branch, joint_ranges
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, follow
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.pose_path import TimedPosePath
-from lwr_dyn.trajectory.references.joint_moves import LimitMargin, largest_violation, limit_margin
+from lwr_dyn.trajectory.references.references import LimitMargin, largest_violation, limit_margin
 
 PLACES = 1401
 """Places on the path at which the arm angle is chosen: 1 mm apart on IST."""

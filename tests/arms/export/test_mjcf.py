@@ -9,7 +9,8 @@ import pytest
 from click.testing import CliRunner
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.model_files import mjcf_text, model_files
+from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.cli.urdf import command
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Body

@@ -12,9 +12,9 @@ from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.arms.papers.solids import COM_DIGITS, INERTIA_DIGITS, MASS_DIGITS, cylinder_body, solid_bodies
 from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.foundation.errors import PaperError, RatingWarning
-from lwr_dyn.model.arm import DrawnCylinder
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.chain import with_payload
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.file_layout import DrawnCylinder
 from lwr_dyn.model.spatial import principal_moments
 
 TEXT = resources.files("lwr_dyn.arms.papers").joinpath("kr30ha.toml").read_text(encoding="utf-8")

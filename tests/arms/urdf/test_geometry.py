@@ -9,8 +9,8 @@ from hypothesis import given
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.urdf.geometry import COLOURS, floor_height, primitives
-from lwr_dyn.model.arm import Drawing
 from lwr_dyn.model.chain import joint_motion
+from lwr_dyn.model.file_layout import Drawing
 from lwr_dyn.model.spatial import Pose
 from tests.random_arms import arms
 

@@ -10,7 +10,7 @@ from lwr_dyn.checks.sensitivity.analysis import error_table, sensitivity
 from lwr_dyn.checks.sensitivity.closed_loops import Conclusion, closed_loops, conclusions, shared_poses, statics_of
 from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim, simulated_task
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, OptionError, ShapeError, UnknownNameError
-from lwr_dyn.model.changed_arm import arm_with_scaled_inertia
+from lwr_dyn.model.arm import arm_with_scaled_inertia
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
 
 PD, INVERSE = "PD + gravity, damping on dq", "inverse dynamics with feed-forward"

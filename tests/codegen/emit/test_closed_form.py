@@ -12,7 +12,8 @@ from lwr_dyn.codegen.emit.closed_form import NAME, inverse_kinematics_function
 from lwr_dyn.codegen.emit.emission import emitted_arm
 from lwr_dyn.codegen.emit.restricted_c import used_functions
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import flange_pose, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form

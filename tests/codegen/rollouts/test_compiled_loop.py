@@ -13,7 +13,7 @@ from lwr_dyn.codegen.rollouts.law_forms import NoKernelFormError
 from lwr_dyn.codegen.rollouts.philox import CountedEncoder
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
+from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import prepare

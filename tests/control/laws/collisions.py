@@ -18,8 +18,7 @@ from lwr_dyn.control.laws.collision_threshold import OFFSET, PAYLOAD, motion_thr
 from lwr_dyn.control.laws.observer import MomentumObserver, observed
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.control.velocity import FilteredDifference
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.run import Motion
 from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.plant import Encoder

@@ -6,7 +6,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 
 ARM = lwr_dyn.load("lwr4plus", reading="physical")
 LOAD = arm_with_payload(ARM, 3.0, [0.02, -0.03, 0.05], np.diag([0.02, 0.03, 0.025]))

@@ -17,7 +17,7 @@ from lwr_dyn.control.laws.collision_threshold import (
 from lwr_dyn.control.laws.observer import observed
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from tests.control.laws.collisions import PLACES, pushes, table

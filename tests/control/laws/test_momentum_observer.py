@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.control.laws.observer import MomentumObserver
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics

@@ -12,7 +12,7 @@ from lwr_dyn.control.laws import robust
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from lwr_dyn.control.protocol import describe
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 from tests.control.laws.lyapunov import ARM, STATES, Instant, missing_load

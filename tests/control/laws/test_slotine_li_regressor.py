@@ -8,7 +8,7 @@ import lwr_dyn
 from lwr_dyn.control.laws import adaptive
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from lwr_dyn.foundation.errors import MissingDataError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from tests.control.laws.mixed_recursion import mixed_regressor
 from tests.random_arms import random_arm
 from tests.slips import uncaught

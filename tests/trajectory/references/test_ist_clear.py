@@ -8,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError, PathLimitError, ShapeError
-from lwr_dyn.model.changed_arm import arm_with_payload
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.references.ist import CLEAR_SHIFT, POINTS, TOOL, ist_clear_reference, ist_reference
 

@@ -10,8 +10,8 @@ import lwr_dyn
 from lwr_dyn.codegen.rollouts.law_forms import differences, form_function, states_of
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.laws.motor_side import MotorSidePD
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.chain import first_links
-from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.model.friction import Direction, JointFriction
 
 WHOLE = lwr_dyn.load("lwr4plus")

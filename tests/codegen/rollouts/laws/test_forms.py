@@ -7,8 +7,8 @@ import lwr_dyn
 from lwr_dyn.codegen.rollouts.law_forms import CLOSE, LAW_FORMS, NoKernelFormError, form_function, law_form, states_of
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.paper_laws import PID
+from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import first_links
-from lwr_dyn.model.changed_arm import arm_with_payload, arm_with_scaled_inertia
 from tests.codegen.rollouts.laws.beside import ARM, WHOLE, made
 from tests.slips import uncaught
 

@@ -9,8 +9,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.urdf.geometry import floor_height, stand_foot
 from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_model
+from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.chain import Tool, ends_of, link_frames
-from lwr_dyn.model.changed_arm import arm_with_payload
 from lwr_dyn.pages.replay.replay_page import arm_commands
 from tests.random_arms import random_arm, random_body, random_pose
 from tests.tolerances import EXACT, METRES

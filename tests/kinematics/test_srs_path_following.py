@@ -4,7 +4,8 @@ from scipy.spatial.transform import Rotation
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
-from lwr_dyn.kinematics.forward import jacobian, joint_axes, srs_geometry, velocity_product_at
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.forward import jacobian, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.solution import BRANCHES
 from lwr_dyn.kinematics.srs import follow
 from lwr_dyn.model.chain import link_frames

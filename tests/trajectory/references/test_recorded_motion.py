@@ -7,7 +7,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.spatial import to_rpy
-from lwr_dyn.trajectory.recorded.motion_reference import MotionFileError
+from lwr_dyn.trajectory.references.recorded_motion import MotionFileError
 
 ARM, KR = lwr_dyn.load("lwr4plus"), lwr_dyn.load("kr30ha")
 T = np.linspace(0.0, 2.0, 201)

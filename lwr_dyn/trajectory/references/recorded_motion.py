@@ -30,7 +30,7 @@ from lwr_dyn.foundation.errors import FaultError, OutOfReachError, OutsideLimits
 from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.kinematics.arm_angle import best_arm_angle
-from lwr_dyn.kinematics.forward import require_srs, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
@@ -39,7 +39,7 @@ from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.trajectory.cartesian.tracking import onto_pose
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.joint_moves import LimitViolation, largest_violation
+from lwr_dyn.trajectory.references.references import LimitViolation, largest_violation
 
 POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
@@ -305,7 +305,7 @@ def csv_reference(
     ----------
     arm : Arm
     file : str
-        As `lwr_dyn.trajectory.recorded.motion_reference` describes it.
+        As `lwr_dyn.trajectory.references.recorded_motion` describes it.
     slower : float
         Factor on its times: 2 takes twice as long.
     start : (n,) array_like, optional

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf.model_files import UNSOURCED, mjcf_text, provenance_text
+from lwr_dyn.arms.export.mjcf import mjcf_text
+from lwr_dyn.arms.urdf.model_files import UNSOURCED, provenance_text
 from lwr_dyn.arms.urdf.reader import read_urdf
-from tests.arms.test_installation import MOUNT, STATES, TOOL, relative
+from tests.arms.test_loading_installation import MOUNT, STATES, TOOL, relative
 from tests.arms.urdf.small_files import LINK, joint, robot, written
 from tests.tolerances import EXACT
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.kinematics.forward import srs_geometry
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.solution import joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.kinematics.srs_margins import CERTAIN, best_angles, intervals_at_level, margin_problem, margins

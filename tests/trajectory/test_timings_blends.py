@@ -10,7 +10,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.path import line, path_of
 from lwr_dyn.trajectory.timings import blended
 from tests.trajectory.test_path import letter
-from tests.trajectory.test_segments import assert_smooth_curve
+from tests.trajectory.test_path_segments import assert_smooth_curve
 
 
 def test_blended_joints_have_continuous_tangent_and_curvature():

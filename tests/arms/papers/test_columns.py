@@ -4,7 +4,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.arms.papers.plausibility import check_plausibility
+from lwr_dyn.arms.papers.columns import check_plausibility
 from lwr_dyn.arms.papers.schema import Column
 from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.model.chain import JointKind

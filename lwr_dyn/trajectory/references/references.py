@@ -1,0 +1,106 @@
+"""References for the joints by name, as `simulate --task` takes them, and the position limits that they keep."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lwr_dyn.foundation.arrays import Array, arm_argument
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.run import Reference
+
+REFERENCES: Registry[Callable[..., Reference]] = Registry(
+    "reference",
+    {
+        "ist": Row("lwr_dyn.trajectory.references.ist:ist_reference", "the letters IST of the LWR 4+ paper"),
+        "ist-clear": Row(
+            "lwr_dyn.trajectory.references.ist:ist_clear_reference",
+            "IST where every joint of the LWR 4+ keeps 50 deg to its limits",
+        ),
+        "ist-clear-twice": Row(
+            "lwr_dyn.trajectory.references.ist:ist_clear_twice", "ist-clear, back to its start, and again"
+        ),
+        "point-to-point": Row("lwr_dyn.trajectory.references.joint_moves:one_move", "a quintic from rest to rest"),
+        "lspb": Row("lwr_dyn.trajectory.references.joint_moves:timed_lspb_move", "a move with a trapezoid of speed"),
+        "line": Row("lwr_dyn.trajectory.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
+        "waypoints": Row(
+            "lwr_dyn.trajectory.cartesian.tasks:waypoints_reference", "waypoints in a file, of the tip or the joints"
+        ),
+        "least-time": Row("lwr_dyn.design.time_optimal:least_time_reference", "paths in the least time", "design"),
+        "csv": Row(
+            "lwr_dyn.trajectory.references.recorded_motion:csv_reference",
+            "a motion from a CSV: joint positions or poses",
+        ),
+        "step": Row(
+            "lwr_dyn.trajectory.references.excitations:step_reference", "a step of one joint, or of each in turn"
+        ),
+        "chirp": Row(
+            "lwr_dyn.trajectory.references.excitations:chirp_reference", "a chirp of one joint, or of each in turn"
+        ),
+        "hold": Row("lwr_dyn.trajectory.references.joint_moves:hold", "standing still"),
+    },
+)
+"""Each row makes a reference: `factory(arm, **options)`."""
+
+Duration = Annotated[float, Option(float, "Duration, s.")]
+
+Start = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")]
+
+End = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints end (m for sliding).", "to-deg")]
+
+
+def reference(name: str, arm: Arm, **options: Any) -> Reference:
+    """A reference for the joints by name: "ist", "ist-clear", "point-to-point", "lspb", "hold", or an added one.
+
+    Options are those of its factory in `lwr_dyn.trajectory.references`, such as q [rad or m] or duration [s] of "hold".
+    Raises `UnknownNameError`, `OptionError`, and the factory's own (`PathLimitError`: the path leaves the limits).
+
+    >>> import lwr_dyn
+    >>> move = reference("point-to-point", lwr_dyn.load("lwr4plus"), start=[0] * 7, end=[1] * 7, duration=3.0)
+    >>> move.duration
+    3.0
+    """
+    motion: Reference = REFERENCES.make(name, arm_argument(arm), **options)
+    return motion
+
+
+class LimitViolation(NamedTuple):
+    """Row of the movement, the joint, the fault and what is allowed in words, and by how much [rad or m]."""
+
+    row: int
+    joint: str
+    fault: str
+    allowed: str
+    excess: float
+
+
+@dataclass(frozen=True, slots=True)
+class LimitMargin:
+    """The smallest distance from a position limit [rad or m], infinite where none is known; its joint; its time [s]."""
+
+    margin: float
+    joint: str
+    t: float
+
+
+def largest_violation(arm: Arm, q: Array) -> LimitViolation | None:
+    """The largest violation of the limits by positions q (k, n) [rad or m], or None."""
+    excess = np.maximum(q - arm.upper, arm.lower - q)
+    i, j = (int(x) for x in np.unravel_index(int(np.argmax(excess)), excess.shape))
+    if excess[i, j] <= 0.0:
+        return None
+    unit = "rad" if arm.chain.links[j].kind is JointKind.REVOLUTE else "m"
+    name, past = arm.joint_names[j], float(excess[i, j])
+    fault = f"{name} at {q[i, j]:.6g} {unit}, {past:.3g} {unit} outside its limits"
+    return LimitViolation(i, name, fault, f"{arm.lower[j]:.6g} to {arm.upper[j]:.6g} {unit}", past)
+
+
+def limit_margin(arm: Arm, t: Array, q: Array) -> LimitMargin:
+    """Where the positions q (k, n) at times t (k,) come nearest to a limit."""
+    margin = np.minimum(arm.upper - q, q - arm.lower)
+    i, j = np.unravel_index(int(np.argmin(margin)), margin.shape)
+    return LimitMargin(float(margin[i, j]), arm.joint_names[int(j)], float(t[i]))

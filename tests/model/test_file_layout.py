@@ -1,0 +1,32 @@
+"""What a file holds beyond its arm: links as written are welded and judged one by one."""
+
+import numpy as np
+
+import lwr_dyn
+from lwr_dyn.model.chain import Body
+from lwr_dyn.model.file_layout import WrittenLink, fitting, heavy, is_weightless, welded
+
+
+def written(link, mass, x=0.0):
+    body = None if mass is None else Body(mass, np.array([x, 0.0, 0.0]), np.zeros((3, 3)))
+    return WrittenLink(link, body)
+
+
+def test_a_weld_is_the_sum_of_its_links():
+    body = welded([written("a", 1.0, 1.0), written("b", None), written("c", 3.0, -1.0)])
+    assert body.mass == 4.0
+    assert body.com.tolist() == [-0.5, 0.0, 0.0]
+    assert welded([written("a", None)]) is None
+
+
+def test_links_without_mass_are_not_heavy():
+    assert is_weightless(Body.massless())
+    assert not is_weightless(Body(1.0, np.zeros(3), np.zeros((3, 3))))
+    assert [link for link, _ in heavy([written("a", 1.0), written("b", None), written("c", 0.0)])] == ["a"]
+    assert [link for link, _ in heavy([written("a", 0.0), written("b", 1.0)])] == ["a", "b"]  # the first one counts
+
+
+def test_an_arm_of_a_data_file_has_no_layout_of_a_urdf():
+    arm = lwr_dyn.load("lwr4")
+    assert arm.layout is None
+    assert fitting(None, arm.chain) is None
