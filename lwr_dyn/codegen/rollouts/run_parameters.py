@@ -4,7 +4,7 @@ What the gains of a law may be where they differ from run to run: the rules of t
 
 Arms of single runs from rows of parameters, and rows of parameters as what kernels take.
 
-A load is a point mass at its centre in the flange's frame, as `model.changed_arm.arm_with_payload` without an inertia.
+A load is a point mass at its centre in the flange's frame, as `model.arm.arm_with_payload` without an inertia.
 """
 
 from collections.abc import Callable, Mapping
