@@ -11,8 +11,14 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
+
+import lwr_dyn
 from lwr_dyn.cli.main import group, schema_file
 from lwr_dyn.foundation.document import Document
+from lwr_dyn.identification.logs.joint_log import log_of_run
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import motion_document
 
 BENT = (0.0, 0.5, 0.0, -1.0, 0.0, 0.5, 0.0)
 
@@ -40,14 +46,33 @@ def printed(line: str) -> Callable[[], Document]:
     return found
 
 
+def motion() -> Document:
+    """A fit to two seconds of a swing."""
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    swing = lwr_dyn.reference("point-to-point", arm, start=BENT, end=np.add(BENT, 0.6), duration=2.0)
+    log = log_of_run(lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), swing))
+    found = identify_motion([log], arm)
+    return motion_document(found, robot=arm.name, unseen=found.validated_on([log]))
+
+
+def compare() -> Document:
+    """Two short runs."""
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    hold = lwr_dyn.reference("hold", arm, q=BENT, duration=0.01)
+    runs = [lwr_dyn.simulate(arm, lwr_dyn.controller(name, arm), hold) for name in ("pid", "pd-gravity")]
+    return lwr_dyn.compare(*runs).document
+
+
 EXAMPLES: Mapping[str, Callable[[], Document]] = {
+    "compare": compare,
+    "identify motion": motion,
     "margins": printed("margins lwr4plus --reading physical --q-deg 0,30,0,-60,0,30,0"),
 }
 """Command -> a document of it that has all its parts."""
 
 BY_HAND = frozenset({
-    "check", "compare", "conventions", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction",
-    "identify-motion", "identify-payload", "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run",
+    "check", "conventions", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction",
+    "identify-payload", "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run",
     "lint", "list", "parity", "reproduce", "sensitivity", "simulate", "sweep", "tune",
 })  # fmt: skip
 """Schemas that are not generated yet: what their commands print is no document."""

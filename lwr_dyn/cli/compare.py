@@ -7,7 +7,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options, row_options
+from lwr_dyn.cli.options import OneOf, load_robot, robot_options, row_options, show
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -85,12 +85,13 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
         raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
     compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
     write_files({Path(page): make(compared) for page, make in pages.items()})
-    if given["json"]:
-        print_json(compared.record())
-        return
-    click.echo(_markdown(compared) if given["markdown"] else compared.table.text())
-    for page in pages:
-        click.echo(f"wrote {page}")
+    if given["markdown"] and not given["json"]:
+        click.echo(_markdown(compared))
+    else:
+        show(compared.document, given["json"])
+    if not given["json"]:
+        for page in pages:
+            click.echo(f"wrote {page}")
 
 
 command.params = [p for p in command.params if p.name != "robot"]

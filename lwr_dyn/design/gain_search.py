@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from inspect import signature
 from itertools import product
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 
@@ -49,6 +49,19 @@ COUNT = 100
 
 CLIMBS, CLIMBED = 3, 0.005
 """Times that a pose is searched that is worse than the worst one, and added; by less of the margin it is no worse."""
+
+
+class TunedRecord(TypedDict):
+    """`TunedFrequency.to_json`."""
+
+    omega_n: Annotated[float, "Natural frequency, rad/s."]
+    peak: Annotated[float, "Largest |S_ii| with it."]
+    limit: Annotated[float, "The peak that was asked for."]
+    case: Annotated[str, "The plant on which a larger omega_n fails."]
+    q: Annotated[list[float], "The pose there, rad or m."]
+    joint: Annotated[int, "The joint there, from 1."]
+    poses: Annotated[int, "How many poses were looked at."]
+    at_most: Annotated[bool, "Whether the largest omega_n that was tried keeps it already."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ alone. `StopContacts.sentence` is the one place that puts it into words, for tex
 
 from dataclasses import dataclass, fields
 from itertools import zip_longest
-from typing import Any, Self
+from typing import Annotated, Any, Self, TypedDict
 
 import numpy as np
 
@@ -117,6 +117,40 @@ class ErrorFigures:
         rms = np.sqrt((error**2).mean(axis=0))
         figures = (error.mean(axis=0), size.mean(axis=0), error.max(axis=0), error.min(axis=0), rms)
         return cls(*(read_only(f) for f in figures))
+
+
+Joints = list[float]
+
+
+class ErrorsRecord(TypedDict):
+    """`ErrorFigures` in a record, one number a joint."""
+
+    mean: Joints
+    mean_abs: Joints
+    max: Joints
+    min: Joints
+    rms: Joints
+
+
+class MetricsRecord(TypedDict):
+    """`Metrics.to_json`, one number a joint."""
+
+    position_mrad: Annotated[ErrorsRecord, "Errors of position, mrad (mm for a sliding joint), one number a joint."]
+    velocity_mrad_s: Annotated[ErrorsRecord, "Errors of velocity, mrad/s."]
+    tip_max_mm: Annotated[float, "Largest error of the tip, mm."]
+    tip_rms_mm: Annotated[float, "RMS error of the tip, mm."]
+    peak_torque: Annotated[Joints, "N m (N), one number a joint."]
+    peak_command: Joints
+    torque_use: Annotated[Joints, "Peak over limit; null where the limit is unknown."]
+    peak_speed: Joints
+    speed_use: Annotated[Joints, "Peak over limit; null where the limit is unknown."]
+    limit_margin: Annotated[Joints, "Least distance from the position limits, rad (m); null without limits."]
+    saturated_s: Annotated[Joints, "Seconds beyond the torque limit."]
+    at_stop_s: Annotated[Joints, "Seconds on the stop."]
+    stop_impacts: list[int]
+    within_limits: Annotated[bool, "Whether the controller kept all limits."]
+    limits: str
+    tip_caveat: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.fitted.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import SECONDS, MissingMotion
-from lwr_dyn.identification.motion.motion_fit import MotionIdentification, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import MotionIdentification
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import friction_torque

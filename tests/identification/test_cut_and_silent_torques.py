@@ -13,7 +13,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.log_faults.found_faults import cut_saturated, log_faults
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
-from lwr_dyn.identification.motion.motion_fit import MotionRule
+from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.information import equations_of, grouped
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm

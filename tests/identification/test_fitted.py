@@ -15,7 +15,8 @@ from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.identification.fitted.fitted_arm import digest_of, fitted_arm, fitted_values
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, fitted_paper_text, write_fitted
 from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import friction_torque

@@ -8,8 +8,8 @@ from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
 from lwr_dyn.identification.bodies.body_prior import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import NOT_DETERMINED
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
-from lwr_dyn.identification.motion.motion_tables import motion_text
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -98,8 +98,8 @@ def test_residuals_are_white_where_the_noise_is_and_not_where_friction_is_missin
     stribeck = identify_motion([JointLog("log", log.joints, log.t, log.q, tau)], lwr)
     assert not stribeck.whiteness[3].white
     assert stribeck.whiteness[3].inflation > 1.3
-    assert "not white at 1% (Box, Pierce): joint" in motion_text(stribeck)
-    assert f"joint 4 (lag 1 {stribeck.whiteness[3].autocorrelation[0]:+.2f}" in motion_text(stribeck)
+    row = f"4      no     {stribeck.whiteness[3].autocorrelation[0]:+.2f}"
+    assert row in motion_document(stribeck).text()
     assert stribeck.validation[3].held_out > 3 * found.validation[3].held_out
 
 
@@ -117,7 +117,7 @@ def test_a_joint_that_never_moves_is_not_determined_and_the_table_speaks_for_it(
     rotor = held.columns.rotor_indices[2]
     assert held.origins[rotor] == "table"
     assert len(held.whiteness) == 6
-    assert "this motion does not show it at all" in motion_text(held)
+    assert "this motion does not show it at all" in motion_document(held).text()
 
 
 def test_the_swing_that_is_named_identifies_what_was_not(lwr, plant, recorded):

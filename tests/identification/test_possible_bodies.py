@@ -7,12 +7,12 @@ from scipy.optimize import minimize
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.identification.bodies.possible_bodies import (
+    body_lines,
     judge_bodies,
     mass_matrix_columns,
     never_negative,
     pseudo_inertia_weights,
 )
-from lwr_dyn.identification.motion.motion_tables import body_lines
 from lwr_dyn.identification.regression.least_squares import Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import Body

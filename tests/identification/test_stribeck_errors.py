@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
-from lwr_dyn.identification.motion.motion_tables import motion_text
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.stribeck import stribeck_search, with_unknown_speeds
@@ -80,6 +80,6 @@ def test_the_text_has_them(lwr):
     plant = perturbed_plant(TorqueColumns(lwr.chain, "directions", TRUE), lwr, rng)
     log = simulated_log(plant, random_motion(lwr, 20.0, rng, 1000.0), 0.1, rng, 1e-5)
     result = identify_motion([log], lwr, MotionRule(SampleRule(slowest=0.01), stribeck=True))
-    (line,) = (line for line in motion_text(result).splitlines() if line.startswith("Stribeck speeds"))
-    assert line.count("+-") == 5
+    table = motion_document(result).text().split("Stribeck speeds\n")[1].split("\n\n")[0]
+    assert table.count("+-") == 5
     assert (np.abs(result.stribeck.speeds - TRUE)[THERE] < 4.0 * result.stribeck_sigma[THERE]).all()

@@ -17,26 +17,28 @@ from lwr_dyn.cli.identify.log_options import (
     slowest_motors,
     warn,
 )
-from lwr_dyn.cli.options import OneOf, OptionRule, print_json, refuse_unused
+from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
 from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
+from lwr_dyn.identification.bodies.possible_bodies import body_lines
 from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.motion.motion_fit import DEFAULT_MOTION, MotionIdentification, MotionRule, identify_motion
-from lwr_dyn.identification.motion.motion_tables import (
-    body_lines,
-    motion_record,
-    motion_text,
-    validation_record,
-    validation_table,
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import (
+    DEFAULT_MOTION,
+    MotionIdentification,
+    MotionRule,
+    motion_document,
 )
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
-from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import check_report_path, table_card, write_report
+from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
+from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.pages.document import page_html
 
 SLOWEST_STRIBECK = 0.01
 """[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
@@ -100,14 +102,10 @@ def command(
     warn(sample_notes([*usable, *unseen], samples))
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
+        files = ", ".join(log.source for log in unseen)
+        show(motion_document(result, robot=robot, unseen=checked, files=files), as_json)
         if as_json:
-            print_json(motion_record(result, robot) | {"validated_on": validation_record(checked)})
             warn(body_lines(result.bodies))
-        else:
-            click.echo(motion_text(result))
-            if checked:
-                files = ", ".join(log.source for log in unseen)
-                click.echo(f"\n{validation_table(checked, f'{files}, which no fit has seen').text()}")
         for line in _written(given, result, checked, paper):
             click.echo(line, err=as_json)
     end([*faults, *more, *seen, *unread])
@@ -138,7 +136,7 @@ def _written(
     """Writes report and fitted arm, and says so."""
     if given["html"] is not None:
         card = table_card(result.information, result.arm if paper is None else paper)
-        write_report(given["html"], motion_shown(result, unseen=checked, more=card))
+        write_file(given["html"], page_html(motion_page(result, unseen=checked, more=card)))
         yield f"wrote {given['html']}"
     if given["out"] is not None:
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))

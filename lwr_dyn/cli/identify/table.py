@@ -6,20 +6,23 @@ from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.identify.log_options import check_option, end, log_options, readable_logs
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import declared_units
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.motion.validation import inflation_of, residuals_of, whiteness_of
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.motion_report import motion_shown
-from lwr_dyn.identification.report.report_page import check_report_path, slips_card, write_report
+from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
+from lwr_dyn.identification.report.table_section import slips_card
 from lwr_dyn.identification.slips.printed_cells import printed_cells
 from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text, table_against_log
 from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation, trace_slips
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.pages.document import page_html
 
 
 @click.command("table")
@@ -60,7 +63,7 @@ def command(
     if html is not None:
         result = identify_motion(usable, arm, MotionRule(rule))
         card = slips_card(result.information, source, report)
-        write_report(html, motion_shown(result, more=[card], command="lwr-dyn identify table"))
+        write_file(html, page_html(motion_page(result, more=[card], command="lwr-dyn identify table")))
         click.echo(f"wrote {html}", err=as_json)
     if not faults and not report.fits:
         raise SystemExit(1)

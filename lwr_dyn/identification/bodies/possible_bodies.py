@@ -16,7 +16,7 @@ P is linear in the parameters; its eigenvalues are positive exactly if mass in s
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from scipy import stats
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.document import Fact
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
@@ -214,3 +216,52 @@ def _scheffe_factor(parameters: int, dof: int) -> float:
         return float("inf")
     both_sides = 1.0 - 2.0 * stats.norm.sf(SIGMAS)
     return float(np.sqrt(parameters * stats.f.ppf(both_sides, parameters, dof)))
+
+
+LONGEST = 48
+"""Letters of a parameter in a table."""
+
+
+def body_parts(bodies: BodyVerdict) -> list[Fact | Table]:
+    """The parts of a document on the verdict."""
+    heads = ("parameter", "links", "value", "three_sigma", "noise_can_explain")
+    rows = [[getattr(one, key) for key in heads] for one in bodies.negative]
+    kinds = (str, list[int], float, float, bool)
+    columns = [Heading(key=key, kind=kind) for key, kind in zip(heads, kinds, strict=True)]
+    matrix = bodies.mass_matrix
+    return [
+        Fact("impossible", bodies.impossible, "Whether something shows that no bodies can have the values."),
+        Table("", columns, rows, key="negative_parameters", says="Base parameters below 0 that no bodies have there."),
+        Fact("mass_matrix", None if matrix is None else asdict(matrix), "A mass matrix that is not positive definite.",
+             kind=IndefiniteMassMatrix | None),
+        Fact("text", body_lines(bodies), "The same in words.", kind=list[str]),
+    ]  # fmt: skip
+
+
+def body_lines(bodies: BodyVerdict) -> list[str]:
+    """What shows that no bodies can have the values, each with the links or joint; empty if nothing does."""
+    lines = [
+        f"impossible: {short(n.parameter)} = {n.value:.5g} +- {n.three_sigma:.2g} (99.73 %), never below 0 "
+        f"for any bodies (link{'s' * (len(n.links) > 1)} {', '.join(map(str, n.links))}); {CAUSE[n.noise_can_explain]}"
+        for n in bodies.negative
+    ]
+    m = bodies.mass_matrix
+    if m is not None:
+        q = ", ".join(f"{x:.4g}" for x in m.q)
+        lines.append(
+            f"impossible: B(q) is not positive definite at {m.share:.1%} of {CONFIGURATIONS} configurations; lowest "
+            f"eigenvalue {m.lowest:.5g} at q = {q}, mostly joint {m.joint}; {CAUSE[m.noise_can_explain]}"
+        )
+    return lines
+
+
+CAUSE = {
+    True: "noise can explain it: a longer or faster motion may mend it",
+    False: "noise cannot explain it: look at geometry, signs and units of the log",
+}
+"""Of values that no bodies can have: whether noise can explain them."""
+
+
+def short(statement: str) -> str:
+    """The start of a long combination of parameters."""
+    return statement if len(statement) <= LONGEST else f"{statement[: LONGEST - 3]}..."

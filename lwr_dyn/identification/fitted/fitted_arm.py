@@ -13,7 +13,7 @@ import numpy as np
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import MissingDataError
-from lwr_dyn.identification.motion.motion_fit import MotionIdentification
+from lwr_dyn.identification.motion.motion_result import MotionIdentification
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, ChainLink, JointKind, Rotor
 from lwr_dyn.model.friction import JointFriction

@@ -20,7 +20,7 @@ from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file, write_folder
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.identification.fitted.fitted_arm import READING, FittedValues, fitted_arm, fitted_values
-from lwr_dyn.identification.motion.motion_fit import MotionIdentification
+from lwr_dyn.identification.motion.motion_result import MotionIdentification
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import JointFriction
 

@@ -142,15 +142,16 @@ class MissingMotion:
     before: tuple[float, ...]
     sigma: tuple[float, ...]
 
-    def text(self, names: Sequence[str]) -> str:
-        """`10 s of joints 5 (0.5 at 0.4 Hz) and 6 (...) about q = ... would bring 3 sigma of A from x to y`."""
+    @property
+    def swing(self) -> str:
+        """`5 (0.5 at 0.4 Hz) and 6 (...)`: the joints with amplitude and frequency."""
         swings = zip(self.joints, self.amplitudes, self.hertz, strict=True)
-        joints = " and ".join(f"{j} ({a:.2g} at {f:g} Hz)" for j, a, f in swings)
-        noun = "joints" if len(self.joints) > 1 else "joint"
+        return " and ".join(f"{j} ({a:.2g} at {f:g} Hz)" for j, a, f in swings)
+
+    def gains(self, names: Sequence[str]) -> str:
+        """`A from x to y; B ...`: the 3 sigma of the parameters before and after."""
         gains = zip(self.parameters, self.before, self.sigma, strict=True)
-        parts = [f"{names[i]} from {_width(a)} to {_width(b)}" for i, a, b in gains]
-        pose = ", ".join(f"{x:.2g}" for x in self.pose)
-        return f"{SECONDS:g} s of {noun} {joints} about q = {pose} would bring 3 sigma of {'; '.join(parts)}"
+        return "; ".join(f"{names[i]} from {_width(a)} to {_width(b)}" for i, a, b in gains)
 
 
 def _width(sigma: float) -> str:

@@ -15,7 +15,7 @@ Motions of which logs are made, to keep some from a fit: recordings, or parts of
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import reduce
 from itertools import pairwise
 from operator import add
@@ -26,6 +26,7 @@ from scipy import stats
 
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information, NormalEquations, normal_equations, solve
 from lwr_dyn.identification.regression.least_squares import BaseParameters
 from lwr_dyn.identification.regression.samples import Samples
@@ -315,3 +316,38 @@ def speed_bands(dq: Array, left: Array) -> tuple[SpeedBand, ...]:
         if rows.any():
             out.append(SpeedBand(slowest, fastest, int(np.count_nonzero(rows)), rms(left[rows])))
     return tuple(out)
+
+
+def validation_table(found: Sequence[Validation], about: str, key: str, says: str) -> Table:
+    """One row a joint: RMS torques that are left."""
+    columns = (
+        Heading("joint", key="joint", kind=int), Heading("RMS torque", "", ".4g", "measured", kind=float),
+        Heading("left, seen", "", ".4g", "fitted", "Left by the fit, of torques it saw.", float),
+        Heading("left, unseen", "", ".4g", "held_out", "Left by fits that did not see the motion.", float),
+        Heading("by bodies", "", ".4g", "consistent", "Left by bodies that did not see the motion.", float),
+        Heading("by the model", "", ".4g", "model", "Left by the robot's own model.", float),
+        Heading("unseen, thirds of the speed, slow first", "", _lefts, "by_speed",
+                "Held out, by thirds of the speed.", list[SpeedBand]),
+        Heading("unseen, left out", "", ".3g", "left_out",
+                "Held out, at instants that no fit takes: slow, or beside a reversal.", float),
+    )  # fmt: skip
+    rows = [[asdict(v)[h.key or ""] for h in columns] for v in found]
+    return Table(f"validation, RMS in N m (N): {about}", columns, rows, "", key, says)
+
+
+def _lefts(bands: Sequence[dict[str, float]]) -> str:
+    return " ".join(f"{band['left']:.3g}" for band in bands)
+
+
+def whiteness_table(found: Sequence[Whiteness]) -> Table:
+    """One row a joint that moved."""
+    columns = (
+        Heading("joint", key="joint", kind=int),
+        Heading("white", "", lambda x: "yes" if x else "no", "white", kind=bool),
+        Heading("lag 1", "", lambda r: f"{r[0]:+.2f}", "autocorrelation", "From lag 1 on.", list[float]),
+        Heading("probability", "", ".3g", "probability", "Of as large a statistic from noise alone.", float),
+        Heading("errors x", "", ".2g", "inflation", "By how much the errors are widened where it is not white.", float),
+    )
+    rows = [(w.joint, w.white, w.autocorrelation, w.probability, w.inflation) for w in found]
+    title = f"residuals, white at {LEVEL:.0%} over {LAGS} instants (Box, Pierce)"
+    return Table(title, columns, rows, "", "whiteness")

@@ -1,30 +1,42 @@
-"""A fit to any motion (`identify_motion`) as the report shows it: head figures, bodies, checks, recordings.
+"""A fit to any motion as a page: its document with the motion in 3D, torques, friction and the recordings.
 
-From a fit to what the page shows: full parameters, predicted torques, friction over speed, a row a parameter.
-
-Cards on what a fit to any motion is worth: validation, whiteness, price of bodies, what is known only together.
+From a fit to what the figures draw: full parameters, predicted torques, friction over speed.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from html import escape
 from math import hypot, sqrt
+from pathlib import Path
 
 import numpy as np
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section
+from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.files import check_writable, ends_in
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.identification.motion.identifiable import FROM_BOTH, FROM_LOG, FROM_TABLE, MEANING, TOGETHER
-from lwr_dyn.identification.motion.motion_fit import MotionIdentification
-from lwr_dyn.identification.motion.motion_tables import NOISE_MODEL, body_lines, validation_table
-from lwr_dyn.identification.motion.validation import LAGS, LEVEL, Validation
+from lwr_dyn.identification.motion.motion_result import MotionIdentification, motion_document
+from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.charts import ShownRecording
-from lwr_dyn.identification.report.shown_fit import Section, ShownFit, ShownParameter, number
+from lwr_dyn.identification.report.arm_stage import (
+    PACKAGE,
+    central_moments,
+    semi_axes,
+    stage_data,
+    stage_html,
+    stage_scripts,
+)
+from lwr_dyn.identification.report.charts import KEY, ShownRecording, friction_maps_html, torque_rows_html
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.transmission import Transmission
+from lwr_dyn.pages.figures.figure import short
+from lwr_dyn.pages.replay.replay_page import resource_text
 
 MOST_ROWS = 12_000
 """Instants of a recording that the page draws: two minutes at 100 Hz; of longer ones every second, third, ..."""
@@ -113,233 +125,156 @@ def link_parameters(columns: TorqueColumns, parameters: Array) -> Array:
     return np.asarray(parameters[: columns.bodies].reshape(columns.n, len(INERTIAL)))
 
 
-def parameter_rows(
-    information: Information, arm: Arm, states: Sequence[str], bodies: Array | None = None
-) -> tuple[ShownParameter, ...]:
-    """A row a base parameter, with the arm's own value and that of the result's bodies (b,)."""
-    own = information.base.of(information.columns.own(arm))
-    bodies = np.full(own.size, np.nan) if bodies is None else bodies
-    rows = zip(information.base.statements(), information.values, information.sigma, own, bodies, states, strict=True)
-    return tuple(
-        ShownParameter(name, float(value), float(sigma), float(table), float(body), state)
-        for name, value, sigma, table, body, state in rows
-    )
+UNITS = {JointKind.REVOLUTE: ("rad/s", "N m"), JointKind.PRISMATIC: ("m/s", "N")}
+"""Of speed and torque."""
 
 
-_MOST = 12
-"""Groups and motions that are named."""
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnMotion:
+    """What the figures show of a fit.
+
+    `noise` (n,) is the standard deviation of the torques [N m or N]; `before` and `after` (n, 10) are the inertial
+    parameters of the links, the table's and the result's, in the frames of the source; `speed` and `friction_torque`
+    (k, n) are the dots of the friction maps, NaN where a torque is not used; `friction_at` says whose friction it is.
+    """
+
+    arm: Arm
+    recordings: tuple[ShownRecording, ...]
+    noise: Array
+    before: Array
+    after: Array
+    speed: Array
+    friction_torque: Array
+    friction: tuple[JointFriction | None, ...]
+    friction_before: tuple[JointFriction | None, ...]
+    friction_at: tuple[str, ...]
 
 
-def validation_section(result: MotionIdentification, unseen: Sequence[Validation] = ()) -> Section:
-    """RMS torques by joint on motions kept from the fit, on logs of their own, and whether residuals are white."""
-    parts = f"{result.rule.folds} parts of the motion, each kept from a fit in turn"
-    tables = [validation_table(result.validation, parts)]
-    tables += [validation_table(unseen, "logs that no fit has seen")] if unseen else []
-    notes = (
-        "Bodies: by fits whose links are bodies. Model: by the robot's table with its own friction.",
-        f"White: noise alone gives as large a statistic of {LAGS} lags in more than {100 * LEVEL:g} % of logs (Box and "
-        "Pierce, 1970); correlation: of an instant with the next. Where they are not white, sigmas are widened by the "
-        "factor in the last column.",
-    )
-    return "Validation", (*tables, _whiteness(result)), notes
-
-
-def _known(value: float) -> float | None:
-    return None if np.isnan(value) else value
-
-
-def _whiteness(result: MotionIdentification) -> Table:
-    names = result.arm.joint_names
-    rows = [
-        (
-            names[w.joint - 1],
-            "yes" if w.white else "no",
-            float(w.autocorrelation[0]),
-            w.probability,
-            1.0 if w.white else w.inflation,
-        )
-        for w in result.whiteness
-    ]
-    headings = (
-        Heading("joint"), Heading("white"), Heading("correlation", "", "+.3f"),
-        Heading("probability", "", number), Heading("sigma times", "", ".3g"),
-    )  # fmt: skip
-    return Table("Residuals against white noise", headings, rows)
-
-
-def bodies_section(result: MotionIdentification) -> tuple[Section, ...]:
-    """What consistency costs at each joint, and of how many numbers of a link the log or the table says more."""
-    fit = result.consistent
-    if fit is None:
-        return ()
-    names = result.arm.joint_names
-    price = Table(
-        "Price of bodies, against least squares",
-        (Heading("joint"), Heading("torque between the two, RMS", "", number), Heading("noise", "", number)),
-        [
-            (names[j], _known(float(fit.price.rms[j])), _known(float(result.information.residual_noise[j])))
-            for j in range(result.arm.n)
-        ],
-    )
-    rows = []
-    for i, link in enumerate(result.arm.chain.links):
-        origins = result.origins[len(INERTIAL) * i : len(INERTIAL) * (i + 1)]
-        rotor = int(result.columns.rotor_indices[i])
-        counts = [origins.count(word) for word in (FROM_LOG, FROM_BOTH, FROM_TABLE)]
-        rows.append((link.link, *counts, float(fit.parameters[rotor]), float(fit.sigma[rotor])))
-    headings = (
-        Heading("link"), *(Heading(word, "", "d") for word in ("from the log", "from both", "from the table")),
-        Heading("rotor", "kg m^2", number), Heading("sigma", "kg m^2", number),
-    )  # fmt: skip
-    lifted = tuple(
-        f"No body has the table's values of {result.arm.chain.links[i - 1].link}: the nearest was taken."
-        for i in fit.lifted
-    )
-    held = tuple(f"Held: {name}." for name in fit.constraints)
-    return (("Bodies", (price, Table("Of the ten numbers of a link", headings, rows)), (*lifted, *held)),)
-
-
-def unknown_section(result: MotionIdentification) -> tuple[Section, ...]:
-    """Parameters that the logs know only together, and motions that would identify more."""
-    names, tables = result.base.statements(), []
-    if result.groups:
-        rows = [("; ".join(names[i] for i in g.members), g.largest) for g in result.groups[:_MOST]]
-        headings = (Heading("parameters"), Heading("largest correlation", "", "+.4f"))
-        tables.append(Table(f"Known only together: correlations above {TOGETHER:g}", headings, rows))
-    motions = result.missing_motions() if result.identified < result.base.count else ()
-    if motions:
-        rows_of = [(one.text(names),) for one in motions[:_MOST]]
-        tables.append(Table("Motions that would identify more", (Heading("motion"),), rows_of))
-    return (("What the logs leave open", tuple(tables), ()),) if tables else ()
-
-
-def motion_shown(
+def motion_page(
     result: MotionIdentification, *, unseen: Sequence[Validation] = (), more: Sequence[Section] = (),
     command: str = "lwr-dyn identify motion",
-) -> ShownFit:  # fmt: skip
-    """What the page shows of a fit.
+) -> Document:  # fmt: skip
+    """The document of a fit with its figures; `more` are sections at the end, such as what slips of the table show."""
+    drawn, motion = _drawn(result)
+    document = motion_document(result, unseen=unseen)
+    lead, *rest = document.sections
+    sections = [lead, *figure_sections(motion), *rest, *more, _recordings(result, drawn)]
+    facts = [*document.facts, *_shares(result)]
+    return replace(document, sections=sections, command=command, facts=facts)
 
-    Parameters
-    ----------
-    result : MotionIdentification
-    unseen : sequence of Validation
-        On logs of their own (`MotionIdentification.validated_on`).
-    more : sequence of Section
-        Cards at the end, such as what slips of the table the log shows.
-    command : str
-        What makes the page, for its footer.
-    """
+
+def _shares(result: MotionIdentification) -> list[Fact]:
+    """Tiles of the page: of the torques that no fit saw, how much the result leaves and the robot's own data."""
+
+    def over_joints(values: Sequence[float]) -> float:
+        known = [x for x in values if np.isfinite(x)]
+        return hypot(*known) / sqrt(len(known)) if known else float("nan")
+
+    rows = result.validation
+    measured, model = (over_joints([getattr(v, key) for v in rows]) for key in ("measured", "model"))
+    left = over_joints([v.held_out if v.consistent is None else v.consistent for v in rows])
+    worst = int(np.nanargmax(result.information.residual_noise))
+    unit = "N m" if result.arm.chain.links[worst].kind.value == "revolute" else "N"
+    shown = [
+        ("of unseen torques left, by the result", 100 * left / measured if measured else None, "%", ".3g"),
+        ("left by the robot's own data", 100 * model / measured if measured else None, "%", ".3g"),
+        (f"noise, largest at {result.arm.joint_names[worst]}", result.information.residual_noise[worst], unit, ".2g"),
+    ]
+    return [Fact(None, value, "", head, unit, form, page=True) for head, value, unit, form in shown]
+
+
+def check_report_path(path: str | Path) -> None:
+    """Raise `FileAccessError` now for a path that a report could not be written to later."""
+    if not ends_in(path, ".html", ".htm"):
+        raise FileAccessError(str(path), f"ends in {Path(path).suffix or 'nothing'!r}", "a path in .html")
+    check_writable(path)
+
+
+def _drawn(result: MotionIdentification) -> tuple[DrawnFit, DrawnMotion]:
     arm, columns, fit = result.arm, result.columns, result.consistent
     parameters = full_parameters(result.information, arm) if fit is None else fit.parameters
-    drawn = drawn_fit(result.samples, columns, parameters)
-    own, motors = columns.own(arm), columns.transmission is not None
-    sigma = None if fit is None else link_parameters(columns, fit.sigma)
-    bodies = None if fit is None else result.base.of(fit.parameters)
-    sections = [validation_section(result, unseen), *bodies_section(result), *unknown_section(result), *more]
-    sections.append(_recordings(result, drawn.left_out, drawn.every))
-    return ShownFit(
-        arm=arm,
-        title=f"Identification of {arm.name}, reading {arm.reading}",
-        command=command,
-        said=tuple(_sentences(result)),
-        figures=tuple(_figures(result)),
-        recordings=drawn.recordings,
-        noise=result.information.residual_noise,
-        before=link_parameters(columns, own),
-        after=link_parameters(columns, parameters),
-        sigma=sigma,
-        speed=drawn.speed,
-        friction_torque=drawn.torque,
-        friction=columns.friction_of(parameters),
-        friction_before=(None,) * arm.n if motors else arm.friction_models(),
-        friction_at=tuple(f"motor {j + 1}" for j in range(arm.n)) if motors else arm.joint_names,
-        parameters=parameter_rows(result.information, arm, result.states, bodies),
-        caption="Base parameters, by least squares",
-        notes=tuple(_notes(result)),
-        more=tuple(sections),
+    drawn, motors = drawn_fit(result.samples, columns, parameters), columns.transmission is not None
+    return drawn, DrawnMotion(
+        arm, drawn.recordings, result.information.residual_noise, link_parameters(columns, columns.own(arm)),
+        link_parameters(columns, parameters), drawn.speed, drawn.torque, columns.friction_of(parameters),
+        (None,) * arm.n if motors else arm.friction_models(),
+        tuple(f"motor {j + 1}" for j in range(arm.n)) if motors else arm.joint_names,
+    )  # fmt: skip
+
+
+def figure_sections(drawn: DrawnMotion) -> list[Section]:
+    """The motion in 3D with the links before and after, torques against their prediction, friction over speed."""
+    units = [UNITS[link.kind] for link in drawn.arm.chain.links]
+    stage = Figure(
+        lambda: stage_html(drawn.recordings), resource_text("report.css", PACKAGE),
+        lambda: stage_scripts(stage_data(drawn.arm, drawn.recordings, drawn.before, drawn.after)),
+    )  # fmt: skip
+    return [
+        Section("The motion, and the links before and after", [Note(ELLIPSOIDS), stage, link_table(drawn)], page=True),
+        Section("Torque against prediction", [Figure(lambda: _torques_html(drawn, [u[1] for u in units]))], page=True),
+        Section("Friction", [Note(DOTS), Figure(lambda: friction_maps_html(
+            drawn.speed, drawn.friction_torque, drawn.friction, drawn.friction_before, drawn.friction_at, tuple(units)
+        ))], page=True),
+    ]  # fmt: skip
+
+
+ELLIPSOIDS = (
+    "Each ellipsoid is the solid of one density with the mass, the centre of mass and the inertia of a link: wires "
+    "by the table, filled by the result. A link without an ellipsoid has values that no body can have."
+)
+DOTS = (
+    "Dots: measured torque less what the bodies and rotors of the result take. Line: the friction of the result; "
+    "grey: that of the robot's data, if it has any."
+)
+
+
+def _torques_html(drawn: DrawnMotion, units: Sequence[str]) -> str:
+    names = [escape(one.source) for one in drawn.recordings]
+    options = "".join(f'<option value="{k}">{name}</option>' for k, name in enumerate(names))
+    choice = f'<p class="pick"><label>recording <select class="which">{options}</select></label></p>'
+    charts = "".join(
+        f'<div data-recording="{k}"{" hidden" if k else ""}>'
+        f"{torque_rows_html(one, drawn.noise, drawn.arm.joint_names, tuple(units))}</div>"
+        for k, one in enumerate(drawn.recordings)
     )
+    return (choice if len(names) > 1 else "") + KEY + charts
 
 
-def _sentences(result: MotionIdentification) -> list[str]:
-    rows = np.bincount(result.samples.recording)
-    count = int(np.count_nonzero(rows))
-    said = [
-        f"{result.equations} equations from {len(result.samples)} instants of {count} "
-        f"recording{'s' if count > 1 else ''}; condition "
-        f"{number(result.condition, 3) if np.isfinite(result.condition) else 'infinite'}."
-    ]
-    wide = [n for n, x in zip(result.arm.joint_names, result.information.inflation, strict=True) if x > 1.0]
-    if wide:
-        said.append(f"Residuals of {', '.join(wide)} are not white: sigmas are widened for it.")
-    fit = result.consistent
-    if fit is not None:
-        how = "found from the logs" if fit.chosen else "as given"
-        how += "" if fit.rotor_weight == fit.weight else f"; of rotors {100 * fit.rotor_weight**-0.5:.3g} %"
-        said.append(
-            f"The bodies drawn are as near to the robot's table as the logs allow: expected deviation "
-            f"{100 * fit.deviation:.3g} % ({how}); they cost {number(fit.price.chi2, 3)} in chi squared."
-        )
-    said += [f"By least squares alone, {line}." for line in body_lines(result.bodies)]
-    return said
+def link_table(drawn: DrawnMotion) -> Table:
+    """Mass, centre of mass and ellipsoid of each link, by the table and by the result."""
+    rows = []
+    for link, before, after in zip(drawn.arm.chain.links, drawn.before, drawn.after, strict=True):
+        (m0, c0, _), (m1, c1, _) = central_moments(before), central_moments(after)
+        moved = 1e3 * float(np.linalg.norm(c1 - c0)) if m0 > 0.0 and m1 > 0.0 else None
+        rows.append((link.link, m0, m1, moved, _axes(before), _axes(after), semi_axes(after) is not None))
+    columns = (
+        Heading("link"), Heading("mass, table", "kg", short), Heading("mass", "kg", short),
+        Heading("centre moved by", "mm", short), Heading("semi-axes, table", "mm"),
+        Heading("semi-axes", "mm"), Heading("a body", "", lambda x: "yes" if x else "no"),
+    )  # fmt: skip
+    return Table("Links, by the table and by the result", columns, rows, page=True)
 
 
-def _figures(result: MotionIdentification) -> list[tuple[str, str]]:
-    fit, n = result.consistent, result.arm.n
-    found = [("base parameters identified", f"{result.identified} of {result.base.count}")]
-    if fit is not None:
-        found.append(("links that are bodies", f"{int(fit.physical.sum())} of {n}"))
-    unseen = _over_joints([v.held_out if v.consistent is None else v.consistent for v in result.validation])
-    measured, model = (_over_joints([getattr(v, key) for v in result.validation]) for key in ("measured", "model"))
-    found += [
-        ("of unseen torques left, by the result", _share(unseen, measured)),
-        ("left by the robot's own data", _share(model, measured)),
-    ]
-    worst = int(np.nanargmax(result.information.residual_noise))
-    found.append((f"noise, largest at {result.arm.joint_names[worst]}", _torque(result, worst)))
-    return found
+def _axes(parameters: Array) -> str:
+    found = semi_axes(parameters)
+    return "none" if found is None else ", ".join(f"{1e3 * x:.0f}" for x in found[0][::-1])
 
 
-def _share(left: float, measured: float) -> str:
-    share = 100.0 * left / measured if measured > 0.0 else float("nan")
-    return f"{share:.3g} %" if np.isfinite(share) else "unknown"
-
-
-def _torque(result: MotionIdentification, joint: int) -> str:
-    unit = "N m" if result.arm.chain.links[joint].kind.value == "revolute" else "N"
-    return f"{number(float(result.information.residual_noise[joint]), 2)} {unit}"
-
-
-def _over_joints(values: Sequence[float]) -> float:
-    """RMS of RMS values, those that are known."""
-    known = [x for x in values if np.isfinite(x)]
-    return hypot(*known) / sqrt(len(known)) if known else float("nan")
-
-
-def _notes(result: MotionIdentification) -> list[str]:
-    seen = [f"{state}: {meaning}." for state, meaning in MEANING.items() if state in result.states]
-    return [*seen, f"Sigmas: {NOISE_MODEL}."]
-
-
-def _recordings(result: MotionIdentification, left_out: int, every: int) -> Section:
-    samples = result.samples
+def _recordings(result: MotionIdentification, drawn: DrawnFit) -> Section:
+    samples, names = result.samples, np.array(result.arm.joint_names)
     rows = []
     for which in np.unique(samples.recording):
         chosen = samples.recording == which
-        t, q = samples.t[chosen], samples.q[chosen]
-        used = samples.used[chosen]
-        rows.append(
-            (samples.sources[which], float(t[-1] - t[0]), int(chosen.sum()), int(used.sum()), _still(q, result))
-        )
-    headings = (
-        Heading("recording"), Heading("length", "s", ".4g"), Heading("instants", "", "d"),
-        Heading("equations", "", "d"), Heading("joints that stand still"),
+        t, still = samples.t[chosen], np.ptp(samples.q[chosen], axis=0) < 1e-3
+        rows.append((samples.sources[which], float(t[-1] - t[0]), int(chosen.sum()),
+                     int(samples.used[chosen].sum()), ", ".join(names[still]) or "none"))  # fmt: skip
+    columns = (
+        Heading("recording"), Heading("length", "s", ".4g"), Heading("instants"), Heading("equations"),
+        Heading("joints that stand still"),
     )  # fmt: skip
-    notes = ["Equations of joints that are slow, and torques that were cut out, are not used."]
-    notes += [f"{left_out} more recordings are fitted and not drawn."] if left_out else []
-    notes += [f"Of the longest recording one in {every} instants is drawn."] if every > 1 else []
-    return "Recordings", (Table("Recordings", headings, rows),), tuple(notes)
-
-
-def _still(q: Array, result: MotionIdentification) -> str:
-    names = [name for name, span in zip(result.arm.joint_names, np.ptp(q, axis=0), strict=True) if span < 1e-3]
-    return ", ".join(names) or "none"
+    return Section("Recordings", [
+        Table("Recordings", columns, rows),
+        Note("Equations of joints that are slow, and torques that were cut out, are not used."),
+        Note(f"{drawn.left_out} more recordings are fitted and not drawn.", drawn.left_out > 0),
+        Note(f"Of the longest recording one in {drawn.every} instants is drawn.", drawn.every > 1),
+    ], page=True)  # fmt: skip

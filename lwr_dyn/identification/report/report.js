@@ -172,11 +172,6 @@ function thick(matrix) {
   return out.makeBasis(...axes).setPosition(matrix[12], matrix[13], matrix[14]).elements;
 }
 
-// The parameters of one state, or all of them.
-document.querySelectorAll("select.states").forEach((list) => list.addEventListener("change", () => {
-  document.querySelectorAll("tr[data-state]").forEach((row) => { row.hidden = list.value !== "" && row.dataset.state !== list.value; });
-}));
-
 // Without WebGL there is no 3D; everything else stands, with the charts of all recordings.
 try {
   window.lwrReport = new IdentificationReport(JSON.parse(document.getElementById("stage-data").textContent)).hook();

@@ -173,17 +173,6 @@ def _values(fit: Any) -> str:
     return ", ".join(f"{n} {v:.4g} +- {s:.2g}" for n, v, s in zip(fit.names, e.values, e.standard_errors, strict=True))
 
 
-def motion_html(result: Any) -> str:
-    """How many parameters are identified, and how well they predict torques they were not fitted to."""
-    share = f"{result.identified} of {len(result.states)} base parameters identified"
-    title = f"{share} from {result.equations} equations, condition {result.condition:.3g}"
-    impossible = line("no bodies can have these values", "b") if result.bodies.impossible else ""
-    rows = [(str(v.joint), v.measured, v.fitted, v.held_out, v.model) for v in result.validation]
-    words = ("RMS torque", "left, seen", "left, unseen", "left by the model")
-    headings: list[Heading | str] = ["joint", *(Heading(word, "N m (N)", ".3g") for word in words)]
-    return line(title, "b") + impossible + table_html(Table("", headings, rows))
-
-
 FORMS: Mapping[str, Callable[[Any], str]] = {
     "Arm": arm_html,
     "Run": run_html,
@@ -192,7 +181,6 @@ FORMS: Mapping[str, Callable[[Any], str]] = {
     "InverseResult": inverse_html,
     "Reproduction": reproduction_html,
     "FrictionIdentification": friction_html,
-    "MotionIdentification": motion_html,
 }
 """Class -> its HTML."""
 

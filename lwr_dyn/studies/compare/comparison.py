@@ -1,8 +1,6 @@
 """`RunComparison`: several runs of one reference as a table, records and figures; refuses runs that differ in more.
 
-A comparison as one HTML file: the table, then for each plant the path with its errors magnified, and the tip error.
-
-There is no script, and nothing is loaded; light and dark follow the reader's system.
+On its page each plant has the path with its errors magnified, and the tip error; there is no script.
 
 A comparison as one table in Markdown, plants down and controllers across: the RMS error of the tip in mm.
 """
@@ -10,30 +8,27 @@ A comparison as one table in Markdown, plants down and controllers across: the R
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from html import escape
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from lwr_dyn.design.gain_search import TunedRecord
+from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import write_file
-from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.foundation.tables import Heading, Marked, Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
-from lwr_dyn.pages.document import document_html
+from lwr_dyn.model.run import Run, repr_html
+from lwr_dyn.pages.document import page_html
 from lwr_dyn.pages.figures.run_figures import path, tip_error
 from lwr_dyn.pages.notebook.exported_runs import arms_of
-from lwr_dyn.pages.notebook.forms import line
-from lwr_dyn.pages.plotting.drawn_panel import chart_html, swatch
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
-from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.pages.plotting.drawn_panel import chart_html
+from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs
+from lwr_dyn.simulation.metrics import Metrics, MetricsRecord, metrics
 from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, check_same, conditions, torque_cuts
-
-BEST = " *"
-
-UNSTABLE = " !"
 
 UNKNOWN = "unknown"
 
@@ -64,58 +59,58 @@ class RunComparison:
     def table(self) -> Table:
         """One row a run: RMS and largest error of the tip, peak torque and its share of the limit, limits, audit."""
         rows = [
-            (one.controller, one.plant, *self.cells(one))
+            (one.controller, one.typed, one.plant, *(Marked(v, self.mark(one, k)) for k, v in one.errors.items()),
+             one.peak_torque, one.share, one.cuts.share, one.shakes,
+             one.figures.within_limits, one.audit, [k for k in one.errors if self.mark(one, k) == "best"],
+             one.figures.to_json())
             for one in self.runs
         ]  # fmt: skip
-        headings = (
-            Heading("controller"), Heading("plant"), Heading("tip RMS", "mm"), Heading("max", "mm"),
-            Heading("peak torque", "N m"), Heading("of limit"), Heading("limits"), Heading("audit", "J"),
-        )  # fmt: skip
-        return Table(self.title, headings, rows, "\n".join(self.notes))
+        return Table(self.title, COLUMNS, rows, "\n".join(self.notes), "runs", "One record a run, plant by plant.")
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What the numbers rest on: rigid or elastic joints, stops, limits that were not kept, runs that failed."""
-        said = [f"errors of the tip: {' or '.join(dict.fromkeys(one.figures.bodies for one in self.runs))}"]
-        if any(len(group) > 1 for group in self.plants.values()):
-            said.append("* the smallest of its plant")
-        if any(one.shakes for one in self.runs):
-            said.append("! unstable: a torque goes from one limit to the other again and again; it is not ranked")
-        said += [f"{one.controller}, {one.plant}: limits {one.figures.limits}" for one in self.runs if _limited(one)]
-        said += [f"{one.controller}, {one.plant}: {_shaking(one)}" for one in self.runs if one.shakes]
-        said += [f"{name}: {_margin(one)}" for name, one in self.tuned.items()]
-        return (*said, *self.failures)
-
-    def cells(self, one: ComparedRun) -> tuple[str, ...]:
-        """A run's numbers as text, in the order of the table; the best of its plant is marked."""
-        errors = [f"{value:.4g}{self.mark(one, name)}" for name, value in one.errors.items()]
-        share = UNKNOWN if np.isnan(one.share) else f"{100 * one.share:.3g} %"
-        audit = "none" if np.isnan(one.audit) else f"{one.audit:.0e}"
-        return (*errors, f"{one.peak_torque:.4g}", share, "kept" if one.figures.within_limits else "NOT kept", audit)
+        several = any(len(group) > 1 for group in self.plants.values())
+        said = [
+            Note(f"errors of the tip: {' or '.join(dict.fromkeys(one.figures.bodies for one in self.runs))}"),
+            Note("* the smallest of its plant", several),
+            Note("! unstable: a torque goes from one limit to the other again and again; it is not ranked",
+                 any(one.shakes for one in self.runs)),
+            Note([f"{one.controller}, {one.plant}: limits {one.figures.limits}"
+                  for one in self.runs if not one.figures.within_limits]),
+            Note([f"{one.controller}, {one.plant}: unstable, bounded by the torque limits alone: {one.cuts}"
+                  for one in self.runs if one.shakes]),
+            Note([f"{name}: omega_n {one.omega_n:.3g} rad/s, where |S_ii| reaches {one.peak:.3g} of {one.limit:g} "
+                  f"({one.case.words}, joint {one.joint + 1})" for name, one in self.tuned.items()]),
+        ]  # fmt: skip
+        return (*(line for note in said for line in note.lines), *self.failures)
 
     def mark(self, one: ComparedRun, error: str) -> str:
         """The mark of the smallest of several errors of a plant, or of an unstable loop, else nothing."""
         if one.shakes:
-            return UNSTABLE
+            return "bad"
         group = [other.errors[error] for other in self.plants[one.plant]]
         still = [other.errors[error] for other in self.plants[one.plant] if not other.shakes]
-        return BEST if len(group) > 1 and one.errors[error] == min(still) else ""
+        return "best" if len(group) > 1 and one.errors[error] == min(still) else ""
+
+    @property
+    def document(self) -> Document:
+        """The comparison for people and programs."""
+        tuned = {name: one.to_json() for name, one in self.tuned.items()}
+        title = Fact("title", self.title, "Robot, task and duration.")
+        runs = Section("Runs", [
+            replace(self.table, title="", note=""),
+            Fact("tuned", tuned, "Controller as typed -> its omega_n of one margin; empty without --tuned.",
+                 kind=dict[str, TunedRecord]),
+            Fact("failures", list(self.failures), "Runs that could not be finished, each with the reason.",
+                 kind=list[str]),
+            Note(self.notes, key="notes", says="What the numbers rest on."),
+        ], brief=True)  # fmt: skip
+        return Document(self.title, "", [runs], "lwr-dyn compare", "comparison", [title])
 
     def record(self) -> dict[str, Any]:
         """The comparison as JSON values: one record a run, with all its figures of merit."""
-        return {
-            "title": self.title,
-            "runs": [
-                {"controller": one.controller, "typed": one.typed, "plant": one.plant, **one.errors,
-                 "peak_torque": one.peak_torque, "torque_share": one.share, "torque_cut_share": one.cuts.share,
-                 "unstable": one.shakes, "audit_residual_J": one.audit,
-                 "best": [name for name in one.errors if self.mark(one, name) == BEST],
-                 "metrics": one.figures.to_json()}
-                for one in self.runs
-            ],
-            "tuned": {name: one.to_json() for name, one in self.tuned.items()},
-            "failures": list(self.failures), "notes": list(self.notes),
-        }  # fmt: skip
+        return self.document.record()
 
     def to_columns(self) -> dict[str, Any]:
         """One column a quantity, one row a run: pandas, polars and pyarrow make a table of them as it is."""
@@ -142,22 +137,30 @@ class RunComparison:
 
         write_file(path, comparison_html(self))
 
-    def _repr_html_(self) -> str:
-
-        return table_rows(self) + "".join(map(line, page_notes(self)))
+    _repr_html_ = repr_html
 
 
-def _limited(one: ComparedRun) -> bool:
-    return not one.figures.within_limits
-
-
-def _margin(one: Any) -> str:
-    limit = f"|S_ii| reaches {one.peak:.3g} of {one.limit:g}"
-    return f"omega_n {one.omega_n:.3g} rad/s, where {limit} ({one.case.words}, joint {one.joint + 1})"
-
-
-def _shaking(one: ComparedRun) -> str:
-    return f"unstable, bounded by the torque limits alone: {one.cuts}"
+COLUMNS = (
+    Heading("controller", key="controller", says="Label of the controller."),
+    Heading(key="typed", says="The controller as typed; its label in runs that do not say."),
+    Heading("plant", key="plant", says="What of the plant its model lacks."),
+    Heading("tip RMS", "mm", ".4g", "tip_rms_mm", "RMS error of the tip, mm.", float),
+    Heading("max", "mm", ".4g", "tip_max_mm", "Largest error of the tip, mm.", float),
+    Heading("peak torque", "N m", ".4g", "peak_torque", "Largest torque of any joint, N m (N)."),
+    Heading("of limit", "", lambda share: UNKNOWN if np.isnan(share) else f"{100 * share:.3g} %", "torque_share",
+            "Largest share of a torque limit; null where none is known."),
+    Heading(key="torque_cut_share",
+            says="Share of the time in which the torque of one joint is cut at its limit, of the worst joint."),
+    Heading(key="unstable",
+            says="Whether torques are cut for so long that the loop counts as unstable; it is not ranked."),
+    Heading("limits", "", lambda kept: "kept" if kept else "NOT kept", None,
+            shade=lambda kept: 0.0 if kept else 0.3),
+    Heading("audit", "J", lambda left: "none" if np.isnan(left) else f"{left:.0e}", "audit_residual_J",
+            "Energy that the audit leaves unexplained, J; null without an audit."),
+    Heading(key="best", says="Errors in which it is the smallest of its plant.",
+            kind=list[Literal["tip_rms_mm", "tip_max_mm"]]),
+    Heading(key="metrics", says="Errors and uses of limits.", kind=MetricsRecord),
+)  # fmt: skip
 
 
 def compare(*runs: Run | str | Path, labels: Sequence[str] | None = None) -> RunComparison:
@@ -239,82 +242,30 @@ def _title(run: Run) -> str:
 
 def comparison_html(compared: RunComparison) -> str:
     """The page; the same runs give the same text."""
-    sections = "".join(_section(plant, runs) for plant, runs in compared.plants.items())
-    table = f'<div class="scroll" tabindex="0" role="region" aria-label="Runs">{_table(compared)}</div>'
-    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in page_notes(compared))
-    said = "".join(f"<li>{sentence}</li>" for sentence in _sentences(compared))
-    main = (
-        f'<h1>{escape(compared.title)}</h1><ul class="say">{said}</ul>'
-        f'<section class="card">{table}{notes}</section>{sections}'
-    )
-    return document_html(compared.title, "comparison", main, "lwr-dyn compare")
+    nearest = Section("", [Note(_nearest(compared))])
+    charts = [Section(plant, [Figure(partial(_charts, runs))]) for plant, runs in compared.plants.items()]
+    document = compared.document
+    return page_html(replace(document, sections=[nearest, *document.sections, *charts]))
 
 
-def page_notes(compared: RunComparison) -> list[str]:
-    """The notes, where the best is bold and not marked."""
-    return [f"bold: {note[2:]}" if note.startswith(BEST.strip()) else note for note in compared.notes]
-
-
-def table_rows(compared: RunComparison) -> str:
-    """The table for a notebook: plain, the best of each plant in bold."""
-    head = "".join(f'<th scope="col">{escape(h.title)}</th>' for h in compared.table.columns)
-    rows = "".join(
-        f'<tr><th scope="row">{escape(one.controller)}</th><td>{escape(one.plant)}</td>{_cells(compared, one)}</tr>'
-        for one in compared.runs
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
-
-
-def _table(compared: RunComparison) -> str:
-    """One group of rows a plant, under its name."""
-    words, numbers = compared.table.columns[:1], compared.table.columns[2:]
-    head = "".join(f'<th scope="col">{escape(h.head)}</th>' for h in words)
-    head += "".join(f'<th scope="col" class="n">{escape(h.head)} <small>{escape(h.unit)}</small></th>' for h in numbers)
-    width = len(words) + len(numbers)
-    groups = ""
-    for plant, runs in compared.plants.items():
-        name = f'<tr><th scope="rowgroup" colspan="{width}">{escape(plant)}</th></tr>'
-        rows = "".join(
-            f'<tr><th scope="row">{swatch(shown)}{escape(one.controller)}</th>{_cells(compared, one)}</tr>'
-            for one, shown in zip(runs, _alone(runs), strict=True)
-        )
-        groups += f'<tbody class="plant">{name}{rows}</tbody>'
-    return f"<table><thead><tr>{head}</tr></thead>{groups}</table>"
-
-
-def _cells(compared: RunComparison, one: ComparedRun) -> str:
-    return "".join(map(_cell, compared.cells(one)))
-
-
-def _cell(text: str) -> str:
-    if text.endswith(BEST):
-        return f'<td class="n"><b>{escape(text.removesuffix(BEST))}</b></td>'
-    return f'<td class="n{" bad" if text.startswith("NOT") or text.endswith(UNSTABLE) else ""}">{escape(text)}</td>'
-
-
-def _sentences(compared: RunComparison) -> list[str]:
+def _nearest(compared: RunComparison) -> list[str]:
     """Of each plant with several runs, which controller has the smallest RMS error."""
     out = []
     for plant, all_runs in compared.plants.items():
-        runs = [one for one in all_runs if not one.shakes]
+        runs = sorted((one for one in all_runs if not one.shakes), key=lambda one: one.figures.tip_rms_mm)
         if len(runs) > 1:
-            best, *_, worst = sorted(runs, key=lambda one: one.figures.tip_rms_mm)
-            near = f"{escape(best.controller)} is nearest to the path, {best.figures.tip_rms_mm:.3g} mm RMS"
-            far = f"{escape(worst.controller)} farthest, {worst.figures.tip_rms_mm:.3g} mm"
-            out.append(f"<b>{escape(plant)}</b>: {near}; {far}.")
+            near, far = (f"{one.controller} {word}, {one.figures.tip_rms_mm:.3g} mm"
+                         for one, word in ((runs[0], "is nearest to the path"), (runs[-1], "farthest")))  # fmt: skip
+            out.append(f"{plant}: {near} RMS; {far}.")
     return out
 
 
-def _section(plant: str, runs: Sequence[ComparedRun]) -> str:
-    shown = _alone(runs)
+def _charts(runs: Sequence[ComparedRun]) -> str:
+    """Of the runs of one plant, named by their controllers, with the colours that they have among themselves."""
+    alone = [one.shown for one in runs]
+    shown = replayed_runs([one.run for one in alone], [one.arm for one in alone], [one.controller for one in runs])
     charts = "".join(chart_html(figure, shown) for figure in (*path(shown), *tip_error(shown)))
-    return f'<section class="card"><h2>{escape(plant)}</h2><div class="charts">{charts}</div></section>'
-
-
-def _alone(runs: Sequence[ComparedRun]) -> tuple[ReplayedRun, ...]:
-    """The runs of one plant, named by their controllers, with the colours that they have among themselves."""
-    shown = [one.shown for one in runs]
-    return replayed_runs([one.run for one in shown], [one.arm for one in shown], [one.controller for one in runs])
+    return f'<div class="charts">{charts}</div>'
 
 
 MARKS = {"unstable": "{} !", "best": "**{}**", "": "{}"}

@@ -15,7 +15,6 @@ from lwr_dyn.identification.report.motion_report import (
     drawn_fit,
     full_parameters,
     link_parameters,
-    parameter_rows,
 )
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
@@ -72,14 +71,6 @@ def test_full_parameters_have_the_fitted_base_values_and_stay_near_the_table(col
     own_information = replace(information, values=information.base.of(own))
     np.testing.assert_allclose(full_parameters(own_information, lwr), own, rtol=1e-9, atol=1e-12)
     assert link_parameters(columns, full).shape == (7, 10)
-
-
-def test_a_row_of_a_parameter_has_the_tables_value(columns, samples, lwr):
-    information = information_of(samples, columns)
-    rows = parameter_rows(information, lwr, ["identified"] * information.base.count)
-    assert [one.name for one in rows] == list(information.base.statements())
-    np.testing.assert_allclose([one.table for one in rows], information.base.of(columns.own(lwr)))
-    assert rows[0].pull == pytest.approx((rows[0].value - rows[0].table) / rows[0].sigma)
 
 
 def test_recordings_of_a_file_are_numbered_and_the_many_are_counted(columns, plant, samples):

@@ -7,14 +7,17 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.foundation.document import Section
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.motion.motion_fit import MotionRule, identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.motion_report import link_parameters, motion_shown
-from lwr_dyn.identification.report.report_page import report_html, table_card
+from lwr_dyn.identification.report.motion_report import _drawn, link_parameters, motion_page
+from lwr_dyn.identification.report.table_section import table_card
 from lwr_dyn.model.chain import with_bodies
+from lwr_dyn.pages.document import page_html
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log
 
 
@@ -40,74 +43,82 @@ def result(logs, lwr):
 
 @pytest.fixture(scope="module")
 def shown(result, logs):
-    slips = ("Slips of the table", (Table("Repairs", ("cell",), [("c5z",)]),), ())
-    return motion_shown(result, unseen=result.validated_on(logs[2:]), more=[slips])
+    slips = Section("Slips of the table", [Table("Repairs", ("cell",), [("c5z",)])])
+    return motion_page(result, unseen=result.validated_on(logs[2:]), more=[slips])
 
 
-def tables(shown):
-    """Heading of a card -> its tables by title."""
-    return {title: {one.title: one for one in found} for title, found, _ in shown.more}
+@pytest.fixture(scope="module")
+def drawn(result):
+    return _drawn(result)[1]
+
+
+def tables(document):
+    """Title of a section -> its tables by title."""
+    return {
+        one.title: {part.title: part for part in one.parts if isinstance(part, Table) and part.is_shown}
+        for one in document.sections
+        if one.there is not False
+    }
 
 
 def test_head_figures_are_those_of_the_fit(shown, result):
-    figures = dict(shown.figures)
-    assert figures["base parameters identified"] == f"{result.identified} of {result.base.count}"
-    assert figures["links that are bodies"] == "7 of 7"
-    assert f"expected deviation {100 * result.consistent.deviation:.3g} % (found from the logs" in shown.said[-1]
-    rotors = f"; of rotors {100 * result.consistent.rotor_weight**-0.5:.3g} %"
-    assert (rotors in shown.said[-1]) == (result.consistent.rotor_weight != result.consistent.weight)
+    figures = {one.head: one.text for one in shown.facts}
+    assert shown.verdict.startswith(f"{result.identified} of {result.base.count} base parameters identified")
+    near = {
+        one.head: one.text for section in shown.sections if section.key == "consistent" for one in section.parts[:6]
+    }
+    assert near["bodies near the table"] == "7 of 7 links are bodies"
+    assert near["deviation from the table"] == f"{result.consistent.deviation:.2%} (of most evidence)"
     unseen = np.sqrt(np.mean([v.consistent**2 for v in result.validation]))
     measured = np.sqrt(np.mean([v.measured**2 for v in result.validation]))
     assert figures["of unseen torques left, by the result"] == f"{100 * unseen / measured:.3g} %"
 
 
-def test_the_torques_drawn_are_left_as_the_fit_says(shown, result):
-    left = np.concatenate([np.where(one.used, one.measured - one.predicted, np.nan) for one in shown.recordings])
+def test_the_torques_drawn_are_left_as_the_fit_says(drawn, result):
+    left = np.concatenate([np.where(one.used, one.measured - one.predicted, np.nan) for one in drawn.recordings])
     found = np.sqrt(np.nanmean(np.square(left), axis=0))
     np.testing.assert_allclose(found, result.information.residual_rms(result.base.of(result.consistent.parameters)))
-    assert [one.source for one in shown.recordings] == ["motion_8.csv", "motion_4.csv"]
+    assert [one.source for one in drawn.recordings] == ["motion_8.csv", "motion_4.csv"]
 
 
-def test_the_links_drawn_are_those_of_the_fit_and_the_table(shown, result, lwr):
-    np.testing.assert_array_equal(shown.after, link_parameters(result.columns, result.consistent.parameters))
-    np.testing.assert_array_equal(shown.before, link_parameters(result.columns, result.columns.own(lwr)))
-    assert shown.friction == result.columns.friction_of(result.consistent.parameters)
-    assert [one.state for one in shown.parameters] == list(result.states)
+def test_the_links_drawn_are_those_of_the_fit_and_the_table(drawn, result, lwr):
+    np.testing.assert_array_equal(drawn.after, link_parameters(result.columns, result.consistent.parameters))
+    np.testing.assert_array_equal(drawn.before, link_parameters(result.columns, result.columns.own(lwr)))
+    assert drawn.friction == result.columns.friction_of(result.consistent.parameters)
 
 
 def test_the_cards_hold_validation_bodies_and_what_is_open(shown, result):
     cards = tables(shown)
-    assert list(cards) == ["Validation", "Bodies", "What the logs leave open", "Slips of the table", "Recordings"]
-    kept, unseen, white = cards["Validation"].values()
+    assert list(cards)[-3:] == ["Validation on other logs", "Slips of the table", "Recordings"]
+    kept, white = cards["Validation"].values()
+    (unseen,) = cards["Validation on other logs"].values()
     assert [row[3] for row in kept.rows] == [v.held_out for v in result.validation]
     assert "no fit has seen" in unseen.title
-    assert all(row[2] is None for row in unseen.rows)
-    assert [row[1] for row in white.rows] == ["yes" if w.white else "no" for w in result.whiteness]
-    assert [row[4] for row in white.rows] == result.information.inflation.tolist()
-    price, numbers = cards["Bodies"].values()
-    np.testing.assert_allclose([row[1] for row in price.rows], result.consistent.price.rms)
-    assert [sum(row[1:4]) for row in numbers.rows] == [10] * 7
+    assert [row[2] for row in unseen.cells] == [""] * 7
+    assert [row[1] for row in white.rows] == [w.white for w in result.whiteness]
+    (links,) = cards["Links"].values()
+    assert [sum(row[7:]) for row in links.rows] == [10] * 7
     assert [row[2] for row in cards["Recordings"]["Recordings"].rows] == [
         np.count_nonzero(result.samples.recording == k) for k in (0, 1)
     ]
 
 
 def test_the_page_names_every_parameter(shown, result):
-    text = report_html(shown)
+    text = page_html(shown)
     for statement in result.base.statements():
         assert statement in text
     assert "nan" not in re.sub(r"<script.*?</script>|<style.*?</style>", "", text, flags=re.DOTALL)
-    assert text == report_html(shown)
+    assert text == page_html(shown)
 
 
 def test_an_arm_without_masses_has_a_report_too(logs, lwr):
     bare = replace(lwr, chain=with_bodies(lwr.chain, [None] * 7))
     found = identify_motion(logs[:2], bare)
     assert found.consistent is None
-    shown = motion_shown(found)
-    assert "links that are bodies" not in dict(shown.figures)
-    assert "Bodies" not in tables(shown)
-    assert '"before":[null,null,null,null,null,null,null]' in report_html(shown)
+    shown = motion_page(found)
+    assert "Bodies near the table" not in tables(shown)
+    assert shown.record()["consistent"] is None
+    assert '"before":[null,null,null,null,null,null,null]' in page_html(shown)
 
 
 def test_residuals_that_are_not_white_are_said(logs, lwr):
@@ -115,21 +126,22 @@ def test_residuals_that_are_not_white_are_said(logs, lwr):
     tau[:, 3] += 0.5 * np.sin(np.arange(len(tau)) / 50.0)
     found = identify_motion([replace(logs[0], tau=tau)], lwr)
     assert found.information.inflation[3] > 1.0
-    said = [line for line in motion_shown(found).said if "not white: sigmas are widened" in line]
-    assert len(said) == 1
-    assert "joint_4" in said[0]
+    document = motion_page(found)
+    assert "sigma widened: residuals are not white" in document.text()
+    white = next(iter(table for title, table in tables(document)["Validation"].items() if "white" in title))
+    assert not white.rows[3][1]
 
 
 def test_a_joint_that_never_moves_and_torques_that_were_cut_out(logs, lwr):
     q, tau = logs[0].q.copy(), logs[0].tau.copy()
     q[:, 2], tau[500:900, 1] = q[0, 2], np.nan
     found = identify_motion([replace(logs[0], q=q, tau=tau)], lwr)
-    shown = motion_shown(found)
-    assert "condition infinite" in shown.said[0]
+    shown = motion_page(found)
+    assert shown.verdict.endswith("condition inf")
     assert tables(shown)["Recordings"]["Recordings"].rows[0][-1] == "joint_3"
-    assert np.isnan(shown.recordings[0].measured[:, 1]).any()
-    text = report_html(shown)
-    assert ">unknown<" in text  # the sigma of what the log does not show
+    assert np.isnan(_drawn(found)[1].recordings[0].measured[:, 1]).any()
+    text = page_html(shown)
+    assert ">-<" in text  # what the log does not show
 
 
 def test_friction_behind_a_coupling_is_that_of_the_motors():
@@ -141,12 +153,12 @@ def test_friction_behind_a_coupling_is_that_of_the_motors():
         parameters[columns.of_joint(j)] = (1e-4, 0.05, 1e-3, 0.06, 1e-3)
     log = simulated_log(Plant(columns, parameters), random_motion(wam, 6.0, rng, rate=500.0), 0.01, rng, 1e-6)
     found = identify_motion([log], wam, MotionRule(SampleRule(slowest=2.0, transmission=motors)))
-    shown = motion_shown(found, more=table_card(found.information, wam))
-    assert shown.friction_at == tuple(f"motor {j}" for j in range(1, 8))
+    drawn, shown = _drawn(found)[1], motion_page(found, more=table_card(found.information, wam))
+    assert drawn.friction_at == tuple(f"motor {j}" for j in range(1, 8))
     assert "The table against the logs, cell by cell" not in tables(shown)
-    fitted = np.column_stack([one.torque(shown.speed[:, j]) for j, one in enumerate(shown.friction)])
-    assert np.nanmax(np.abs(shown.friction_torque - fitted)) < 0.01
-    assert "<h3>motor 7 <small>" in report_html(shown)
+    fitted = np.column_stack([one.torque(drawn.speed[:, j]) for j, one in enumerate(drawn.friction)])
+    assert np.nanmax(np.abs(drawn.friction_torque - fitted)) < 0.01
+    assert "<h3>motor 7 <small>" in page_html(shown)
 
 
 def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
@@ -159,7 +171,7 @@ def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
     assert out.splitlines()[-1] == f"wrote {tmp_path / 'report.html'}"
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<h1>Identification of lwr4plus, reading physical</h1>" in text
-    assert "logs that no fit has seen" in text
+    assert "which no fit has seen" in text
     assert "<h2>The table against the logs, cell by cell</h2>" in text
     code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "no" / "x.html"))
     assert (code, out) == (2, "")

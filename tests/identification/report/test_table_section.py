@@ -11,11 +11,12 @@ from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.report_page import slips_card, table_card, table_html
+from lwr_dyn.identification.report.table_section import slips_card, table_card
 from lwr_dyn.identification.slips.printed_cells import QUANTITIES
 from lwr_dyn.identification.slips.slip_tables import HIDDEN, OFF, table_against_log
 from lwr_dyn.identification.slips.trace import trace_slips
 from lwr_dyn.model.chain import Body, with_bodies
+from lwr_dyn.pages.document import table_html
 from tests.identification.plants import Plant, random_motion, simulated_log, simulated_samples
 
 
@@ -42,18 +43,18 @@ def slipped(lwr):
 
 
 def test_a_right_table_agrees(information, lwr):
-    ((title, tables, notes),) = table_card(information, lwr)
-    (cells,) = tables
-    assert title == "The table against the logs, cell by cell"
+    (section,) = table_card(information, lwr)
+    cells, notes = section.parts
+    assert section.title == "The table against the logs, cell by cell"
     assert [h.head for h in cells.columns] == ["link", *QUANTITIES]
     assert max(shade or 0.0 for row in cells.shades for shade in row) == 0.0
-    assert "lwr-dyn identify table" in notes[0]
+    assert "lwr-dyn identify table" in notes.lines[0]
     found = table_against_log(information, lwr)
     assert sum(text == "\u00b7" for row in cells.cells for text in row) == sum(one.state == HIDDEN for one in found)
 
 
 def test_a_slip_is_dark_in_its_place(information, slipped):
-    ((_, (cells, off), _),) = table_card(information, slipped)
+    ((cells, off, _),) = (one.parts for one in table_card(information, slipped))
     found = {one.cell.name: one for one in table_against_log(information, slipped)}
     column = 1 + INERTIAL.index("m")
     assert found["m4"].state == OFF
@@ -61,16 +62,17 @@ def test_a_slip_is_dark_in_its_place(information, slipped):
     assert cells.shades[3][column] == max(shade for row in cells.shades for shade in row if shade is not None)
     assert off.rows[0][0] == max(found.values(), key=lambda one: abs(one.pull)).cell.name
     assert len(off.rows) == sum(one.state == OFF for one in found.values())
-    assert re.search(r'style="background:color-mix\(in srgb, var\(--alarm\) 55%, transparent\)"', table_html(cells))
+    assert re.search(
+        r'style="background:color-mix\(in srgb, var\(--alarm\) 55%, transparent\)"', table_html(cells.shown(page=True))
+    )
 
 
 def test_repairs_are_listed_and_the_cells_after_them_agree(information, slipped):
     slips = trace_slips(information, slipped)
-    _, tables, notes = slips_card(information, slipped, slips)
-    repairs, after, printed, _ = tables
+    repairs, after, printed, _, notes = slips_card(information, slipped, slips).parts
     assert "m4" in repairs.rows[0][1]
     assert len(repairs.rows) == len(slips.explanations)
-    assert notes[0].startswith("The table does not meet the logs (chi squared")
+    assert notes.lines[0].startswith("The table does not meet the logs (chi squared")
     assert "explanation 1" in after.title
     assert max(shade for row in after.shades for shade in row if shade is not None) == 0.0
     assert max(shade for row in printed.shades for shade in row if shade is not None) > 0.0

@@ -11,13 +11,11 @@ import pytest
 import lwr_dyn
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.arm.verdict import Verdict
-from lwr_dyn.foundation.registry import Registry
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.friction.identify_friction import identify_friction
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.model import run as shown
 from lwr_dyn.model.arm import JointLimits
-from lwr_dyn.model.run import NOTEBOOK_FORMS, short_repr
+from lwr_dyn.model.run import short_repr
 from lwr_dyn.pages.notebook import forms
 from lwr_dyn.reproduction.paper_study import Reproduction
 from lwr_dyn.simulation.metrics import metrics
@@ -91,7 +89,7 @@ def test_each_is_one_or_two_kilobytes_of_whole_html_and_a_short_text(results):
         assert "<script" not in page
         assert len(repr(result).splitlines()) <= 5, name
         assert len(repr(result)) < 560, name
-    assert set(forms.FORMS) == {*results, "MotionIdentification"}
+    assert set(forms.FORMS) == {*results}
 
 
 def test_the_numbers_are_those_of_the_result(results, arm, run):
@@ -143,12 +141,6 @@ def test_failed_checks_come_first_and_long_lists_are_cut(arm):
 
 def test_a_paper_that_does_not_come_out_says_so():
     assert "DIFFER" in Reproduction(False, (), {})._repr_html_()
-
-
-def test_without_the_package_a_notebook_shows_the_text(arm, monkeypatch):
-    rows = {"html": replace(NOTEBOOK_FORMS["html"], target="lwr_dyn.gone:x")}
-    monkeypatch.setattr(shown, "NOTEBOOK_FORMS", Registry("notebook_form", rows))
-    assert arm._repr_html_() is None
 
 
 def test_a_short_text_says_shapes_and_sizes(run):

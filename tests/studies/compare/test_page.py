@@ -35,7 +35,7 @@ def test_it_has_the_numbers_and_the_best_in_bold(compared):
     for one in compared.runs:
         assert f"{one.figures.tip_rms_mm:.4g}" in text
     best = min(one.figures.tip_rms_mm for one in compared.runs)
-    assert f"<b>{best:.4g}</b>" in text
+    assert f"<b>{best:.4g} *</b>" in text
     assert "errors of the tip: rigid links and joints" in text
     assert text == comparison_html(compared)
 
@@ -49,7 +49,7 @@ def test_names_are_escaped_and_nothing_is_loaded(compared):
     assert re.findall(r"url\((?!data:)", text) == []
     assert "<img" not in compared._repr_html_()
     assert 200 < len(compared._repr_html_()) < 2200
-    assert "bold: the smallest of its plant" in compared._repr_html_()
+    assert "* the smallest of its plant" in compared._repr_html_()
 
 
 def test_no_colour_is_named():

@@ -1,0 +1,389 @@
+"""What a fit to any motion found, for programs and people: what is identified and what cannot be, bodies, and what is
+left of torques that it did not see.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.identification.bodies.consistent import ConsistentFit
+from lwr_dyn.identification.bodies.possible_bodies import (
+    LONGEST,
+    BodyVerdict,
+    body_lines,
+    body_parts,
+    short,
+)
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.motion.identifiable import (
+    FROM_BOTH,
+    FROM_LOG,
+    FROM_TABLE,
+    MEANING,
+    TOGETHER,
+    CorrelatedGroup,
+    MissingMotion,
+    cell_origins,
+    half_widths,
+    missing_motions,
+    parameter_states,
+)
+from lwr_dyn.identification.motion.validation import (
+    Validation,
+    Whiteness,
+    residuals_of,
+    validated_on,
+    validation_table,
+    whiteness_table,
+)
+from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED, BaseParameters
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.stribeck import StribeckSearch
+from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import repr_html, short_repr
+
+Numbers = list[float]
+Origin = Literal["log", "log and table", "table"]
+NOISE_MODEL = (
+    "the errors are those of noise, widened where residuals of neighbouring instants are alike; friction that the "
+    "columns lack makes the true ones larger"
+)
+WITHOUT_PARTS = (
+    "instrumental variables on unfiltered rows: no part of the motion was kept from the fit, and the price is that "
+    "along the command; judge the fit on other logs with --validate"
+)
+_FEW = 5
+"""Groups and motions that the text names."""
+
+
+LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionRule:
+    """How parameters are taken from logs.
+
+    Parameters
+    ----------
+    samples : SampleRule
+        How instants are taken; with a transmission rotors and friction are those of the motors.
+    friction : {"directions", "symmetric"}
+        Coulomb and viscous friction of each direction, or the same in both with an offset.
+    stribeck : bool
+        Whether Stribeck speeds are searched, on all motions; take samples at low speeds then.
+    folds : int
+        Parts into which the motions are dealt; each is kept from a fit in turn.
+    deviation : float, optional
+        Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
+    known : tuple of str
+        What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
+
+    Raises
+    ------
+    OptionError
+        A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds.
+    """
+
+    samples: SampleRule = DEFAULT_SAMPLES
+    friction: FrictionForm = "directions"
+    stribeck: bool = False
+    folds: int = 5
+    deviation: float | None = None
+    known: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.folds < 2:
+            raise OptionError("folds", self.folds, "a number of at least 2")
+        if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
+            allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
+            raise OptionError("deviation", self.deviation, allowed)
+
+    @property
+    def weight(self) -> float | None:
+        """Of the table in the consistent fit."""
+        return None if self.deviation is None else self.deviation**-2
+
+
+DEFAULT_MOTION = MotionRule()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionIdentification:
+    """Base parameters with their errors, bodies that have them, and how well both predict torques they did not see."""
+
+    arm: Arm
+    rule: MotionRule
+    samples: Samples = field(repr=False)
+    information: Information
+    """What the logs say of the base parameters."""
+    consistent: ConsistentFit | None
+    """Bodies, rotors and friction near the arm's table; None for an arm without masses."""
+    of_the_model: Array
+    """Values from the arm's own inertias and friction for the base parameters (b,)."""
+    validation: tuple[Validation, ...]
+    """One a joint, over motions kept from the fit in turn."""
+    whiteness: tuple[Whiteness, ...]
+    """Of the residuals of every joint that moved."""
+    groups: tuple[CorrelatedGroup, ...]
+    bodies: BodyVerdict
+    """Whether no bodies can have the values of least squares."""
+    stribeck: StribeckSearch | None = None
+    """The search for Stribeck speeds, where one was asked for."""
+    stribeck_sigma: Array | None = None
+    """Their standard errors (n,) [rad/s or m/s], NaN for a joint without one."""
+    __repr__ = short_repr
+    _repr_html_ = repr_html
+
+    @property
+    def document(self) -> Document:
+        """The fit for people and programs, without logs of their own."""
+        return motion_document(self)
+
+    @property
+    def columns(self) -> TorqueColumns:
+        """Of the torques."""
+        return self.information.columns
+
+    @property
+    def base(self) -> BaseParameters:
+        """Which combinations are determined."""
+        return self.information.base
+
+    @property
+    def half_widths(self) -> Array:
+        """Of the 3-sigma intervals of the base parameters (b,)."""
+        return half_widths(self.information)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Of each base parameter: identified, or why not (`parameter_states.MEANING`)."""
+        return parameter_states(self.information, self.of_the_model)
+
+    @property
+    def identified(self) -> int:
+        """How many base parameters are identified."""
+        return self.states.count(IDENTIFIED)
+
+    @property
+    def condition(self) -> float:
+        """Of the columns scaled to length 1; above a few hundred the motion excites some parameters poorly."""
+        return self.information.condition
+
+    @property
+    def equations(self) -> int:
+        """How many were used."""
+        return int(self.information.equations.sum())
+
+    @property
+    def origins(self) -> tuple[str, ...]:
+        """Of each parameter of the consistent fit (p,): whether the log or the table says more of it."""
+        if self.consistent is None:
+            return ()
+        own = self.columns.own(self.arm)
+        prior = replace(body_prior(self.columns, own), rotor_weight=self.consistent.rotor_weight)
+        return cell_origins(self.consistent.sigma, np.sqrt(np.diag(prior.covariance(self.consistent.weight))))
+
+    def missing_motions(self) -> tuple[MissingMotion, ...]:
+        """Swings that would identify what this motion does not."""
+        wanted = [i for i, state in enumerate(self.states) if state != IDENTIFIED]
+        return missing_motions(self.information, self.arm, wanted)
+
+    def residuals(self) -> Array:
+        """Measured torques less those of the fit, (k, n) [N m or N], NaN where not used."""
+        return residuals_of(self.samples, self.columns, self.information.values)
+
+    def validated_on(self, logs: Iterable[JointLog]) -> tuple[Validation, ...]:
+        """The same figures on logs that the fit has not seen; raises `LogError` as `identify_motion`."""
+        parameters = None if self.consistent is None else self.consistent.parameters
+        several = list(logs)
+        samples = samples_of(several, self.rule.samples)
+        known = samples_of(several, self.rule.samples.taking_all()).used
+        values, own = self.information.values, self.columns.own(self.arm)
+        return validated_on(samples, known, self.columns, values, own, parameters)
+
+
+def motion_document(
+    result: MotionIdentification, *, robot: str = "", unseen: Sequence[Validation] = (), files: str = ""
+) -> Document:
+    """The fit; `unseen` are its figures on logs of their own, `files` their names."""
+    arm, found, fit = result.arm, result.information, result.consistent
+    verdict = (
+        f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
+        f"condition {result.condition:.3g}"
+    )
+    kept = f"{result.rule.folds} parts of the motion, each kept from a fit in turn"
+    seen = f"{files or 'logs'}, which no fit has seen"
+    facts = [
+        Fact("robot", robot, "Name of the robot."),
+        Fact("equations", result.equations, "How many were used."),
+        Fact("condition", float(result.condition), "Of the scaled regressor."),
+        Fact("base_parameters", result.base.count, "How many there are."),
+        Fact("identified", result.identified, "How many of them are identified."),
+        Fact("noise_model", NOISE_MODEL, "What the errors are."),
+        Fact("noise", found.residual_noise, "Standard deviation of each joint's torques.", kind=Numbers),
+        Fact("inflation", found.inflation, "How much larger the noise counts where residuals of neighbouring instants "
+             "are alike, 1 where they are white.", kind=Numbers),
+        Fact("chi2", found.chi2, "Of the residuals."), Fact("dof", found.dof, "Equations less parameters."),
+        Fact("folds", result.rule.folds, "Parts of the motion, each kept from a fit in turn."),
+    ]  # fmt: skip
+    sections = [
+        Section("", [
+            Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
+            Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
+            Note(WITHOUT_PARTS, not result.validation),
+            Note(body_lines(result.bodies)),
+        ]),
+        Section("Bodies", body_parts(result.bodies), key="bodies", says="Whether bodies can have the values."),
+        Section("Parameters", [
+            parameters(result), *(Note(f"{s}: {m}", s in result.states) for s, m in MEANING.items()),
+            *_stribeck(result),
+        ]),
+        Section("What the logs leave open", [together(result), missing(result)]),
+        Section("Bodies near the table", _consistent(result), key="consistent", there=fit is not None,
+                says="Bodies, rotors and friction near the robot's table; null for a robot without masses."),
+        Section("Links", [] if fit is None else [links(result)]),
+        Section("Validation", [
+            validation_table(result.validation, kept, "validation", "RMS torques of each joint that are left."),
+            whiteness_table(result.whiteness),
+        ], brief=True),
+        Section("Validation on other logs", [
+            validation_table(unseen, seen, "validated_on", "The same as `validation` on logs that no fit has seen."),
+        ]),
+    ]  # fmt: skip
+    return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
+                    "lwr-dyn identify motion", "identification", facts)  # fmt: skip
+
+
+def parameters(result: MotionIdentification) -> Table:
+    """One row a base parameter."""
+    found, fit, own = result.information, result.consistent, result.of_the_model
+    bodies = np.full(own.size, np.nan) if fit is None else result.base.of(fit.parameters)
+    sigma = np.where((found.sigma > 0.0) & (found.sigma < np.inf), found.sigma, np.nan)
+    identified = [state == IDENTIFIED for state in result.states]
+    columns = (
+        Heading("parameter (SI)", key="parameter", cut=LONGEST), Heading("value", key="value", sigma="standard_error"),
+        Heading(key="standard_error", says="Null where the motion does not show the parameter."),
+        Heading(key="three_sigma", says="Half width of the interval of 99.73 %."),
+        Heading("by bodies", format=".5g", key=None, page=True, says="Of the bodies near the table."),
+        Heading("of the model", format=".5g", key="of_the_model"), Heading(key="identified"),
+        Heading("value less table", "sigma", ".2g", None, page=True, bar=10.0),
+        Heading("state", key="state", pick=True),
+    )  # fmt: skip
+    rows = zip(result.base.statements(), found.values, found.sigma, result.half_widths, bodies, own, identified,
+               (found.values - own) / sigma, result.states, strict=True)  # fmt: skip
+    return Table("", columns, [*rows], f"value +- standard error; {NOISE_MODEL}", "parameters")
+
+
+def _stribeck(result: MotionIdentification) -> list[Any]:
+    search = result.stribeck
+    speeds = np.zeros(0) if search is None else search.speeds
+    sigma = np.full(len(speeds), np.nan) if result.stribeck_sigma is None else result.stribeck_sigma
+    rows = [
+        (j + 1, v, sigma[j], "bound of the search" if search is not None and search.at_bound[j] else "")
+        for j, v in enumerate(speeds)
+        if np.isfinite(v)
+    ]
+    heads = ("joint", Heading("speed", "rad/s, m/s", key="v", sigma="e"), Heading(key="e"), Heading("how", key=None))
+    return [
+        Table("Stribeck speeds", heads, rows),
+        Note("Stribeck speeds: no joint asks for one", search is not None and not rows),
+        Fact("stribeck_velocity", None if search is None else search.speeds,
+             "Speeds found with --stribeck, null for a joint without one.", kind=Numbers | None),
+        Fact("stribeck_velocity_error", result.stribeck_sigma, "Their standard errors.", kind=Numbers | None),
+    ]  # fmt: skip
+
+
+def together(result: MotionIdentification) -> Table:
+    """What is known only together."""
+    names = result.base.statements()
+    columns = (
+        Heading("correlation", format="+.3f", key="largest_correlation", kind=float),
+        Heading("parameters", key="parameters", kind=list[int], format=lambda g: ", ".join(short(names[i]) for i in g)),
+    )
+    rows = [(g.largest, g.members) for g in result.groups]
+    says = "Parameters, by index from 0, that are known only together."
+    return Table(
+        f"known only together (correlation above {TOGETHER:g})", columns, rows, "", "together", says, most=_FEW
+    )
+
+
+def missing(result: MotionIdentification) -> Table:
+    """Motions that would identify more."""
+    names = [short(name) for name in result.base.statements()]
+    motions = result.missing_motions() if result.identified < result.base.count else ()
+    columns = (
+        Heading("10 s of a swing", key=None), Heading("about q", key="pose", kind=Numbers, format=_joined),
+        Heading("3 sigma then", key=None), Heading(key="joints", kind=list[int]),
+        Heading(key="amplitudes", kind=Numbers), Heading(key="hertz", kind=Numbers),
+        Heading(key="parameters", kind=list[int]),
+        Heading(key="before", kind=Numbers, says="Standard errors of the log."),
+        Heading(key="sigma", kind=Numbers, says="Standard errors with 10 s of the swing."),
+    )  # fmt: skip
+    rows = [(m.swing, m.pose, m.gains(names), m.joints, m.amplitudes, m.hertz, m.parameters, m.before, m.sigma)
+            for m in motions]  # fmt: skip
+    says = "Swings that would identify what is not."
+    return Table("not identified yet; what would do it", columns, rows, "", "missing_motions", says, most=_FEW)
+
+
+def _joined(values: Sequence[float]) -> str:
+    return ", ".join(f"{x:.2g}" for x in values)
+
+
+def _consistent(result: MotionIdentification) -> list[Any]:
+    fit = result.consistent
+    if fit is None:
+        return []
+    chosen = "of most evidence" if fit.chosen else "as given"
+    own, rms = result.columns.own(result.arm), fit.price.rms
+    columns = (Heading(key="parameter"), Heading(key="value"), Heading(key="standard_error"),
+               Heading(key="of_the_model"), Heading(key="says", kind=Origin))  # fmt: skip
+    rows = zip(result.columns.names, fit.parameters, fit.sigma, own, result.origins, strict=True)
+    lifted = ", ".join(map(str, fit.lifted))
+    return [
+        Fact("physical", [bool(x) for x in fit.physical], "Which links are bodies.", "bodies near the table",
+             format=lambda links: f"{sum(links)} of {len(links)} links are bodies"),
+        Fact("deviation", fit.deviation, "From the table, expected.", "deviation from the table",
+             format=lambda share: f"{share:.2%} ({chosen})"),
+        Fact("deviation_chosen", bool(fit.chosen), "Whether it was found from the logs."),
+        Fact("price_chi2", fit.price.chi2, "Against least squares.", "price against least squares, chi^2", "", "+.3g"),
+        Fact("price_rms", rms, "Of the torque between the two.", "price against least squares, RMS at the worst joint",
+             "N m (N)", lambda x: f"{np.nanmax(x):.2g}", Numbers),
+        Fact("lifted", list(fit.lifted), "Links whose values in the table no body has.", kind=list[int]),
+        Fact("known", list(fit.constraints), "What was given as known.", kind=list[str]),
+        Fact("iterations", fit.iterations, "Of the solver."),
+        Table("", columns, [*rows], key="parameters"),
+        Note(f"known: {'; '.join(fit.constraints)}", bool(fit.constraints)),
+        Note(f"no body has the table's values of link {lifted}: the nearest was taken", bool(fit.lifted)),
+    ]  # fmt: skip
+
+
+def links(result: MotionIdentification) -> Table:
+    """One row a link of the consistent fit: mass, centre of mass, rotor, and how much of it the log says."""
+    fit, own, origins = result.consistent, result.columns.own(result.arm), result.origins
+    assert fit is not None
+    rows = []
+    for i, rotor in enumerate(result.columns.rotor_indices):
+        ten = slice(len(INERTIAL) * i, len(INERTIAL) * (i + 1))
+        found, sigma = fit.parameters[ten], fit.sigma[ten]
+        counts = [origins[ten].count(word) for word in (FROM_LOG, FROM_BOTH, FROM_TABLE)]
+        rows.append((str(i + 1), found[0], sigma[0], own[ten][0], found[1:4] / found[0], fit.parameters[rotor],
+                     fit.sigma[rotor], *counts))  # fmt: skip
+    columns = (
+        Heading("link"), Heading("mass", "kg", sigma="sigma_m"), Heading(key="sigma_m"),
+        Heading("of the model", "kg", ".5g"),
+        Heading("centre of mass", "m", lambda com: ", ".join(f"{x:.4g}" for x in com)),
+        Heading("rotor", "kg m^2", sigma="sigma_r"), Heading(key="sigma_r"),
+        Heading("log"), Heading("both"), Heading("table"),
+    )  # fmt: skip
+    note = "log, both, table: of a link's ten numbers, how many each says more of"
+    return Table("", columns, rows, note)

@@ -1,0 +1,162 @@
+"""The arm in 3D that replays the recordings, with the ellipsoids of its links before and after, for report.js.
+
+The ellipsoid of a link is the solid of one density that has its mass, centre of mass and inertia. Of a pseudo-inertia
+P = [[S, h], [h^T, m]], S = integral of r r^T dm, a solid ellipsoid with semi-axes a has
+S - h h^T / m = m / 5 R diag(a^2) R^T about its centre h / m, so its semi-axes are those of P, made visible: a body is
+one that can be (P > 0) where all three are real.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.identification.bodies.possible_bodies import pseudo_inertias
+from lwr_dyn.identification.report.charts import ShownRecording
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.replay_page import (
+    RATE,
+    generator_line,
+    meshcat_bundle,
+    resource_text,
+    run_record,
+    script_safe,
+)
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
+
+PACKAGE = "lwr_dyn.identification.report"
+
+_SCRIPTS = ("numbers.js", "drawing.js", "stage.js")
+
+_PLACE = 1
+"""Of the motion's colour in the palette: the result has the first."""
+
+_SAMPLES = 3000
+"""Of a recording in 3D at most: two minutes at 25 Hz."""
+
+
+def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, after: Array) -> dict[str, Any]:
+    """The page's data.
+
+    Parameters
+    ----------
+    arm : Arm
+    recordings : sequence of ShownRecording
+        At least one.
+    before, after : (n, 10) array
+        Inertial parameters of the links in the frames of the source, as in `INERTIAL`: the table's, the result's.
+    """
+    shown = [_shown(arm, one) for one in recordings]
+    return {
+        "scene": list(replay_page.arm_commands(shown[0], 0)),
+        "runs": [run_record(shown[0], _stride(shown[0]))],
+        "others": [run_record(one, _stride(one)) for one in shown[1:]],
+        "native": [replay_page.column_major(link.after) for link in arm.chain.links],
+        "before": _ellipsoids(before),
+        "after": _ellipsoids(after),
+        "made_by": generator_line(),
+    }
+
+
+def _ellipsoids(parameters: Array) -> list[list[float] | None]:
+    found = [ellipsoid_matrix(row) for row in parameters]
+    return [None if one is None else [float(x) for x in one.T.ravel()] for one in found]
+
+
+def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:
+    nothing, zero = np.zeros_like(one.q), np.zeros_like(one.t)
+    run = Run(one.t, one.q, nothing, one.q, nothing, nothing, nothing, nothing, zero, {})
+    return replace(replayed_runs([run], arm, [one.source])[0], place=_PLACE)
+
+
+def _stride(shown: ReplayedRun) -> int:
+    steps, duration = shown.run.t.size - 1, float(np.ptp(shown.run.t))
+    return max(1, round(steps / max(duration * RATE / 2, 1.0)), -(-steps // _SAMPLES))
+
+
+def stage_html(recordings: Sequence[ShownRecording]) -> str:
+    """The place of the arm, its controls and switches."""
+    names = [escape(one.source) for one in recordings]
+    options = "".join(f'<option value="{k}">{name}</option>' for k, name in enumerate(names))
+    choice = f'<label>recording <select id="recording">{options}</select></label>' if len(names) > 1 else ""
+    switches = "".join(
+        f'<label><input id="{ident}" type="checkbox" checked> {mark}{label}</label>'
+        for ident, label, mark in (
+            ("show-before", "table's ellipsoids", '<i class="sw ref"></i>'),
+            ("show-after", "result's ellipsoids", '<i class="sw r1"></i>'),
+            ("see-through", "see-through arm", ""),
+            ("show-path", "path of the flange", ""),
+        )
+    )
+    speeds = "".join(
+        f'<option value="{x:g}"{" selected" if x == 1 else ""}>{x:g} &times;</option>' for x in (0.25, 0.5, 1, 2, 4)
+    )
+    return (
+        '<div id="stage"></div><div class="controls">'
+        '<button id="play" type="button" aria-label="play or pause">\u25b6</button>'
+        '<input id="scrub" type="range" min="0" max="1" step="any" value="0" aria-label="time">'
+        f'<output id="clock">0.00 s</output><label>speed <select id="speed">{speeds}</select></label>{choice}</div>'
+        f'<div class="controls" role="group" aria-label="What is drawn">{switches}</div>'
+    )
+
+
+def stage_scripts(data: dict[str, Any]) -> str:
+    """Script elements: the data, meshcat and the page's own code."""
+    text = script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
+    code = "\n".join([*map(resource_text, _SCRIPTS), resource_text("report.js", PACKAGE)])
+    return (
+        f'<script type="application/json" id="stage-data">{text}</script>\n'
+        f"<script>\n{meshcat_bundle()}\n</script>\n<script>\n{code}\n</script>\n"
+    )
+
+
+ROUNDING = 1e-9
+"""Of the largest moment: a second moment this far below 0 counts as 0, as of a plate or a rod."""
+
+
+def central_moments(parameters: Array) -> tuple[float, Array, Array]:
+    """Mass [kg], centre of mass (3,) [m] and S (3, 3) [kg m^2] about it, of ten parameters as in `INERTIAL`.
+
+    >>> mass, com, moments = central_moments(np.array([2.0, 0.0, 0.0, 2.0, 3.0, 0.0, 0.0, 3.0, 0.0, 1.0]))
+    >>> mass, com.tolist(), np.diag(moments).tolist()
+    (2.0, [0.0, 0.0, 1.0], [0.5, 0.5, 0.5])
+    """
+    P = pseudo_inertias(parameters)
+    mass, first = float(P[3, 3]), P[:3, 3]
+    if mass == 0.0:
+        return mass, np.zeros(3), P[:3, :3]
+    return mass, first / mass, P[:3, :3] - np.outer(first, first) / mass
+
+
+def semi_axes(parameters: Array) -> tuple[Array, Array] | None:
+    """Semi-axes (3,) [m], ascending, along the columns of a rotation (3, 3); None for what no body can be."""
+    mass, _, moments = central_moments(parameters)
+    if not (mass > 0.0 and np.isfinite(moments).all()):
+        return None
+    squares, axes = np.linalg.eigh(moments)
+    if squares[0] < -ROUNDING * abs(squares[2]):
+        return None
+    axes = axes * np.where(np.linalg.det(axes) < 0.0, -1.0, 1.0)
+    return np.sqrt(5.0 / mass * np.maximum(squares, 0.0)), axes
+
+
+def ellipsoid_matrix(parameters: Array) -> Array | None:
+    """The image of the unit sphere in the link's frame, (4, 4); None for what no body can be.
+
+    >>> ball = np.array([5.0, 0.0, 0.0, 5.0, 7.0, 0.0, 0.0, 7.0, 0.0, 2.0])
+    >>> ellipsoid_matrix(ball).tolist()
+    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
+    """
+    found = semi_axes(parameters)
+    if found is None:
+        return None
+    sizes, axes = found
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = axes * sizes, central_moments(parameters)[1]
+    return out
