@@ -1,6 +1,4 @@
-"""From a name or a file to an arm, with the options it is loaded with; what a run records of them finds it again.
-
-Mount and tool of an arm: from a name, a table, a .toml file, a pose, or the options of the command.
+"""From a name or a file to an arm, on its mount and with its tool; what a run records of that finds it again.
 
 The load is given as robot controllers want it (KUKA's LOAD_DATA, UR, Franka): com in the flange, inertia about com.
 """

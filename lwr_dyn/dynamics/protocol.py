@@ -1,12 +1,9 @@
 """What an engine of rigid-body dynamics offers: `Dynamics` behind the shape gate, `UngatedDynamics` for loops.
 
-Every engine passes the same identities and agreement tests.
-
-The shape gate around an engine: any arrays of numbers in, float64 arrays out, one clear error for everything else.
-
-An engine of single states is called at once, and its arguments are checked only where the call fails or the first entry
-of its result is not finite: a value that is not finite spreads outward with the motion and back with the force, so it
-reaches the first joint.
+The gate: any arrays of numbers in, float64 arrays out, one clear error for everything else. An engine of single states
+is called at once, and its arguments are checked only where the call fails or the first entry of its result is not
+finite: a value that is not finite spreads outward with the motion and back with the force, so it reaches the first
+joint. Every engine passes the same identities and agreement tests.
 """
 
 from collections.abc import Callable, Collection

@@ -3,12 +3,8 @@
     tau = Y(q, dq, ddq) pi,   pi_i = (m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz) about the origin of frame i
 
 A column is the torque of the Newton-Euler recursion for a chain with one parameter of 1 and all others 0. Friction and
-rotors add columns for their own joint.
-
-Inertial parameters that a source leaves open: allowed where no torque depends on them.
-
-Torques are linear in the parameters, tau = Y(q, dq, ddq) pi. A parameter cannot matter when its column of Y is zero at
-all states: of a link on a vertical first axis only Izz moves anything. The columns are computed at random states.
+rotors add columns for their own joint. A source may leave a parameter open where no torque depends on it, its column
+being zero at all states: of a link on a vertical first axis only Izz moves anything.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """A table is described once; its forms are aligned text, a record for programs, and (in `pages`) HTML.
 
-JSON text of any record. NumPy is not imported: what has `tolist` is an array or a number of it.
+NumPy is not imported: what has `tolist` is an array or a number of it.
 """
 
 import json

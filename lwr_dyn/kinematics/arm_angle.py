@@ -1,17 +1,16 @@
 """A smooth arm angle along a path that maximises the smallest joint-limit margin.
 
-Inside the corridor of `arm_angle_search`, the curve is the natural cubic spline with the least bending,
+Inside a corridor of arm angles the curve is the natural cubic spline with the least bending,
 
     minimise  integral of psi''^2 + PULL (psi - middle of the corridor)^2   subject to  low <= psi <= high,
 
 by bounded least squares at a few knots; where it leaves the corridor between knots, a knot is added there.
 
-The largest joint-limit margin that one continuous arm angle can keep along a whole path, over all eight branches.
-
-The largest margin at any one pose bounds what the path can keep. A corridor at that level proves that it can: one
-interval of arm angles per pose, each overlapping the next. The intervals at a level are exact, so a level at which no
-chain of overlapping intervals leads from the first pose to the last cannot be kept. Branches are tried in the order of
-their bounds, until a bound is below what another branch has reached.
+The corridor has the largest joint-limit margin that one continuous arm angle can keep along the whole path, over all
+eight branches. The largest margin at any one pose bounds what the path can keep. A corridor at that level proves that
+it can: one interval of arm angles per pose, each overlapping the next. The intervals at a level are exact, so a level
+at which no chain of overlapping intervals leads from the first pose to the last cannot be kept. Branches are tried in
+the order of their bounds, until a bound is below what another branch has reached.
 """
 
 from dataclasses import dataclass, replace

@@ -1,12 +1,10 @@
 """Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a numeric search.
 
-Inverse kinematics of any arm by damped least squares inside the joint limits, from many seeded starts.
-
-Each step is dq = J^T (J J^T + damping)^-1 e over the joints that are not held at a limit they push against; a step
-that does not bring the pose nearer is rejected and damped more (Levenberg 1944, Marquardt 1963; Wampler 1986 for
-robots). All starts run at once. Every solution is verified, but there may be more solutions.
-
-The point nearest to a pose out of reach that the arm reaches in the same orientation.
+The search is damped least squares inside the joint limits, from many seeded starts. Each step is dq = J^T (J J^T +
+damping)^-1 e over the joints that are not held at a limit they push against; a step that does not bring the pose nearer
+is rejected and damped more (Levenberg 1944, Marquardt 1963; Wampler 1986 for robots). All starts run at once. Every
+solution is verified, but there may be more. Of a pose out of reach the nearest point that the arm reaches in that
+orientation is given.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Inverse kinematics of one pose: the problem, the solver's interface, the result with its solutions in order.
 
-What both closed forms of inverse kinematics share: eight branches, joint ranges, whole turns, the elbow's bend.
+Closed forms share the eight branches, joint ranges, whole turns, and the bend of the elbow.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -11,13 +11,11 @@ on the line of r (within `ON_AXIS`) that plane does not exist, and e_up is taken
 perpendicular to r (x where joint 1 turns about z). With the arm straight there is no elbow circle: psi is then the
 limit from the bend of the branch.
 
-Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b sin(psi) + c: the forms below.
-(Shimizu, Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
+Every entry of the shoulder's and the wrist's rotation is then a cos(psi) + b sin(psi) + c: the forms below. (Shimizu,
+Kakuya, Yoon, Kitagaki, Kosuge, IEEE Trans. Robotics 24, 2008, for the idea; here from axes, not from tables.)
 
-Joint motion of an S-R-S arm along a path: q from the closed form, dq and ddq from the extended Jacobian, exactly.
-
-The arm angle is a seventh task row under the Jacobian. With w from shoulder to wrist, rho = |w|, the elbow axis n and
-the reference direction r,
+Along a path q comes from the closed form, dq and ddq from the extended Jacobian, exactly. The arm angle is a seventh
+task row under the Jacobian. With w from shoulder to wrist, rho = |w|, the elbow axis n and the reference direction r,
 
     tan(psi) = P / C,    P = rho (n . r),    C = n . (r x w)        (plus half a turn on the other elbow branch)
     [J; psi_row] dq  = [v; omega; dpsi]

@@ -5,7 +5,7 @@
 Standard DH has before = identity, modified DH has after = Rz Tz only, a URDF has its joint origin before and a rotation
 of the axis after. A payload, a changed mass and a locked joint are Chain -> Chain, so both roads include them.
 
-Denavit-Hartenberg rows in both conventions, as constant poses before and after the joint's motion.
+Denavit-Hartenberg rows are constant poses before and after the joint's motion:
 
 standard  T_{i-1,i} = Rz(theta) Tz(d) Tx(a) Rx(alpha)        (Denavit and Hartenberg 1955; Siciliano eq. 2.52)
 modified  T_{i-1,i} = Rx(alpha) Tx(a) Rz(theta) Tz(d)        (Craig, Introduction to Robotics, eq. 3.6)
@@ -14,9 +14,7 @@ theta = sign q + theta_offset for a revolute joint, d = sign q + d for a prismat
 positive direction is against the DH axis; half turns about x before and after the motion express it. `beta` follows
 alpha, Rx(alpha) Ry(beta) (Hayati and Mirmirani 1985): axes that are almost parallel meet too far away for DH alone.
 
-Physical feasibility: can a distribution of positive mass have this inertia?
-
-Where an arm is mounted and what tool it carries: Chain -> Chain, so both roads, files and kernels include them.
+A mount and a tool are Chain -> Chain too:
 
     T_world,tool(q) = T_world,base  T_base,flange(q)  T_flange,tool
 

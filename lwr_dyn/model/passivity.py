@@ -1,9 +1,7 @@
-"""Passivity of friction: per joint and direction, the speeds at which it adds energy instead of dissipating it.
+"""Passivity of friction: the speeds at which it adds energy instead of dissipating it, and the nearest that never does.
 
 Friction adds energy where tau_friction(dq) dq < 0. In one direction, with v = |dq| and a the Coulomb level plus
 (positive) or minus (negative) the offset, that is where a + viscous v + (static - coulomb) exp(-(v / v_s)^2) < 0.
-
-The nearest passive friction, and its difference from the given one.
 """
 
 from __future__ import annotations

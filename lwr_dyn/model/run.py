@@ -1,8 +1,7 @@
 """Records of movement: `Motion` is a reference, `Run` a simulated result; a run file carries its own metadata.
 
-How results show themselves: a short text; HTML in a notebook and other files of a run by optional packages.
-
-What is looked at in a run file before its arrays are unpacked, and in its record before it is believed.
+A run file is looked at before its arrays are unpacked, and its record before it is believed. Results show themselves:
+a short text, and HTML in a notebook where an optional package makes it.
 """
 
 import io

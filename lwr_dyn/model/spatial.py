@@ -1,11 +1,10 @@
-"""Rotations, poses and inertia tensors as NumPy arrays; every package uses them.
+"""Rotations, poses and inertia tensors as NumPy arrays, and 3-vectors and 3x3 matrices of any scalar.
 
 `T_ab` is the pose of frame b in frame a: ``T_ac = T_ab @ T_bc``.
 
-3-vectors and 3x3 matrices of any scalar: a float, a batch array, a complex step, a symbol.
-
-A Python zero is a structural zero: its terms are never formed. So a 90 deg twist costs no multiplication in a batch and
-leaves no 0*x in a traced expression, and the formulas that use these classes read as in the textbook.
+A scalar is a float, a batch array, a complex step or a symbol. A Python zero is a structural zero: its terms are never
+formed. So a 90 deg twist costs no multiplication in a batch and leaves no 0*x in a traced expression, and the formulas
+that use these classes read as in the textbook.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""The motor map dq_m = T dq of an arm: gears and cable differentials, where a motor may drive several joints.
+"""The motor map dq_m = T dq of an arm, whose motors may drive several joints, and the springs of its gears.
 
 Power is equal on both sides, tau^T dq = tau_m^T dq_m, so torques follow from the transpose, tau = T^T tau_m. The other
 way takes the inverse of `matrix`, which is never singular.
-
-`JointElasticity`: the spring and the damper between the motor side and the link side of every gear.
 """
 
 from __future__ import annotations

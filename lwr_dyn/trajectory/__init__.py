@@ -1,12 +1,9 @@
-"""Motion along time and space, without an arm: motion profiles, paths, orientations, poses along a path.
+"""Motion along time and space: profiles, paths, poses along a path, and references for the joints.
 
-motion_profile  MotionProfile: s(t) with its derivatives; constant speed, quintic
-lspb            profiles with a trapezoid of speed
-double_s        profiles with bounded jerk
-timings         MOTION_PROFILES: profiles of a whole path by name
-segments        straight lines and circular arcs
-path            Path: segments end to end, its corners and bends
-blends          corners and bends rounded by quintics
+motion_profile  MotionProfile: s(t) with its derivatives; constant speed, quintic, trapezoids of speed
+timings         profiles of a whole path by name; bounded jerk; corners rounded
+path            Path: lines and arcs end to end, its corners and bends
 pose_path       orientations along a path; TimedPosePath
-references      the above as references for the joints of an arm
+references      references for the joints of an arm, by name
+cartesian       lines and waypoints of the tip of any arm
 """

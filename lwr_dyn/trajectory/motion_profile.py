@@ -2,9 +2,7 @@
 
 Functions return the one record `MotionProfile`. Before 0 and after its duration a profile stands still.
 
-Profiles with a trapezoid of speed, rest to rest, in three quadratic pieces: LSPB, and the fastest under bounds.
-
-LSPB, linear segments with parabolic blends:
+A trapezoid of speed, rest to rest, is three quadratic pieces: LSPB, linear segments with parabolic blends,
 
     s = A t^2/2                     0 <= t <= t_c
     s = (L - V t_f)/2 + V t         t_c < t <= t_f - t_c          V = A t_c = L/(t_f - t_c)

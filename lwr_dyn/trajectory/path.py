@@ -1,7 +1,4 @@
-"""A path in space: segments end to end, with the length travelled as its one parameter, and its joints.
-
-Segments in space: a straight line and a circular arc, as functions of the length travelled on them.
-"""
+"""A path in space: lines and arcs end to end, with the length travelled as its one parameter, and its joints."""
 
 import math
 from collections.abc import Sequence

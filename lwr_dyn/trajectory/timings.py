@@ -1,11 +1,9 @@
-"""Motion profiles by name: how a path in space is travelled in a given time.
+"""How a path in space is travelled in a given time: motion profiles by name, and corners rounded.
 
-The double-S profile: rest to rest with bounded speed, acceleration and jerk, in seven cubic pieces.
-
-Blends: corners and bends of a path rounded by quintics, so that they can be passed at speed.
-
-A blend leaves the path a given distance before a joint and comes back the same distance after it, with
-position, tangent and curvature continuous: the acceleration along the path does not jump there.
+The double-S profile goes from rest to rest with bounded speed, acceleration and jerk, in seven cubic pieces. Blends
+round corners and bends by quintics, so that they can be passed at speed: a blend leaves the path a given distance
+before a joint and comes back the same distance after it, with position, tangent and curvature continuous, so the
+acceleration along the path does not jump there.
 """
 
 import math

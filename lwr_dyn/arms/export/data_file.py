@@ -2,8 +2,7 @@
 
 Every column is `computed` (or what its weakest source is: estimated, assumed, fitted), and `where` names the cells or
 elements that it comes from. What the form has no place for is said in `[document]`: link names, shapes, transmissions.
-
-Columns of a data file as TOML: one line each, numbers by repr, which is read back bit-exact.
+Numbers are written by repr, which is read back bit-exact.
 """
 
 import json

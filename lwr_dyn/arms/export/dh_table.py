@@ -4,9 +4,8 @@
     modified  T_base,flange = base  prod_i [Tx(a_i) Rx(alpha_i) Rz(theta_i) Tz(d_i)]  flange
 
 n rows have 4 n numbers; the frames of base and flange need more, so two constant poses may remain. All joint positions
-read as before: a zero of the arm is a zero of the table.
-
-A constant pose as two motions along z with a common normal between them:
+read as before: a zero of the arm is a zero of the table. A constant pose between two joints is two motions along z
+with a common normal between them:
 
     K = S(theta, d) N(a, alpha, beta) S(theta', d'),   S = Rz(theta) Tz(d),   N = Tx(a) Rx(alpha) Ry(beta)
 

@@ -1,7 +1,4 @@
-"""Paper -> Arm: columns in SI become DH rows, bodies, rotors and limits; each quantity keeps its source cells.
-
-Actuation of the joints: rotors, motor map, gains and friction of a paper, each with its source cells.
-"""
+"""Paper -> Arm: columns in SI become DH rows, bodies, rotors, friction and limits; each quantity keeps its cells."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

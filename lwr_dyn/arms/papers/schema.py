@@ -1,6 +1,6 @@
-"""The schema of a data file (tables, columns, units, shapes) and the records that the reader returns.
+"""The schema of a data file: tables, columns, shapes, the records that the reader returns, and units.
 
-Units of data files and their factors to SI; the only place where degrees and millimetres are converted.
+Here alone degrees and millimetres of data files are converted.
 """
 
 import math

@@ -1,6 +1,6 @@
-"""Elements of a URDF, each number with its source: inertials, origins, limits, rotors, copies of foreign elements.
+"""Elements of a URDF, each number with its source, and what all written files share: numbers, comments, header.
 
-Text that all written files share: numbers, comments, and the header that `lwr_dyn.arms.urdf.parse` reads back.
+The header is read back by `lwr_dyn.arms.urdf.parse`.
 """
 
 import copy

@@ -1,7 +1,4 @@
-"""All files of an arm: URDF, provenance sidecar, SRDF with the rotors, MJCF.
-
-The sidecar with the source of every number in a URDF: attribute -> quantities -> cells and conversions.
-"""
+"""All files of an arm: URDF, SRDF with the rotors, MJCF, and the sidecar with the source of every number."""
 
 import json
 from collections.abc import Callable

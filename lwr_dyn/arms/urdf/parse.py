@@ -1,13 +1,9 @@
 """URDF file -> parsed URDF by yourdfpy, after checks of our own, with one error that names the faulty element.
 
-Shapes and materials are dropped before parsing, since dynamics needs none: so mesh files need not exist.
-
-XML of foreign files: undeclared prefixes are read as the engines read them; a xacro is named.
-
-Engines parse a URDF without namespaces (urdfdom and Drake with tinyxml2), so files with `<drake:gear_ratio>` or
-`<gazebo xlink:href="...">` and no declaration of the prefix are about. A strict parser refuses them.
-
-A file of xacro macros -> URDF text, by the package `xacro` where it is installed; it needs no ROS.
+Shapes and materials are dropped before, since dynamics needs none: so mesh files need not exist. Undeclared prefixes
+are read as engines read them: urdfdom and Drake parse without namespaces, so files with `<drake:gear_ratio>` or
+`<gazebo xlink:href="...">` and no declaration are about, which a strict parser refuses. A file of xacro macros is
+expanded by the package `xacro` where it is installed; it needs no ROS.
 """
 
 import hashlib

@@ -1,9 +1,8 @@
 """The link tree of a URDF: parents, fixed joints, path from root to tip, and the layout that an arm keeps of it.
 
-Which chain of a tree is the arm, where the user names no tip.
-
-From the root outward: where joints branch off, a chain twice as long as any other goes on (an arm beside a head and
-wheels); an arm ends where fingers begin, shorter than itself. Where neither is so, there are several arms or legs.
+Where the user names no tip, the arm is found from the root outward: where joints branch off, a chain twice as long as
+any other goes on (an arm beside a head and wheels); an arm ends where fingers begin, shorter than itself. Where neither
+is so, there are several arms or legs.
 """
 
 import math

@@ -1,6 +1,4 @@
-"""Symbolic equations of motion of an arm: matrices, symbols for masses and inertias, and their numbers.
-
-Equations of motion of a chain in symbols from its Lagrangian: a third road beside URDF and recursion.
+"""Equations of motion of an arm in symbols, from its Lagrangian: a third road beside URDF and recursion.
 
     L = K - U,   tau_i = d/dt dL/d(dq_i) - dL/dq_i = (B ddq + C dq + g)_i
 

@@ -1,8 +1,7 @@
-"""Equations of motion in numbers: compiled once, then an engine for any masses, lengths and gravity.
+"""Equations of motion as numbers and as text: compiled to an engine, as plain text, as LaTeX, or one entry alone.
 
-Equations of motion as plain text and as a LaTeX document, term by term in the same order.
-
-One entry of B, C or g in closed form, from the links' Jacobians; no other entry is derived than it needs.
+Compiled once they serve any masses, lengths and gravity; plain text and LaTeX have their terms in the same order. One
+entry of B, C or g comes from the links' Jacobians, without what it does not need:
 
     B_ij = sum m Jv_i . Jv_j + Jw_i . I Jw_j + Ia_i (i = j),      g_i = -sum m g_0 . Jv_i
 

@@ -1,18 +1,18 @@
-"""Velocities and accelerations of the links in symbols, from their matrices T_{i-1,i}(q_i), frame by frame.
+"""Motion in symbols: DH matrices, velocities and accelerations of the links, and one normal form of expressions.
+
+From the matrices T_{i-1,i}(q_i), frame by frame:
 
 omega_i = R^T omega_{i-1} + axis_i dq_i
 v_i     = R^T (v_{i-1} + omega_{i-1} x p + dp/dq_i dq_i)        v_Ci = v_i + omega_i x c_i
 domega_i = d(omega_i)/dt        a_Ci = d(v_Ci)/dt + omega_i x v_Ci
 
-Normal form of trigonometric expressions, in which equal expressions are identical, and a short form to read.
+In normal form equal trigonometric expressions are identical: sin(q_i)^2 is replaced by 1 - cos(q_i)^2 and products are
+expanded. Monomials in cosines and sines, at most linear in each sine, are linearly independent functions, so an
+expression is zero exactly when its form is 0.
 
-In normal form sin(q_i)^2 is replaced by 1 - cos(q_i)^2 and products are expanded. Monomials in cosines and sines, at
-most linear in each sine, are linearly independent functions, so an expression is zero exactly when its form is 0.
-
-A DH table in symbols: the matrices A_i, and a position by two routes with the operations of each.
-
-One route multiplies all matrices, then the vector; the other multiplies matrices into the vector from the tip inward.
-Both give the same expression, with very different numbers of operations.
+A position of a DH table goes by two routes, with the operations of each. One route multiplies all matrices, then the
+vector; the other multiplies matrices into the vector from the tip inward. Both give the same expression, with very
+different numbers of operations.
 """
 
 from __future__ import annotations

@@ -1,24 +1,23 @@
-"""All branches of six-joint arms whose numbers are rounded or calibrated: the nearest exact arm, polished.
+"""Further six-joint arms: rounded or calibrated numbers, three parallel axes, and what the package EAIK solves.
 
-Axes and points are snapped to the exact geometry, which is solved in closed form; from each branch a search on the arm
-itself starts (Levenberg-Marquardt). Nothing proves then that no branch is missing. Near a singularity the arm may have
-other branches than the exact one, so there the search starts from the branches of poses all around as well.
+Of numbers that are rounded or calibrated axes and points are snapped to the exact geometry, which is solved in closed
+form; from each branch a search on the arm itself starts (Levenberg-Marquardt). Nothing proves then that no branch is
+missing. Near a singularity the arm may have other branches than the exact one, so there the search starts from the
+branches of poses all around as well.
 
-Closed-form inverse kinematics of six-joint arms with three parallel axes (2, 3, 4): eight branches for each pose.
-
-Universal Robots' arms are of this kind (Hawkins 2013). W, where axes 5 and 6 meet, has the same offset from the arm's
-plane at every pose, which gives q1 as for a spherical wrist. Axes 2, 3, 4 turn as one, so that with axes 5 and 6 they
-make a ball; its roll is the sum of their turns, which leaves a planar arm from axis 2 over axis 3 to axis 4.
+With three parallel axes (2, 3, 4) a closed form has eight branches for each pose (Universal Robots; Hawkins 2013). W,
+where axes 5 and 6 meet, has the same offset from the arm's plane at every pose, which gives q1 as for a spherical
+wrist. Axes 2, 3, 4 turn as one, so that with axes 5 and 6 they make a ball; its roll is the sum of their turns, which
+leaves a planar arm from axis 2 over axis 3 to axis 4.
 
     Rz(roll) Ry(q5 + offset) Rz(q6) = basis^T R_1^T R_flange back      roll = q4 + s4 (q2 + s3 q3), s = +-1: sense
 
 Singularities: the shoulder and the elbow as with a spherical wrist; the wrist, where axis 6 is parallel to axes 2 to 4:
 q2, q3, q4 and q6 move together without moving the flange, and one such set is given.
 
-The solver "eaik": closed forms of the package EAIK (Ostermeier, Kuelz, Althoff 2025), each result verified.
-
-EAIK mixes least-squares solutions into its lists and does not say which kind of arm it has no closed form for until it
-is asked, so a pose is solved by what forward kinematics confirms. Its arm is given by axes and points at q = 0.
+EAIK (Ostermeier, Kuelz, Althoff 2025) mixes least-squares solutions into its lists and does not say which kind of arm
+it has no closed form for until it is asked, so a pose is solved by what forward kinematics confirms. Its arm is given
+by axes and points at q = 0.
 """
 
 from dataclasses import dataclass, replace

@@ -9,17 +9,13 @@ Pieper's split (1968): the flange pose gives the wrist centre W, W gives q1 to q
 Singularities: the shoulder (W on axis 1, or at its lateral offset: q1 is not determined), the elbow (stretched or
 folded: two branches meet) and the wrist (axes 4 and 6 in line: only q4 +- q6 is determined).
 
-The geometry of six-joint arms with a closed form of inverse kinematics, read off their axes at q = 0.
-
-With a spherical wrist axis 2 is perpendicular to axis 1, axis 3 parallel to axis 2, and axes 4, 5, 6 meet
-in the wrist centre W, neighbours among them perpendicular. In the arm's plane at q1 = 0, e = w2 x w1 (ahead),
-n = w2 (across) and w1 (along axis 1) are a right-handed triad.
+The geometry is read off the axes at q = 0. With a spherical wrist axis 2 is perpendicular to axis 1, axis 3 parallel to
+axis 2, and axes 4, 5, 6 meet in the wrist centre W, neighbours among them perpendicular. In the arm's plane at q1 = 0,
+e = w2 x w1 (ahead), n = w2 (across) and w1 (along axis 1) are a right-handed triad.
 
 With three parallel axes it is the same, but axis 4 is parallel to axes 2 and 3, and W is where axes 5 and 6 meet.
 
 Shoulder, elbow and wrist may be offset, the flange may be anywhere, and zero and direction of each joint are free.
-
-The eight branches of six-joint arms with a closed form, and the solutions of one pose made of them.
 """
 
 from collections.abc import Callable, Sequence

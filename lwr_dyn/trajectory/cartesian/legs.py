@@ -1,7 +1,5 @@
 """Legs one after another: through the space of the tip, or through joint positions, each with its time.
 
-Smooth joint curves through the positions found along legs, their timing, and the reference made of them.
-
 q(u) is a spline of degree 5 through the positions of a leg, so q, dq and ddq are exact derivatives of each other, and
 the tip leaves the curve by what the spline rounds. That is measured between the positions, which are doubled where it
 is more than `OFF_CURVE`. With u(t) = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration, a leg starts and ends at rest:

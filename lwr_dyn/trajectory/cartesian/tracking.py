@@ -9,9 +9,8 @@ z moves them away from their limits, x = (q - middle) / half of a range:
 
 References: Siciliano et al., Robotics, eq. 3.54 (z in the null space of J) and sec. 3.7 (Newton's method along a path).
 
-Why an arm cannot follow a curve further: a joint at its limit, a singular position, or the end of its reach.
-
-Legs of an S-R-S arm that may begin anywhere: the arm angle with the largest margin over the whole way.
+`PathStopError` says why an arm cannot follow a curve further: a joint at its limit, a singular position, or the end of
+its reach. Legs of an S-R-S arm that may begin anywhere have the arm angle with the largest margin over the whole way.
 """
 
 import math

@@ -8,7 +8,7 @@ keeps 50.9 degrees to its limits and uses at most 18 % of its speed (IST: 29 %).
 The shift is the one with the largest margin on a grid of 0.1 m over the workspace; `scripts/ist_clear.py` searches it
 again. The arm is symmetric about the plane x = 0 of frame 0: the mirror image of the letters does as well.
 
-A reference twice, with a quintic way back between: what a law that learns has learnt shows in the second pass.
+`ist-clear-twice` has a quintic way back between: what a law that learns has learnt shows in the second pass.
 """
 
 import math

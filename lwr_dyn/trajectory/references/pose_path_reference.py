@@ -1,6 +1,6 @@
 """A reference for the joints from a timed pose path, the arm's inverse kinematics and an arm angle.
 
-The arm angle along a path: the best curve, one fixed angle, or a curve that is given.
+The arm angle along the path is the best curve, one fixed angle, or a curve that is given.
 """
 
 import math

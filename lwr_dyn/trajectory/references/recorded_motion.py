@@ -1,8 +1,9 @@
 """The task `csv`: a motion that a person brings, through its rows by a spline of degree 5 in time.
 
 q, dq and ddq are exact derivatives of each other. Noise in a file is followed like everything else: smooth it before.
+Poses become joint positions row by row, without jumps.
 
-The CSV file of a motion: a column time, and joint positions or poses of the tip, a row for each moment.
+The CSV file has a column time, and joint positions or poses of the tip, a row for each moment.
 
     time                           [s], or time [ms]; rising; the motion begins with the first row
     q1, ..., qn                    joint positions, rad (m where they slide); q1 [deg] and q1 [mm] as well
@@ -10,8 +11,6 @@ The CSV file of a motion: a column time, and joint positions or poses of the tip
 
 Other columns are left out, so the CSV of a run or a log can be given as it is. Lines that begin with # and empty lines
 are skipped.
-
-Joint positions for the poses of a recorded motion, row by row, without jumps.
 """
 
 import csv
