@@ -20,7 +20,7 @@ from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.studies.sweep.outwards import FirstBreak, Span, outward_search
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.rollout_arguments import rollout_arguments
-from lwr_dyn.studies.sweep.running.sweep import SweepResults
+from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.summary import spans
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy

@@ -13,7 +13,8 @@ from lwr_dyn.foundation.progress import CLEAR, progress
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.report_page import FinishedSweep, finish
 from lwr_dyn.studies.sweep.running.cost import SweepCost, duration
-from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, SweepResults, sweep
+from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, sweep
+from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from lwr_dyn.studies.sweep.summary_text import summary_record, summary_text
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 

@@ -76,10 +76,17 @@ def command(
     not seen. Exit 1 where no candidate keeps the bound.
     """
     read, size = read_study(study), SearchSize(**sizes)
-    text = _controller(read, controller)
+    text = read.controllers[0] if controller is None else controller
+    if text not in read.controllers:
+        raise UnknownNameError(f"controller of {read.name}", text, read.controllers)
     spec = spec_of_study(read, text)
     given = _given(read, spec)
-    chosen = tuple(map(searched_gain, gains)) or _usual(spec, given)
+    usual = [(f"controller.{name}", ends) for name, ends in USUAL.items()]
+    chosen = tuple(map(searched_gain, gains)) or tuple(
+        SearchedGain(path, low * given[path], high * given[path]) for path, (low, high) in usual if path in given
+    )
+    if not chosen:
+        raise OptionError("gain", f"none, and {spec.name} has neither omega-n nor xi", "--gain NAME=LOW:HIGH")
     _check_gains(read, spec, chosen)
     with progress("searching gains") as report:
         found = tune(
@@ -112,14 +119,6 @@ def evaluator(study: SweepStudy, controller: str, threads: int = 1) -> Evaluate:
     return evaluate
 
 
-def _controller(study: SweepStudy, text: str | None) -> str:
-    if text is None:
-        return study.controllers[0]
-    if text not in study.controllers:
-        raise UnknownNameError(f"controller of {study.name}", text, study.controllers)
-    return text
-
-
 def _given(study: SweepStudy, spec: ControllerSpec) -> dict[str, float]:
     """Path -> number with which the study has it: of the controller's options, and of parameters that are fixed."""
     own = {} if spec.is_file else {key: one.default for key, one in options_of(CONTROLLERS.load(spec.base)).items()}
@@ -130,17 +129,6 @@ def _given(study: SweepStudy, spec: ControllerSpec) -> dict[str, float]:
         for path, x in {**options, **fixed}.items()
         if isinstance(x, int | float) and not isinstance(x, bool)
     }
-
-
-def _usual(spec: ControllerSpec, given: Mapping[str, float]) -> tuple[SearchedGain, ...]:
-    found = tuple(
-        SearchedGain(path, low * given[path], high * given[path])
-        for path, (low, high) in ((f"controller.{name}", ends) for name, ends in USUAL.items())
-        if path in given
-    )
-    if not found:
-        raise OptionError("gain", f"none, and {spec.name} has neither omega-n nor xi", "--gain NAME=LOW:HIGH")
-    return found
 
 
 def _check_gains(study: SweepStudy, spec: ControllerSpec, gains: tuple[SearchedGain, ...]) -> None:

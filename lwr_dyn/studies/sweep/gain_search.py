@@ -4,17 +4,13 @@ Differential evolution is taken because it only compares candidates (a quantile 
 unstable is a cliff), because a generation is one call, which rollouts want, and because it is in SciPy: `cma` would be
 one more package, and pays from some ten gains on. All candidates meet the same runs (common random numbers), so that a
 difference between two of them is one of gains; the price is that the search fits its runs, so gains are judged on other
-ones (`gain_verdict`).
+ones (`GainVerdict`).
 
 The bound is kept by order, without a penalty to choose: of two candidates that keep it the one with the smaller aim is
 better, one that keeps it is better than one that does not, and of two that do not the one that misses it by less
 (K. Deb, Comput. Methods Appl. Mech. Eng. 186, 2000).
 
-What a search for gains aims at: a quantile over runs of one of their metrics.
-
-What a search may vary: paths of a study with a lowest and a highest value, and the unit cube that it walks in.
-
-What gains are worth on runs that their search has not seen, beside the gains that were given.
+Beside it what a search aims at, a quantile over runs of one of their metrics, and what gains are worth on other runs.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,25 +25,105 @@ from scipy.stats import qmc
 from lwr_dyn.foundation.arrays import Array, number_of
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.foundation.progress import Report
-from lwr_dyn.studies.sweep.intervals import LEVEL, QuantileEstimate, ShareEstimate, quantile_of, share_of
+from lwr_dyn.studies.sweep.intervals import (
+    LEVEL,
+    IntervalEstimate,
+    QuantileEstimate,
+    ShareEstimate,
+    quantile_of,
+    share_of,
+)
 from lwr_dyn.studies.sweep.vocabulary import MetricWords, metric_words
+
+FORM = "PATH=LOW:HIGH, as controller.omega_n=5:200"
+
+
+@dataclass(frozen=True, slots=True)
+class SearchedGain:
+    """A path between `low` and `high`; its logarithm is searched where both are above 0.
+
+    Raises
+    ------
+    OptionError
+        Bounds that are not finite, or not low < high.
+    """
+
+    path: str
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite([self.low, self.high]).all() and self.low < self.high):
+            raise OptionError(f"bounds of {self.path}", f"{self.low:g} to {self.high:g}", "two numbers, low < high")
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether equal steps of the search are equal ratios."""
+        return self.low > 0.0
+
+    @property
+    def name(self) -> str:
+        """The path without its group: controller.omega_n is omega_n."""
+        return self.path.removeprefix("controller.")
+
+    def value(self, share: Array) -> Array:
+        """Values of shares (...) of the way from `low` to `high`.
+
+        >>> SearchedGain("controller.omega_n", 1.0, 100.0).value(np.array([0.0, 0.5, 1.0])).round(9).tolist()
+        [1.0, 10.0, 100.0]
+        """
+        if not self.is_logarithmic:
+            return np.asarray(self.low + (self.high - self.low) * share)
+        return np.asarray(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
+
+    def share(self, value: float) -> float:
+        """The share of a value, clipped to 0 ... 1."""
+        inside = min(max(value, self.low), self.high)
+        if not self.is_logarithmic:
+            return float((inside - self.low) / (self.high - self.low))
+        return float(np.log(inside / self.low) / np.log(self.high / self.low))
+
+
+def searched_gain(text: str) -> SearchedGain:
+    """The gain of a text such as "controller.omega_n=5:200"; a name without a dot is an option of the controller.
+
+    Raises
+    ------
+    OptionError
+        Another form, or bounds that are no numbers, not finite or not low < high.
+
+    >>> searched_gain("omega_n=5:200")
+    SearchedGain(path='controller.omega_n', low=5.0, high=200.0)
+    """
+    path, _, bounds = (part.strip() for part in text.partition("="))
+    low, colon, high = bounds.partition(":")
+    if not (path and colon):
+        raise OptionError("gain", repr(text), FORM)
+    try:
+        ends = number_of(low), number_of(high)
+    except ValueError:
+        raise OptionError(f"bounds of {path}", repr(bounds), FORM) from None
+    name = path.replace("-", "_")
+    return SearchedGain(name if "." in name else f"controller.{name}", *ends)
+
+
+def values_of(gains: Sequence[SearchedGain], shares: Array) -> Array:
+    """Values (k, d) of points (k, d) of the unit cube."""
+    return np.stack([gain.value(shares[:, i]) for i, gain in enumerate(gains)], axis=-1)
+
 
 MISSED = 1e12
 """Cost from which on candidates miss the bound; an aim is far below."""
-
 MOST_MISSED = 1e6
 """By how much a candidate misses it at most."""
-
 NO_NUMBER = 1e30
 """Cost of a candidate with runs that have no number."""
-
 MUTATION, CROSSOVER = (0.5, 1.0), 0.9
 """Dithered scale of differences, and the share of numbers that a child takes from them: SciPy's default for the first;
 high for the second, as gains act together."""
 
 Judge = Callable[[Array], tuple[Array, Array]]
 """Points (k, d) of the unit cube -> aim (k,) and use (k,), inf where a candidate has none."""
-
 Mask = NDArray[np.bool_]
 
 
@@ -59,11 +135,6 @@ class SearchTrace:
     points: Array
     aim: Array = field(default_factory=lambda: np.zeros(0))
     use: Array = field(default_factory=lambda: np.zeros(0))
-
-    @classmethod
-    def empty(cls, judge: Judge, dimensions: int) -> "SearchTrace":
-        """Nothing was looked at yet."""
-        return cls(judge, np.zeros((0, dimensions)))
 
     def look(self, points: Array) -> tuple[Array, Array]:
         """Aim and use of points (k, d), which are kept."""
@@ -198,98 +269,10 @@ def gain_aim(text: str, quantiles: Sequence[float] = ()) -> GainAim:
     return GainAim(words, number)
 
 
-FORM = "PATH=LOW:HIGH, as controller.omega_n=5:200"
-
-
-@dataclass(frozen=True, slots=True)
-class SearchedGain:
-    """A path between `low` and `high`; its logarithm is searched where both are above 0.
-
-    Raises
-    ------
-    OptionError
-        Bounds that are not finite, or not low < high.
-    """
-
-    path: str
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        if not (np.isfinite([self.low, self.high]).all() and self.low < self.high):
-            raise OptionError(f"bounds of {self.path}", f"{self.low:g} to {self.high:g}", "two numbers, low < high")
-
-    @property
-    def is_logarithmic(self) -> bool:
-        """Whether equal steps of the search are equal ratios."""
-        return self.low > 0.0
-
-    @property
-    def name(self) -> str:
-        """The path without its group: controller.omega_n is omega_n."""
-        return self.path.removeprefix("controller.")
-
-    def value(self, share: Array) -> Array:
-        """Values of shares (...) of the way from `low` to `high`.
-
-        >>> SearchedGain("controller.omega_n", 1.0, 100.0).value(np.array([0.0, 0.5, 1.0])).round(9).tolist()
-        [1.0, 10.0, 100.0]
-        """
-        if not self.is_logarithmic:
-            return np.asarray(self.low + (self.high - self.low) * share)
-        return np.asarray(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
-
-    def share(self, value: float) -> float:
-        """The share of a value, clipped to 0 ... 1."""
-        inside = min(max(value, self.low), self.high)
-        if not self.is_logarithmic:
-            return float((inside - self.low) / (self.high - self.low))
-        return float(np.log(inside / self.low) / np.log(self.high / self.low))
-
-
-def searched_gain(text: str) -> SearchedGain:
-    """The gain of a text such as "controller.omega_n=5:200"; a name without a dot is an option of the controller.
-
-    Raises
-    ------
-    OptionError
-        Another form, or bounds that are no numbers, not finite or not low < high.
-
-    >>> searched_gain("omega_n=5:200")
-    SearchedGain(path='controller.omega_n', low=5.0, high=200.0)
-    """
-    path, _, bounds = (part.strip() for part in text.partition("="))
-    low, colon, high = bounds.partition(":")
-    if not (path and colon):
-        raise OptionError("gain", repr(text), FORM)
-    try:
-        ends = number_of(low), number_of(high)
-    except ValueError:
-        raise OptionError(f"bounds of {path}", repr(bounds), FORM) from None
-    name = path.replace("-", "_")
-    return SearchedGain(name if "." in name else f"controller.{name}", *ends)
-
-
-def values_of(gains: Sequence[SearchedGain], shares: Array) -> Array:
-    """Values (k, d) of points (k, d) of the unit cube."""
-    return np.stack([gain.value(shares[:, i]) for i, gain in enumerate(gains)], axis=-1)
-
-
 RESAMPLES = 2000
 """Of the bootstrap."""
-
 FEW = 10
 """Runs beyond a quantile below which the interval of the bootstrap is too narrow."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PairedRatio:
-    """The quantile with one set of gains over that with another, on the same runs, with its interval."""
-
-    value: float
-    low: float
-    high: float
-    level: float = LEVEL
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -304,7 +287,7 @@ class GainVerdict:
     found: QuantileEstimate
     given_use: QuantileEstimate
     found_use: QuantileEstimate
-    ratio: PairedRatio
+    ratio: IntervalEstimate
     better: ShareEstimate
 
     @property
@@ -335,7 +318,7 @@ def verdict(given: Array, found: Array, given_use: Array, found_use: Array, shar
     )
 
 
-def paired_ratio(given: Array, found: Array, share: float, seed: int) -> PairedRatio:
+def paired_ratio(given: Array, found: Array, share: float, seed: int) -> IntervalEstimate:
     """Quantile of `found` over that of `given`, (runs,) each; percentiles of a bootstrap that draws pairs.
 
     Two quantiles that are both inf have the ratio 1. For the quantile of runs that are few beyond it (1 - share times
@@ -362,4 +345,4 @@ def paired_ratio(given: Array, found: Array, share: float, seed: int) -> PairedR
 
     drawn = np.sort([ratio(rng.integers(0, n, n)) for _ in range(RESAMPLES)])
     cut = int(np.floor(0.5 * (1.0 - LEVEL) * RESAMPLES))
-    return PairedRatio(ratio(slice(None)), float(drawn[cut]), float(drawn[-1 - cut]))
+    return IntervalEstimate(ratio(slice(None)), float(drawn[cut]), float(drawn[-1 - cut]))

@@ -1,15 +1,13 @@
-"""How much a metric follows each varied parameter in runs where all of them vary at once: the numbers of a tornado.
+"""How much a metric follows each varied parameter: the numbers of a tornado, and Sobol indices of a Saltelli design.
 
-Two measures, from the same runs: a quantile of the metric among the runs of each fifth of a parameter, lowest to
-highest (of each level where there are few), and Spearman's rank correlation. The first is in the unit of the metric and
-sees what rises at both ends; the second says the direction. The largest of many quantiles differ by chance too, so
-two tests say beside them whether the runs of the parts differ at all.
+Of runs where all parameters vary there are two measures: a quantile of the metric among the runs of each fifth of a
+parameter, lowest to highest (of each level where there are few), and Spearman's rank correlation. The first is in the
+unit of the metric and sees what rises at both ends; the second says the direction. The largest of many quantiles differ
+by chance too, so two tests say beside them whether the runs of the parts differ at all.
 
-Sobol indices of a metric from the runs of a Saltelli design, with intervals by the bootstrap.
-
-The values are those of `scipy.stats.sobol_indices`, which takes a power of 2 of groups; where groups with a run that
-diverged are left out, the same estimator stands here. The bootstrap of scipy (BCa) needs n^2 d numbers, gigabytes for
-thousands of runs; here resampling is a matrix product of counts, and the intervals are percentiles.
+Sobol indices have the estimator of `scipy.stats.sobol_indices`, which takes a power of 2 of groups only; here groups
+with a run that diverged are left out. The bootstrap of scipy (BCa) needs n^2 d numbers, gigabytes for thousands of
+runs; here resampling is a matrix product of counts, and the intervals are percentiles.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,26 +17,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2_contingency, kruskal, norm, rankdata, sobol_indices
+from scipy.stats import chi2_contingency, kruskal, norm, rankdata, spearmanr
+from scipy.stats.contingency import crosstab
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.studies.sweep.intervals import LEVEL, QuantileEstimate, quantile_of
+from lwr_dyn.studies.sweep.intervals import LEVEL, IntervalEstimate, QuantileEstimate, quantile_of
 
 PARTS = 5
-
 MOST_LEVELS = 6
 """A parameter with at most so many different values is cut by value."""
-
 LEAST = 10
 """Runs in a part below which a parameter is not cut."""
-
 FEWEST = 5
 """Expected runs of a cell below which the test of chi-squared is not asked."""
-
 FOLLOWS = 0.01
 """Probability below which two parameters count as going together."""
-
 MOST_COMPARED = 20
 
 
@@ -52,15 +46,6 @@ class PartQuantile:
 
 
 @dataclass(frozen=True, slots=True)
-class RankCorrelation:
-    """Spearman's rho with the interval of Fisher's transformation (Bonett and Wright 2000)."""
-
-    value: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True)
 class Influence:
     """Of one parameter on one metric; `parts` from the lowest values of the parameter to the highest.
 
@@ -71,8 +56,8 @@ class Influence:
     path: str
     parts: tuple[PartQuantile, ...]
     chance: float
-    correlation: RankCorrelation | None
-    """None where the parameter is chosen by name."""
+    correlation: IntervalEstimate | None
+    """Spearman's rho; None where the parameter is chosen by name."""
     along: tuple[str, ...] = ()
     """Parameters with more effect that it follows in these runs, and without whose help it shows no effect: few runs of
     many parameters can be drawn so that two of them go together, and then the effect may be the other's."""
@@ -125,7 +110,12 @@ def influences(
         cut = [rows for rows in parts_of(column) if rows.size]
         if len(cut) < 2 or min(rows.size for rows in cut) < LEAST:
             continue
-        parts = tuple(_part(column[rows], metric[rows], share, level) for rows in cut)
+        parts = tuple(
+            PartQuantile(
+                min(column[rows].tolist()), max(column[rows].tolist()), quantile_of(metric[rows], share, level)
+            )
+            for rows in cut
+        )
         correlation = None if is_by_name(column) else rank_correlation(column, metric, level)
         found.append(Influence(path, parts, _chance([metric[rows] for rows in cut], share, len(drawn)), correlation))
     found.sort(key=lambda one: (-one.is_clear, -one.swing))
@@ -161,11 +151,8 @@ def _places(column: NDArray[Any]) -> NDArray[np.int64]:
 
 def _follows(a: NDArray[np.int64], b: NDArray[np.int64]) -> bool:
     """Whether the parts of two parameters are not independent in these runs (chi-squared)."""
-    width = int(b.max()) + 1
-    counts = np.bincount(a * width + b, minlength=(int(a.max()) + 1) * width).reshape(-1, width)
-    counts = counts[counts.any(axis=1)][:, counts.any(axis=0)]
-    expected = np.outer(counts.sum(axis=1), counts.sum(axis=0)) / a.size
-    return bool(expected.min() >= FEWEST and chi2_contingency(counts).pvalue < FOLLOWS)
+    found = chi2_contingency(crosstab(a, b).count)
+    return bool(found.expected_freq.min() >= FEWEST and found.pvalue < FOLLOWS)
 
 
 def _may_explain(stronger: NDArray[np.int64], weaker: NDArray[np.int64], metric: Array, share: float) -> bool:
@@ -179,11 +166,6 @@ def _may_explain(stronger: NDArray[np.int64], weaker: NDArray[np.int64], metric:
         if len(parts) > 1 and _chance(parts, share, strata.size) < 1.0 - LEVEL:
             return False
     return True
-
-
-def _part(column: NDArray[Any], metric: Array, share: float, level: float) -> PartQuantile:
-    ordered = np.sort(column)
-    return PartQuantile(ordered[0].item(), ordered[-1].item(), quantile_of(metric, share, level))
 
 
 def is_by_name(column: NDArray[Any]) -> bool:
@@ -218,34 +200,26 @@ def parts_of(column: NDArray[Any]) -> list[NDArray[np.int64]]:
     return [np.flatnonzero(place == part) for part in range(PARTS)]
 
 
-def rank_correlation(x: Array, y: Array, level: float = LEVEL) -> RankCorrelation:
-    """Spearman's rho of two columns (n,); equal values share their mean rank; 0 where one does not vary.
+def rank_correlation(x: Array, y: Array, level: float = LEVEL) -> IntervalEstimate:
+    """Spearman's rho of two columns (n,); 0 where one does not vary.
 
-    The interval is tanh(atanh(rho) +- z sqrt((1 + rho^2 / 2) / (n - 3))).
+    The interval is tanh(atanh(rho) +- z sqrt((1 + rho^2 / 2) / (n - 3))), by Fisher's transformation (Bonett and Wright
+    2000).
     """
-    ranks = rankdata(x), rankdata(y)
-    if min(np.ptp(rank) for rank in ranks) == 0.0:
-        return RankCorrelation(0.0, 0.0, 0.0)
-    rho = float(np.clip(np.corrcoef(*ranks)[0, 1], -1.0, 1.0))
-    if x.size < 4 or abs(rho) > 1.0 - 1e-12:
-        return RankCorrelation(rho, -1.0 if x.size < 4 else rho, 1.0 if x.size < 4 else rho)
+    if np.ptp(x) == 0.0 or (y == y[0]).all():
+        return IntervalEstimate(0.0, 0.0, 0.0)
+    rho = float(spearmanr(x, y).statistic)
+    if x.size < 4:
+        return IntervalEstimate(rho, -1.0, 1.0)
+    if abs(rho) > 1.0 - 1e-12:
+        return IntervalEstimate(rho, rho, rho)
     half = float(norm.ppf(0.5 * (1.0 + level))) * sqrt((1.0 + 0.5 * rho * rho) / (x.size - 3))
-    return RankCorrelation(rho, tanh(atanh(rho) - half), tanh(atanh(rho) + half))
+    return IntervalEstimate(rho, tanh(atanh(rho) - half), tanh(atanh(rho) + half))
 
 
 RESAMPLES = 2000
-
 FEWEST_GROUPS = 8
 """Complete groups below which no index is given."""
-
-
-@dataclass(frozen=True, slots=True)
-class IndexEstimate:
-    """A Sobol index with its interval; single estimates may lie outside 0 to 1."""
-
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,8 +231,8 @@ class SobolIndices:
     """
 
     metric: str
-    first: Mapping[str, IndexEstimate]
-    total: Mapping[str, IndexEstimate]
+    first: Mapping[str, IntervalEstimate]
+    total: Mapping[str, IntervalEstimate]
     groups: int
     left_out: int
     level: float = LEVEL
@@ -301,20 +275,13 @@ def indices_of(
     if np.ptp(both) <= 1e-12 * np.abs(both).max():
         return None
     d, n, products = len(names), complete.size, _products(f_a, f_b, f_ab)
-    whole = _by_scipy(f_a, f_b, f_ab) if n & (n - 1) == 0 else _estimates(products.mean(axis=0)[None])[0]
-    spread = _resampled(products, np.random.default_rng(seed))
+    rng = np.random.default_rng(seed)
+    drawn = [np.bincount(rng.integers(0, n, n), minlength=n) @ products / n for _ in range(RESAMPLES)]
+    whole, spread = _estimates(products.mean(axis=0)[None])[0], _estimates(np.array(drawn))
     low, high = np.quantile(spread, [0.5 * (1.0 - level), 0.5 * (1.0 + level)], axis=0)
-    made = [IndexEstimate(float(v), float(a), float(b)) for v, a, b in zip(whole, low, high, strict=True)]
+    made = [IntervalEstimate(float(v), float(a), float(b)) for v, a, b in zip(whole, low, high, strict=True)]
     first, total = dict(zip(names, made[:d], strict=True)), dict(zip(names, made[d:], strict=True))
     return SobolIndices(metric, first, total, n, -(-values.size // (d + 2)) - n, level)
-
-
-def _by_scipy(f_a: Array, f_b: Array, f_ab: Array) -> Array:
-    d = f_ab.shape[0]
-    pages = f_ab if d > 1 else np.tile(f_ab, (2, 1))  # scipy fails on a single parameter
-    func: Any = {"f_A": f_a[None], "f_B": f_b[None], "f_AB": pages[:, None]}
-    found = sobol_indices(func=func, n=f_a.size)
-    return np.concatenate([found.first_order[:d], found.total_order[:d]])
 
 
 def _products(f_a: Array, f_b: Array, f_ab: Array) -> Array:
@@ -328,10 +295,3 @@ def _estimates(means: Array) -> Array:
     """First and total indices (m, 2 d) from means of products (m, 2 + 2 d)."""
     variance = 0.5 * means[:, 1] - (0.5 * means[:, 0]) ** 2
     return np.asarray(means[:, 2:] / np.where(variance > 0.0, variance, np.inf)[:, None])
-
-
-def _resampled(products: Array, rng: np.random.Generator) -> Array:
-    """Indices (RESAMPLES, 2 d) of groups drawn with replacement: counts times the products."""
-    n = products.shape[0]
-    means = [np.bincount(rng.integers(0, n, n), minlength=n) @ products / n for _ in range(RESAMPLES)]
-    return _estimates(np.array(means))

@@ -19,6 +19,15 @@ LEVEL = 0.95
 
 
 @dataclass(frozen=True, slots=True)
+class IntervalEstimate:
+    """A number and its interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
 class QuantileEstimate:
     """A quantile over runs; `low` is -inf and `high` inf where too few runs lie beyond it to bound it.
 

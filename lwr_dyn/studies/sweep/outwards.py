@@ -16,7 +16,6 @@ from lwr_dyn.studies.sweep.vocabulary import MetricWords
 
 STEPS = 16
 """Of a line, and again of the step in which a limit breaks: 256 in all."""
-
 Evaluate = Callable[[Mapping[str, NDArray[Any]]], Mapping[str, Array]]
 """Values of all paths, a row a run -> metrics of these runs in SI units."""
 
@@ -93,6 +92,11 @@ class OutwardSearch:
     runs: int
     at_nominal: tuple[str, ...] = ()
 
+    @property
+    def broken(self) -> list[FirstBreak]:
+        """The lines on which a limit breaks."""
+        return [line for line in self.lines if line.share is not None]
+
 
 def outward_search(spans: Sequence[Span], limits: Mapping[MetricWords, float], evaluate: Evaluate) -> OutwardSearch:
     """Move each parameter alone from its nominal value outwards until a limit breaks; raises as `evaluate`.
@@ -106,65 +110,42 @@ def outward_search(spans: Sequence[Span], limits: Mapping[MetricWords, float], e
     evaluate : callable
         Makes runs, twice at most: `STEPS` of each line, then `STEPS` inside the step that breaks.
     """
-    ways = [(span, end) for span in spans for end in span.ends]
-    grid = np.arange(STEPS + 1) / STEPS
-    first = _broken(_rows(spans, [(span, end, grid[1:]) for span, end in ways], nominal=True), limits, evaluate)
-    at_nominal = tuple(metric for metric, broken in first.items() if broken[0])
-    if at_nominal:
-        return OutwardSearch((), first[at_nominal[0]].size, at_nominal)
-    coarse = [
-        {metric: rows[1 + k * STEPS : 1 + (k + 1) * STEPS] for metric, rows in first.items()} for k in range(len(ways))
-    ]
-    hit = [(way, found) for way, found in zip(ways, coarse, strict=True) if _first(found) is not None]
-    fine = [(*way, (_index(found) + grid[1:]) / STEPS) for way, found in hit]
-    second = _broken(_rows(spans, fine), limits, evaluate) if fine else {}
-    lines = [
-        FirstBreak(span.path, end) for (span, end), found in zip(ways, coarse, strict=True) if _first(found) is None
-    ]
-    for k, (span, end, shares) in enumerate(fine):
-        found = {metric: rows[k * STEPS : (k + 1) * STEPS] for metric, rows in second.items()}
-        lines.append(_line(span, end, shares, found, hit[k][1]))
+    names, ways = [words.name for words in limits], [(span, end) for span in spans for end in span.ends]
+    steps = np.arange(1, STEPS + 1) / STEPS
+
+    def broken(rows: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+        """Which limit each run breaks (limits, runs)."""
+        metrics = evaluate(rows)
+        return np.array([~words.is_within(np.asarray(metrics[words.name]), x) for words, x in limits.items()])
+
+    first = broken(_rows(spans, [(span, end, steps) for span, end in ways], nominal=True))
+    if first[:, 0].any():
+        return OutwardSearch((), first.shape[1], tuple(np.array(names)[first[:, 0]].tolist()))
+    coarse = first[:, 1:].reshape(len(names), len(ways), STEPS)
+    hits = [k for k in range(len(ways)) if coarse[:, k].any()]
+    fine = [(*ways[k], (coarse[:, k].any(axis=0).argmax() + steps) / STEPS) for k in hits]
+    second = broken(_rows(spans, fine)).reshape(len(names), len(fine), STEPS) if fine else coarse
+    lines = [FirstBreak(span.path, end) for k, (span, end) in enumerate(ways) if k not in hits]
+    for i, (span, end, shares) in enumerate(fine):
+        found, before = second[:, i], coarse[:, hits[i]]
+        at = int(found.any(axis=0).argmax())
+        which = found[:, at]
+        if not which.any():  # sensor noise differs in each run: the last step broke in the coarse pass
+            at, which = STEPS - 1, before[:, before.any(axis=0).argmax()]
+        last, start = float(span.at(shares[at], end)), float(span.nominal)
+        kept, metric = span.before(last, end, STEPS**-2.0), names[int(which.argmax())]
+        lines.append(FirstBreak(span.path, end, (last - start) / (end - start), kept, last, metric))
     runs = 1 + STEPS * (len(ways) + len(fine))
     return OutwardSearch(tuple(sorted(lines, key=lambda one: 2.0 if one.share is None else one.share)), runs)
-
-
-def _line(
-    span: Span, end: float, shares: Array, broken: Mapping[str, NDArray[np.bool_]], coarse: Mapping[str, NDArray[Any]]
-) -> FirstBreak:
-    at = _index(broken)
-    seen, row = (coarse, _index(coarse)) if _first(broken) is None else (broken, at)  # sensor noise differs in each run
-    metric = next(name for name, rows in seen.items() if rows[row])
-    last = float(span.at(shares[at], end))
-    share = (last - float(span.nominal)) / (end - float(span.nominal))
-    return FirstBreak(span.path, end, share, span.before(last, end, STEPS**-2.0), last, metric)
-
-
-def _first(broken: Mapping[str, NDArray[np.bool_]]) -> int | None:
-    """The first step of a line at which any limit is broken."""
-    found = np.flatnonzero(np.any(list(broken.values()), axis=0))
-    return int(found[0]) if found.size else None
-
-
-def _index(broken: Mapping[str, NDArray[np.bool_]]) -> int:
-    at = _first(broken)
-    return STEPS - 1 if at is None else at  # the last step broke in the coarse pass
 
 
 def _rows(
     spans: Sequence[Span], moved: Sequence[tuple[Span, float, Array]], nominal: bool = False
 ) -> dict[str, NDArray[Any]]:
     """Values of every path, a row a run: nominal but for the path that is moved to shares of its way."""
-    count = int(nominal) + sum(shares.size for _, _, shares in moved)
+    count = int(nominal) + STEPS * len(moved)
     values = {span.path: np.full(count, span.nominal) for span in spans}
-    at = int(nominal)
-    for span, end, shares in moved:
-        values[span.path][at : at + shares.size] = span.at(shares, end)
-        at += shares.size
+    for k, (span, end, shares) in enumerate(moved):
+        begin = int(nominal) + k * STEPS
+        values[span.path][begin : begin + STEPS] = span.at(shares, end)
     return {s.path: values[s.path] if s.draws == 1 else np.tile(values[s.path][:, None], s.draws) for s in spans}
-
-
-def _broken(
-    values: Mapping[str, NDArray[Any]], limits: Mapping[MetricWords, float], evaluate: Evaluate
-) -> dict[str, NDArray[np.bool_]]:
-    metrics = evaluate(values)
-    return {words.name: ~words.is_within(np.asarray(metrics[words.name]), bound) for words, bound in limits.items()}

@@ -1,18 +1,12 @@
-"""Values of a study's paths as the parameters of the plant that `lwr_dyn.rollouts` takes, a row a run.
-
-From values of a study's paths to the keywords of `lwr_dyn.rollouts`, for one of its controllers.
-"""
+"""From values of a study's paths to the keywords of `lwr_dyn.rollouts`: plants, and one of its controllers."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR, friction_parameters
-from lwr_dyn.codegen.rollouts.law_forms import LawForm
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -32,13 +26,24 @@ from lwr_dyn.studies.sweep.sweep_study import (
 )
 from lwr_dyn.studies.sweep.vocabulary import ALL, AXES, parameter_path
 
+if TYPE_CHECKING:
+    from lwr_dyn.codegen.rollouts.law_forms import LawForm
+
+
 PLAIN = {
     "payload.mass": "payload", "sensor.resolution": "resolution", "sensor.noise": "noise", "loop.delay": "delay",
 }  # fmt: skip
 """Paths whose values are parameters of `rollouts` as they are."""
-
 NO_LIMIT = 1e9
 """[N m] or [N] In place of an unknown torque limit, as in a URDF."""
+
+
+Quantity = Callable[[Arm], Any]
+SCALED: dict[str, tuple[str, Quantity]] = {
+    "armature": ("arm.armature", lambda arm: arm.armature),
+    "effort": ("limits.torque", lambda arm: np.minimum(arm.effort, NO_LIMIT)),
+}
+"""Parameter of `rollouts` -> the path that is its factor, and what it is in the arm."""
 
 
 def rows_of(values: Mapping[str, Values], name: str, shape: tuple[int, ...], start: float) -> Array | None:
@@ -57,53 +62,16 @@ def rows_of(values: Mapping[str, Values], name: str, shape: tuple[int, ...], sta
     paths = [path for path in values if path == name or path.startswith(f"{name}.")]
     if not paths:
         return None
+    index: dict[str, Any] = {str(i + 1): i for i in range(n)} | {axis: i for i, axis in enumerate(AXES)}
+    index[ALL] = slice(None)
     out = np.full((len(values[paths[0]]), *shape), start)
     for path in paths:
         columns = parameter_path(path, n).columns(n)
         numbers = np.asarray(values[path], dtype=np.float64).reshape(len(out), len(columns))
         for column, drawn in zip(columns, numbers.T, strict=True):
-            rest = column.removeprefix(name).split(".")[1:]
-            place = tuple(slice(None) if part == ALL else _index(part) for part in rest)
-            cells = out[(slice(None), *place)]
-            out[(slice(None), *place)] = drawn.reshape(-1, *[1] * (cells.ndim - 1))
+            place = (slice(None), *(index[part] for part in column.removeprefix(name).split(".")[1:]))
+            out[place] = drawn.reshape(-1, *[1] * (out[place].ndim - 1))
     return out
-
-
-def _index(part: str) -> int:
-    return AXES.index(part) if part in AXES else int(part) - 1
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlantArms:
-    """The arms that plants are made from, one a reading, and which of them each run has (runs,)."""
-
-    arms: tuple[Arm, ...]
-    which: NDArray[np.intp]
-    by_reading: bool
-
-    @classmethod
-    def of(cls, study: SweepStudy, values: Mapping[str, Values]) -> Self:
-        """Those of a study's values; raises as `lwr_dyn.load`."""
-        if "reading" not in values:
-            runs = len(next(iter(values.values())))
-            return cls((arm_of_study(study),), np.zeros(runs, dtype=np.intp), False)
-        names, which = np.unique(values["reading"], return_inverse=True)
-        return cls(tuple(arm_of_study(study, str(name)) for name in names), which, True)
-
-    @property
-    def n(self) -> int:
-        """Number of joints."""
-        return self.arms[0].n
-
-    def each(self, quantity: Callable[[Arm], Any]) -> Array:
-        """A quantity of each run's arm, (runs, ...)."""
-        return np.stack([np.asarray(quantity(arm), dtype=np.float64) for arm in self.arms])[self.which]
-
-    def scaled(self, quantity: Callable[[Arm], Any], factor: Array | None) -> Array | None:
-        """A quantity times a factor (runs, n); None where it is the same in all runs."""
-        if factor is None:
-            return self.each(quantity) if self.by_reading else None
-        return np.asarray(self.each(quantity) * factor)
 
 
 def plant_parameters(study: SweepStudy, values: Mapping[str, Values]) -> dict[str, Array]:
@@ -113,66 +81,66 @@ def plant_parameters(study: SweepStudy, values: Mapping[str, Values]) -> dict[st
     """
     if not values:  # what varies is the law's alone
         return {}
-    plants = PlantArms.of(study, values)
-    n = plants.n
-    found = {
-        "inertia": _inertia(plants, values),
-        "armature": plants.scaled(lambda arm: arm.armature, rows_of(values, "arm.armature", (n,), 1.0)),
-        "effort": plants.scaled(_finite_effort, rows_of(values, "limits.torque", (n,), 1.0)),
-        "friction": _friction(plants, values) if study.loop["friction"] == "smooth" else None,
-        "payload_com": rows_of(values, "payload.com", (len(AXES),), 0.0),
-    }
-    found |= {name: np.asarray(values[path], np.float64) for path, name in PLAIN.items() if path in values}
-    return {name: array for name, array in found.items() if array is not None}
+    names, which = np.unique(values.get("reading", [""] * len(next(iter(values.values())))), return_inverse=True)
+    arms = [arm_of_study(study, str(name) or None) for name in names]
+
+    def each(quantity: Quantity) -> Array:
+        """A quantity of each run's arm, (runs, ...)."""
+        return np.stack([np.asarray(quantity(arm), dtype=np.float64) for arm in arms])[which]
+
+    found = {name: np.asarray(values[path], np.float64) for path, name in PLAIN.items() if path in values}
+    if _varies(values, "payload.com"):
+        found["payload_com"] = _given(values, "payload.com", (len(AXES),), 0.0)
+    if _varies(values, "reading", "arm.mass", "arm.inertia", "arm.com"):
+        found["inertia"] = _inertia(values, each, arms[0].n)
+    for name, (path, quantity) in SCALED.items():
+        if _varies(values, "reading", path):
+            found[name] = each(quantity) * _given(values, path, (arms[0].n,), 1.0)
+    if study.loop["friction"] == "smooth" and _varies(values, "reading", "friction."):
+        found["friction"] = _friction(values, each, arms[0].n)
+    return found
 
 
-def _finite_effort(arm: Arm) -> Array:
-    """Torque limits; a very large number stands for an unknown one."""
-    return np.minimum(arm.effort, NO_LIMIT)
+def _varies(values: Mapping[str, Values], *groups: str) -> bool:
+    return any(path.startswith(groups) for path in values)
 
 
-def _inertia(plants: PlantArms, values: Mapping[str, Values]) -> Array | None:
-    """Inertial parameters (runs, 10 n): mass fm m, centre c + dc, tensor about the centre fi I, moved to the origin.
-
-    I_origin = fi I + fm m (|c'|^2 E - c' c'^T), c' = c + dc (Siciliano et al., Robotics, section 7.2.2).
-    """
-    n = plants.n
-    mass, tensor = (rows_of(values, name, (n,), 1.0) for name in ("arm.mass", "arm.inertia"))
-    shift = rows_of(values, "arm.com", (n, len(AXES)), 0.0)
-    if mass is tensor is shift is None and not plants.by_reading:
-        return None
-    m, c = (
-        plants.each(lambda arm: [b.mass for b in _bodies(arm)]),
-        plants.each(lambda arm: [b.com for b in _bodies(arm)]),
-    )
-    about = plants.each(lambda arm: [b.inertia_com for b in _bodies(arm)])
-    m = m if mass is None else m * mass
-    c = c if shift is None else c + shift
-    about = about if tensor is None else about * tensor[..., None, None]
-    square = (c * c).sum(axis=-1)[..., None, None] * np.eye(3)
-    origin = about + m[..., None, None] * (square - c[..., :, None] * c[..., None, :])
-    entries = np.stack([origin[..., i, j] for i, j in TENSOR], axis=-1)
-    return np.concatenate([m[..., None], m[..., None] * c, entries], axis=-1).reshape(len(m), 10 * n)
+def _given(values: Mapping[str, Values], name: str, shape: tuple[int, ...], start: float) -> Array:
+    found = rows_of(values, name, shape, start)
+    return np.full(shape, start) if found is None else found
 
 
 def _bodies(arm: Arm) -> tuple[Body, ...]:
     return arm.require_dynamics().bodies or ()
 
 
-def _friction(plants: PlantArms, values: Mapping[str, Values]) -> Array | None:
-    """Friction (runs, 5, n): that of the arm, with the rows that the study gives in its place."""
-    n = plants.n
-    coulomb, viscous = (rows_of(values, f"friction.{name}", (n,), np.nan) for name in ("coulomb", "viscous"))
-    if coulomb is viscous is None and not plants.by_reading:
-        return None
-    table = plants.each(friction_parameters)
-    limit = plants.each(lambda arm: arm.effort)
-    for name, given in (("coulomb", None if coulomb is None else coulomb * limit), ("viscous", viscous)):
+def _inertia(values: Mapping[str, Values], each: Callable[[Quantity], Array], n: int) -> Array:
+    """Inertial parameters (runs, 10 n): mass fm m, centre c + dc, tensor about the centre fi I, moved to the origin.
+
+    I_origin = fi I + fm m (|c'|^2 E - c' c'^T), c' = c + dc (Siciliano et al., Robotics, section 7.2.2).
+    """
+    m = each(lambda arm: [body.mass for body in _bodies(arm)]) * _given(values, "arm.mass", (n,), 1.0)
+    c = each(lambda arm: [body.com for body in _bodies(arm)]) + _given(values, "arm.com", (n, len(AXES)), 0.0)
+    factor = _given(values, "arm.inertia", (n,), 1.0)[..., None, None]
+    about = each(lambda arm: [body.inertia_com for body in _bodies(arm)]) * factor
+    square = (c * c).sum(axis=-1)[..., None, None] * np.eye(3)
+    origin = about + m[..., None, None] * (square - c[..., :, None] * c[..., None, :])
+    entries = np.stack([origin[..., i, j] for i, j in TENSOR], axis=-1)
+    return np.concatenate([m[..., None], m[..., None] * c, entries], axis=-1).reshape(len(m), -1)
+
+
+def _friction(values: Mapping[str, Values], each: Callable[[Quantity], Array], n: int) -> Array:
+    """Friction (runs, 5, n): that of the arm, with the numbers that the study gives in its place."""
+    table = each(friction_parameters)
+    unit = {"coulomb": each(lambda arm: arm.effort), "viscous": np.ones(n)}
+    for name, one in unit.items():
+        given = _given(values, f"friction.{name}", (n,), np.nan) * one
         for row in (FRICTION.index(f"{side}_{name}") for side in ("positive", "negative")):
-            table[:, row] = table[:, row] if given is None else np.where(np.isnan(given), table[:, row], given)
+            table[:, row] = np.where(np.isnan(given), table[:, row], given)
     return table
 
 
+OPTIONS = "controller."
 OWN_LOAD = ("robust",)
 """Controllers whose model holds a load of its own, the middle of their set: a known payload is not added to it."""
 
@@ -219,16 +187,12 @@ def controller_of_run(study: SweepStudy, text: str, values: Mapping[str, Values]
     Raises as `make_controller`.
     """
     arm, spec = arm_of_study(study), spec_of_study(study, text)
-    known = {} if spec.base in OWN_LOAD else _known_payload(values, spec.base)
+    known = _known_payload(values, spec.base)
     if known:
         com = known.get("model_payload_com", np.zeros((index + 1, len(AXES))))
         arm = arm.with_chain(with_payload(arm.chain, float(known["model_payload"][index]), com[index]))
-    options = {option_name(path): float(values[path][index]) for path in _options(values)}
+    options = {option_name(path): float(values[path][index]) for path in values if path.startswith(OPTIONS)}
     return spec.make(arm, dynamics_of(arm), options)
-
-
-def _options(values: Mapping[str, Values]) -> list[str]:
-    return [path for path in values if path.startswith("controller.")]
 
 
 def _known_payload(values: Mapping[str, Values], base: str) -> dict[str, Array]:
@@ -257,7 +221,7 @@ def _largest_inertias(arm: Arm) -> tuple[float, ...]:
 
 def _gains(study: SweepStudy, text: str, values: Mapping[str, Values]) -> dict[str, Array]:
     """The gains of every run by the names of the controller's kernel form: each set of options is made once."""
-    paths = _options(values)
+    paths = [path for path in values if path.startswith(OPTIONS)]
     if not paths:
         return {}
     from lwr_dyn.codegen.rollouts.law_forms import law_form, unchecked_form

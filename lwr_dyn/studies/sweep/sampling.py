@@ -1,6 +1,6 @@
-"""How the values of a parameter are distributed: from shares in (0, 1) to values, by the inverse distribution.
+"""What the runs of a study are: points of the unit cube, and from them values by the inverse distribution.
 
-The points of a study in the unit cube: run number i has the same point however the study is cut into chunks.
+Run number i has the same point however the study is cut into chunks.
 
 grid              every combination of the levels, the last parameter fastest
 sobol             scrambled Sobol points; best with a power of 2 of runs, and few numbers a run
@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +22,8 @@ from scipy.stats import qmc
 from lwr_dyn.foundation.arrays import Array
 
 DISTRIBUTIONS = ("uniform", "normal", "choice", "levels", "fixed")
-
 EDGE = 2.0**-53
 """Nearest that a share of a normal distribution comes to 0 and 1."""
-
 Values = Array | NDArray[np.str_]
 """Numbers, or texts of a choice such as that of a reading."""
 
@@ -121,24 +118,19 @@ class VariedParameter:
         if self.distribution == "uniform":
             return f"uniform from {self.low:g} to {self.high:g}"
         if self.distribution == "normal":
-            ends = [f"from {self.low:g}"] * bool(np.isfinite(self.low)) + [f"to {self.high:g}"] * bool(
-                np.isfinite(self.high)
-            )
-            return " ".join(
-                [f"normal, mean {self.mean:g}, deviation {self.deviation:g}", *(["cut"] if ends else []), *ends]
-            )
+            words = f"normal, mean {self.mean:g}, deviation {self.deviation:g}"
+            ends = [f"{side} {end:g}" for side, end in (("from", self.low), ("to", self.high)) if np.isfinite(end)]
+            return " ".join([words, "cut", *ends] if ends else [words])
         shown = ", ".join(x if isinstance(x, str) else f"{x:g}" for x in self.values)
         return {"fixed": shown, "choice": f"one of {shown}", "levels": f"levels {shown}"}[self.distribution]
 
 
 METHODS = ("grid", "sobol", "latin-hypercube", "random", "saltelli")
-
 FEW = 16
 """Numbers a run up to which 512 Sobol points keep all pairs of them apart, better than the other methods do.
 
 With 38, two of them go along: in the worst pair, the share of one's upper half over a fifth of the other was off by
 0.36, in a Latin hypercube by 0.18 (means of three seeds)."""
-
 BLOCK = 1024
 """Points that are drawn at once: a power of 2, as Sobol points need."""
 
@@ -165,16 +157,18 @@ def points(
     if method == "grid":
         index = np.unravel_index(np.arange(first, stop), tuple(levels))
         return np.stack([(k + 0.5) / size for k, size in zip(index, levels, strict=True)], axis=-1)
-    if method == "latin-hypercube":
+    if method == "latin-hypercube":  # which cannot be drawn in parts
         return _hypercube(d, runs, seed)[first:stop]
-    if method == "saltelli":
-        return _saltelli(sizes, seed, first, stop)
-    return _blocks(method, d, seed, first, stop)
-
-
-def usual_method(numbers: int) -> str:
-    """The method where none is named, for so many numbers a run."""
-    return "sobol" if numbers <= FEW else "latin-hypercube"
+    if method != "saltelli":
+        return _blocks(method, d, seed, first, stop)
+    rows = saltelli_rows(len(sizes))
+    base = first // rows
+    A, B = np.split(_blocks("sobol", 2 * d, seed, base, -(-stop // rows)), 2, axis=1)
+    out = np.repeat(A[:, None, :], rows, axis=1)
+    out[:, 1] = B
+    for j, (low, high) in enumerate(pairwise(np.cumsum([0, *sizes]))):
+        out[:, 2 + j, low:high] = B[:, low:high]
+    return out.reshape(-1, d)[first - base * rows : stop - base * rows]
 
 
 def saltelli_rows(parameters: int) -> int:
@@ -182,40 +176,19 @@ def saltelli_rows(parameters: int) -> int:
     return parameters + 2
 
 
-def grid_runs(levels: Sequence[int]) -> int:
-    """Runs of a grid."""
-    return prod(levels)
+@lru_cache(maxsize=2)
+def _hypercube(d: int, runs: int, seed: int) -> Array:
+    return np.asarray(qmc.LatinHypercube(d, seed=np.random.default_rng(seed)).random(runs))
 
 
 def _blocks(method: str, d: int, seed: int, first: int, stop: int) -> Array:
     """Points of whole blocks, cut to the runs that are wanted."""
-    begin = first // BLOCK
-    rows = [_block(method, d, seed, block) for block in range(begin, -(-stop // BLOCK))]
-    return np.concatenate(rows)[first - begin * BLOCK : stop - begin * BLOCK]
-
-
-def _block(method: str, d: int, seed: int, block: int) -> Array:
+    begin, end = first // BLOCK, -(-stop // BLOCK)
     if method == "random":
-        return np.random.default_rng([seed, block]).random((BLOCK, d))
-    sobol = qmc.Sobol(d, seed=np.random.default_rng(seed))
-    if block:
-        sobol.fast_forward(block * BLOCK)
-    return np.asarray(sobol.random(BLOCK))
-
-
-@lru_cache(maxsize=2)
-def _hypercube(d: int, runs: int, seed: int) -> Array:
-    """All points: a Latin hypercube cannot be drawn in parts."""
-    return np.asarray(qmc.LatinHypercube(d, seed=np.random.default_rng(seed)).random(runs))
-
-
-def _saltelli(sizes: Sequence[int], seed: int, first: int, stop: int) -> Array:
-    rows, d = saltelli_rows(len(sizes)), sum(sizes)
-    base = first // rows
-    both = _blocks("sobol", 2 * d, seed, base, -(-stop // rows))
-    A, B = both[:, :d], both[:, d:]
-    out = np.repeat(A[:, None, :], rows, axis=1)
-    out[:, 1] = B
-    for j, (low, high) in enumerate(pairwise(np.cumsum([0, *sizes]))):
-        out[:, 2 + j, low:high] = B[:, low:high]
-    return out.reshape(-1, d)[first - base * rows : stop - base * rows]
+        drawn = [np.random.default_rng([seed, block]).random((BLOCK, d)) for block in range(begin, end)]
+    else:
+        sobol = qmc.Sobol(d, seed=np.random.default_rng(seed))
+        if begin:
+            sobol.fast_forward(begin * BLOCK)
+        drawn = [sobol.random(BLOCK) for _ in range(begin, end)]
+    return np.concatenate(drawn)[first - begin * BLOCK : stop - begin * BLOCK]

@@ -1,7 +1,4 @@
-"""The runs of one controller of a study, as columns.
-
-What a study found: for each controller its quantiles, shares inside the limits, influences, and the worst runs.
-"""
+"""What a study found: for each controller its quantiles, shares inside the limits, influences, and the worst runs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -19,8 +16,20 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.studies.sweep.influence import Influence, SobolIndices, columns, indices_of, influences
 from lwr_dyn.studies.sweep.intervals import QuantileEstimate, ShareEstimate, quantile_of, share_of
 from lwr_dyn.studies.sweep.outwards import OutwardSearch, Span, outward_search
+from lwr_dyn.studies.sweep.sampling import saltelli_rows
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 from lwr_dyn.studies.sweep.vocabulary import PATHS, MetricWords, metric_words
+
+SHARES = (0.5, 0.95, 0.99, 0.999)
+"""Of the runs: the quantiles that are given."""
+TORNADO = 0.95
+"""The quantile whose dependence on each parameter is shown."""
+PLAIN_METRIC = "tip_max"
+"""What is looked at where a study sets no limit on the tip."""
+CUT = "torque cut"
+"""The event of a torque beyond its limit."""
+Evaluate = Callable[[str, Mapping[str, NDArray[Any]]], Mapping[str, Array]]
+"""Controller, and values of all paths, a row a run -> metrics of these runs in SI units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,22 +63,6 @@ class ControllerRuns:
     def count(self) -> int:
         """How many runs."""
         return int(self.run.size)
-
-
-SHARES = (0.5, 0.95, 0.99, 0.999)
-"""Of the runs: the quantiles that are given."""
-
-TORNADO = 0.95
-"""The quantile whose dependence on each parameter is shown."""
-
-PLAIN_METRIC = "tip_max"
-"""What is looked at where a study sets no limit on the tip."""
-
-CUT = "torque cut"
-"""The event of a torque beyond its limit."""
-
-Evaluate = Callable[[str, Mapping[str, NDArray[Any]]], Mapping[str, Array]]
-"""Controller, and values of all paths, a row a run -> metrics of these runs in SI units."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,19 +188,20 @@ def summarise(
     for name, one in made.items():
         none = share_of(0, one.events["simulated"].runs)
         made[name] = replace(one, events={**dict.fromkeys(["simulated", *flags], none), **one.events})
-    order = tuple(sorted(focus, key=_order))
+    order = tuple(sorted(focus, key=_is_behind))
     return SweepSummary(study, made, order, study.method != "grid", extra, dict(failures or {}), left_out)
 
 
-def _order(words: MetricWords) -> tuple[bool, str]:
-    return not words.name.startswith("tip_"), ""
+def _is_behind(words: MetricWords) -> bool:
+    """Metrics of the tip come first."""
+    return not words.name.startswith("tip_")
 
 
 def sample_rows(study: SweepStudy, run: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which runs are drawn independently of each other: all, or of a Saltelli design the rows A and B."""
     if study.method != "saltelli":
         return np.ones(run.size, dtype=bool)
-    return np.asarray(run % (len(study.varied) + 2) < 2)
+    return np.asarray(run % saltelli_rows(len(study.varied)) < 2)
 
 
 def spans(study: SweepStudy) -> tuple[Span, ...]:
@@ -247,9 +241,13 @@ def _figures(
         rows = {name: column[chosen] for name, column in drawn.items()}
         moved = influences(sample, rows, TORNADO) if sample.size else ()
         within = _share(inside[words][chosen]) if words in limits else None
-        indices = _indices(study, runs, words, badness)
+        indices = None
+        if study.method == "saltelli":
+            whole = np.full(study.count, np.nan)
+            whole[runs.run] = badness
+            indices = indices_of(words.name, whole, [one.path for one in study.varied])
         found[words.name] = MetricFigures(words, badness, sample, quantiles, moved, limits.get(words), within, indices)
-    first = found[min(focus, key=_order).name]
+    first = found[min(focus, key=_is_behind).name]
     order = np.lexsort((runs.run, -first.badness))
     events = {"simulated": runs.simulated, **{flag: runs.flags == flag for flag in np.unique(runs.flags) if flag}}
     shares = {event: _share(np.asarray(rows)[chosen]) for event, rows in events.items()}
@@ -261,11 +259,3 @@ def _figures(
 
 def _share(rows: NDArray[np.bool_]) -> ShareEstimate:
     return share_of(int(rows.sum()), rows.size)
-
-
-def _indices(study: SweepStudy, runs: ControllerRuns, words: MetricWords, badness: Array) -> SobolIndices | None:
-    if study.method != "saltelli":
-        return None
-    whole = np.full(study.count, np.nan)
-    whole[runs.run] = badness
-    return indices_of(words.name, whole, [one.path for one in study.varied])

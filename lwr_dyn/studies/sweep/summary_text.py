@@ -1,9 +1,6 @@
-"""Numbers of a summary as texts: each with its interval, and an open end where the runs do not bound it.
+"""A summary for people and programs: numbers with their intervals, tables for the terminal, a record for `--json`."""
 
-A summary as tables for the terminal, and as a record for `--json`.
-"""
-
-from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from math import floor, inf, isinf, log10
 from typing import Any
 
@@ -11,21 +8,18 @@ import numpy as np
 
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.pages.figures.figure import short
-from lwr_dyn.studies.sweep.influence import Influence, SobolIndices
-from lwr_dyn.studies.sweep.intervals import QuantileEstimate, ShareEstimate
-from lwr_dyn.studies.sweep.outwards import FirstBreak
+from lwr_dyn.studies.sweep.intervals import IntervalEstimate, QuantileEstimate, ShareEstimate
+from lwr_dyn.studies.sweep.outwards import OutwardSearch
 from lwr_dyn.studies.sweep.summary import CUT, TORNADO, ControllerFigures, MetricFigures, SweepSummary
 from lwr_dyn.studies.sweep.vocabulary import MetricWords
 
 OPEN = "?"
 """The end of an interval that the runs do not bound."""
-
 PLANS = {
     "grid": "a grid", "sobol": "Sobol points", "latin-hypercube": "a Latin hypercube", "random": "independent points",
     "saltelli": "a Saltelli design",
 }  # fmt: skip
 """The methods of a study in words."""
-
 LOST = "unbounded"
 """In place of a value that is not finite."""
 
@@ -38,16 +32,13 @@ def value_text(words: MetricWords, badness: float) -> str:
     return short(value)
 
 
-def interval_text(words: MetricWords, found: QuantileEstimate) -> str:
-    """The interval of a quantile, its lower end first; an end that is not bounded is "?"."""
-    ends = [OPEN if isinf(end) and not found.is_bounded else value_text(words, end) for end in (found.low, found.high)]
-    return " to ".join(ends if words.worse > 0 else ends[::-1])
-
-
 def quantile_text(words: MetricWords, found: QuantileEstimate, with_interval: bool = True) -> str:
-    """A quantile with its interval in brackets."""
+    """A quantile with its interval in brackets, the lower end first; an end that is not bounded is "?"."""
     value = value_text(words, found.value)
-    return f"{value} [{interval_text(words, found)}]" if with_interval else value
+    if not with_interval:
+        return value
+    ends = [OPEN if isinf(end) and not found.is_bounded else value_text(words, end) for end in (found.low, found.high)]
+    return f"{value} [{' to '.join(ends[:: words.worse])}]"
 
 
 def percent(share: float) -> str:
@@ -81,15 +72,13 @@ def about_text(summary: SweepSummary) -> str:
     made = f"{most}" if least == most else f"{least} to {most}"
     whole = f"{study.count} runs a controller" if least == study.count else f"{made} of {study.count} runs a controller"
     drawn = f"{PLANS[study.method]}, seed {study.seed}" if summary.is_sample else PLANS[study.method]
-    lacking = [f"{count} of {text}{_why(summary.failures.get(text, {}))}" for text, count in summary.missing.items()]
+    lacking = []
+    for text, count in summary.missing.items():
+        failed = sorted(summary.failures.get(text, {}).items())[:1]
+        lacking.append(f"{count} of {text}" + "".join(f" (chunk {number}: {why})" for number, why in failed))
     missing = f" Missing runs, which may be the worst: {', '.join(lacking)}." if lacking else ""
     extra = f"; {summary.extra_runs} more to see what breaks a limit first" if summary.extra_runs else ""
     return f"{whole} on the same plants ({drawn}){extra}.{missing}"
-
-
-def _why(failures: Mapping[int, str]) -> str:
-    """Why the first chunk that failed did so, in brackets."""
-    return f" (chunk {min(failures)}: {failures[min(failures)]})" if failures else ""
 
 
 def notes(summary: SweepSummary) -> list[str]:
@@ -187,8 +176,9 @@ def quantile_table(summary: SweepSummary, words: MetricWords) -> Table:
     """Share of the runs inside the limit, and quantiles over the runs, each with its interval."""
     figures = {name: one.metrics[words.name] for name, one in summary.controllers.items()}
     first = next(iter(figures.values()))
-    heads = [_quantile_head(found, words) for found in first.quantiles]
-    limit = f"{_bound(words, first)} kept" if first.within is not None else ""
+    side, sign = ("at most", "<=") if words.worse > 0 else ("at least", ">=")
+    heads = [f"{100 * x.share:g} % {side}" if x.share != 0.5 else "median" for x in first.quantiles]
+    limit = f"{sign} {value_text(words, words.worse * (first.bound or 0.0))} kept" if first.within is not None else ""
     rows = [
         (name, str(one.sample.size), *([share_text(one.within, summary.is_sample)] if one.within is not None else []),
          *(quantile_text(words, found, summary.is_sample) for found in one.quantiles))
@@ -196,16 +186,6 @@ def quantile_table(summary: SweepSummary, words: MetricWords) -> Table:
     ]  # fmt: skip
     headings = ("controller", "runs", *filter(None, [limit]), *heads)
     return Table(f"{words.title} [{words.unit}]", headings, rows)
-
-
-def _quantile_head(found: QuantileEstimate, words: MetricWords) -> str:
-    side = "at most" if words.worse > 0 else "at least"
-    return "median" if found.share == 0.5 else f"{100 * found.share:g} % {side}"
-
-
-def _bound(words: MetricWords, one: MetricFigures) -> str:
-    sign = "<=" if words.worse > 0 else ">="
-    return f"{sign} {value_text(words, words.worse * (one.bound or 0.0))}"
 
 
 def event_table(summary: SweepSummary) -> Table:
@@ -222,24 +202,20 @@ def event_table(summary: SweepSummary) -> Table:
 
 def influence_table(summary: SweepSummary) -> Table:
     """The parameters with the largest effect on a quantile of the first metric: its least and its largest part."""
-    words = summary.focus[0]
-    rows = [
-        (name, one.path, *_parts(words, one))
-        for name, figures in summary.controllers.items()
-        for one in figures.metrics[words.name].influence[:MOST_ROWS]
-    ]
+    words, rows = summary.focus[0], []
+    for name, figures in summary.controllers.items():
+        for one in figures.metrics[words.name].influence[:MOST_ROWS]:
+            ends = [
+                text
+                for part in (one.best, one.worst)
+                for text in (part_words(part.low, part.high, one.extent), value_text(words, part.estimate.value))
+            ]
+            clear = f"or {', '.join(one.along)}" if one.along else "yes" if one.is_clear else "no"
+            rho = "" if one.correlation is None else hundredths(words.worse * one.correlation.value, "+")
+            rows.append((name, one.path, *ends, clear, rho))
     heads = ("controller", "parameter", "best part", "there", "worst part", "there", "clear", "rank correlation")
     title = f"{100 * TORNADO:g} % quantile of {words.title} [{words.unit}], runs cut by each parameter"
     return Table(title, heads, rows)
-
-
-def _parts(words: MetricWords, one: Influence) -> Iterator[str]:
-    for part in (one.best, one.worst):
-        yield part_words(part.low, part.high, one.extent)
-        yield value_text(words, part.estimate.value)
-    yield f"or {', '.join(one.along)}" if one.along else "yes" if one.is_clear else "no"
-    rho = one.correlation
-    yield "" if rho is None else hundredths(words.worse * rho.value, "+")
 
 
 def part_words(low: float | str, high: float | str, whole: float = 0.0) -> str:
@@ -259,17 +235,16 @@ def index_table(summary: SweepSummary) -> Table:
     for name, figures in summary.controllers.items():
         found = figures.metrics[words.name].indices
         if found is not None:
-            groups = str(found.groups)
             rows += [
-                (name, path, *(_index(found, path, kind) for kind in ("first", "total")), groups)
+                (name, path, index_text(found.first[path]), index_text(found.total[path]), str(found.groups))
                 for path in found.total
             ]
     title = f"Sobol indices of {words.title}: shares of its variance [95 % intervals by bootstrap]"
     return Table(title, ("controller", "parameter", "alone", "with interactions", "groups"), rows)
 
 
-def _index(found: SobolIndices, path: str, kind: str) -> str:
-    one = getattr(found, kind)[path]
+def index_text(one: IntervalEstimate) -> str:
+    """An index with its interval in brackets."""
     return f"{hundredths(one.value)} [{hundredths(one.low)} to {hundredths(one.high)}]"
 
 
@@ -278,19 +253,17 @@ def outward_table(summary: SweepSummary) -> Table:
     rows: list[tuple[str, ...]] = []
     for name, figures in summary.controllers.items():
         search = figures.outwards
-        if search is not None and search.at_nominal:
+        if search is None:
+            continue
+        if search.at_nominal:
             rows.append((name, "none", "", "broken as modelled", ", ".join(search.at_nominal)))
-        broken = [line for line in search.lines if line.share is not None] if search is not None else []
-        rows += [(name, *_line(line)) for line in broken[:MOST_ROWS]]
-        if search is not None and not broken and not search.at_nominal:
+        elif not search.broken:
             rows.append((name, "none", "their ends", "", ""))
+        for line in search.broken[:MOST_ROWS]:
+            at = f"{line.broken:.4g} ({100 * (line.share or 0.0):.0f} % of the way)"
+            rows.append((name, line.path, f"{line.kept:.4g}", at, line.metric or ""))
     heads = ("controller", "parameter", "kept up to", "broken at", "limit")
     return Table("Each parameter alone, from its nominal value outwards", heads, rows)
-
-
-def _line(line: FirstBreak) -> tuple[str, ...]:
-    share = 100 * (line.share or 0.0)
-    return line.path, f"{line.kept:.4g}", f"{line.broken:.4g} ({share:.0f} % of the way)", line.metric or ""
 
 
 def summary_record(summary: SweepSummary) -> dict[str, Any]:
@@ -301,22 +274,16 @@ def summary_record(summary: SweepSummary) -> dict[str, Any]:
         "method": study.method, "seed": study.seed, "runs": study.count, "extra_runs": summary.extra_runs,
         "digest": study.digest, "limits": dict(study.limits), "level": 0.95, "caveat": caveat(summary),
         "missing": summary.missing, "not_searched": dict(summary.not_searched),
-        "controllers": {name: _record(summary, one) for name, one in summary.controllers.items()},
-        "worst": [{"controller": name, "run": run} for name, run in summary.worst()],
-    }  # fmt: skip
-
-
-def _record(summary: SweepSummary, one: ControllerFigures) -> dict[str, Any]:
-    return {
-        "runs": one.runs.count,
-        "all_limits_kept": _share(one.within, summary.is_sample),
-        "events": {event: _share(found, summary.is_sample) for event, found in one.events.items()},
-        "metrics": {name: _metric(summary, found) for name, found in one.metrics.items()},
-        "first_break": None if one.outwards is None else {
-            "at_nominal": list(one.outwards.at_nominal),
-            "lines": [{"parameter": line.path, "end": line.end, "share": line.share, "kept": line.kept,
-                       "broken": line.broken, "limit": line.metric} for line in one.outwards.lines],
+        "controllers": {
+            name: {
+                "runs": one.runs.count, "all_limits_kept": _share(one.within, summary.is_sample),
+                "events": {event: _share(found, summary.is_sample) for event, found in one.events.items()},
+                "metrics": {metric: _metric(found, summary.is_sample) for metric, found in one.metrics.items()},
+                "first_break": None if one.outwards is None else _outwards(one.outwards),
+            }
+            for name, one in summary.controllers.items()
         },
+        "worst": [{"controller": name, "run": run} for name, run in summary.worst()],
     }  # fmt: skip
 
 
@@ -327,16 +294,16 @@ def _share(found: ShareEstimate | None, is_sample: bool) -> dict[str, Any] | Non
     return {"count": found.count, "runs": found.runs, "share": finite(found.value), **ends}
 
 
-def _metric(summary: SweepSummary, one: MetricFigures) -> dict[str, Any]:
-    sign = one.words.worse
+def _metric(one: MetricFigures, is_sample: bool) -> dict[str, Any]:
+    sign, indices = one.words.worse, one.indices
     quantiles = []
     for found in one.quantiles:
-        ends = sorted((sign * found.low, sign * found.high))
-        interval = {"low": finite(ends[0]), "high": finite(ends[1])} if summary.is_sample else {}
+        low, high = sorted((sign * found.low, sign * found.high))
+        interval = {"low": finite(low), "high": finite(high)} if is_sample else {}
         value = {"share": found.share, "value": finite(sign * found.value), **interval}
         quantiles.append({**value, "runs": found.runs, "runs_needed": found.needed})
     return {
-        "bound": one.bound, "kept": _share(one.within, summary.is_sample), "quantiles": quantiles,
+        "bound": one.bound, "kept": _share(one.within, is_sample), "quantiles": quantiles,
         "influence": [
             {"parameter": each.path, "clear": each.is_clear, "goes_along_with": list(each.along),
              "rank_correlation": None if each.correlation is None else sign * each.correlation.value,
@@ -344,9 +311,17 @@ def _metric(summary: SweepSummary, one: MetricFigures) -> dict[str, Any]:
                         "runs": part.estimate.runs} for part in each.parts]}
             for each in one.influence
         ],
-        "sobol": None if one.indices is None else {
-            "groups": one.indices.groups,
-            **{kind: {path: {"value": x.value, "low": x.low, "high": x.high}
-                      for path, x in getattr(one.indices, kind).items()} for kind in ("first", "total")},
+        "sobol": None if indices is None else {
+            "groups": indices.groups,
+            "first": {path: asdict(x) for path, x in indices.first.items()},
+            "total": {path: asdict(x) for path, x in indices.total.items()},
         },
     }  # fmt: skip
+
+
+def _outwards(search: OutwardSearch) -> dict[str, Any]:
+    lines = [
+        {"parameter": line.path, "end": line.end, "share": line.share, "kept": line.kept, "broken": line.broken,
+         "limit": line.metric} for line in search.lines
+    ]  # fmt: skip
+    return {"at_nominal": list(search.at_nominal), "lines": lines}

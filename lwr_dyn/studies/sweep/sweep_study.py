@@ -1,18 +1,13 @@
-"""A study as its TOML file has it: which loops, what is varied, how many runs; unknown fields are refused by name.
-
-What a study is made of: its arm, its task's references, its controllers; each built when it is needed.
-
-The files that a study names, looked at again when its runs are made.
-"""
+"""A study: which loops, what is varied, how many runs; and its arm, references and controllers, built when needed."""
 
 import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
 from inspect import signature
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -23,26 +18,16 @@ from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec, controller_
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.foundation.errors import (
-    FaultError,
-    FileAccessError,
-    LwrDynError,
-    MissingPackageError,
-    OptionError,
-    PaperError,
-    UnknownNameError,
-)
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
-from lwr_dyn.studies.sweep.sampling import METHODS, Values, VariedParameter, grid_runs, points, saltelli_rows
+from lwr_dyn.studies.sweep.sampling import METHODS, Values, VariedParameter, points, saltelli_rows
 from lwr_dyn.trajectory.references.references import REFERENCES
 
 MOST_RUNS = 10_000_000
 """Of one controller."""
-
 MOST_KEPT = 1000
-
 MOST_AT_ONCE = 50_000_000
 """Numbers of a Latin hypercube, which is drawn whole: 400 MB."""
 
@@ -128,8 +113,8 @@ class SweepStudy:
 
     def _check_runs(self) -> None:
         """Raise `OptionError` for a number of runs that the method cannot have."""
-        if self.method == "grid" and self.runs != grid_runs(self.levels):
-            raise OptionError("runs", f"{self.runs} of a grid", f"{grid_runs(self.levels)}, the product of its levels")
+        if self.method == "grid" and self.runs != prod(self.levels):
+            raise OptionError("runs", f"{self.runs} of a grid", f"{prod(self.levels)}, the product of its levels")
         if self.method == "latin-hypercube" and self.runs * len(self.levels) > MOST_AT_ONCE:
             found = f"{self.runs} by latin-hypercube, {len(self.levels)} numbers each"
             raise OptionError("runs", found, f"at most {MOST_AT_ONCE // len(self.levels)}, or random, or sobol")
@@ -184,13 +169,11 @@ class SweepStudy:
             raise OptionError("runs", f"{first} to {stop}", f"first < stop inside 0 to {self.count}")
         sizes = [len(one.columns) for one in self.varied]
         cube = points(self.method, sizes, self.levels, self.runs, self.seed, first, stop)
-        ends = dict(zip([one.path for one in self.varied], np.cumsum(sizes, dtype=int).tolist(), strict=True))
+        shares = iter(np.split(cube, np.cumsum(sizes)[:-1], axis=1))
         out: dict[str, Values] = {}
         for one in self.parameters:
             k = len(one.columns)
-            end = ends.get(one.path, k)
-            shares = cube[:, end - k : end] if one.is_varied else np.zeros((stop - first, k))
-            drawn = one.values_of(shares)
+            drawn = one.values_of(next(shares) if one.is_varied else np.zeros((stop - first, k)))
             out[one.path] = drawn[:, 0] if k == 1 else drawn
         return out
 
@@ -213,24 +196,27 @@ def _plain(options: Mapping[str, Any]) -> list[tuple[str, Any]]:
     return sorted((key, Path(x).name if isinstance(x, str) else x) for key, x in plain.items())
 
 
+class ChangedFileError(FileAccessError):
+    """A file that a study names is not the one that was there when the study was read."""
+
+    def __init__(self, path: str) -> None:
+        super().__init__(path, "changed since the study was read", "the file as it was, or the study read again")
+
+
+def digest_of(path: str) -> str:
+    """SHA-256 of a file; raises `FileAccessError`."""
+    return sha256(read_bytes(path, "a file that the study names")).hexdigest()
+
+
+def refuse_changed(study: SweepStudy) -> None:
+    """Raise `ChangedFileError` for a file of the study with another content, `FileAccessError` for one that is gone."""
+    for path, digest in study.places.items():
+        if digest_of(path) != digest:
+            raise ChangedFileError(path)
+
+
 MOST_REFERENCES = 64
 """Of one study: values of the options of its task, in every combination."""
-
-
-@contextmanager
-def field_of(file: str, field: str) -> Iterator[None]:
-    """Gives errors the file and the field that they come from; a missing package keeps its own words."""
-    try:
-        yield
-    except (PaperError, MissingPackageError):
-        raise
-    except UnknownNameError as fault:
-        found, _, known = str(fault).partition("; known: ")
-        raise PaperError(file, field, found, known) from fault
-    except FaultError as fault:
-        raise PaperError(file, field, f"{fault.name}: {fault.found}", fault.allowed) from fault
-    except LwrDynError as fault:
-        raise PaperError(file, field, str(fault), "another value") from fault
 
 
 def arm_of_study(study: SweepStudy, reading: str | None = None) -> Arm:
@@ -251,9 +237,8 @@ def references_of_study(study: SweepStudy) -> tuple[Reference, ...]:
 
     Raises as the task's factory.
     """
-    options = [{**study.task_options, **choice} for choice in task_choices(study)]
     arm = arm_of_study(study)
-    return tuple(REFERENCES.make(study.task, arm, **each) for each in options)
+    return tuple(REFERENCES.make(study.task, arm, **{**study.task_options, **each}) for each in task_choices(study))
 
 
 def task_choices(study: SweepStudy) -> list[dict[str, Any]]:
@@ -301,22 +286,3 @@ def controller_of_study(study: SweepStudy, text: str, options: Mapping[str, Any]
     """A new controller of the study; `options` are added to those of its text. Raises as `make_controller`."""
     arm = arm_of_study(study)
     return spec_of_study(study, text).make(arm, dynamics_of(arm), options)
-
-
-class ChangedFileError(FileAccessError):
-    """A file that a study names is not the one that was there when the study was read."""
-
-    def __init__(self, path: str) -> None:
-        super().__init__(path, "changed since the study was read", "the file as it was, or the study read again")
-
-
-def digest_of(path: str) -> str:
-    """SHA-256 of a file; raises `FileAccessError`."""
-    return sha256(read_bytes(path, "a file that the study names")).hexdigest()
-
-
-def refuse_changed(study: SweepStudy) -> None:
-    """Raise `ChangedFileError` for a file of the study with another content, `FileAccessError` for one that is gone."""
-    for path, digest in study.places.items():
-        if digest_of(path) != digest:
-            raise ChangedFileError(path)

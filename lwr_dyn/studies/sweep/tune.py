@@ -1,7 +1,4 @@
-"""`tune`: gains for a stated aim, found on some runs of a study and judged on others.
-
-What a search for gains has found, as text and as a record.
-"""
+"""`tune`: gains for a stated aim, found on some runs of a study and judged on others; as text and JSON values."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,17 +19,18 @@ from lwr_dyn.studies.sweep.gain_search import (
     values_of,
     verdict,
 )
-from lwr_dyn.studies.sweep.intervals import QuantileEstimate
+from lwr_dyn.studies.sweep.intervals import (
+    IntervalEstimate,
+    QuantileEstimate,
+    ShareEstimate,
+)
 from lwr_dyn.studies.sweep.sampling import Values
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 Evaluate = Callable[[Mapping[str, Values]], Mapping[str, Array]]
 """Values of runs by path -> metrics of the runs; "torque_use" (runs,) is the largest command over the torque limit."""
-
 USE = "torque_use"
-
 MOST = {"runs": 100_000, "population": 1000, "generations": 10_000, "check": 1_000_000, "front": 20}
-
 LEAST = {"runs": 8, "population": 5, "generations": 1, "check": 8, "front": 0}
 
 
@@ -137,22 +135,26 @@ def tune(
     OptionError
         No gains, a gain twice, a bound that is not above 0.
     """
-    _check(gains, bound)
+    paths = [gain.path for gain in gains]
+    if not paths or len(set(paths)) < len(paths):
+        twice = next((path for path in paths if paths.count(path) > 1), "")
+        allowed = "each once" if twice else "one or more, as omega_n=5:200"
+        raise OptionError("gains", f"{twice} twice" if twice else "none", allowed)
+    if not bound > 0.0:
+        raise OptionError("torque bound", bound, "a share of the torque limits above 0, or inf for none")
     drawn = replace(study, method="random", runs=size.runs + size.check, seed=size.seed)
     seen, unseen = drawn.values(0, size.runs), drawn.values(size.runs, drawn.runs)
-    paths = [gain.path for gain in gains]
 
     def judge(points: Array) -> tuple[Array, Array]:
-        candidates = values_of(gains, points)
-        rows = {path: np.repeat(column, size.runs, axis=0) for path, column in zip(paths, candidates.T, strict=True)}
-        metric, use = _figures(evaluate, aim, tiled(seen, len(points)) | rows)
-        each = (x.reshape(len(points), size.runs) for x in (metric, use))
-        aims, uses = ([aim.of(one) for one in table] for table in each)
-        return np.array(aims), np.array(uses)
+        every = {path: np.concatenate([x] * len(points)) for path, x in seen.items()}
+        rows = {path: np.repeat(x, size.runs) for path, x in zip(paths, values_of(gains, points).T, strict=True)}
+        tables = (x.reshape(len(points), size.runs) for x in _figures(evaluate, aim, every | rows))
+        aims, uses = (np.array([aim.of(one) for one in table]) for table in tables)
+        return aims, uses
 
-    trace = SearchTrace.empty(judge, len(gains))
-    start = _start(gains, given)
-    searches = size.front + 1
+    trace, searches = SearchTrace(judge, np.zeros((0, len(gains)))), size.front + 1
+    is_known = all(path in given for path in paths)
+    start = [np.array([gain.share(given[gain.path]) for gain in gains])] if is_known else []
 
     def search_under(limit: float, begin: Sequence[Array], k: int) -> int:
         return search(
@@ -165,18 +167,13 @@ def tune(
         search_under(tighter, [trace.points[trace.best(tighter)]], k + 1)
     best = trace.best(bound)
     found = dict(zip(paths, values_of(gains, trace.points[[best]])[0].tolist(), strict=True))
-    pairs = [
-        _figures(evaluate, aim, unseen | {path: np.full(size.check, x) for path, x in set_of.items()})
-        for set_of in ({path: x for path, x in given.items() if path in paths}, found)
-    ]
-    check = verdict(pairs[0][0], pairs[1][0], pairs[0][1], pairs[1][1], aim.share, size.seed)
+    (before, use_before), (after, use_after) = (
+        _figures(evaluate, aim, unseen | {path: np.full(size.check, x) for path, x in gains_.items()})
+        for gains_ in ({path: x for path, x in given.items() if path in paths}, found)
+    )
+    check = verdict(before, after, use_before, use_after, aim.share, size.seed)
     known = np.array([given.get(path, np.nan) for path in paths])
     return TunedGains(controller, tuple(gains), aim, bound, size, trace, best, known, check)
-
-
-def tiled(values: Mapping[str, Values], times: int) -> dict[str, Values]:
-    """Values of runs (k, ...) by path, all runs again and again."""
-    return {path: np.concatenate([x] * times) for path, x in values.items()}
 
 
 def _figures(evaluate: Evaluate, aim: GainAim, values: Mapping[str, Values]) -> tuple[Array, Array]:
@@ -184,24 +181,6 @@ def _figures(evaluate: Evaluate, aim: GainAim, values: Mapping[str, Values]) -> 
     metrics = evaluate(values)
     use = metrics[USE]
     return aim.metric.badness(metrics[aim.metric.name]), np.where(np.isnan(use), np.inf, use)
-
-
-def _check(gains: Sequence[SearchedGain], bound: float) -> None:
-    paths = [gain.path for gain in gains]
-    if not paths:
-        raise OptionError("gains", "none", "one or more, as omega_n=5:200")
-    for path in paths:
-        if paths.count(path) > 1:
-            raise OptionError("gains", f"{path} twice", "each once")
-    if not bound > 0.0:
-        raise OptionError("torque bound", bound, "a share of the torque limits above 0, or inf for none")
-
-
-def _start(gains: Sequence[SearchedGain], given: Mapping[str, float]) -> list[Array]:
-    """The given gains as a point of the search, where all of them are known; else none."""
-    if any(gain.path not in given for gain in gains):
-        return []
-    return [np.array([gain.share(given[gain.path]) for gain in gains])]
 
 
 def _tighter(trace: SearchTrace, best: int, count: int) -> Array:
@@ -249,89 +228,73 @@ def tuned_text(found: TunedGains, title: str) -> str:
 
 def tuned_record(found: TunedGains) -> dict[str, Any]:
     """As JSON values, in SI units."""
-    paths = [gain.path for gain in found.gains]
-    front = found.trace.front
-    table = values_of(found.gains, found.trace.points[front])
-    check = found.check
+    paths, trace, check = [gain.path for gain in found.gains], found.trace, found.check
+    front = zip(
+        values_of(found.gains, trace.points[trace.front]).tolist(), trace.aim[trace.front].tolist(),
+        trace.use[trace.front].tolist(), strict=True,
+    )  # fmt: skip
     return {
         "controller": found.controller,
         "gains": {g.path: {"low": g.low, "high": g.high} for g in found.gains},
         "aim": {"metric": found.aim.metric.name, "share": found.aim.share},
         "torque_share": found.bound,
         "search": {
-            "candidates": found.candidates,
-            "runs": found.size.runs,
-            "seed": found.size.seed,
-            "aim": float(found.trace.aim[found.best]),
-            "torque_use": float(found.trace.use[found.best]),
+            "candidates": found.candidates, "runs": found.size.runs, "seed": found.size.seed,
+            "aim": float(trace.aim[found.best]), "torque_use": float(trace.use[found.best]),
             "keeps_bound": found.keeps_bound,
         },
         "given": dict(zip(paths, found.given.tolist(), strict=True)),
         "found": dict(zip(paths, found.values.tolist(), strict=True)),
         "check": {
-            "runs": check.given.runs,
-            "level": check.given.level,
-            "given": _estimates(check.given, check.given_use),
-            "found": _estimates(check.found, check.found_use),
-            "ratio": {"value": check.ratio.value, "low": check.ratio.low, "high": check.ratio.high},
-            "better": {"value": check.better.value, "low": check.better.low, "high": check.better.high},
-            "keeps_bound": found.holds,
-            "verdict": check.words,
+            "runs": check.given.runs, "level": check.given.level,
+            "given": {"aim": _ends(check.given), "torque_use": _ends(check.given_use)},
+            "found": {"aim": _ends(check.found), "torque_use": _ends(check.found_use)},
+            "ratio": _ends(check.ratio), "better": _ends(check.better),
+            "keeps_bound": found.holds, "verdict": check.words,
         },
         "front": [
-            {"gains": dict(zip(paths, row.tolist(), strict=True)), "aim": aim, "torque_use": use}
-            for row, aim, use in zip(
-                table, found.trace.aim[front].tolist(), found.trace.use[front].tolist(), strict=True
-            )
+            {"gains": dict(zip(paths, row, strict=True)), "aim": aim, "torque_use": use} for row, aim, use in front
         ],
-    }
+    }  # fmt: skip
 
 
-def _estimates(aim: QuantileEstimate, use: QuantileEstimate) -> Mapping[str, Any]:
-    pairs = {"aim": aim, "torque_use": use}
-    return {name: {"value": x.value, "low": x.low, "high": x.high} for name, x in pairs.items()}
+def _ends(x: IntervalEstimate | QuantileEstimate | ShareEstimate) -> dict[str, float]:
+    return {"value": x.value, "low": x.low, "high": x.high}
+
+
+def _headings(found: TunedGains, format: str = "") -> list[Heading]:
+    gains = [Heading(gain.name, format=".4g") for gain in found.gains]
+    metric = found.aim.metric
+    aim = Heading(f"{metric.title}, {100 * found.aim.share:g} %", metric.unit, format)
+    return [*gains, aim, Heading("torque use", "%", format)]
 
 
 def _judged(found: TunedGains) -> Table:
     """The two sets of gains on the runs that the search has not seen."""
-    metric, check = found.aim.metric, found.check
+    factor, check = found.aim.metric.factor, found.check
+    given = [None if np.isnan(x) else x for x in found.given]
     rows = [
-        (name, *(None if np.isnan(x) else x for x in gains), _interval(aim, metric.factor), _interval(use, 100.0))
-        for name, gains, aim, use in (
-            ("given", found.given, check.given, check.given_use),
-            ("found", found.values, check.found, check.found_use),
-        )
+        ("given", *given, _interval(check.given, factor), _interval(check.given_use, 100.0)),
+        ("found", *found.values, _interval(check.found, factor), _interval(check.found_use, 100.0)),
     ]
-    headings = [
-        Heading("gains"), *(Heading(gain.name, format=".4g") for gain in found.gains),
-        Heading(f"{metric.title}, {100 * found.aim.share:g} %", metric.unit), Heading("torque use", "%"),
-    ]  # fmt: skip
-    level = f"{100 * check.given.level:g} %"
-    return Table(f"on {check.given.runs} runs that the search has not seen, intervals of {level}", headings, rows)
+    title = f"on {check.given.runs} runs that the search has not seen, intervals of {100 * check.given.level:g} %"
+    return Table(title, [Heading("gains"), *_headings(found)], rows)
 
 
 def _interval(one: QuantileEstimate, factor: float) -> str:
-    value, low, high = (factor * x for x in (one.value, one.low, one.high))
-    return f"{value:.4g} ({'-' if np.isinf(low) else f'{low:.4g}'} to {'-' if np.isinf(high) else f'{high:.4g}'})"
+    low, high = ("-" if np.isinf(x) else f"{factor * x:.4g}" for x in (one.low, one.high))
+    return f"{factor * one.value:.4g} ({low} to {high})"
 
 
 def _front(found: TunedGains) -> Table:
     """Some candidates of the front, evenly along it; the found one is marked."""
-    front, metric = found.trace.front, found.aim.metric
+    front, trace = found.trace.front, found.trace
     chosen = front[np.unique(np.linspace(0, len(front) - 1, FRONT_ROWS).round().astype(int))] if front.size else front
     shown = np.unique(np.append(chosen, found.best) if found.best in front else chosen)
-    shown = shown[np.argsort(found.trace.use[shown], kind="stable")]
+    shown = shown[np.argsort(trace.use[shown], kind="stable")]
     rows = [
-        (
-            *values_of(found.gains, found.trace.points[[i]])[0].tolist(), metric.factor * found.trace.aim[i],
-            100.0 * found.trace.use[i], "found" if i == found.best else "",
-        )
-        for i in shown
-    ]  # fmt: skip
-    headings = [
-        *(Heading(gain.name, format=".4g") for gain in found.gains),
-        Heading(f"{metric.title}, {100 * found.aim.share:g} %", metric.unit, ".4g"),
-        Heading("torque use", "%", ".4g"), Heading(""),
-    ]  # fmt: skip
+        (*gains, found.aim.metric.factor * trace.aim[i], 100.0 * trace.use[i], "found" if i == found.best else "")
+        for i, gains in zip(shown, values_of(found.gains, trace.points[shown]).tolist(), strict=True)
+    ]
     title = f"Pareto front of the candidates, on the runs of the search: {len(rows)} of {len(front)}"
-    return Table(title, headings, rows)
+    return Table(title, [*_headings(found, ".4g"), Heading("")], rows)

@@ -1,11 +1,8 @@
-"""What a study can vary, by path: unit, words, bounds, what a usual distribution is, and how many numbers a run has.
+"""What a study can vary, by path, and the metrics of its runs, by name.
 
 `arm.mass` is a factor for each link, drawn by itself; `arm.mass.all` one for all of them, `arm.mass.3` that of link 3
-alone. `controller.OPTION` and `task.OPTION` are the options of `lwr-dyn simulate`.
-
-The metrics of a run of a study by name: unit, words, and which side of a bound is bad.
-
-A metric of a run for people: its words, a unit that suits its size, and in which direction it is bad.
+alone. `controller.OPTION` and `task.OPTION` are the options of `lwr-dyn simulate`. A path has its unit, bounds, a usual
+distribution, and how many numbers a run has; a metric its unit, and which side of a bound is bad.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -13,6 +10,7 @@ from dataclasses import dataclass
 from itertools import product
 from math import inf
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +20,7 @@ from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.model.chain import JointKind
 
 AXES = ("x", "y", "z")
-
 ALL = "all"
-
 OPTION = "OPTION"
 """Stands for the name of an option in the paths of controller and task."""
 
@@ -151,32 +147,21 @@ def parameter_path(text: str, n: int) -> ParameterPath:
     if group in ("controller", "task") and option:
         name = f"{group}.{OPTION}"
         return ParameterPath(text, name, PATHS[name], option=option.replace("-", "_"))
-    parts = text.split(".")
-    name = next((".".join(parts[:k]) for k in range(len(parts), 0, -1) if ".".join(parts[:k]) in PATHS), "")
+    name = max((path for path in PATHS if f"{text}.".startswith(f"{path}.")), key=len, default="")
     if not name:
         raise UnknownNameError("parameter path", text, PATHS)
-    row, rest = PATHS[name], parts[len(name.split(".")) :]
-    number, axis = "", ""
-    if rest and row.of:
-        number = _number(rest.pop(0), row.of, name, n)
-    if rest and row.axes:
-        axis = rest.pop(0)
-        if axis not in AXES:
-            raise UnknownNameError(f"axis of {name}", axis, AXES)
+    row, rest = PATHS[name], text.split(".")[name.count(".") + 1 :]
+    number = rest.pop(0) if rest and row.of else None
+    if number not in (None, ALL, *map(str, range(1, n + 1))):
+        allowed = f"the number of a {row.of}, from 1 to {n}, or {ALL}"
+        raise OptionError(f"parameter path {name}", repr(number), allowed)
+    axis = rest.pop(0) if rest and row.axes else None
+    if axis not in (None, *AXES):
+        raise UnknownNameError(f"axis of {name}", axis, AXES)
     if rest:
-        raise OptionError("parameter path", repr(text), _forms(name, row))
-    return ParameterPath(text, name, row, number, axis)
-
-
-def _number(text: str, of: str, name: str, n: int) -> str:
-    if text != ALL and text not in map(str, range(1, n + 1)):
-        raise OptionError(f"parameter path {name}", repr(text), f"the number of a {of}, from 1 to {n}, or {ALL}")
-    return text
-
-
-def _forms(name: str, row: PathRow) -> str:
-    forms = [name, *([f"{name}.all", f"{name}.3"] if row.of else [])]
-    return " or ".join([*forms, f"{forms[-1]}.z"] if row.axes else forms)
+        forms = [name, *([f"{name}.all", f"{name}.3"] if row.of else [])]
+        raise OptionError("parameter path", repr(text), " or ".join([*forms, f"{forms[-1]}.z"] if row.axes else forms))
+    return ParameterPath(text, name, row, number or "", axis or "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,27 +195,22 @@ METRICS: Mapping[str, MetricRow] = MappingProxyType(
 """Metrics of every run, in SI units; `tip_q95` and the like come with the quantiles of a study."""
 
 
-def metric_row(name: str, quantiles: tuple[float, ...] = ()) -> MetricRow:
+def metric_row(name: str, quantiles: Sequence[float] = ()) -> MetricRow:
     """The metric of a name; raises `UnknownNameError`, which says what is near.
 
     >>> metric_row("tip_rms").unit
     'm'
     """
-    shares = _names(quantiles)
+    shares = {}
+    if quantiles:  # the rollouts, which name them, are imported where there is one
+        from lwr_dyn.codegen.rollouts.result import quantile_name
+
+        shares = {quantile_name(share): share for share in quantiles}
     if name in shares:
         return MetricRow("m", f"error of the tip, {100 * shares[name]:g} % quantile over time")
     if name not in METRICS:
         raise UnknownNameError("metric", name, (*METRICS, *(shares or ("tip_q95 with quantiles = [0.95]",))))
     return METRICS[name]
-
-
-def _names(quantiles: tuple[float, ...]) -> dict[str, float]:
-    """Metric -> share of time; the rollouts, which name them, are imported where there is one."""
-    if not quantiles:
-        return {}
-    from lwr_dyn.codegen.rollouts.result import quantile_name
-
-    return {quantile_name(share): share for share in quantiles}
 
 
 SHOWN = {"m": ("mm", 1e3), "rad": ("mrad", 1e3), "rad or m": ("mrad or mm", 1e3)}
@@ -247,8 +227,8 @@ class MetricWords:
     factor: float
     worse: int
 
-    def shown(self, badness: float) -> float:
-        """The value of a `badness` in the unit for people."""
+    def shown(self, badness: Any) -> Any:
+        """Values of the `badness`, a number or an array, in the unit for people."""
         return self.factor * self.worse * badness
 
     def badness(self, values: Array) -> Array:
@@ -274,15 +254,10 @@ def metric_words(name: str, quantiles: Sequence[float] = (), kinds: Collection[J
     >>> one.unit, one.worse, one.badness(np.array([[0.5, 0.2], [np.nan, 0.1]])).tolist()
     ('mrad or mm', -1, [-0.2, inf])
     """
-    row = metric_row(name, tuple(quantiles))
-    units = row.unit.split(" or ")  # of a turning joint, of a sliding one
-    own = (
-        units[0]
-        if set(kinds) == {JointKind.REVOLUTE}
-        else units[-1]
-        if set(kinds) == {JointKind.PRISMATIC}
-        else row.unit
-    )
-    unit, factor = SHOWN.get(own, (own, 1.0))
+    row = metric_row(name, quantiles)
+    turning, _, sliding = row.unit.partition(" or ")
+    own = {frozenset([JointKind.REVOLUTE]): turning, frozenset([JointKind.PRISMATIC]): sliding or turning}
+    shown = own.get(frozenset(kinds), row.unit)
+    unit, factor = SHOWN.get(shown, (shown, 1.0))
     title = f"{row.words}, worst joint" if row.per_joint else row.words
     return MetricWords(name, title, unit, factor, -1 if row.at_least else 1)

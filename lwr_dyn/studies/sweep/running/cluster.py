@@ -19,7 +19,7 @@ from typing import Any
 
 from lwr_dyn.foundation.errors import LwrDynError, MissingPackageError
 from lwr_dyn.foundation.files import reason_of
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, Done, Work, outcome
+from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, Done, Work, outcome
 from lwr_dyn.studies.sweep.running.sweep_folder import versions
 
 ANSWER = 10.0
@@ -173,10 +173,20 @@ def _refuse_lost(client: Any, fault: Exception | None = None) -> None:
 
 def _ask(address: str) -> None:
     """Raise `SchedulerError` unless a Dask scheduler with workers answers; a client that fails would go on trying."""
+    from distributed.comm import get_address_host_port
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    async def identity() -> Any:
+        async with rpc(address, timeout=ANSWER, connection_args=Security().get_connection_args("client")) as scheduler:
+            return await asyncio.wait_for(scheduler.identity(), ANSWER)
+
     allowed = "the address that `dask scheduler` prints, such as tcp://10.0.0.5:8786"
     try:
-        _knock(address)
-        found = asyncio.run(_identity(address))
+        place = get_address_host_port(address)
+        if address.partition("://")[0] in (address, "tcp", "tls"):  # where nothing listens Dask would try again
+            socket.create_connection(place, timeout=ANSWER).close()
+        found = asyncio.run(identity())
     except ValueError as fault:
         raise SchedulerError(address, str(fault), allowed) from None
     except (ConnectionRefusedError, socket.gaierror) as fault:
@@ -189,32 +199,15 @@ def _ask(address: str) -> None:
         raise SchedulerError(address, f"what answers there is a {found.get('type', 'stranger')}", allowed)
 
 
-def _knock(address: str) -> None:
-    """Raise `OSError` where nothing listens: Dask would try again and again. Raises `ValueError` for another form."""
-    from distributed.comm import get_address_host_port
-
-    host, port = get_address_host_port(address)
-    if address.partition("://")[0] in (address, "tcp", "tls"):
-        socket.create_connection((host, port), timeout=ANSWER).close()
-
-
-async def _identity(address: str) -> Any:
-    from distributed.core import rpc
-    from distributed.security import Security
-
-    async with rpc(address, timeout=ANSWER, connection_args=Security().get_connection_args("client")) as scheduler:
-        return await asyncio.wait_for(scheduler.identity(), ANSWER)
-
-
 def _versions_of_workers(client: Any) -> Mapping[str, Any]:
     """What each worker says; those that died while they were asked have been replaced a moment later."""
 
     def found() -> dict[str, str]:  # a function of this kind is sent whole, and does not need lwr_dyn there
         try:
-            from lwr_dyn.studies.sweep.running import sweep_folder
+            from lwr_dyn.studies.sweep.running.sweep_folder import versions
         except ImportError as fault:
             return {"lwr_dyn": f"none ({fault})"}
-        return sweep_folder.versions()
+        return versions()
 
     answers: Mapping[str, Any] = {}
     begin = time.monotonic()

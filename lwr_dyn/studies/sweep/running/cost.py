@@ -1,7 +1,4 @@
-"""What a sweep will cost, stated ahead: measured on its first runs.
-
-The first run of each controller without a kernel, for the cost: in a process of its own, which may die.
-"""
+"""What a sweep will cost, stated ahead: measured on its first runs."""
 
 from __future__ import annotations
 
@@ -9,26 +6,23 @@ import resource
 import struct
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, encoded
-from lwr_dyn.studies.sweep.running.processes import in_processes
-from lwr_dyn.studies.sweep.running.workshop import workshop_of
+from lwr_dyn.studies.sweep.running.chunk_file import encoded
+from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, in_processes
+from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop, workshop_of
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 ENOUGH = 0.3
 """[s] Of processor time, from which on a measurement counts."""
-
 MOST = 256
 """Runs that are measured at most."""
-
 _KEPT = 6
 """Copies of the numbers of a chunk that a thread holds at most: parameters, metrics, columns, the file."""
-
 _READ = 1.6
 """Memory of all results, which the report reads, over the size of their files: 1.5 of 600 000 runs in 446 MB."""
 
@@ -117,26 +111,28 @@ class SweepCost:
         }  # fmt: skip
 
 
-def measured(make: Callable[[int], bytes], controller: str, runs: int, chunk: int) -> ControllerCost:
-    """The cost of a controller with a kernel; `make` computes the first so many runs and gives their file.
+def measured(workshop: SweepWorkshop, controller: str, runs: int, chunk: int) -> tuple[ControllerCost, str]:
+    """The cost of a controller with a kernel, from its first runs, and the digest of the kernel.
 
-    A kernel is compiled before anything is measured. Raises what `make` raises, so that a study that cannot run ends
-    here.
+    Raises as `SweepWorkshop.runs`, so that a study that cannot run ends here.
     """
-    make(1)
-    one, file = _timed(make, 1)
+    _timed(workshop, controller, 1)  # compiles the kernel
+    one, size, kernel = _timed(workshop, controller, 1)
     count, spent = 1, one
     while spent < one + ENOUGH and count < min(MOST, runs):
         count = min(4 * count, MOST, runs)
-        spent, file = _timed(make, count)
+        spent, size, _ = _timed(workshop, controller, count)
     seconds = max(spent - one, 0.0) / (count - 1) if count > 1 else one
-    return ControllerCost(controller, runs, chunk, seconds, max(one - seconds, 0.0), len(file) / count, count, False)
+    aside = max(one - seconds, 0.0)
+    return ControllerCost(controller, runs, chunk, seconds, aside, size / count, count, False), kernel
 
 
-def _timed(make: Callable[[int], bytes], count: int) -> tuple[float, bytes]:
+def _timed(workshop: SweepWorkshop, controller: str, count: int) -> tuple[float, int, str]:
+    """[s] of processor time for the first so many runs, [bytes] of their file, and what made them."""
     start = time.thread_time()
-    file = make(count)
-    return time.thread_time() - start, file
+    runs, kernel = workshop.runs(controller, 0, count)
+    size = len(encoded(runs, ""))
+    return time.thread_time() - start, size, kernel
 
 
 def memory(costs: Sequence[ControllerCost], workers: int) -> float:
@@ -190,11 +186,8 @@ class FirstRun:
 
     def __call__(self, chunk: Chunk) -> bytes:
         """The packed answer of a chunk; raises as `SweepWorkshop.runs`."""
-        workshop = workshop_of(self.study)
-        start = time.thread_time()
-        runs, _ = workshop.runs(self.study.controllers[chunk.controller], chunk.first, chunk.stop)
-        size = len(encoded(runs, ""))
-        return _ANSWER.pack(time.thread_time() - start, size)
+        spent, size, _ = _timed(workshop_of(self.study), self.study.controllers[chunk.controller], 1)
+        return _ANSWER.pack(spent, size)
 
 
 def first_runs(study: SweepStudy, controllers: Sequence[int]) -> dict[int, tuple[float, float]]:

@@ -1,7 +1,4 @@
-"""A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there.
-
-The results of a sweep as arrays, controller by controller, from the folder that `lwr-dyn sweep` has written.
-"""
+"""A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there."""
 
 from __future__ import annotations
 
@@ -13,16 +10,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.foundation.files import make_folder, read_text
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.foundation.progress import Report
-from lwr_dyn.model.run import repr_html, short_repr
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, Done, decoded, encoded, in_threads, joined, pyarrow
+from lwr_dyn.studies.sweep.running.chunk_file import pyarrow
 from lwr_dyn.studies.sweep.running.cluster import connected, on_cluster
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, SweepCost, duration, first_runs, measured, memory
-from lwr_dyn.studies.sweep.running.processes import in_processes
+from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, Done, in_processes, in_threads
 from lwr_dyn.studies.sweep.running.sweep_folder import (
-    MANIFEST,
     SweepFolder,
     SweepManifest,
     SweptController,
@@ -32,11 +27,9 @@ from lwr_dyn.studies.sweep.running.sweep_folder import (
     write_whole,
 )
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, workshop_of
-from lwr_dyn.studies.sweep.summary import ControllerRuns
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy, refuse_changed
 
 MOST_THREADS = 256
-
 SLOW_SHARE = 32
 """A chunk of `simulate` has so many times fewer runs, so that a kill costs little."""
 
@@ -110,13 +103,23 @@ def sweep(
             return _filled(study, opened, cost, client, report)
 
 
+def processors() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 @contextmanager
 def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
-    """The folder, not of another study; one that was made now and is still empty after a fault is deleted."""
+    """The folder, refused before a kernel is compiled if it holds another study, other versions or other files.
+
+    One that was made now and is still empty after a fault is deleted.
+    """
     is_new = not Path(folder).exists()
     path = make_folder(folder)
     try:
-        refuse_early(path, study)
+        found = manifest_in(path)
+        if found is not None:
+            found.refuse_other(str(path), SweepManifest(study.name, study.digest, found.controllers, versions()))
         yield
     except BaseException:
         if is_new:
@@ -125,42 +128,22 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
         raise
 
 
-def processors() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def refuse_early(folder: Path, study: SweepStudy) -> None:
-    """Refuse the folder of another study or of other versions before a kernel is compiled.
-
-    Raises `OtherSweepError`, and `FileAccessError` for a folder with other files.
-    """
-    found = manifest_in(folder)
-    if found is not None:
-        found.refuse_other(str(folder), SweepManifest(study.name, study.digest, found.controllers, versions()))
-
-
 def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, SweepManifest]:
     """Cost and manifest of a study, from first runs of each controller; raises what these raise."""
     workshop = workshop_of(study)
-    costs, controllers = [], []
+    costs, controllers, names = [], [], folder_names(study.controllers)
     spent = first_runs(study, [i for i, text in enumerate(study.controllers) if workshop.is_slow(text)])
-    for i, (text, name) in enumerate(zip(study.controllers, folder_names(study.controllers), strict=True)):
-        slow, kernel = i in spent, [BY_SIMULATE]
-
-        def runs_of(count: int, text: str = text, kernel: list[str] = kernel) -> bytes:
-            runs, kernel[0] = workshop.runs(text, 0, count)
-            return encoded(runs, "")
-
+    for i, text in enumerate(study.controllers):
+        slow, kernel = i in spent, BY_SIMULATE
         size = min(study.count, max(1, study.chunk // SLOW_SHARE) if slow else study.chunk)
         if slow:
             costs.append(ControllerCost(text, study.count, size, spent[i][0], 0.0, spent[i][1], 1, slow))
         else:
-            costs.append(measured(runs_of, text, study.count, size))
-        controllers.append(SweptController(text, name, kernel[0], size, study.count, slow))
-    held = memory(costs, workers)
+            cost, kernel = measured(workshop, text, study.count, size)
+            costs.append(cost)
+        controllers.append(SweptController(text, names[i], kernel, size, study.count, slow))
     manifest = SweepManifest(study.name, study.digest, tuple(controllers), versions())
-    return SweepCost(tuple(costs), workers, held), manifest
+    return SweepCost(tuple(costs), workers, memory(costs, workers)), manifest
 
 
 def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any, report: Report) -> SweepOutcome:
@@ -178,7 +161,7 @@ def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any
     made = dict.fromkeys(study.controllers, 0)
     failures: dict[str, dict[int, str]] = {text: {} for text in study.controllers}
     clock = _Clock(cost, left, report)
-    with closing(_done(left, job, manifest.controllers, cost.workers, client)) as results:
+    with closing(_done(left, job, manifest, cost.workers, client)) as results:
         for chunk, result in results:
             text = study.controllers[chunk.controller]
             if isinstance(result, ChunkFault):
@@ -194,15 +177,15 @@ def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any
 
 
 def _done(
-    left: Sequence[Chunk], job: SweepJob, controllers: Sequence[SweptController], workers: int, client: Any
+    left: Sequence[Chunk], job: SweepJob, manifest: SweepManifest, workers: int, client: Any
 ) -> Generator[Done, None, None]:
-    """The chunks by the scheduler: threads for kernels, then processes for the rest; or a cluster for all."""
+    """The chunks by the cluster; else by threads for kernels, then by processes for the rest."""
     if client is not None:
         yield from on_cluster(left, job, client)
-        return
-    slow = [chunk for chunk in left if controllers[chunk.controller].slow]
-    yield from in_threads([chunk for chunk in left if not controllers[chunk.controller].slow], job, workers)
-    yield from in_processes(slow, job, workers)
+    else:
+        is_slow = [one.slow for one in manifest.controllers]
+        yield from in_threads([chunk for chunk in left if not is_slow[chunk.controller]], job, workers)
+        yield from in_processes([chunk for chunk in left if is_slow[chunk.controller]], job, workers)
 
 
 class _Clock:
@@ -230,59 +213,3 @@ class _Clock:
         left = duration(self.elapsed * (1 - share) / share) if share < 1 else "0 s"
         self.report(share)
         self.report(f"chunk {self.chunks} of {self.count}, {left} left")
-
-
-NEEDED = "a folder that `lwr-dyn sweep` has written"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SweepResults:
-    """What a sweep has computed so far.
-
-    `controllers` maps each controller, as typed, to its runs in the order of their numbers; one without any finished
-    chunk is not there. `missing` are the numbers of the chunks that have no file, `failures` says why, where a chunk
-    was tried.
-    """
-
-    folder: Path
-    manifest: SweepManifest
-    controllers: Mapping[str, ControllerRuns]
-    missing: Mapping[str, tuple[int, ...]]
-    failures: Mapping[str, Mapping[int, str]]
-    __repr__ = short_repr
-    _repr_html_ = repr_html
-
-    @classmethod
-    def load(cls, folder: str | Path) -> SweepResults:
-        """The results in a folder, also while a sweep writes into it.
-
-        Raises
-        ------
-        FileAccessError
-            No sweep in the folder, or a file that is damaged.
-        MissingPackageError
-            Without pyarrow.
-        """
-        path = Path(folder)
-        if not (path / MANIFEST).exists():
-            raise FileAccessError(str(folder), f"no {MANIFEST}", NEEDED)
-        manifest = SweepManifest.read(str(path / MANIFEST), read_text(path / MANIFEST, NEEDED))
-        found = SweepFolder(path, manifest)
-        kept = {one.controller: sorted(found.kept(one)) for one in manifest.controllers}
-        controllers = {
-            one.controller: joined(
-                [decoded(found.file(one, number), one.controller) for number in kept[one.controller]]
-            )
-            for one in manifest.controllers
-            if kept[one.controller]
-        }
-        missing = {
-            one.controller: tuple(sorted(set(range(one.count)) - set(kept[one.controller])))
-            for one in manifest.controllers
-        }
-        return cls(path, manifest, controllers, missing, found.read_failures())
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether no chunk is missing."""
-        return not any(self.missing.values())

@@ -2,10 +2,9 @@
 
     study.toml  manifest.json  pid/chunk-00000.parquet  pid/chunk-00001.parquet ...
 
+The manifest says what made the results (study, kernels, versions, processor), and those of two makers are never mixed.
 Each file is written under a hidden temporary name, forced to the disk and renamed, so that none is ever incomplete. One
 process at a time writes.
-
-What made the results of a sweep: study, kernels, versions, processor; results of two makers are never mixed.
 """
 
 from __future__ import annotations
@@ -28,14 +27,15 @@ from typing import Any
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import make_folder, read_text, reason_of
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.studies.sweep.running.chunks import chunk_digest
+from lwr_dyn.model.run import repr_html, short_repr
+from lwr_dyn.studies.sweep.running.chunk_file import chunk_digest, decoded, joined
+from lwr_dyn.studies.sweep.summary import ControllerRuns
 
 SCHEMA = 1
-
 PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow", "mpmath")
 """What numbers and bytes depend on."""
-
 _LONGEST = 60
+
 
 PROCESSOR = "processor"
 """Stands among the versions: rounding depends on it, and counts of encoders on rounding."""
@@ -103,6 +103,15 @@ class SweptController:
             "chunks": self.count, "runs": self.runs, "by": "simulate" if self.slow else "kernel",
         }  # fmt: skip
 
+    @classmethod
+    def of_record(cls, x: Any) -> SweptController:
+        """From the manifest; raises `ValueError` for a folder that leads elsewhere, and for counts below 1."""
+        if folder_names([x["folder"]]) != [x["folder"]] or not all(
+            type(x[k]) is int and x[k] > 0 for k in ("chunk", "runs")
+        ):
+            raise ValueError
+        return cls(str(x["controller"]), x["folder"], str(x["kernel"]), x["chunk"], x["runs"], x["by"] == "simulate")
+
 
 @dataclass(frozen=True, slots=True)
 class SweepManifest:
@@ -134,13 +143,7 @@ class SweepManifest:
             record = json.loads(text)
             if record["schema"] != SCHEMA:
                 raise ValueError
-            found = tuple(
-                SweptController(
-                    str(x["controller"]), _inside(x["folder"]), str(x["kernel"]), _whole(x["chunk"]),
-                    _whole(x["runs"]), x["by"] == "simulate",
-                )
-                for x in record["controllers"]
-            )  # fmt: skip
+            found = tuple(map(SweptController.of_record, record["controllers"]))
             return cls(str(record["study"]), str(record["digest"]), found, dict(record["versions"]))
         except (KeyError, TypeError, ValueError, RecursionError):
             raise FileAccessError(path, "no manifest of a sweep", "a folder that `lwr-dyn sweep` has written") from None
@@ -178,21 +181,7 @@ def folder_names(controllers: Sequence[str]) -> list[str]:
     return names
 
 
-def _inside(name: Any) -> str:
-    """The name of a folder in the folder; raises `ValueError` for a path that leads elsewhere."""
-    if not isinstance(name, str) or folder_names([name]) != [name]:
-        raise ValueError(name)
-    return name
-
-
-def _whole(x: Any) -> int:
-    if not isinstance(x, int) or isinstance(x, bool) or x < 1:
-        raise ValueError(x)
-    return x
-
-
 MANIFEST, STUDY, FAILURES = "manifest.json", "study.toml", "failures.json"
-
 _UNFINISHED = ".part"
 
 
@@ -227,22 +216,19 @@ class SweepFolder:
         """
         path = make_folder(folder)
         with _alone(path):
-            opened = cls(path, manifest)
-            if (path / MANIFEST).exists():
-                found = SweepManifest.read(str(path / MANIFEST), read_text(path / MANIFEST, "a manifest of a sweep"))
+            found = manifest_in(path)
+            if found is not None:
                 found.refuse_other(str(folder), manifest)
-            opened._clear()
-            if not (path / MANIFEST).exists():
-                others = sorted(x.name for x in path.iterdir() if x.name != STUDY)
-                if others:
-                    raise FileAccessError(
-                        str(folder), f"holds {others[0]} and no sweep", "an empty folder or a new one"
-                    )
+            for place in (path, *(path / one.folder for one in manifest.controllers)):
+                for left in place.glob(f".*{_UNFINISHED}"):
+                    with contextlib.suppress(OSError):
+                        left.unlink()
+            if found is None:
                 write_whole(path / STUDY, study_text.encode())
                 write_whole(path / MANIFEST, manifest.text().encode())
             for controller in manifest.controllers:
                 make_folder(path / controller.folder)
-            yield opened
+            yield cls(path, manifest)
 
     def file(self, controller: SweptController, number: int) -> Path:
         """The file of a chunk."""
@@ -276,13 +262,6 @@ class SweepFolder:
             return {str(name): {int(k): str(why) for k, why in each.items()} for name, each in found.items()}
         except (ValueError, AttributeError, RecursionError):
             raise FileAccessError(str(path), "not what a sweep writes", "to delete it, and sweep again") from None
-
-    def _clear(self) -> None:
-        """Delete files under temporary names."""
-        for place in (self.path, *(self.path / one.folder for one in self.manifest.controllers)):
-            for left in place.glob(f".*{_UNFINISHED}"):
-                with contextlib.suppress(OSError):
-                    left.unlink()
 
 
 def manifest_in(folder: Path) -> SweepManifest | None:
@@ -341,3 +320,53 @@ def _alone(folder: Path) -> Iterator[None]:
         yield
     finally:
         os.close(handle)
+
+
+NEEDED = "a folder that `lwr-dyn sweep` has written"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SweepResults:
+    """What a sweep has computed so far.
+
+    `controllers` maps each controller, as typed, to its runs in the order of their numbers; one without any finished
+    chunk is not there. `missing` are the numbers of the chunks that have no file, `failures` says why, where a chunk
+    was tried.
+    """
+
+    folder: Path
+    manifest: SweepManifest
+    controllers: Mapping[str, ControllerRuns]
+    missing: Mapping[str, tuple[int, ...]]
+    failures: Mapping[str, Mapping[int, str]]
+    __repr__ = short_repr
+    _repr_html_ = repr_html
+
+    @classmethod
+    def load(cls, folder: str | Path) -> SweepResults:
+        """The results in a folder, also while a sweep writes into it.
+
+        Raises
+        ------
+        FileAccessError
+            No sweep in the folder, or a file that is damaged.
+        MissingPackageError
+            Without pyarrow.
+        """
+        path = Path(folder)
+        if not (path / MANIFEST).exists():
+            raise FileAccessError(str(folder), f"no {MANIFEST}", NEEDED)
+        manifest = SweepManifest.read(str(path / MANIFEST), read_text(path / MANIFEST, NEEDED))
+        found, controllers, missing = SweepFolder(path, manifest), {}, {}
+        for one in manifest.controllers:
+            kept = found.kept(one)
+            if kept:
+                parts = [decoded(found.file(one, number), one.controller) for number in sorted(kept)]
+                controllers[one.controller] = joined(parts)
+            missing[one.controller] = tuple(number for number in range(one.count) if number not in kept)
+        return cls(path, manifest, controllers, missing, found.read_failures())
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether no chunk is missing."""
+        return not any(self.missing.values())

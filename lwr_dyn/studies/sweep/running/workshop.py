@@ -1,12 +1,9 @@
-"""A study in one process: its arm, references and controllers are built once, and its runs are made, in rows.
-
-Runs of a controller without a kernel form: one by one, by `simulate`, with the parameters that rollouts take.
-"""
+"""A study in one process: arm, references and controllers are built once, its runs made by kernel or `simulate`."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,11 +18,11 @@ from lwr_dyn.control.controllers import faults_in
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import DivergenceError, LwrDynError
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Reference, Run
+from lwr_dyn.model.run import Run
 from lwr_dyn.studies.sweep.rollout_arguments import controller_of_run, rollout_arguments
-from lwr_dyn.studies.sweep.running.chunks import Chunk, encoded
+from lwr_dyn.studies.sweep.running.chunk_file import encoded
 from lwr_dyn.studies.sweep.running.cluster import WorkerVersionError, refuse_other_versions
+from lwr_dyn.studies.sweep.running.schedulers import Chunk
 from lwr_dyn.studies.sweep.running.sweep_folder import versions
 from lwr_dyn.studies.sweep.sampling import Values
 from lwr_dyn.studies.sweep.summary import ControllerRuns
@@ -41,7 +38,11 @@ from lwr_dyn.studies.sweep.vocabulary import METRICS
 
 DIVERGED = "diverged"
 """The flag of a run whose state grows beyond all bounds; its metrics are not known."""
-
+BY_SIMULATE = "simulate"
+"""Stands for the digest of a kernel where there is none; the study's own has that of the controller's file."""
+OF_LAW = ("controller.", "payload.known")
+"""Paths that make a controller of its own for each run of `simulate`."""
+_own = threading.local()
 _NOT_OF_LOOP = ("parameters", "tolerance", "quantiles", "record", "hand_over")
 
 
@@ -51,98 +52,6 @@ class RunFaultError(LwrDynError, RuntimeError):
     def __init__(self, number: int, why: str) -> None:
         super().__init__(f"run {number}: {why}")
         self.number = number
-
-
-class SimulatedRows:
-    """Rows of runs, as `rollouts` takes them, by `simulate`.
-
-    Parameters
-    ----------
-    arm : Arm
-        As the controllers know it.
-    controllers : callable
-        Row -> its controller.
-    references : sequence of Reference
-    arguments : mapping
-        Keywords of `rollouts`.
-    first_run : int
-        Number of the first row.
-    count : int
-        Of rows.
-    file : str
-        Of the controllers; "" where they come from a package.
-
-    Raises
-    ------
-    OptionError, ShapeError, UnknownNameError
-        As `rollouts`.
-    """
-
-    def __init__(
-        self,
-        arm: Arm,
-        controllers: Callable[[int], Controller],
-        references: Sequence[Reference],
-        arguments: Mapping[str, Any],
-        first_run: int,
-        count: int,
-        file: str = "",
-    ) -> None:
-        self.loop = {name: value for name, value in arguments.items() if name not in _NOT_OF_LOOP}
-        self.arm, self.controllers, self.references = arm, controllers, references
-        self.first_run, self.count, self.file = first_run, count, file
-        self.tolerance, self.quantiles = arguments.get("tolerance"), tuple(arguments.get("quantiles", ()))
-        self._setup: LoopSetup | None = None
-        shapes = parameter_shapes(arm.n)
-        _, self.given = run_parameters(arguments.get("parameters") or {}, count, shapes, len(references))
-        check_smooth_friction(self.setup(0), self.given)
-
-    def setup(self, i: int) -> LoopSetup:
-        """The loop of a row; rows with one controller share it."""
-        controller = self.controllers(i)
-        if self._setup is None or self._setup.controller is not controller:
-            self._setup = loop_setup(self.arm, controller, self.references, **self.loop)
-        return self._setup
-
-    def row(self, i: int) -> dict[str, Array]:
-        """The parameters of a row."""
-        return {name: array[i] for name, array in self.given.items()}
-
-    def run(self, i: int) -> Run:
-        """A row by `simulate`; raises as that, above all `DivergenceError`, and `FileAccessError` as `faults_in`."""
-        with faults_in(self.file):
-            return simulated_run(self.setup(i), self.row(i), self.first_run + i)
-
-    def figures(self) -> tuple[dict[str, Array], list[str]]:
-        """Metrics of all rows, and their flags; raises `RunFaultError` for what `simulate` or a controller refuses."""
-        rows: list[dict[str, Array] | None] = []
-        for i in range(self.count):
-            try:
-                plant = arm_of_run(self.setup(i).plant, self.row(i))
-                rows.append(figures_of(self.run(i), plant, self.tolerance, self.quantiles))
-            except DivergenceError:
-                rows.append(None)
-            except LwrDynError as fault:
-                raise RunFaultError(self.first_run + i, str(fault)) from fault
-        return self._metrics(rows), ["" if row is not None else DIVERGED for row in rows]
-
-    def _metrics(self, rows: Sequence[Mapping[str, Array] | None]) -> dict[str, Array]:
-        """Columns of rows, NaN where there is none."""
-        shapes: dict[str, tuple[int, ...]] = {name: (self.arm.n,) * row.per_joint for name, row in METRICS.items()}
-        shapes |= {quantile_name(share): () for share in self.quantiles}
-        return {
-            name: np.stack([np.full(shape, np.nan) if row is None else row[name] for row in rows])
-            for name, shape in shapes.items()
-        }
-
-
-BY_SIMULATE = "simulate"
-"""Stands for the digest of a kernel where there is none; the study's own has that of the controller's file."""
-
-OF_LAW = ("controller.", "payload.known")
-"""Paths that make a controller of its own for each run of `simulate`."""
-
-_own = threading.local()
 
 
 class SweepWorkshop:
@@ -171,15 +80,13 @@ class SweepWorkshop:
     def is_slow(self, text: str) -> bool:
         """Whether a controller has no kernel form, so that `simulate` makes its runs, in processes."""
         if text not in self._slow:
-            self._slow[text] = spec_of_study(self.study, text).is_file or not self._has_form(text)
+            self._slow[text] = spec_of_study(self.study, text).is_file
+            try:
+                if not self._slow[text]:
+                    law_form(self.controller(text), self.arm)
+            except NoKernelFormError:
+                self._slow[text] = True
         return self._slow[text]
-
-    def _has_form(self, text: str) -> bool:
-        try:
-            law_form(self.controller(text), self.arm)
-        except NoKernelFormError:
-            return False
-        return True
 
     def runs(self, text: str, first: int, stop: int) -> tuple[ControllerRuns, str]:
         """Runs of the study from `first` to `stop` (without it), and the digest of what computed them.
@@ -189,7 +96,7 @@ class SweepWorkshop:
         values = self.study.values(first, stop)
         digest, simulated = BY_SIMULATE, np.ones(stop - first, dtype=bool)
         if self.is_slow(text):
-            metrics, flags = self.rows(text, values, first, stop - first).figures()
+            metrics, flags = SimulatedRows(self, text, values, first, stop - first).figures()
         else:
             made = self.rollouts(text, values, first, stop - first)
             metrics, flags, simulated, digest = dict(made.metrics), list(made.flags), made.simulated, made.digest
@@ -200,7 +107,7 @@ class SweepWorkshop:
         """One run of the study again, whole, by `simulate`; raises as that, above all `DivergenceError`."""
         values = self.study.values(number, number + 1)
         if self.is_slow(text):
-            return self.rows(text, values, number, 1).run(0)
+            return SimulatedRows(self, text, values, number, 1).run(0)
         return self.rollouts(text, values, number, 1, hand_over=False).run(0)
 
     def evaluate(self, text: str, values: Mapping[str, Values], hand_over: bool = False) -> Mapping[str, Array]:
@@ -217,25 +124,66 @@ class SweepWorkshop:
         options = {"runs": count, "threads": self.threads, "first_run": first, **arguments}
         return rollouts(self.arm, self.controller(text), self.references, **options)
 
-    def rows(self, text: str, values: Mapping[str, Values], first: int, count: int) -> SimulatedRows:
-        """Runs by `simulate`; raises as `SimulatedRows` and `refuse_changed`."""
-        refuse_changed(self.study)
-        of_law = [path for path in values if path.startswith(OF_LAW)]
-        made: dict[int, Controller] = {}
 
-        def controller(i: int) -> Controller:
-            if not of_law:
-                return self.controller(text)
-            if i not in made:  # rows come one after the other
-                made.clear()
-                made[i] = controller_of_run(self.study, text, values, i)
-                refuse_changed(self.study)
-            return made[i]
+class SimulatedRows:
+    """Rows of runs of a controller without a kernel form: one by one, by `simulate`, with what rollouts would take.
 
-        rest = {path: x for path, x in values.items() if path not in of_law}
-        arguments = rollout_arguments(self.study, text, rest)
-        base = spec_of_study(self.study, text).base
-        return SimulatedRows(self.arm, controller, self.references, arguments, first, count, base)
+    Where an option of the law or its payload varies, each row has a controller of its own. Raises as `rollouts` and
+    `refuse_changed`.
+    """
+
+    def __init__(
+        self, workshop: SweepWorkshop, text: str, values: Mapping[str, Values], first: int, count: int
+    ) -> None:
+        self.workshop, self.text, self.values, self.first, self.count = workshop, text, values, first, count
+        refuse_changed(workshop.study)
+        rest = {path: x for path, x in values.items() if not path.startswith(OF_LAW)}
+        arguments = rollout_arguments(workshop.study, text, rest)
+        self.loop = {name: value for name, value in arguments.items() if name not in _NOT_OF_LOOP}
+        self.file, self.by_row = spec_of_study(workshop.study, text).base, len(rest) < len(values)
+        self._setup: tuple[int, LoopSetup] | None = None
+        shapes = parameter_shapes(workshop.arm.n)
+        _, self.given = run_parameters(arguments["parameters"], count, shapes, len(workshop.references))
+        check_smooth_friction(self.setup(0), self.given)
+
+    def setup(self, i: int) -> LoopSetup:
+        """The loop of a row; rows come one after the other, and share it if they have one controller."""
+        place, at = i if self.by_row else 0, self.workshop
+        if self._setup is None or self._setup[0] != place:
+            if self.by_row:
+                controller = controller_of_run(at.study, self.text, self.values, i)
+                refuse_changed(at.study)
+            else:
+                controller = at.controller(self.text)
+            self._setup = place, loop_setup(at.arm, controller, at.references, **self.loop)
+        return self._setup[1]
+
+    def row(self, i: int) -> dict[str, Array]:
+        """The parameters of a row."""
+        return {name: array[i] for name, array in self.given.items()}
+
+    def run(self, i: int) -> Run:
+        """A row by `simulate`; raises as that, above all `DivergenceError`, and `FileAccessError` as `faults_in`."""
+        with faults_in(self.file):
+            return simulated_run(self.setup(i), self.row(i), self.first + i)
+
+    def figures(self) -> tuple[dict[str, Array], list[str]]:
+        """Metrics of all rows, NaN where one diverged, and their flags; raises `RunFaultError` for what is refused."""
+        n, study = self.workshop.arm.n, self.workshop.study
+        shapes: dict[str, tuple[int, ...]] = {name: (n,) * metric.per_joint for name, metric in METRICS.items()}
+        shapes |= {quantile_name(share): () for share in study.quantiles}
+        rows, flags = [], []
+        for i in range(self.count):
+            try:
+                plant = arm_of_run(self.setup(i).plant, self.row(i))
+                rows.append(figures_of(self.run(i), plant, study.tolerance, study.quantiles))
+                flags.append("")
+            except DivergenceError:
+                rows.append({name: np.full(shape, np.nan) for name, shape in shapes.items()})
+                flags.append(DIVERGED)
+            except LwrDynError as fault:
+                raise RunFaultError(self.first + i, str(fault)) from fault
+        return {name: np.stack([row[name] for row in rows]) for name in shapes}, flags
 
 
 def workshop_of(study: SweepStudy) -> SweepWorkshop:

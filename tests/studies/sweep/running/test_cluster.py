@@ -16,7 +16,6 @@ import pytest
 
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.sweep.running import cluster
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault
 from lwr_dyn.studies.sweep.running.cluster import (
     SchedulerError,
     WorkerVersionError,
@@ -24,6 +23,7 @@ from lwr_dyn.studies.sweep.running.cluster import (
     on_cluster,
     refuse_other_versions,
 )
+from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault
 from lwr_dyn.studies.sweep.running.sweep import sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import versions
 from tests.studies.sweep.small import OWN, contents, small_study

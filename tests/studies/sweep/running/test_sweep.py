@@ -21,8 +21,8 @@ from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.rollout_arguments import rollout_arguments
 from lwr_dyn.studies.sweep.running import sweep_folder
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, duration, memory, size
-from lwr_dyn.studies.sweep.running.sweep import SweepResults, sweep
-from lwr_dyn.studies.sweep.running.sweep_folder import OtherSweepError
+from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.running.sweep_folder import OtherSweepError, SweepResults
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study
 from tests.json_schemas import faults

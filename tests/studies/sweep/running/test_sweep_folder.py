@@ -12,14 +12,14 @@ import pytest
 from lwr_dyn.codegen.kernels import machine_code
 from lwr_dyn.codegen.kernels.machine_code import host_cpu
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.studies.sweep.running.chunks import chunk_digest, decoded, encoded
+from lwr_dyn.studies.sweep.running.chunk_file import chunk_digest, decoded, encoded
 from lwr_dyn.studies.sweep.running.cluster import WorkerVersionError, refuse_other_versions
-from lwr_dyn.studies.sweep.running.sweep import SweepResults
 from lwr_dyn.studies.sweep.running.sweep_folder import (
     OtherSweepError,
     SweepFolder,
     SweepInUseError,
     SweepManifest,
+    SweepResults,
     SweptController,
     folder_names,
     versions,

@@ -5,7 +5,6 @@ import pytest
 from scipy.stats import qmc, sobol_indices
 
 from lwr_dyn.foundation.errors import ShapeError
-from lwr_dyn.studies.sweep import influence as module
 from lwr_dyn.studies.sweep.influence import groups_of, indices_of
 
 A, B = 7.0, 0.1
@@ -95,15 +94,13 @@ def test_runs_without_a_number_take_their_group_along():
     assert found.first == indices_of("tip_max", np.r_[values[:5], values[10:]], ["a", "b", "c"]).first
 
 
-def test_groups_that_are_no_power_of_two_have_the_same_estimator(monkeypatch):
+def test_the_estimator_is_that_of_scipy():
     values = values_of(64)
-    whole = indices_of("tip_max", values, ["a", "b", "c"])
-    monkeypatch.setattr(module, "_by_scipy", lambda f_a, f_b, f_ab: module._estimates(
-        module._products(f_a, f_b, f_ab).mean(axis=0)[None])[0])  # fmt: skip
-    ours = indices_of("tip_max", values, ["a", "b", "c"])
-    for kind in ("first", "total"):
-        theirs = [one.value for one in getattr(whole, kind).values()]
-        np.testing.assert_allclose([one.value for one in getattr(ours, kind).values()], theirs, atol=1e-12)
+    found = indices_of("tip_max", values, ["a", "b", "c"])
+    f_a, f_b, f_ab = groups_of(values, 3)
+    theirs = sobol_indices(func={"f_A": f_a[None], "f_B": f_b[None], "f_AB": f_ab[:, None]}, n=f_a.size)
+    np.testing.assert_allclose([one.value for one in found.first.values()], theirs.first_order, atol=1e-12)
+    np.testing.assert_allclose([one.value for one in found.total.values()], theirs.total_order, atol=1e-12)
 
 
 def test_what_does_not_vary_and_what_is_too_little_has_no_indices():

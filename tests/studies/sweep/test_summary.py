@@ -9,8 +9,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.studies.sweep.charts import indices_html
-from lwr_dyn.studies.sweep.influence import IndexEstimate
-from lwr_dyn.studies.sweep.intervals import quantile_of, share_of
+from lwr_dyn.studies.sweep.intervals import IntervalEstimate, quantile_of, share_of
 from lwr_dyn.studies.sweep.report_page import report_html
 from lwr_dyn.studies.sweep.summary import sample_rows, spans, summarise
 from lwr_dyn.studies.sweep.summary_text import (
@@ -101,7 +100,7 @@ def test_a_saltelli_design_has_indices_and_its_quantiles_rest_on_two_rows_of_eac
 def test_a_share_just_below_zero_is_zero():
     made = study(8 * 64, "saltelli")
     whole = summarise(made, {CONTROLLERS[0]: runs_of(without_divergence(made))[CONTROLLERS[0]]})
-    near = IndexEstimate(-1e-3, -2e-3, -1e-4)
+    near = IntervalEstimate(-1e-3, -2e-3, -1e-4)
     words = whole.focus[0].name
     figures = whole.controllers[CONTROLLERS[0]]
     found = replace(figures.metrics[words].indices, first={"payload.mass": near}, total={"payload.mass": near})

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from lwr_dyn.studies.sweep.report_page import finish
-from lwr_dyn.studies.sweep.running.sweep import SweepResults, sweep
+from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from tests.studies.sweep.small import LAW, OWN, small_study
 
 

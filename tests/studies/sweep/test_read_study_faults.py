@@ -6,7 +6,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, PaperError
 from lwr_dyn.studies.sweep.read_study import read_study
-from tests.studies.sweep.study.texts import HEAD, PAYLOAD, parameter
+from tests.studies.sweep.texts import HEAD, PAYLOAD, parameter
 
 FAULTS = {
     "broken TOML": ("robot = ", "TOML: "),

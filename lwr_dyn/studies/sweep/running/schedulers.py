@@ -1,4 +1,4 @@
-"""Chunks by processes, for controllers in Python: one that dies costs its chunk, which is tried again, and no other.
+"""Chunks by threads, and by processes for controllers in Python, where one that dies costs its chunk and no other.
 
 A pool of the standard library breaks whole when a process dies. Here each process has a pipe of its own: a chunk goes
 in, its file comes out, and the end of the pipe means death.
@@ -10,7 +10,9 @@ import os
 import signal
 import time
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -19,7 +21,58 @@ from threading import Thread
 from typing import Any
 
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, Done, Work, outcome
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Chunk:
+    """Runs `first` to `stop` (without it) of controller number `controller`; `number` counts its chunks."""
+
+    controller: int
+    number: int
+    first: int
+    stop: int
+
+    @property
+    def runs(self) -> int:
+        """How many there are."""
+        return self.stop - self.first
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkFault:
+    """Why a chunk has no file."""
+
+    why: str
+
+
+Work = Callable[[Chunk], bytes]
+"""Makes the file of a chunk."""
+Done = tuple[Chunk, bytes | ChunkFault]
+
+
+def outcome(work: Work, chunk: Chunk) -> bytes | ChunkFault:
+    """The file, or what this package says against it; raises what is a fault of this package."""
+    try:
+        return work(chunk)
+    except LwrDynError as fault:
+        return ChunkFault(str(fault))
+
+
+def in_threads(chunks: Iterable[Chunk], work: Work, threads: int) -> Iterator[Done]:
+    """The chunks as they are done, by threads of this process; few are begun ahead of what is taken."""
+    left = deque(chunks)
+    with ThreadPoolExecutor(threads, thread_name_prefix="lwr_dyn_sweep") as pool:
+        running: dict[Future[bytes | ChunkFault], Chunk] = {}
+        try:
+            while left or running:
+                while left and len(running) < threads + 1:
+                    chunk = left.popleft()
+                    running[pool.submit(outcome, work, chunk)] = chunk
+                for future in wait_for(running, return_when=FIRST_COMPLETED).done:
+                    yield running.pop(future), future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
 
 TRIES = 3
 """How often a chunk may kill its process."""
@@ -47,6 +100,21 @@ class _Worker:
         with suppress(BrokenPipeError, ConnectionResetError):
             self.pipe.send(chunk)
 
+    def answer(self) -> Done | bool | None:
+        """What it says: that it has begun (True), or its chunk; None when it is dead."""
+        try:
+            said = self.pipe.recv()
+        except (EOFError, ConnectionResetError):
+            return None
+        if isinstance(said, BaseException):
+            raise said
+        if said is True:
+            self.ready = True
+            return True
+        chunk, self.chunk = self.chunk, None
+        assert chunk is not None  # it answers only what it was given
+        return chunk, said
+
     def end(self) -> str:
         """End the process; how it ended, in words."""
         self.pipe.close()
@@ -71,12 +139,12 @@ def in_processes(chunks: Iterable[Chunk], work: Work, processes: int) -> Iterato
                 worker.give(left.popleft())
             ended = wait([worker.pipe for worker in workers if worker.chunk])
             for worker in [worker for worker in workers if worker.pipe in ended]:
-                done = _received(worker)
-                if done is None:
+                said = worker.answer()
+                if said is None:
                     workers.remove(worker)
                     yield from _died(worker, deaths, left)
-                elif not isinstance(done, bool):
-                    yield done
+                elif not isinstance(said, bool):
+                    yield said
     finally:
         for worker in workers:
             worker.end()
@@ -94,22 +162,6 @@ def _died(worker: _Worker, deaths: Counter[Chunk], left: deque[Chunk]) -> Iterat
         yield chunk, ChunkFault(f"its process died {TRIES} times ({words})")
 
 
-def _received(worker: _Worker) -> Done | bool | None:
-    """What a worker says: that it has begun (True), or its chunk; None when it is dead."""
-    try:
-        said = worker.pipe.recv()
-    except (EOFError, ConnectionResetError):
-        return None
-    if said is True:
-        worker.ready = True
-        return True
-    if isinstance(said, BaseException):
-        raise said
-    chunk, worker.chunk = worker.chunk, None
-    assert chunk is not None  # it answers only what it was given
-    return chunk, said
-
-
 def _started(work: Work) -> _Worker:
     context = get_context("spawn")
     here, there = context.Pipe()
@@ -123,19 +175,15 @@ def _serve(pipe: Connection, work: Work) -> None:
     """Make chunks until the pipe ends; ends at once when the first process is gone, in the middle of a run too."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the first process
     Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    try:
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         pipe.send(True)
         while True:
-            pipe.send(_outcome(work, pipe.recv()))
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        return
-
-
-def _outcome(work: Work, chunk: Chunk) -> bytes | ChunkFault | BaseException:
-    try:
-        return outcome(work, chunk)
-    except Exception as fault:  # a fault of this package, raised again in the first process
-        return RuntimeError(f"{type(fault).__name__}: {fault}")
+            chunk = pipe.recv()
+            try:
+                said: Any = outcome(work, chunk)
+            except Exception as fault:  # a fault of this package, raised again in the first process
+                said = RuntimeError(f"{type(fault).__name__}: {fault}")
+            pipe.send(said)
 
 
 def _end_with(first: int) -> None:

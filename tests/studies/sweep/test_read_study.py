@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.studies.sweep.read_study import study_of_text
 from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study, task_choices
-from tests.studies.sweep.study.texts import HEAD, PAYLOAD
+from tests.studies.sweep.texts import HEAD, PAYLOAD
 
 
 def test_a_short_study_has_the_usual_for_all_else(read):

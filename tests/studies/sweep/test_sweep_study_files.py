@@ -5,7 +5,7 @@ import re
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, outcome
+from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, outcome
 from lwr_dyn.studies.sweep.running.sweep import sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import versions
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, SweepWorkshop

@@ -11,8 +11,14 @@ from pathlib import Path
 import pytest
 
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.sweep.running.chunks import Chunk, ChunkFault, in_threads
-from lwr_dyn.studies.sweep.running.processes import TRIES, WorkerStartError, in_processes
+from lwr_dyn.studies.sweep.running.schedulers import (
+    TRIES,
+    Chunk,
+    ChunkFault,
+    WorkerStartError,
+    in_processes,
+    in_threads,
+)
 
 CHUNKS = [Chunk(0, k, 4 * k, 4 * k + 4) for k in range(6)]
 
@@ -68,8 +74,8 @@ def test_threads_make_every_chunk_once_and_raise_what_is_a_fault_of_the_package(
 FIRST = """
 import time
 from functools import partial
-from tests.studies.sweep.running.test_processes import CHUNKS, waits
-from lwr_dyn.studies.sweep.running.processes import in_processes
+from tests.studies.sweep.running.test_schedulers import CHUNKS, waits
+from lwr_dyn.studies.sweep.running.schedulers import in_processes
 if __name__ == "__main__":
     list(in_processes(CHUNKS, partial(waits, FILE), 1))
 """

@@ -5,6 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.fields import Fields
 from lwr_dyn.studies.sweep.read_study import missing_option, read_task
 
 LINE = {
@@ -19,7 +20,7 @@ def arm():
 
 
 def test_degrees_become_radians_and_metres_stay(arm, tmp_path):
-    task = read_task(LINE, "s.toml", tmp_path, arm)
+    task = read_task(Fields(LINE, "s.toml", "task"), tmp_path, arm)
     assert (task.name, task.files, missing_option(task, set())) == ("line", (), None)
     np.testing.assert_allclose(task.options["start"], np.radians(LINE["from-deg"]))
     np.testing.assert_allclose(task.options["to_rpy"], [0, np.pi / 2, np.pi])
@@ -28,12 +29,12 @@ def test_degrees_become_radians_and_metres_stay(arm, tmp_path):
 
 
 def test_switches_files_and_what_is_missing(arm, tmp_path):
-    task = read_task({"name": "line", "free-orientation": True}, "s.toml", tmp_path, arm)
+    task = read_task(Fields({"name": "line", "free-orientation": True}, "s.toml", "task"), tmp_path, arm)
     assert task.options == {"free_orientation": True}
     assert missing_option(task, set()) == "from-deg"
     assert missing_option(task, {"start"}) == "to-xyz"
     (tmp_path / "way.csv").write_text("x,y,z\n", encoding="utf-8")
-    task = read_task({"name": "waypoints", "waypoints": "way.csv"}, "s.toml", tmp_path, arm)
+    task = read_task(Fields({"name": "waypoints", "waypoints": "way.csv"}, "s.toml", "task"), tmp_path, arm)
     assert task.files == (tmp_path / "way.csv",)
     assert task.options == {"waypoints": str(tmp_path / "way.csv")}
 
@@ -51,4 +52,4 @@ def test_switches_files_and_what_is_missing(arm, tmp_path):
 )
 def test_other_values_are_refused(change, words, arm, tmp_path):
     with pytest.raises(PaperError, match=words):
-        read_task(LINE | change, "s.toml", tmp_path, arm)
+        read_task(Fields(LINE | change, "s.toml", "task"), tmp_path, arm)
