@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR, friction_parameters
+from lwr_dyn.codegen.rollouts.law_forms import LawForm
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -25,10 +26,6 @@ from lwr_dyn.studies.sweep.sweep_study import (
     takes_inertia,
 )
 from lwr_dyn.studies.sweep.vocabulary import ALL, AXES, parameter_path
-
-if TYPE_CHECKING:
-    from lwr_dyn.codegen.rollouts.law_forms import LawForm
-
 
 PLAIN = {
     "payload.mass": "payload", "sensor.resolution": "resolution", "sensor.noise": "noise", "loop.delay": "delay",
