@@ -26,7 +26,6 @@ from lwr_dyn.krl.robot.kuka_pose import rotation_of_abc
 
 SAME_MM, SAME_DEG = 1e-6, 1e-6
 """A smaller change is none."""
-
 _AXES = tuple(f"{letter}{i}" for letter in "AE" for i in range(1, 7))
 
 

@@ -22,7 +22,7 @@ def properties() -> tuple[str, bool]:
 def krl() -> tuple[str, bool]:
     """100 000 mutated KRL programs end in a diagnosis or a program."""
     environment = os.environ | {"LWR_DYN_KRL_FUZZ": "100000"}
-    command = [sys.executable, "-m", "pytest", "-q", "tests/krl/test_fuzz.py"]
+    command = [sys.executable, "-m", "pytest", "-q", "tests/krl/running/test_program_run.py"]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     return done.stdout.strip().splitlines()[-1], done.returncode == 0
 

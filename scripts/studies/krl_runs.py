@@ -30,9 +30,8 @@ sys.path.insert(0, str(ROOT))
 from lwr_dyn.arms.loading import load  # noqa: E402
 from lwr_dyn.foundation.errors import LwrDynError  # noqa: E402
 from lwr_dyn.krl.project.program import load_program  # noqa: E402
-from lwr_dyn.krl.running.cell import read_cell  # noqa: E402
+from lwr_dyn.krl.running.cell import read_cell, with_cell  # noqa: E402
 from lwr_dyn.krl.running.controller import MachineData  # noqa: E402
-from lwr_dyn.krl.running.outside_values import with_cell  # noqa: E402
 from lwr_dyn.krl.running.program_run import (  # noqa: E402
     ProgramError,
     ProgramRun,

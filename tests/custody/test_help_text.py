@@ -22,7 +22,7 @@ from lwr_dyn.krl.language import lexer, source
 from lwr_dyn.krl.running import motions, running_program
 from lwr_dyn.model import run
 from lwr_dyn.model.chain import with_payload
-from tests.cli.test_krl import TASK
+from tests.cli.krl.test_write import TASK
 from tests.identification.conftest import START, _fourier
 from tests.identification.elastic_plants import elastic_log
 from tests.identification.plants import perturbed_plant, random_motion

@@ -121,8 +121,7 @@ def krl(folder: Path, rng: random.Random) -> bool:
 def cell(folder: Path, rng: random.Random) -> bool:
     """A cell file, and the check of a small program in it."""
     from lwr_dyn.krl.project.program import parse_program
-    from lwr_dyn.krl.running.cell import read_cell
-    from lwr_dyn.krl.running.outside_values import with_cell
+    from lwr_dyn.krl.running.cell import read_cell, with_cell
     from lwr_dyn.krl.running.program_run import check_program
 
     read = read_cell(written(folder, "x.toml", changed(_text(f"{GOOD}/cell.toml"), rng, "nnnnnnnnvrrwdsx")))

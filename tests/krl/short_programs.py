@@ -1,9 +1,8 @@
 """Programs of a few lines on a given arm."""
 
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.cell import RobotCell
+from lwr_dyn.krl.running.cell import RobotCell, with_cell
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.outside_values import with_cell
 from lwr_dyn.krl.running.program_run import check_program, interpreted, run_program
 
 HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"

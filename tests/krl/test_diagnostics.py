@@ -4,6 +4,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.krl.diagnostics import MOST, has_no_error
 from lwr_dyn.krl.project.program import load_program, parse_program
 from lwr_dyn.krl.running.cell import input_values
 from lwr_dyn.krl.running.controller import MachineData
@@ -240,3 +241,14 @@ def test_a_motion_of_nanometres_is_planned_and_an_endless_one_reported(arm):
     assert codes(body(*tiny), arm) == []
     slow = [SPEED, "$VEL.ORI1 = 0.000001", "$OV_PRO = 1", HOME, "LIN_REL {A 10}"]
     assert codes(body(*slow), arm) == [(7, "speed-range")]
+
+
+def test_at_most_a_hundred_of_a_kind_are_shown_and_the_rest_is_counted():
+    source = "\n".join(["DEF a( )", *["WIAT SEC 1"] * 1000, "WHILE", "END", ""])
+    found = check_program(parse_program(source, name="a"))
+    assert [d.code for d in found].count("unknown-keyword") == MOST
+    (rest,) = [d for d in found if d.code == "more"]
+    assert (rest.severity, rest.position.line) == ("note", MOST + 2)
+    assert rest.message == "from here 900 more of severity error and code unknown-keyword, not shown"
+    assert [d.code for d in found][-1] == "syntax"
+    assert not has_no_error(found)

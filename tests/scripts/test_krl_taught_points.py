@@ -9,7 +9,7 @@ import lwr_dyn
 from lwr_dyn.krl.project.program import load_project
 from lwr_dyn.krl.robot.kuka_pose import kuka_pose, pose_of_matrix
 from scripts.studies.krl_taught_points import AWAY, FITS, LEFT_OUT, OTHER_STATUS, OTHER_TURN, taught_points
-from tests.krl.test_machine_arm import data
+from tests.krl.robot.test_machine_data import data
 
 TOOL = "{X 10.0,Y 20.0,Z 300.0,A 0.0,B 90.0,C 0.0}"
 T_TOOL = np.array([[0, 0, 1, 0.01], [0, 1, 0, 0.02], [-1, 0, 0, 0.3], [0, 0, 0, 1.0]])

@@ -19,9 +19,8 @@ from lwr_dyn.foundation.files import write_file
 from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.program import Program, load_program
 from lwr_dyn.krl.robot.machine_data import raise_times
-from lwr_dyn.krl.running.cell import RobotCell, input_values, new_cell_text, read_cell
+from lwr_dyn.krl.running.cell import RobotCell, input_values, new_cell_text, read_cell, with_cell
 from lwr_dyn.krl.running.controller import MachineData
-from lwr_dyn.krl.running.outside_values import with_cell
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
 

@@ -12,7 +12,6 @@ from lwr_dyn.krl.project.scope import Scope, near_name, slip_of
 
 FASTEST = 3.0
 """[m/s] $VEL_MA.CP, the largest path speed, as the robots are delivered."""
-
 _SPEEDS = frozenset({"$VEL.CP", "LDAT.VEL", "BAS.VEL_CP", "BAS.CP_PARAMS", "SVEL_CP.1"})
 
 _PERCENTS = frozenset({

@@ -33,8 +33,8 @@ from lwr_dyn.krl.names.known_names import (
     FunctionParameter,
     Type,
 )
+from lwr_dyn.krl.project.project import type_of
 from lwr_dyn.krl.project.scope import Scope, signature, slip_of
-from lwr_dyn.krl.project.symbols import type_of
 
 KERNEL = "KSS"
 """The package of the controller's own functions."""

@@ -28,10 +28,8 @@ from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, projec
 from lwr_dyn.krl.project.scope import Scope
 
 Kind = Literal["routine", "block", "fold", "variable", "type"]
-
 LONGEST = 80
 """Characters of a name."""
-
 _FOLD = re.compile(r"\s*(END)?FOLD\b([^;]*)", re.IGNORECASE)
 
 

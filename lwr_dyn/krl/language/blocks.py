@@ -30,19 +30,13 @@ OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "SWITCH": "ENDSWITCH", "FOR": "EN
            "REPEAT": "UNTIL", "SPLINE": "ENDSPLINE", "PTP_SPLINE": "ENDSPLINE"}  # fmt: skip
 
 CLOSERS = frozenset(OPENERS.values())
-
 LOOPS = frozenset({"WHILE", "FOR", "LOOP", "REPEAT"})
-
 PARTS = {"ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
-
 NESTED = 200
 """Most blocks inside one another; those inside are not paired."""
-
 _OPENERS_OF = {ender: tuple(o for o, other in OPENERS.items() if other == ender) for ender in CLOSERS}
-
 Way = Literal["order", "indentation", "strict"]
 """An end belongs to the block opened last; to that of its own indentation; and no block is inside one as far in."""
-
 BLOCK_WORDS = frozenset({*OPENERS, *CLOSERS, *PARTS, "EXIT"})
 
 
@@ -194,7 +188,6 @@ class _Pairing:
 
 
 _WORD = re.compile(r"[A-Z_$][A-Z0-9_$]*")
-
 DECLARATIONS = (Declaration, EnumType, StructType, Signal, Channel, External)
 
 

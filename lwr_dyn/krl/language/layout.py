@@ -19,13 +19,9 @@ from lwr_dyn.krl.language.source import SourceFile, SourceLine
 from lwr_dyn.krl.language.statements import Statement
 
 _OPEN, _CLOSE = frozenset("([{"), frozenset(")]}")
-
 _TIGHT_BEFORE = _CLOSE | frozenset(",.[")
-
 _TIGHT_AFTER = _OPEN | {"."}
-
 _MODES = frozenset({"IN", "OUT", "INOUT"})
-
 _SIGNED = frozenset({"NAME", "INTEGER", "DECIMAL", "STRING", "BITS", "TRUTH", "ENUMERATION"})
 """After one of these (or a closing bracket) + and - join two values; elsewhere they are signs."""
 
@@ -106,13 +102,10 @@ def _ends_value(token: Token) -> bool:
 
 INDENT = 2
 """Spaces for each block."""
-
 TAB = 4
 """Columns of a tabulator, where the place of a comment is kept."""
-
 _PARTS = frozenset({"ELSE", "CASE", "DEFAULT"})
 """They split a block and stand one step less deep than its lines."""
-
 _ENDS = frozenset({"END", "ENDFCT"})
 
 

@@ -46,10 +46,8 @@ def krl_files(path: str | Path) -> list[Path]:
 
 NEWLINE = "\r\n"
 """KUKA's controllers run Windows."""
-
 LARGEST = 200_000_000
 """[bytes] A larger file is refused."""
-
 _ENDS = re.compile(r"\r\n|\n|\r")
 
 

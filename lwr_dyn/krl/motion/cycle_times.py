@@ -28,9 +28,7 @@ from lwr_dyn.trajectory.path import SHORTEST, ArcSegment, LineSegment
 
 STEP = 0.005
 """[m, s] Distance of the nodes between corners, of which there are `FEWEST` to `MOST`."""
-
 FEWEST, MOST = 2, 80
-
 PARABOLA = np.linspace(0.0, 1.0, 7)
 """Nodes of a corner."""
 
@@ -181,10 +179,8 @@ def _path_bounds(
 
 SAME = 1e-9
 """[s] Times nearer than this are one."""
-
 STEADY = 1e-6
 """Share of a pass by which one more repetition may still change it."""
-
 MOST_REPEATED = 2000
 """Items of all repetitions of a pass."""
 

@@ -220,7 +220,6 @@ def is_held_back(segment: CartesianSegment) -> bool:
 
 STEP_M, STEP_RAD = 0.005, math.radians(1.0)
 """[m], [rad] Distance of the samples on a path, between `FEWEST` and `MOST` steps."""
-
 FEWEST, MOST = 24, 600
 
 

@@ -75,7 +75,6 @@ class ProfileBounds:
 
 
 TURN = 2.0 * math.pi
-
 STILL = 1e-9
 """[m, rad] A smaller motion is none."""
 
@@ -158,7 +157,6 @@ def _arc(a: Array, b: Array, c: Array, angle: float | None) -> ArcSegment:
 
 NEAR = np.radians(1.0)
 """[rad] With A5 this near to 0 on a path, axes 4 and 6 are in line."""
-
 FLIP = np.radians(90.0)
 """[rad] A4 or A6 that turns by more between two samples of a path has flipped."""
 
@@ -238,7 +236,6 @@ def degrees_text(x: float) -> str:
 
 FINE = np.array([1.0, 4.0, 16.0]) / 64.0
 """Shares of a step."""
-
 HUGE = 1e30
 """Stands for no bound."""
 

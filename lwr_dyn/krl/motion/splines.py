@@ -219,12 +219,9 @@ def _end(line: Segment | None, at_end: bool) -> list[tuple[int, Array]] | None:
 
 STEP_M, STEP_RAD = 0.001, math.radians(0.5)
 """[m], [rad] Distance of the nodes, between `FEWEST` and `MOST` steps."""
-
 FEWEST, MOST = 200, 3000
-
 PER_MOTION = 10
 """Steps at least on each motion of a block."""
-
 BETWEEN = 4
 """Places from node to node at which the bend of the path is looked at."""
 

@@ -175,7 +175,6 @@ def _sum_in_space(a: CartesianSegment, b: CartesianSegment, ta: Array, tb: Array
 
 
 HALVINGS = 30
-
 SAMPLES = np.linspace(0.0, 1.0, 9)
 
 

@@ -22,13 +22,9 @@ from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import read_bytes
 
 SIMPLE = frozenset({"INT", "REAL", "BOOL", "CHAR"})
-
 NUMBERS = frozenset({"INT", "REAL", "CHAR"})
-
 CARTESIAN = ("FRAME", "POS", "E3POS", "E6POS")
-
 AXES = ("AXIS", "E3AXIS", "E6AXIS")
-
 LARGEST = 2**31 - 1
 """The largest INT."""
 
@@ -63,9 +59,7 @@ class Type:
 
 
 UNKNOWN = Type("?")
-
 INT, REAL, BOOL, CHAR = (Type(name) for name in ("INT", "REAL", "BOOL", "CHAR"))
-
 FRAME = Type("FRAME")
 
 
@@ -74,11 +68,8 @@ def _fields(kind: str, names: str) -> dict[str, Type]:
 
 
 _PLACE = _fields("REAL", "X Y Z A B C")
-
 _BRANCH = _fields("INT", "S T")
-
 _E3, _E6 = _fields("REAL", "E1 E2 E3"), _fields("REAL", "E1 E2 E3 E4 E5 E6")
-
 _AXES = _fields("REAL", "A1 A2 A3 A4 A5 A6")
 
 GEOMETRY: Mapping[str, Mapping[str, Type]] = {
@@ -190,13 +181,9 @@ _FIELDS = {"title": str, "package": str, "kss": str, "functions": list, "variabl
            "enumerations": dict}  # fmt: skip
 
 _NAME = r"[A-Za-z_$][A-Za-z0-9_$]*"
-
 _TYPE = rf"{_NAME}(?:\[[0-9, ]*\])?"
-
 _FUNCTION = re.compile(rf"\s*(?:({_TYPE})\s+)?({_NAME})\s*\((.*)\)\s*", re.DOTALL)
-
 _PARAMETER = re.compile(rf"\s*(OUT\s+)?({_TYPE})\s+({_NAME})\s*(\?)?\s*")
-
 _DECLARED = re.compile(rf"\s*(?:({_NAME})\s+)?({_NAME})(\[[0-9, ]*\])?\s*")
 
 
@@ -337,18 +324,13 @@ def _text(where: str, text: object) -> str:
 
 
 _NAMES = known_names()
-
 SYSTEM: Mapping[str, Type] = {name: kind for name, kind in _NAMES.variables.items() if name.startswith("$")}
 """System variables whose type is known here; any other name that begins with $ is one of unknown type."""
-
 CONFIG: Mapping[str, Type] = {name: kind for name, kind in _NAMES.variables.items() if not name.startswith("$")}
 """Other variables: those of the standard `$config.dat` and of option packages."""
-
 FUNCTIONS: Mapping[str, Function] = _NAMES.functions
 """Functions and subprograms, by name in capitals."""
-
 STRUCTURES: Mapping[str, Mapping[str, Type]] = _NAMES.structures
 """Structures that need no declaration: name -> component -> its type."""
-
 ENUMS: Mapping[str, frozenset[str]] = _NAMES.enums
 """Enumerations that need no declaration."""

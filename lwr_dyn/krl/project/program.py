@@ -12,8 +12,7 @@ from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.language.blocks import FileOutline, Routine
 from lwr_dyn.krl.language.source import SourceFile, parse_bytes, read_source
-from lwr_dyn.krl.project.project import Module, ModuleFile, Project, module_file, project_of
-from lwr_dyn.krl.project.symbols import SymbolTable
+from lwr_dyn.krl.project.project import Module, ModuleFile, Project, SymbolTable, module_file, project_of
 
 ENDINGS = (".src", ".sub", ".dat")
 

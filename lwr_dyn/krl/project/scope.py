@@ -16,14 +16,12 @@ from lwr_dyn.krl.language.declarations import External
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.names.known_names import GEOMETRY, LARGEST, SIMPLE, UNKNOWN, KnownNames, Type
 from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.project.symbols import DeclaredName, SymbolTable
+from lwr_dyn.krl.project.project import DeclaredName, SymbolTable
 
 NEAR_NAMES = 20
 """Names of a file for which a similar known one is looked for: that takes milliseconds each."""
-
 COMPARED = 300
 """Known names that are compared letter by letter with an unknown one."""
-
 SAME_LETTERS = 0.6
 """Share of the letters of an unknown name that a similar one has."""
 

@@ -27,10 +27,8 @@ from lwr_dyn.model.spatial import from_rpy, rot_z
 
 DEGENERATE = 1e-12
 """Cosine of B below which A and C turn about one axis."""
-
 ZERO = 1e-12
 """[rad, m] An axis or a distance this near to zero counts as zero: its sign is rounding."""
-
 _AXES = np.array([[0, 0, -1], [0, 1, 0], [0, 1, 0], [-1, 0, 0], [0, 1, 0], [-1, 0, 0]], dtype=float)
 """Directions of A1 to A6 in the base at A = 0, the arm stretched out."""
 

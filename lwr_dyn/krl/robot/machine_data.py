@@ -74,13 +74,9 @@ def given_values(x: object) -> Iterator[tuple[str, int | None, Any]]:
 
 
 NEEDED = "a $machine.dat, or a TOML file with its words"
-
 FRAME = ("X", "Y", "Z", "A", "B", "C")
-
 _KUKA_DIRECTIONS = (-1, 1, 1, -1, -1, -1)
-
 _LISTS = ("AXIS_DIR", "AXIS_SEQ", "SOFTN_END", "SOFTP_END", "VEL_AXIS_MA", "RAISE_TIME")
-
 _WORDS = {"MAIN_AXIS": "NR", "WRIST_AXIS": "ZEH", "TRAFO_AXIS": 6, "DEF_A4FIX": False, "DEF_A5LINK": False}
 """Values of the one kind of robot that is modelled: an articulated arm with a central wrist, all six axes driven."""
 
@@ -246,7 +242,6 @@ class _MachineDataReader:
 
 MACHINE_DATA = "machine data"
 """Stands for the reading of a paper."""
-
 GRAVITY = (0.0, 0.0, -9.81)
 """[m/s^2] In the world."""
 

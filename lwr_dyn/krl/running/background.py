@@ -1,4 +1,4 @@
-"""What goes on beside a running program: conditions of interrupts and answers of the cell, BRAKE and RESUME, and loops.
+"""What goes on beside a running program: the cell's values and answers, interrupts, BRAKE and RESUME, and loops.
 
 A condition is looked at after each statement and at each time at which something is due. A loop is looked at when it
 goes back to its head: the run ends where the state of the whole program has come back, so that all later passes are
@@ -7,7 +7,9 @@ known; where no time has passed, the loop only watches, and time passes until so
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -16,24 +18,25 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.unparse import expression_text
+from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM
+from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.cell import Reply
-from lwr_dyn.krl.running.evaluate import number_of, truth_of
-from lwr_dyn.krl.running.outside_values import give_value
+from lwr_dyn.krl.running.controller import INPUTS, ControllerState
+from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of
 from lwr_dyn.krl.running.passes import SAME, KeptState, LoopPasses, LoopWatch, endless_by_form
 from lwr_dyn.krl.running.running_program import RunningProgram, StackFrame, Watch
 from lwr_dyn.krl.running.triggers import TICK
-from lwr_dyn.krl.running.values import Variable, copied
+from lwr_dyn.krl.running.values import Value, Variable, converted, copied, value_text
 
 MOST_AT_ONCE = 100
 """Interrupts and answers that may follow one another at one time."""
-
 MOST_LOOKS = 10_000
 """Times that a waiting program looks again while only timers or submit programs run."""
-
 LONGEST_TAIL = 10.0
 """[s] After the end of a program, what still happens: delays of triggers, answers of the cell."""
-
+SPEEDS = ("$VEL", "$ACC", "$VEL_AXIS", "$ACC_AXIS", "$OV_PRO")
 ROUNDED = 9
 """Digits of axes [rad] and times [s] that count in a state."""
 
@@ -96,7 +99,72 @@ def _is_true(m: RunningProgram, condition: e.Expression) -> bool:
         m.motions.advance = advance
 
 
-# --- the answers of the cell
+# --- what the cell gives, and its answers
+def give_cell(m: RunningProgram) -> None:
+    """Set the variables and states of the cell; raises `OptionError` for a wrong type, or a $ name that nothing has."""
+    c = m.controller
+    for root, values in c.given.items():
+        if root.startswith("$") and not _is_known(m.program, root):
+            near = get_close_matches(root, m.program.project.known.variables, n=1)
+            meant = f" (did you mean {near[0]}?)" if near else ""
+            wanted = f"a $ variable of KUKA's, or one that a file names{meant}"
+            raise OptionError("the name given", next(iter(values)), wanted)
+        for name, value in values.items():
+            try:
+                give_value(m, name, value)
+                if root in SPEEDS:
+                    c.speeds()
+            except ExecutionError as fault:
+                raise OptionError(f"the given {name}", value_text(value), fault.hint or str(fault)) from None
+        c.unread[root] = "given"
+
+
+def _is_known(program: Program, root: str) -> bool:
+    """Whether a name is KUKA's, declared in a file that the program sees, or written in one of its files."""
+    if root in program.project.known.variables or root in program.names.variables:
+        return True
+    word = re.compile(re.escape(root) + r"(?![A-Z0-9_$])", re.IGNORECASE)
+    return any(word.search(line.text()) for x in program.module.files for line in x.file.lines)
+
+
+def note_unread(c: ControllerState) -> None:
+    """List the variables that are given and that the run neither reads nor sets."""
+    for root, why in c.unread.items():
+        if why == "given" and root not in SYSTEM and root not in CONFIG:
+            c.assumptions.note(root, "", "given, but nothing reads it")
+
+
+def give_arguments(m: RunningProgram) -> None:
+    """Set the parameters of the routine that is run; those without a value are noted; raises `OptionError`."""
+    c, frame, missing = m.controller, m.stack[0], []
+    for p in frame.routine.head.parameters:
+        key, variable = p.name.upper(), frame.variables[p.name.upper()]
+        if key not in c.cell.arguments:
+            missing.append(p.name)
+            continue
+        value = c.cell.arguments[key]
+        try:
+            variable.value = converted(value, variable.type)
+        except ExecutionError as fault:
+            raise OptionError(f"the cell's arguments.{key}", value_text(value), fault.hint or str(fault)) from None
+        c.assumptions.note(f"the argument {p.name}", value_text(value), "given")
+    if missing:
+        name = frame.routine.head.name
+        message = f"{name} is run without its argument{'s' * (len(missing) > 1)} {', '.join(missing)}"
+        m.log.report("note", "arguments", message, "give them in a cell file under [arguments]")
+
+
+def give_value(m: RunningProgram, name: str, value: Value) -> str:
+    """Set an input, a state or a variable from outside; the text says what is set. Raises `ExecutionError`."""
+    if name.partition("[")[0] in INPUTS:
+        m.controller.inputs[name] = value
+    else:
+        statement, _ = parse_line(f"{name}=0")
+        assert isinstance(statement, s.Assign)
+        reference_to(m, statement.target).write(value)
+    return f"{name} = {value_text(value)}"
+
+
 def watch_for_replies(m: RunningProgram) -> None:
     """The answers of the cell, from the start of the program."""
     for i, reply in enumerate(m.controller.cell.replies):

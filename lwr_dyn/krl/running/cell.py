@@ -15,12 +15,15 @@ from typing import Any
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
-from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.language.declarations import External
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import parse_line
 from lwr_dyn.krl.language.statements import Assign, Condition, Invoke
-from lwr_dyn.krl.names.known_names import SIMPLE, SYSTEM, UNKNOWN, Type
+from lwr_dyn.krl.names.known_names import CONFIG, SIMPLE, SYSTEM, UNKNOWN, Type
+from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.project import DeclaredName
 from lwr_dyn.krl.running.evaluate import value_of
 from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value, Variable, VariableReference, converted
 
@@ -167,12 +170,9 @@ class _NoNames:
 
 
 AXES = "a list of numbers: the six axes in deg"
-
 FRAMES = "a list of numbers: X, Y, Z, A, B, C in mm and deg"
-
 MOST = 1e9
 """[mm, deg] Of a coordinate or an axis."""
-
 LONGEST = 1e6
 """[s] The latest time of an event."""
 
@@ -210,6 +210,32 @@ def cell_of(table: Mapping[str, Any], file: str = "cell") -> RobotCell:
     )  # fmt: skip
     top.refuse_unknown()
     return cell
+
+
+MOST_ARGUMENTS = 40
+"""Of a stub: any number up to this."""
+
+
+def with_cell(program: Program, cell: RobotCell) -> Program:
+    """The program with the variables and stubs of a cell among its names; those it declares itself stay."""
+    names = program.names
+    for name, value in cell.values.items():
+        root, rest = re.match(r"([^\[.]*)(.*)", name).groups()  # type: ignore[union-attr]
+        if not root.startswith("$") and root not in CONFIG:
+            dimensions = rest.partition("]")[0].count(",") + 1 if rest.startswith("[") else 0
+            kind = Type("?", dimensions) if rest else _type_of(value)
+            names.variables.setdefault(root, DeclaredName(root, kind, SourcePosition(cell.file, 1)))
+    for name, stub in cell.stubs.items():
+        returns = None if stub.returns is None else _type_of(stub.returns).name
+        names.externals.setdefault(name, External(name, returns, ("?",) * MOST_ARGUMENTS))
+    return program
+
+
+def _type_of(value: Value) -> Type:
+    for kind, name in ((bool, "BOOL"), (int, "INT"), (float, "REAL")):
+        if isinstance(value, kind):
+            return Type(name)
+    return Type(value.type) if isinstance(value, StructValue) and value.type != "?" else UNKNOWN
 
 
 def new_cell_text(file: str) -> str:

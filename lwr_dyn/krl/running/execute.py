@@ -1,4 +1,4 @@
-"""Executes a running program: statement by statement, with bounds on steps and time, and its submit programs.
+"""Executes a running program step by step, with bounds on steps and time, and its submit programs.
 
 A statement changes variables, moves the arm, or sets the next line of its routine: a function for each in one table.
 A submit program (.sub) makes one pass of its loop, until it goes back to the head or waits, when the robot program has
@@ -12,9 +12,9 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError, SourcePosition
-from lwr_dyn.krl.language import expressions as e
+from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import CodeBlock
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import Type
 from lwr_dyn.krl.running.background import (
@@ -24,16 +24,12 @@ from lwr_dyn.krl.running.background import (
     next_time,
     resume,
     settle,
-    settle_rest,
     switch_interrupts,
-    watch_for_replies,
 )
-from lwr_dyn.krl.running.branches import begin_for, block_keyword, branch, goto
-from lwr_dyn.krl.running.evaluate import number_of, root_name, truth_of, value_of
-from lwr_dyn.krl.running.functions import called_routine, empty_value, value_of_call
+from lwr_dyn.krl.running.evaluate import number_of, reference_to, root_name, truth_of, value_of
+from lwr_dyn.krl.running.functions import called_routine, value_of_call
 from lwr_dyn.krl.running.inline_forms import WithSettings, bas
 from lwr_dyn.krl.running.motions import OpenBlock, begin_block, collect, end_block
-from lwr_dyn.krl.running.outside_values import give_arguments, give_cell
 from lwr_dyn.krl.running.running_program import ActiveInterrupt, RunningProgram, StackFrame, Submit, Watch
 from lwr_dyn.krl.running.triggers import PathTrigger
 from lwr_dyn.krl.running.values import Value, converted
@@ -42,48 +38,7 @@ MOST_STEPS = 5000
 """Statements of one pass of a submit program."""
 
 
-def execute_program(m: RunningProgram) -> None:
-    """Execute the main routine to its end; raises `RunEndedError` at the fault or bound that ends it before."""
-    for file in m.program.module.files:
-        m.variables_of(file.file.name)
-    give_cell(m)
-    m.submits = [Submit(_submit_file(m, path)) for path in m.controller.cell.submits]
-    _run_submits(m)
-    watch_for_replies(m)
-    if m.program.routines:
-        m.enter(m.program.routines[0])
-        give_arguments(m)
-    while m.stack:
-        try:
-            _step(m)
-        except ResumedError:
-            continue
-    settle_rest(m)
-    if m.motions.now > m.machine.seconds:
-        _end_at_bound(m, f"{m.machine.seconds:g} s of simulated time")
-
-
-def evaluate_call(m: RunningProgram, x: e.FunctionCall) -> Value:
-    """The value of a call in an expression; a function of the program is executed to its end."""
-    routine = called_routine(m, x.name.upper())
-    if routine is None:
-        value = value_of_call(m, x)
-        if value is None and (value := empty_value(m, x)) is None:
-            hint = "define it in the program, or give it a stub in the cell file"
-            raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
-        return value
-    depth, position = len(m.stack), m.log.position
-    m.enter(routine, x.arguments)
-    result: list[Value] = []
-    while len(m.stack) > depth:
-        _step(m, result)
-    m.log.position = position  # the statement that calls goes on
-    if not result:
-        raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
-    return result[-1]
-
-
-def _step(m: RunningProgram, result: list[Value] | None = None) -> None:
+def step(m: RunningProgram, result: list[Value] | None = None) -> None:
     """Execute the next statement; RETURN adds its value to `result`."""
     frame = m.stack[-1]
     if frame.at >= frame.routine.last:
@@ -120,10 +75,11 @@ def _count_step(m: RunningProgram) -> None:
     )
     for reached, what in bounds:
         if reached:
-            _end_at_bound(m, what)
+            end_at_bound(m, what)
 
 
-def _end_at_bound(m: RunningProgram, what: str) -> None:
+def end_at_bound(m: RunningProgram, what: str) -> None:
+    """End the run: an endless loop is cut."""
     m.log.end_run("note", "bound", f"stopped here after {what}", "an endless loop is cut; the bound is an option")
 
 
@@ -159,13 +115,19 @@ def _execute_beside(m: RunningProgram, action: s.Assign | s.Invoke, position: So
     else:
         _invoke(m, action)
         while len(m.stack) > depth:
-            _step(m)
+            step(m)
     m.log.position = before
     if len(motions.executed) == count:
         motions.advance = advance
 
 
 # --- submit programs
+def start_submits(m: RunningProgram) -> None:
+    """The submit programs of the cell, each with its first pass; raises `OptionError` where one is not there."""
+    m.submits = [Submit(_submit_file(m, path)) for path in m.controller.cell.submits]
+    _run_submits(m)
+
+
 def _submit_file(m: RunningProgram, path: str) -> str:
     """The file of the project that a cell names; raises `OptionError` where there is none."""
     name = PurePosixPath(path.replace("\\", "/")).name.lower()
@@ -211,7 +173,7 @@ def _ends_pass(m: RunningProgram) -> bool:
         if x.kind == "SEC" or truth_of(m, x.value, "WAIT FOR"):
             frame.at += 1
         return True
-    _step(m)
+    step(m)
     return isinstance(x, s.Plain | s.Jump) and frame.at <= at
 
 
@@ -244,18 +206,14 @@ def _wait_for(m: RunningProgram, x: s.Wait) -> None:
         settle(m)
         looks += 1
     m.motions.stop_advance()
-    if not met:
-        _unmet(m, expression_text(x.value))
-
-
-def _unmet(m: RunningProgram, text: str) -> None:
+    if met:
+        return
     after = m.controller.cell.unmet_wait
     if after is None:
-        message = "the condition is FALSE and nothing here can change it"
-        raise ExecutionError(
-            "waits-forever", message, "set its input: --set, or a reply or unmet_wait_s in a cell file"
-        )
-    m.controller.assumptions.note(f"WAIT FOR {text}", f"met after {after:g} s", "unmet_wait_s of the cell file")
+        hint = "set its input: --set, or a reply or unmet_wait_s in a cell file"
+        raise ExecutionError("waits-forever", "the condition is FALSE and nothing here can change it", hint)
+    name = f"WAIT FOR {expression_text(x.value)}"
+    m.controller.assumptions.note(name, f"met after {after:g} s", "unmet_wait_s of the cell file")
     m.motions.wait(after, m.log.position, "WAIT FOR")
 
 
@@ -275,25 +233,13 @@ def _invoke(m: RunningProgram, x: s.Invoke) -> None:
     elif name in m.controller.cell.stubs:
         value_of_call(m, x.call)
     elif name == "BAS":
-        _bas(m, x.call)
+        bas(m, x.call)
     elif value_of_call(m, x.call) is None:
         m.motions.note_unmodelled(name)
 
 
-def _bas(m: RunningProgram, x: e.FunctionCall) -> None:
-    arguments = [a for a in x.arguments if a is not None]
-    if not arguments or not isinstance(arguments[0], e.EnumLiteral):
-        raise ExecutionError("type", "BAS without a command", "BAS(#INITMOV, 0)")
-    value = number_of(m, arguments[1], "the value of BAS") if len(arguments) > 1 else 0.0
-    bas(m, m.controller, arguments[0].name.upper(), value)
-
-
-def _with(m: RunningProgram, settings: tuple[s.Assign, ...]) -> WithSettings:
-    return WithSettings(m.controller, m.motions.note_unmodelled, settings, m.assign)
-
-
 def _move(m: RunningProgram, x: s.Move) -> None:
-    with _with(m, x.settings):
+    with WithSettings(m, x.settings):
         if m.motions.block is None:
             m.motions.move(m, x, m.log.position)
         else:
@@ -308,7 +254,83 @@ def _plain(m: RunningProgram, x: s.Plain, frame: StackFrame, at: int) -> None:
     elif x.keyword == "CONTINUE":
         m.motions.keep_advance()
     else:
-        block_keyword(m, x.keyword, frame, at)
+        _block_keyword(m, x.keyword, frame, at)
+
+
+def _block_keyword(m: RunningProgram, keyword: str, frame: StackFrame, at: int) -> None:
+    """ELSE, CASE, DEFAULT and EXIT leave their block; ENDLOOP, ENDWHILE and ENDFOR return to its beginning."""
+    block = frame.routine.blocks.get(at)
+    if block is None:
+        return
+    if keyword in ("ELSE", "CASE", "DEFAULT", "EXIT"):
+        frame.at = block.last + 1
+        return
+    # the block of this line is the outermost one that it closes
+    back = {"ENDLOOP": block.first + 1, "ENDWHILE": block.first}
+    if keyword in back:
+        frame.at = back[keyword]
+    elif keyword == "ENDFOR":
+        _next_for(m, block, frame)
+
+
+def _branch(m: RunningProgram, x: s.Condition, frame: StackFrame, at: int) -> None:
+    """IF, WHILE, UNTIL, SWITCH: into the block, to one of its parts, or past it."""
+    block = frame.routine.blocks.get(at)
+    if block is None:
+        return
+    if x.keyword == "SWITCH":
+        _switch(m, x, block, frame)
+    elif x.keyword == "UNTIL":
+        if not truth_of(m, x.value, "UNTIL"):
+            frame.at = block.first + 1
+    elif not truth_of(m, x.value, x.keyword):
+        frame.at = (block.parts[0] if block.parts else block.last) + 1
+
+
+def _switch(m: RunningProgram, x: s.Condition, block: CodeBlock, frame: StackFrame) -> None:
+    value = value_of(m, x.value)
+    for at in block.parts:
+        case = frame.routine.file.lines[at].statement
+        if not isinstance(case, s.CaseBranch) or any(value_of(m, v) == value for v in case.values):
+            frame.at = at + 1
+            return
+    frame.at = block.last + 1
+
+
+def _begin_for(m: RunningProgram, x: s.For, frame: StackFrame, at: int) -> None:
+    """FOR: into the block, or past it; raises `ExecutionError`."""
+    block = frame.routine.blocks.get(at)
+    if block is None:
+        return
+    first, last = (round(number_of(m, v, "FOR")) for v in (x.first, x.last))
+    step = 1 if x.step is None else round(number_of(m, x.step, "STEP"))
+    if step == 0:
+        raise ExecutionError("endless", "STEP 0 never ends", "a step that is not 0")
+    reference_to(m, x.variable).write(first)
+    frame.loops[at] = (last, step)
+    if (first - last) * step > 0:
+        frame.at = block.last + 1
+
+
+def _next_for(m: RunningProgram, block: CodeBlock, frame: StackFrame) -> None:
+    x = frame.routine.file.lines[block.first].statement
+    if not isinstance(x, s.For) or block.first not in frame.loops:
+        return
+    last, step = frame.loops[block.first]
+    variable = reference_to(m, x.variable)
+    value = variable.read()
+    if not isinstance(value, int):
+        raise ExecutionError("no-value", "the variable of FOR has lost its value", "do not assign it in the loop")
+    if (value + step - last) * step <= 0:
+        variable.write(value + step)
+        frame.at = block.first + 1
+
+
+def _goto(x: s.Jump, frame: StackFrame) -> None:
+    """GOTO; raises `ExecutionError` where there is no such label."""
+    if x.label.upper() not in frame.routine.labels:
+        raise ExecutionError("undeclared", f"there is no label {x.label}")
+    frame.at = frame.routine.labels[x.label.upper()]
 
 
 def _trigger(m: RunningProgram, x: s.Trigger) -> None:
@@ -344,7 +366,7 @@ def _declare_interrupt(m: RunningProgram, x: s.InterruptDeclaration, frame: Stac
 
 
 def _spline(m: RunningProgram, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
-    settings = _with(m, x.settings)
+    settings = WithSettings(m, x.settings)
     settings.__enter__()
     begin_block(m.motions, OpenBlock(x.kind, m.log.position, settings))
 
@@ -364,10 +386,10 @@ _FUNCTIONS: dict[type, Callable[[RunningProgram, Any, StackFrame, int], None]] =
     s.Move: lambda m, x, frame, at: _move(m, x),
     s.Wait: lambda m, x, frame, at: _wait(m, x),
     s.Plain: _plain,
-    s.Condition: branch,
-    s.CaseBranch: lambda m, x, frame, at: block_keyword(m, "CASE", frame, at),
-    s.For: begin_for,
-    s.Jump: lambda m, x, frame, at: goto(x, frame),
+    s.Condition: _branch,
+    s.CaseBranch: lambda m, x, frame, at: _block_keyword(m, "CASE", frame, at),
+    s.For: _begin_for,
+    s.Jump: lambda m, x, frame, at: _goto(x, frame),
     s.Trigger: lambda m, x, frame, at: _trigger(m, x),
     s.InterruptDeclaration: lambda m, x, frame, at: _declare_interrupt(m, x, frame),
     s.InterruptSwitch: lambda m, x, frame, at: switch_interrupts(m, x),

@@ -165,11 +165,11 @@ TEXT: dict[str, Callable[[Environment, Arguments], Value]] = {
 """Function -> its value; those with an OUT argument write into it."""
 
 
-def variable_state(env: Environment, c: ControllerState, arguments: Sequence[e.Expression]) -> Value:
+def variable_state(m: RunningProgram, arguments: Sequence[e.Expression]) -> Value:
     """#INITIALIZED, #DECLARED or #UNDEFINED; raises `ExecutionError` for an argument that is no text."""
     if not arguments:
         raise ExecutionError("arguments", "VARSTATE without a name", 'VARSTATE("name")')
-    return EnumValue(_state(env, text_of(value_of(env, arguments[0]))))
+    return EnumValue(_state(m, text_of(value_of(m, arguments[0]))))
 
 
 def _state(env: Environment, name: str) -> str:
@@ -185,20 +185,20 @@ def _state(env: Environment, name: str) -> str:
 Arguments: TypeAlias = Sequence[e.Expression]
 
 
-def function_value(env: Environment, c: ControllerState, x: e.FunctionCall) -> Value | None:
+def function_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """The value of a function of the controller; None where the model does not compute it; raises `ExecutionError`."""
     name = x.name.upper()
     arguments = [a for a in x.arguments if a is not None]
     if name == "FRAND":
-        c.assumptions.note("FRAND", "", "the middle of its range")
+        m.controller.assumptions.note("FRAND", "", "the middle of its range")
     if name in MATHEMATICS:
-        return _number(env, name, arguments)
+        return _number(m, name, arguments)
     if name in TEXT:
-        return TEXT[name](env, arguments)
+        return TEXT[name](m, arguments)
     if name in INLINE:
-        return INLINE[name](c, [value_of(env, a) for a in arguments], env)
+        return INLINE[name](m, [value_of(m, a) for a in arguments])
     if name in GEOMETRY:
-        return GEOMETRY[name](env, c, arguments)
+        return GEOMETRY[name](m, arguments)
     return None
 
 
@@ -235,16 +235,16 @@ def _number(env: Environment, name: str, arguments: Arguments) -> int | float:
         raise ExecutionError("number-range", f"{name} of {', '.join(map(str, numbers))}", hint) from None
 
 
-def _inv_pos(env: Environment, c: ControllerState, arguments: Arguments) -> Value:
-    point = value_of(env, _at(arguments, 0, "INV_POS"))
+def _inv_pos(m: RunningProgram, arguments: Arguments) -> Value:
+    point = value_of(m, _at(arguments, 0, "INV_POS"))
     inverse = np.linalg.inv(pose_matrix(point, "INV_POS"))
     return pose_value(np.asarray(inverse, dtype=np.float64), point.type if isinstance(point, StructValue) else "FRAME")
 
 
-def _forward(env: Environment, c: ControllerState, arguments: Arguments) -> Value:
-    q = _axes(value_of(env, _at(arguments, 0, "FORWARD")), "FORWARD")
-    _set_status(env, arguments, 1, 0)
-    return c.pose_at(q)
+def _forward(m: RunningProgram, arguments: Arguments) -> Value:
+    q = _axes(value_of(m, _at(arguments, 0, "FORWARD")), "FORWARD")
+    _set_status(m, arguments, 1, 0)
+    return m.controller.pose_at(q)
 
 
 def _axes(value: Value, what: str) -> Array:
@@ -256,18 +256,18 @@ def _axes(value: Value, what: str) -> Array:
     return np.asarray(np.radians(np.array(angles, dtype=float)))
 
 
-def _inverse(env: Environment, c: ControllerState, arguments: Arguments) -> Value:
-    point = value_of(env, _at(arguments, 0, "INVERSE"))
+def _inverse(m: RunningProgram, arguments: Arguments) -> Value:
+    c, point = m.controller, value_of(m, _at(arguments, 0, "INVERSE"))
     if not isinstance(point, StructValue):
         raise ExecutionError("type", "INVERSE of what is no structure", "an E6POS")
-    start = _axes(value_of(env, _at(arguments, 1, "INVERSE")), "the start of INVERSE")
+    start = _axes(value_of(m, _at(arguments, 1, "INVERSE")), "the start of INVERSE")
     flange = np.asarray(c.base @ pose_matrix(point, "INVERSE") @ np.linalg.inv(c.tool))
     try:
         result = inverse_kinematics(c.arm, flange)
     except LwrDynError as fault:
         raise ExecutionError("not-modelled", str(fault)) from None
     matching = [x for x in result.solutions if _fits(c, x.q, point)]
-    _set_status(env, arguments, 2, 0 if matching else 2)
+    _set_status(m, arguments, 2, 0 if matching else 2)
     return axes_value(nearest_solution(matching, start).q if matching else start)
 
 
@@ -289,7 +289,7 @@ def _at(arguments: Arguments, i: int, name: str) -> e.Expression:
     return arguments[i]
 
 
-GEOMETRY: dict[str, Callable[[Environment, ControllerState, Arguments], Value]] = {
+GEOMETRY: dict[str, Callable[[RunningProgram, Arguments], Value]] = {
     "INV_POS": _inv_pos,
     "FORWARD": _forward,
     "INVERSE": _inverse,
@@ -311,7 +311,7 @@ def called_routine(m: RunningProgram, name: str) -> Routine | None:
 
 def value_of_call(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """The value of a stub or of a function of the controller; None where there is none; raises `ExecutionError`."""
-    return _stub_value(m, x) if x.name.upper() in m.controller.cell.stubs else function_value(m, m.controller, x)
+    return _stub_value(m, x) if x.name.upper() in m.controller.cell.stubs else function_value(m, x)
 
 
 def empty_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:

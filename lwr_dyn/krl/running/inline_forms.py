@@ -1,11 +1,8 @@
-"""BAS, KUKA's subprogram that sets speeds, blends, tool and base: from a number, or PDAT_ACT, LDAT_ACT, FDAT_ACT.
+"""What KUKA's inline forms use: BAS, the functions of S motions, and assignments after WITH, which hold for one motion.
 
-The functions of KUKA's inline forms for S motions: `SPTP P WITH $VEL_AXIS[1]=SVEL_JOINT(100), ...`.
-
-On a controller they stand in `bas.src`; here they give what their name says from the motion's data (PDAT, LDAT, FDAT),
-the frames of `$config.dat` and the assumed machine data.
-
-The assignments after WITH of a spline motion: they hold for it alone, then the old values come back.
+BAS sets speeds, blends, tool and base from a number, or from PDAT_ACT, LDAT_ACT, FDAT_ACT. The functions of S motions,
+`SPTP P WITH $VEL_AXIS[1]=SVEL_JOINT(100), ...`, stand in `bas.src` on a controller; here they give what their name says
+from the motion's data (PDAT, LDAT, FDAT), the frames of `$config.dat` and the assumed machine data.
 """
 
 from __future__ import annotations
@@ -19,8 +16,8 @@ from typing import TypeAlias
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.running.controller import ControllerState
-from lwr_dyn.krl.running.evaluate import Environment, root_name
+from lwr_dyn.krl.running.evaluate import number_of, root_name
+from lwr_dyn.krl.running.running_program import RunningProgram
 from lwr_dyn.krl.running.values import (
     AXIS_NAMES,
     ArrayValue,
@@ -37,21 +34,26 @@ LEFT_OUT = ("EX_BASE", "ACC_GLUE", "OUT_SYNC", "OUT_ASYNC", "GROUP")
 """Commands of BAS that change nothing a motion needs."""
 
 
-def bas(env: Environment, c: ControllerState, command: str, value: float) -> None:
-    """Execute BAS(#command, value) with the names that `env` sees; raises `ExecutionError`."""
+def bas(m: RunningProgram, x: e.FunctionCall) -> None:
+    """Execute BAS(#command, value); raises `ExecutionError`."""
+    arguments = [a for a in x.arguments if a is not None]
+    if not arguments or not isinstance(arguments[0], e.EnumLiteral):
+        raise ExecutionError("type", "BAS without a command", "BAS(#INITMOV, 0)")
+    value = number_of(m, arguments[1], "the value of BAS") if len(arguments) > 1 else 0.0
+    command = arguments[0].name.upper()
     if command in LEFT_OUT:
         return
     function = _BAS.get(command)
     if function is None:
         raise ExecutionError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
-    function(env, c, value)
+    function(m, value)
 
 
-def frame_of_table(env: Environment, table: str, number: int) -> StructValue:
+def frame_of_table(m: RunningProgram, table: str, number: int) -> StructValue:
     """A frame of TOOL_DATA or BASE_DATA; number 0 is the null frame; raises `ExecutionError` where it has no value."""
     if number == 0:
         return null_frame()
-    data = env.variable(table).value
+    data = m.variable(table).value
     frame = data.items.get((number,)) if isinstance(data, ArrayValue) else None
     if not isinstance(frame, StructValue):
         kind = "tools" if table == "TOOL_DATA" else "bases"
@@ -60,84 +62,83 @@ def frame_of_table(env: Environment, table: str, number: int) -> StructValue:
     return StructValue("FRAME", dict(frame.parts))
 
 
-def _set_axes(c: ControllerState, name: str, percent: float) -> None:
+def _set_axes(m: RunningProgram, name: str, percent: float) -> None:
     """All six axes of `$VEL_AXIS` or `$ACC_AXIS` [%]."""
-    c.variables[name].value = array_of("REAL", [float(percent)] * 6)
-    c.note_written(name)
+    m.controller.variables[name].value = array_of("REAL", [float(percent)] * 6)
+    m.controller.note_written(name)
 
 
-def _set_part(c: ControllerState, name: str, part: str, value: float) -> None:
+def _set_part(m: RunningProgram, name: str, part: str, value: float) -> None:
     """A component of `$VEL`, `$ACC` or `$APO`."""
-    whole = c.variables[name].value
+    whole = m.controller.variables[name].value
     assert isinstance(whole, StructValue)
     whole.parts[part] = float(value)
-    c.note_written(name)
+    m.controller.note_written(name)
 
 
-def _set_frame(env: Environment, c: ControllerState, name: str, table: str, number: float) -> None:
+def _set_frame(m: RunningProgram, name: str, table: str, number: float) -> None:
     """`$TOOL` or `$BASE` from TOOL_DATA or BASE_DATA."""
-    c.variables[name].value = frame_of_table(env, table, int(number))
+    m.controller.variables[name].value = frame_of_table(m, table, int(number))
 
 
-def _act_part(env: Environment, name: str, part: str, default: float) -> float:
+def _act_part(m: RunningProgram, name: str, part: str, default: float) -> float:
     """A number of PDAT_ACT, LDAT_ACT or FDAT_ACT."""
-    whole = env.variable(name).value
+    whole = m.variable(name).value
     value = whole.parts.get(part) if isinstance(whole, StructValue) else None
     return float(value) if isinstance(value, int | float) else default
 
 
-def _initmov(env: Environment, c: ControllerState, _: float) -> None:
-    c.initialise()
+def _initmov(m: RunningProgram, _: float) -> None:
+    m.controller.initialise()
 
 
-def _frames(env: Environment, c: ControllerState, _: float = 0.0) -> None:
-    _set_frame(env, c, "$TOOL", "TOOL_DATA", _act_part(env, "FDAT_ACT", "TOOL_NO", 0.0))
-    _set_frame(env, c, "$BASE", "BASE_DATA", _act_part(env, "FDAT_ACT", "BASE_NO", 0.0))
+def _frames(m: RunningProgram, _: float = 0.0) -> None:
+    _set_frame(m, "$TOOL", "TOOL_DATA", _act_part(m, "FDAT_ACT", "TOOL_NO", 0.0))
+    _set_frame(m, "$BASE", "BASE_DATA", _act_part(m, "FDAT_ACT", "BASE_NO", 0.0))
 
 
-def _ptp_data(env: Environment, c: ControllerState, value: float) -> None:
+def _ptp_data(m: RunningProgram, value: float) -> None:
     """Speed, acceleration and approximation of PDAT_ACT; the frames stay."""
-    _set_axes(c, "$VEL_AXIS", value)
-    _set_axes(c, "$ACC_AXIS", _act_part(env, "PDAT_ACT", "ACC", 100.0))
-    _set_part(c, "$APO", "CPTP", min(_act_part(env, "PDAT_ACT", "APO_DIST", 0.0), 100.0))
-    _set_part(c, "$APO", "CDIS", _act_part(env, "PDAT_ACT", "APO_DIST", 0.0))
+    _set_axes(m, "$VEL_AXIS", value)
+    _set_axes(m, "$ACC_AXIS", _act_part(m, "PDAT_ACT", "ACC", 100.0))
+    _set_part(m, "$APO", "CPTP", min(_act_part(m, "PDAT_ACT", "APO_DIST", 0.0), 100.0))
+    _set_part(m, "$APO", "CDIS", _act_part(m, "PDAT_ACT", "APO_DIST", 0.0))
 
 
-def _ptp_params(env: Environment, c: ControllerState, value: float) -> None:
-    _ptp_data(env, c, value)
-    _frames(env, c)
+def _ptp_params(m: RunningProgram, value: float) -> None:
+    _ptp_data(m, value)
+    _frames(m)
 
 
-def _cp_data(env: Environment, c: ControllerState, value: float) -> None:
+def _cp_data(m: RunningProgram, value: float) -> None:
     """Those of LDAT_ACT; the frames stay."""
-    _set_part(c, "$VEL", "CP", value)
-    _set_part(c, "$ACC", "CP", c.machine.acc_cp * _act_part(env, "LDAT_ACT", "ACC", 100.0) / 100.0)
-    _set_part(c, "$APO", "CDIS", _act_part(env, "LDAT_ACT", "APO_DIST", 0.0))
+    _set_part(m, "$VEL", "CP", value)
+    _set_part(m, "$ACC", "CP", m.controller.machine.acc_cp * _act_part(m, "LDAT_ACT", "ACC", 100.0) / 100.0)
+    _set_part(m, "$APO", "CDIS", _act_part(m, "LDAT_ACT", "APO_DIST", 0.0))
 
 
-def _cp_params(env: Environment, c: ControllerState, value: float) -> None:
-    _cp_data(env, c, value)
-    _frames(env, c)
+def _cp_params(m: RunningProgram, value: float) -> None:
+    _cp_data(m, value)
+    _frames(m)
 
 
-_BAS: dict[str, Callable[[Environment, ControllerState, float], None]] = {
+_BAS: dict[str, Callable[[RunningProgram, float], None]] = {
     "INITMOV": _initmov,
-    "VEL_PTP": lambda env, c, v: _set_axes(c, "$VEL_AXIS", v),
-    "ACC_PTP": lambda env, c, v: _set_axes(c, "$ACC_AXIS", v),
-    "VEL_CP": lambda env, c, v: _set_part(c, "$VEL", "CP", v),
-    "ACC_CP": lambda env, c, v: _set_part(c, "$ACC", "CP", v),
-    "TOOL": lambda env, c, v: _set_frame(env, c, "$TOOL", "TOOL_DATA", v),
-    "BASE": lambda env, c, v: _set_frame(env, c, "$BASE", "BASE_DATA", v),
+    "VEL_PTP": lambda m, v: _set_axes(m, "$VEL_AXIS", v),
+    "ACC_PTP": lambda m, v: _set_axes(m, "$ACC_AXIS", v),
+    "VEL_CP": lambda m, v: _set_part(m, "$VEL", "CP", v),
+    "ACC_CP": lambda m, v: _set_part(m, "$ACC", "CP", v),
+    "TOOL": lambda m, v: _set_frame(m, "$TOOL", "TOOL_DATA", v),
+    "BASE": lambda m, v: _set_frame(m, "$BASE", "BASE_DATA", v),
     "PTP_PARAMS": _ptp_params,
     "CP_PARAMS": _cp_params,
     "FRAMES": _frames,
-    "PTP_DAT": lambda env, c, v: _ptp_data(env, c, _act_part(env, "PDAT_ACT", "VEL", 100.0)),
-    "CP_DAT": lambda env, c, v: _cp_data(env, c, _act_part(env, "LDAT_ACT", "VEL", c.machine.vel_cp)),
+    "PTP_DAT": lambda m, v: _ptp_data(m, _act_part(m, "PDAT_ACT", "VEL", 100.0)),
+    "CP_DAT": lambda m, v: _cp_data(m, _act_part(m, "LDAT_ACT", "VEL", m.controller.machine.vel_cp)),
 }
 
 Values: TypeAlias = Sequence[Value]
-
-Inline: TypeAlias = Callable[[ControllerState, Values, Environment], Value]
+Inline: TypeAlias = Callable[[RunningProgram, Values], Value]
 
 
 def _part(values: Values, i: int, name: str, otherwise: float) -> float:
@@ -160,18 +161,18 @@ def _word(values: Values, i: int, name: str, otherwise: str) -> EnumValue:
     return value if isinstance(value, EnumValue) and value.name != "NONE" else EnumValue(otherwise)
 
 
-def _speeds(c: ControllerState, values: Values, env: Environment) -> Value:
-    ori = c.machine.vel_ori
+def _speeds(m: RunningProgram, values: Values) -> Value:
+    ori = m.controller.machine.vel_ori
     return StructValue("CP", {"CP": _first_number(values, "SVEL_CP"), "ORI1": ori, "ORI2": ori})
 
 
-def _ramps(c: ControllerState, values: Values, env: Environment) -> Value:
+def _ramps(m: RunningProgram, values: Values) -> Value:
     share = _part(values, 0, "ACC", 100.0) / 100.0
-    ori = c.machine.acc_ori * share
-    return StructValue("CP", {"CP": c.machine.acc_cp * share, "ORI1": ori, "ORI2": ori})
+    ori = m.controller.machine.acc_ori * share
+    return StructValue("CP", {"CP": m.controller.machine.acc_cp * share, "ORI1": ori, "ORI2": ori})
 
 
-def _jerk(c: ControllerState, values: Values, env: Environment) -> Value:
+def _jerk(m: RunningProgram, values: Values) -> Value:
     # no jerk is modelled: a value of its type which no motion uses
     share = _part(values, 0, "JERK_FAC", 50.0)
     return StructValue("JERK_STRUC", {"CP": share, "ORI": share, "AX": _same_axes(share)})
@@ -181,31 +182,31 @@ def _same_axes(value: float) -> StructValue:
     return StructValue("E6AXIS", dict.fromkeys((*AXIS_NAMES, *(f"E{i}" for i in range(1, 7))), value))
 
 
-def _approximation(c: ControllerState, values: Values, env: Environment) -> Value:
+def _approximation(m: RunningProgram, values: Values) -> Value:
     """APO_DIST as a distance [mm] and as a share of the way [%]: the motion's keyword says which one counts."""
     distance = _part(values, 0, "APO_DIST", 0.0)
     return StructValue("CONT", {"CDIS": distance, "CPTP": distance, "CORI": distance, "CVEL": 100.0})
 
 
-def _tool(c: ControllerState, values: Values, env: Environment) -> Value:
+def _tool(m: RunningProgram, values: Values) -> Value:
     table = "BASE_DATA" if _word(values, 0, "IPO_FRAME", "BASE").name == "TCP" else "TOOL_DATA"
-    return frame_of_table(env, table, int(_part(values, 0, "TOOL_NO", 0.0)))
+    return frame_of_table(m, table, int(_part(values, 0, "TOOL_NO", 0.0)))
 
 
-def _base(c: ControllerState, values: Values, env: Environment) -> Value:
+def _base(m: RunningProgram, values: Values) -> Value:
     if values and isinstance(values[0], StructValue):
-        return frame_of_table(env, "BASE_DATA", int(_part(values, 0, "BASE_NO", 0.0)))
-    return frame_of_table(env, "BASE_DATA", int(_first_number(values, "SBASE")))
+        return frame_of_table(m, "BASE_DATA", int(_part(values, 0, "BASE_NO", 0.0)))
+    return frame_of_table(m, "BASE_DATA", int(_first_number(values, "SBASE")))
 
 
-def _load(c: ControllerState, values: Values, env: Environment) -> Value:
+def _load(m: RunningProgram, values: Values) -> Value:
     number = int(_first_number(values, "SLOAD"))
-    whole = env.variable("LOAD_DATA").value
+    whole = m.variable("LOAD_DATA").value
     load = whole.items.get((number,)) if isinstance(whole, ArrayValue) else None
     return load if load is not None else StructValue("LOAD", {"M": -1.0})
 
 
-def _ipo_mode(c: ControllerState, values: Values, env: Environment) -> Value:
+def _ipo_mode(m: RunningProgram, values: Values) -> Value:
     word = values[0] if values else None
     if isinstance(word, StructValue):
         word = word.parts.get("IPO_FRAME")
@@ -213,15 +214,15 @@ def _ipo_mode(c: ControllerState, values: Values, env: Environment) -> Value:
 
 
 INLINE: dict[str, Inline] = {
-    "SVEL_JOINT": lambda c, v, env: min(max(_first_number(v, "SVEL_JOINT"), 1.0), 100.0),
-    "SACC_JOINT": lambda c, v, env: _part(v, 0, "ACC", 100.0),
-    "SGEAR_JERK": lambda c, v, env: _part(v, 0, "GEAR_JERK", 100.0),
+    "SVEL_JOINT": lambda m, v: min(max(_first_number(v, "SVEL_JOINT"), 1.0), 100.0),
+    "SACC_JOINT": lambda m, v: _part(v, 0, "ACC", 100.0),
+    "SGEAR_JERK": lambda m, v: _part(v, 0, "GEAR_JERK", 100.0),
     "SVEL_CP": _speeds,
     "SACC_CP": _ramps,
     "SJERK": _jerk,
     "SAPO": _approximation,
     "SAPO_PTP": _approximation,
-    "SORI_TYP": lambda c, v, env: _word(v, 0, "ORI_TYP", "VAR"),
+    "SORI_TYP": lambda m, v: _word(v, 0, "ORI_TYP", "VAR"),
     "STOOL": _tool,
     "STOOL2": _tool,
     "SBASE": _base,
@@ -232,7 +233,6 @@ INLINE: dict[str, Inline] = {
 
 TIMED = ("$VEL", "$ACC", "$APO", "$VEL_AXIS", "$ACC_AXIS", "$TOOL", "$BASE", "$IPO_MODE", "$ADVANCE", "$OV_PRO")
 """Variables that change where or when the arm moves; another one that cannot be computed is only noted."""
-
 OF_ALL_AXES = ("$VEL_AXIS", "$ACC_AXIS", "$GEAR_JERK")
 """Given for axis 1 alone, as inline forms do, they count for all axes."""
 
@@ -241,15 +241,13 @@ OF_ALL_AXES = ("$VEL_AXIS", "$ACC_AXIS", "$GEAR_JERK")
 class WithSettings(AbstractContextManager[None]):
     """Applies assignments, and takes them back at its exit."""
 
-    controller: ControllerState
-    note: Callable[[str], None]
+    m: RunningProgram
     settings: Sequence[s.Assign]
-    assign: Callable[[s.Assign], None]
     before: dict[str, Value | None] = field(default_factory=dict)
     speeds: set[str] = field(default_factory=set)
 
     def __enter__(self) -> None:
-        c = self.controller
+        c = self.m.controller
         known = set(c.speeds_set)
         for setting in self.settings:
             name = root_name(setting.target)
@@ -257,12 +255,12 @@ class WithSettings(AbstractContextManager[None]):
             if variable is not None and name not in self.before:
                 self.before[name] = None if variable.value is None else copied(variable.value)
             try:
-                self.assign(setting)
+                self.m.assign(setting)
             except ExecutionError as fault:
                 if name in TIMED or fault.code != "not-modelled":
                     self.__exit__(None, None, None)
                     raise
-                self.note(f"{name} after WITH")
+                self.m.motions.note_unmodelled(f"{name} after WITH")
         for name in OF_ALL_AXES:
             self._spread(name)
         self.speeds = c.speeds_set - known
@@ -270,16 +268,16 @@ class WithSettings(AbstractContextManager[None]):
     def _spread(self, name: str) -> None:
         """Give the value of axis 1 to all axes when no other one is set."""
         targets = [x.target for x in self.settings if root_name(x.target) == name]
-        variable = self.controller.variables.get(name)
+        variable = self.m.controller.variables.get(name)
         if len(targets) == 1 and isinstance(targets[0], e.Index) and variable is not None:
             array = variable.value
             if isinstance(array, ArrayValue) and targets[0].indices == (e.Integer(1),) and (1,) in array.items:
-                self.controller.assumptions.note(f"{name}[1] after WITH", "", "counts for all axes")
+                self.m.controller.assumptions.note(f"{name}[1] after WITH", "", "counts for all axes")
                 array.items.update(dict.fromkeys([(i,) for i in range(1, 7)], array.items[1,]))
 
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
         for name, value in self.before.items():
-            self.controller.variables[name].value = value
-        self.controller.speeds_set -= self.speeds
+            self.m.controller.variables[name].value = value
+        self.m.controller.speeds_set -= self.speeds

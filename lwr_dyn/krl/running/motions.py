@@ -5,6 +5,7 @@ The motions between SPLINE and ENDSPLINE: collected as the program runs, planned
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -29,15 +30,12 @@ from lwr_dyn.krl.motion.timeline import Pause, Timeline, append_segment
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
-from lwr_dyn.krl.running.inline_forms import WithSettings
 from lwr_dyn.krl.running.targets import RobotState, absolute_point, axes_of_point, led_pose, point_in_world
 from lwr_dyn.krl.running.values import StructValue, Value, axes_value, is_axes, pose_value
 
 LONGEST_WAIT = 1e7
 """[s]"""
-
 PASSED = "the ramps of two motions overlap, which gives sqrt(a L) at points L apart; no KUKA figure tests it"
-
 ACROSS = "slower than $VEL.CP, so that v^2 / radius <= $ACC.CP across its path; no KUKA figure tests it"
 
 
@@ -60,7 +58,7 @@ class OpenBlock:
 
     kind: str
     position: SourcePosition
-    settings: WithSettings
+    settings: AbstractContextManager[None]
     pose: Array | None = None
     """(4, 4) [m] Where the last motion of SPLINE ends."""
     q: Array | None = None
@@ -325,7 +323,6 @@ class Motions:
 
 OF_BLOCK = {"SPLINE": {"SPL": "SPL", "SLIN": "LIN", "SCIRC": "CIRC"}, "PTP_SPLINE": {"SPTP": "PTP"}}
 """The motions that a block takes, without _REL, and their kinds of path."""
-
 CURVE = "planned whole on a cubic curve through its points; KUKA's own curve is not published"
 
 

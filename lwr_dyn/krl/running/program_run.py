@@ -13,16 +13,25 @@ from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
-from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, RunEndedError, SourcePosition, sorted_diagnostics
+from lwr_dyn.krl.diagnostics import (
+    Diagnostic,
+    ExecutionError,
+    ResumedError,
+    RunEndedError,
+    SourcePosition,
+    sorted_diagnostics,
+)
+from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
+from lwr_dyn.krl.running.background import give_arguments, give_cell, note_unread, settle_rest, watch_for_replies
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import Assumption, MachineData
-from lwr_dyn.krl.running.execute import evaluate_call, execute_program
+from lwr_dyn.krl.running.execute import end_at_bound, start_submits, step
+from lwr_dyn.krl.running.functions import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.motions import ExecutedMotion
-from lwr_dyn.krl.running.outside_values import note_unread
 from lwr_dyn.krl.running.passes import LoopPasses
 from lwr_dyn.krl.running.running_program import RunningProgram
 from lwr_dyn.krl.running.triggers import ProgramEvent
@@ -122,7 +131,6 @@ class ProgramRun:
 
 INTERPOLATION = 0.012
 """[s] KUKA's interpolation cycle: the sampling period of a run."""
-
 OVER = 1e-6
 """Relative excess of an axis speed that is rounding."""
 
@@ -244,12 +252,8 @@ def run_program(
     static = [*program.diagnostics, *static_diagnostics(program)]
     _refuse_errors([d for d in static if d.code in UNREADABLE])
     m = interpreted(program, arm, data, _surroundings(cell, inputs))
-    diagnostics, timeline, executed, end = (
-        m.log.diagnostics,
-        m.motions.timeline,
-        m.motions.executed,
-        str(m.log.position),
-    )
+    diagnostics, end = m.log.diagnostics, str(m.log.position)
+    timeline, executed = m.motions.timeline, m.motions.executed
     _refuse_errors(_as_checked(diagnostics, static))
     if not executed:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
@@ -276,9 +280,9 @@ def interpreted(
 
     With `tolerant` a faulty statement is skipped and the run goes on.
     """
-    m = RunningProgram(program, arm, machine, cell, tolerant, evaluate_call)
+    m = RunningProgram(program, arm, machine, cell, tolerant, _evaluate_call)
     try:
-        execute_program(m)
+        _execute(m)
     except RunEndedError as end:
         if end.diagnostic is not None:
             m.log.diagnostics.append(end.diagnostic)
@@ -287,6 +291,46 @@ def interpreted(
         m.log.diagnostics.append(Diagnostic(m.log.position, "error", *deep))
     note_unread(m.controller)
     return m
+
+
+def _execute(m: RunningProgram) -> None:
+    """Execute the main routine to its end; raises `RunEndedError` at the fault or bound that ends it before."""
+    for file in m.program.module.files:
+        m.variables_of(file.file.name)
+    give_cell(m)
+    start_submits(m)
+    watch_for_replies(m)
+    if m.program.routines:
+        m.enter(m.program.routines[0])
+        give_arguments(m)
+    while m.stack:
+        try:
+            step(m)
+        except ResumedError:
+            continue
+    settle_rest(m)
+    if m.motions.now > m.machine.seconds:
+        end_at_bound(m, f"{m.machine.seconds:g} s of simulated time")
+
+
+def _evaluate_call(m: RunningProgram, x: e.FunctionCall) -> Value:
+    """The value of a call in an expression; a function of the program is executed to its end."""
+    routine = called_routine(m, x.name.upper())
+    if routine is None:
+        value = value_of_call(m, x)
+        if value is None and (value := empty_value(m, x)) is None:
+            hint = "define it in the program, or give it a stub in the cell file"
+            raise ExecutionError("not-modelled", f"the function {x.name} is not modelled", hint)
+        return value
+    depth, position = len(m.stack), m.log.position
+    m.enter(routine, x.arguments)
+    result: list[Value] = []
+    while len(m.stack) > depth:
+        step(m, result)
+    m.log.position = position  # the statement that calls goes on
+    if not result:
+        raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
+    return result[-1]
 
 
 def _only_errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -18,8 +18,8 @@ from lwr_dyn.krl.language.declarations import Declarator, Def, Parameter, Signal
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.project import DeclaredName
 from lwr_dyn.krl.project.scope import scope_of
-from lwr_dyn.krl.project.symbols import DeclaredName
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
 from lwr_dyn.krl.running.evaluate import (
@@ -49,7 +49,6 @@ from lwr_dyn.model.arm import Arm
 
 LARGEST_ARRAY = 100_000
 """Most elements along one dimension of an array."""
-
 DEEPEST = 40
 """Most calls inside one another."""
 

@@ -22,7 +22,6 @@ from lwr_dyn.krl.running.motions import ExecutedMotion, Motions
 
 TICK = 0.012
 """[s] How often a program that only watches looks again: the interpolation cycle."""
-
 SAME = 1e-9
 """[s] Times nearer than this are one."""
 

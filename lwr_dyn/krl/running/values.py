@@ -21,10 +21,8 @@ from lwr_dyn.krl.names.known_names import AXES, CARTESIAN, GEOMETRY, LARGEST, Ty
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix
 
 AXIS_NAMES = ("A1", "A2", "A3", "A4", "A5", "A6")
-
 FARTHEST = 1e9
 """[mm, deg] A coordinate beyond this is no place, and its square need not be a float."""
-
 POSE_NAMES = ("X", "Y", "Z", "A", "B", "C")
 
 

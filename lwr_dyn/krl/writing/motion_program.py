@@ -36,7 +36,6 @@ from lwr_dyn.krl.writing.sampled_path import SampledPath, taught_axes
 
 SMALLEST = 1e-5
 """[m] A smaller $APO.CDIS is none."""
-
 DIGITS = 2
 """Of $APO.CDIS, rounded down."""
 
@@ -113,7 +112,6 @@ def _rounded_down(x: float) -> float:
 
 DECIMALS_MM, DECIMALS_DEG = 4, 5
 """Of written points: a REAL of the controller has seven digits."""
-
 START = "XSTART"
 
 

@@ -27,22 +27,16 @@ from lwr_dyn.krl.writing.sampled_path import SampledPath
 from lwr_dyn.trajectory.path import ArcSegment, LineSegment
 
 KINDS = ("LIN", "CIRC", "PTP", "SPL", "SPTP")
-
 BLOCKS = {"SPL": "SPLINE", "SPTP": "PTP_SPLINE"}
 """Kinds of motion that stand in a block."""
-
 USUAL = ("LIN", "CIRC", "PTP")
 """Those whose path is known: KUKA's curves of SPL and SPTP are not published."""
-
 CLEAR = 2.0 * NEAR
 """[rad] A path in space stays this far from the wrist singularity; nearer to it only PTP is used."""
-
 BRANCH = 1e-6
 """[rad] Axes this near to a branch are on it."""
-
 SHOULDER, ELBOW = 0.01, 10.0
 """[m] from the shoulder singularity; [rad^2/m] a bend of the elbow for each metre that it is short of its reach."""
-
 LONGEST_ARC = np.radians(300.0)
 
 
@@ -228,12 +222,9 @@ def _in_order(share: Array, slack: float) -> bool:
 
 FEWEST, MOST = 16, 20_000
 """Places of a motion."""
-
 EVEN = 3000
-
 CORNERS = 4
 """Nearest corners of a line whose pieces are tried: where a path comes back to a place, more than one piece begins."""
-
 FINEST = 0.02
 """Share of the tolerance by which the program's path bends between two places at most."""
 

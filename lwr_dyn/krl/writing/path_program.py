@@ -47,15 +47,11 @@ from lwr_dyn.krl.writing.sampled_path import SampledPath
 
 FEWEST = 3
 """Motions that a block replaces."""
-
 LONG = 5.0
 """A motion so many times as long as the middle one stays as it is."""
-
 ROUNDS, STEPS = 16, 6
-
 MOST = 3000
 """Points of a block."""
-
 _UNUSED = Speeds(np.zeros(6), np.zeros(6), 0.0, 0.0, 0.0, 0.0)
 
 
@@ -192,21 +188,15 @@ def _nearest_axes(samples: SampledPath, q: Array, way: Array, knots: Sequence[in
 
 FITTED, CUT, LEFT = 0.55, 0.4, 0.9
 """Shares of the tolerance: of the fit where corners are cut, of the cut itself, of the fit where they are not."""
-
 SPLINED = (0.8, 0.4, 0.15)
 """Shares of the tolerance for SPL and SPTP at the samples, until its curve keeps it between them too."""
-
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.0)
 """Of the approximations that the corners allow; the first at which the run stays within the tolerance is taken."""
-
 IMPOSSIBLE = frozenset({"out-of-reach", "outside-limits", "singularity", "wrist-flip"})
 """Faults of a path in space, which the same way by PTP does not have."""
-
 MOST_PTP = 100
 """Places where a path in space is given up."""
-
 SLOWER, SLOWEST = 0.8, 0.05
-
 USED = 0.9
 """Share of an axis' rated speed that a path in space uses at most."""
 

@@ -30,9 +30,7 @@ from lwr_dyn.model.arm import Arm
 
 OUTER = tuple(e.Item(f"E{i}", e.Real(0.0)) for i in range(1, 7))
 """External axes, which the model does not have."""
-
 NAMES = "a name of KRL: letters, digits and _, at most 24, no keyword"
-
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,23}")
 
 

@@ -28,15 +28,11 @@ from lwr_dyn.trajectory.pose_path import slerp
 
 HOME = np.radians([0.0, -90.0, 90.0, 0.0, 0.0, 0.0])
 """[rad] Where mastering is not known."""
-
 WHOLE = 2.0 * np.pi
-
 NEAR_ZERO = np.radians(0.01)
 """[rad] The sign of an axis this near to zero, which Turn holds, may be lost where a pose is rounded."""
-
 TAUGHT = 1e-4
 """[rad] A solution this near to the axes is theirs."""
-
 TOUCH = 1e-9
 """[rad] Rounding allowed at a limit."""
 
@@ -106,29 +102,19 @@ def taught_axes(arm: Arm, flange: Array, q: Array, clear: float) -> Array | None
 
 SAME = 1e-9
 """[rad] Samples nearer than this in all axes are one."""
-
 BETWEEN_M, BETWEEN_RAD = 0.002, np.radians(0.5)
 """[m], [rad] Between two rows of poses the path is straight; it is sampled at most this far apart."""
-
 SAGITTA_M, SAGITTA_RAD = 5e-6, 1e-4
 """[m], [rad] Between two samples of a motion its path bends so much at most, if `MOST_BETWEEN` samples more do."""
-
 MOST_BETWEEN = 32
-
 PAUSE = 0.05
 """[s] An arm that stands so long waits."""
-
 MOST = 200_000
 """Most samples of a path."""
-
 NEEDED = "a .csv with X, Y, Z, A, B, C [mm, deg], A1 to A6 [deg] or q1 to q6 [rad], or a run, .npz"
-
 _POSE = ("X", "Y", "Z", "A", "B", "C")
-
 _AXES = tuple(f"A{i}" for i in range(1, 7))
-
 _JOINTS = tuple(f"q{i}" for i in range(1, 7))
-
 _TIME = ("t", "time")
 
 

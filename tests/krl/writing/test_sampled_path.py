@@ -8,7 +8,7 @@ from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from tests.krl.short_programs import HOME, run_of
-from tests.krl.test_path_program import dense, hausdorff, tool_places
+from tests.krl.writing.test_path_program import dense, hausdorff, tool_places
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import run_program
 from lwr_dyn.krl.writing.sampled_path import path_of_motion
 from lwr_dyn.model.run import Run
-from tests.krl.test_machine_arm import data
+from tests.krl.robot.test_machine_data import data
 
 PROGRAM = """DEF move( )
 BAS(#INITMOV, 0)

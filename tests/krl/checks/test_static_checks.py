@@ -12,7 +12,7 @@ from tests.krl.planting import trial
 from tests.krl.planting.kinds import KINDS
 from tests.krl.planting.site import seeded
 
-CELL = Path(__file__).parent / "planting" / "cell"
+CELL = Path(__file__).parents[1] / "planting" / "cell"
 EACH = 2
 
 

@@ -9,8 +9,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.cell import cell_of, new_cell_text
-from lwr_dyn.krl.running.outside_values import with_cell
+from lwr_dyn.krl.running.cell import cell_of, new_cell_text, with_cell
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.short_programs import HOME, values_of
 

@@ -7,8 +7,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.krl.running.program_run import ProgramError
+from tests.krl.motion.test_splines import motion_of_tool
 from tests.krl.short_programs import HOME, run_of
-from tests.krl.test_spline_blocks import motion_of_tool
 
 COUNT = int(os.environ.get("LWR_DYN_KRL_SPLINES", "6"))
 """The full 500 are in scripts/soak.py."""
