@@ -5,7 +5,7 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css
+from lwr_dyn.pages.replay.look import font_faces, look_css
 
 LANDMARKS = {
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="Pages">',

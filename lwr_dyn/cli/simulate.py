@@ -32,7 +32,7 @@ from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.passivity import passive_refit
 from lwr_dyn.model.run import Run, format_of
-from lwr_dyn.pages.notebook.exported_runs import plot_writer
+from lwr_dyn.pages.notebook.plot import plot_writer
 from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.audit import audit_lines

@@ -29,9 +29,9 @@ NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
 RUN_FORMATS: Registry[Callable[[Any], bytes]] = Registry(
     "run_format",
     {
-        ".csv": Row("lwr_dyn.pages.notebook.exported_runs:csv_bytes", "text, every number to its last bit"),
-        ".parquet": Row("lwr_dyn.pages.notebook.exported_runs:parquet_bytes", "Parquet", extra="logs"),
-        ".mat": Row("lwr_dyn.pages.notebook.exported_runs:matlab_bytes", "MATLAB"),
+        ".csv": Row("lwr_dyn.model.run_formats:csv_bytes", "text, every number to its last bit"),
+        ".parquet": Row("lwr_dyn.model.run_formats:parquet_bytes", "Parquet", extra="logs"),
+        ".mat": Row("lwr_dyn.model.run_formats:matlab_bytes", "MATLAB"),
     },
 )
 """Ending of a file -> a run as its bytes; .npz is `Run.save`'s own."""

@@ -14,8 +14,8 @@ from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.pages.figures.figure import raised
 from lwr_dyn.pages.markup import Html, element, joined
+from lwr_dyn.pages.replay.look import font_faces, look_css
 from lwr_dyn.pages.replay.replay_page import fill_template, replay_policy, resource_text
-from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css
 
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; font-src data:; img-src data:; base-uri 'none'"
 """What a document without scripts may load: what stands in it."""

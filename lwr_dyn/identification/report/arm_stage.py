@@ -1,10 +1,4 @@
-"""The arm in 3D that replays the recordings, with the ellipsoids of its links before and after, for report.js.
-
-The ellipsoid of a link is the solid of one density that has its mass, centre of mass and inertia. Of a pseudo-inertia
-P = [[S, h], [h^T, m]], S = integral of r r^T dm, a solid ellipsoid with semi-axes a has
-S - h h^T / m = m / 5 R diag(a^2) R^T about its centre h / m, so its semi-axes are those of P, made visible: a body is
-one that can be (P > 0) where all three are real.
-"""
+"""The arm in 3D that replays the recordings, with the ellipsoids of its links before and after, for report.js."""
 
 import json
 from collections.abc import Sequence
@@ -18,6 +12,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.bodies.possible_bodies import pseudo_inertias
 from lwr_dyn.identification.report.charts import ShownRecording
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.ellipsoid import SolidEllipsoid, solid_ellipsoid
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replay_page import (
@@ -65,8 +60,8 @@ def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, af
 
 
 def _ellipsoids(parameters: Array) -> list[list[float] | None]:
-    found = [ellipsoid_matrix(row) for row in parameters]
-    return [None if one is None else [float(x) for x in one.T.ravel()] for one in found]
+    found = [link_ellipsoid(row) for row in parameters]
+    return [None if one is None else replay_page.column_major(one.image) for one in found]
 
 
 def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:
@@ -116,10 +111,6 @@ def stage_scripts(data: dict[str, Any]) -> str:
     )
 
 
-ROUNDING = 1e-9
-"""Of the largest moment: a second moment this far below 0 counts as 0, as of a plate or a rod."""
-
-
 def central_moments(parameters: Array) -> tuple[float, Array, Array]:
     """Mass [kg], centre of mass (3,) [m] and S (3, 3) [kg m^2] about it, of ten parameters as in `INERTIAL`.
 
@@ -134,29 +125,13 @@ def central_moments(parameters: Array) -> tuple[float, Array, Array]:
     return mass, first / mass, P[:3, :3] - np.outer(first, first) / mass
 
 
-def semi_axes(parameters: Array) -> tuple[Array, Array] | None:
-    """Semi-axes (3,) [m], ascending, along the columns of a rotation (3, 3); None for what no body can be."""
-    mass, _, moments = central_moments(parameters)
-    if not (mass > 0.0 and np.isfinite(moments).all()):
-        return None
-    squares, axes = np.linalg.eigh(moments)
-    if squares[0] < -ROUNDING * abs(squares[2]):
-        return None
-    axes = axes * np.where(np.linalg.det(axes) < 0.0, -1.0, 1.0)
-    return np.sqrt(5.0 / mass * np.maximum(squares, 0.0)), axes
+def link_ellipsoid(parameters: Array) -> SolidEllipsoid | None:
+    """The ellipsoid of a link's ten parameters in its frame; None for what no body can be.
 
+    Of a pseudo-inertia P = [[S, h], [h^T, m]], S = integral of r r^T dm, the second moments about the centre h / m are
+    S - h h^T / m: a body is one that can be (P > 0) where its ellipsoid is real.
 
-def ellipsoid_matrix(parameters: Array) -> Array | None:
-    """The image of the unit sphere in the link's frame, (4, 4); None for what no body can be.
-
-    >>> ball = np.array([5.0, 0.0, 0.0, 5.0, 7.0, 0.0, 0.0, 7.0, 0.0, 2.0])
-    >>> ellipsoid_matrix(ball).tolist()
-    [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
+    >>> link_ellipsoid(np.array([5.0, 0.0, 0.0, 5.0, 7.0, 0.0, 0.0, 7.0, 0.0, 2.0])).semi_axes
+    array([1., 1., 1.])
     """
-    found = semi_axes(parameters)
-    if found is None:
-        return None
-    sizes, axes = found
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = axes * sizes, central_moments(parameters)[1]
-    return out
+    return solid_ellipsoid(*central_moments(parameters))

@@ -25,7 +25,7 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.arm_stage import (
     PACKAGE,
     central_moments,
-    semi_axes,
+    link_ellipsoid,
     stage_data,
     stage_html,
     stage_scripts,
@@ -246,7 +246,7 @@ def link_table(drawn: DrawnMotion) -> Table:
     for link, before, after in zip(drawn.arm.chain.links, drawn.before, drawn.after, strict=True):
         (m0, c0, _), (m1, c1, _) = central_moments(before), central_moments(after)
         moved = 1e3 * float(np.linalg.norm(c1 - c0)) if m0 > 0.0 and m1 > 0.0 else None
-        rows.append((link.link, m0, m1, moved, _axes(before), _axes(after), semi_axes(after) is not None))
+        rows.append((link.link, m0, m1, moved, _axes(before), _axes(after), link_ellipsoid(after) is not None))
     columns = (
         Heading("link"), Heading("mass, table", "kg", short), Heading("mass", "kg", short),
         Heading("centre moved by", "mm", short), Heading("semi-axes, table", "mm"),
@@ -256,8 +256,8 @@ def link_table(drawn: DrawnMotion) -> Table:
 
 
 def _axes(parameters: Array) -> str:
-    found = semi_axes(parameters)
-    return "none" if found is None else ", ".join(f"{1e3 * x:.0f}" for x in found[0][::-1])
+    found = link_ellipsoid(parameters)
+    return "none" if found is None else ", ".join(f"{1e3 * x:.0f}" for x in found.semi_axes)
 
 
 def _recordings(result: MotionIdentification, drawn: DrawnFit) -> Section:

@@ -15,6 +15,7 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.language.source import SourceFile, SourceLine
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.program_run import ProgramRun
+from lwr_dyn.pages.replay.look import font_faces, look_css
 from lwr_dyn.pages.replay.replay_page import (
     PLAYER,
     fill_template,
@@ -25,7 +26,7 @@ from lwr_dyn.pages.replay.replay_page import (
     resource_text,
     script_safe,
 )
-from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css, replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 MOST = 20_000
 """Motions, and events, of a run whose lines the page marks; of a longer run the first ones."""

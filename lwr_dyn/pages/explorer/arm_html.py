@@ -15,11 +15,10 @@ from lwr_dyn.arms.urdf.model_files import UNSOURCED, quantity_sources
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, Joint, Source
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
+from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.pages.explorer.page_data import (
     has_frames_of_its_own,
-    inertia_ellipsoid,
-    no_ellipsoid,
     position_text,
     slider_ranges,
 )

@@ -39,8 +39,8 @@ from lwr_dyn.pages.explorer.arm_html import (
     template,
 )
 from lwr_dyn.pages.explorer.page_data import ShownArm, beside_each_other, readings_shown, shown_records, start_pose
+from lwr_dyn.pages.replay.look import font_faces, look_css
 from lwr_dyn.pages.replay.replay_page import fill_template, generator_line, meshcat_bundle, resource_text, script_safe
-from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css
 
 
 def slips_record(arms: Sequence[Arm]) -> dict[str, Any]:

@@ -1,24 +1,9 @@
-"""What the page knows of an arm, as JSON values: its kinematics, bodies and inertial parameters.
+"""What the page knows of an arm, or of its arms: kinematics, bodies, closed forms, and the stage, as JSON values.
 
 `arm` and `bodies` are all that kinematics.js needs. Poses are 16 numbers, column after column; lengths in m, angles in
-rad; null is unknown.
-
-The solid ellipsoid of one density that has a body's mass, centre of mass and inertia.
-
-    I_1 = m (b^2 + c^2) / 5  and so on, so  a^2 = 5 (I_2 + I_3 - I_1) / (2 m)
-
-a, b, c are its semi-axes along the principal axes (Landau and Lifshitz, Mechanics, section 32, problem 2). A body of
-which one principal moment is larger than the sum of the other two has no such ellipsoid, as no mass can have it.
-
-Closed forms of entries of B, C and g for the page: short ones of the package's robots, and the command for others.
-
-`closed_forms.toml` holds them; scripts/closed_forms.py writes it with `symbolic.equation_forms`, and a test puts
-numbers for their letters.
-
-The arms of a page: one robot with its paper's other readings, or two robots side by side.
-
-Each has its record of numbers, its part of the stage, and its functions: arms with the same kinematics share functions
-and shapes, because masses, rotors and gravity are data.
+rad; null is unknown. The arms of a page are one robot with its paper's other readings, or two robots side by side; arms
+with the same kinematics share functions and shapes, because masses, rotors and gravity are data. `closed_forms.toml`
+holds short entries of B, C and g of the package's robots; scripts/closed_forms.py writes it.
 """
 
 import json
@@ -36,56 +21,16 @@ from numpy.typing import ArrayLike
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.catalog import open_paper, readings, robots
 from lwr_dyn.dynamics.regressor import body_parameters, chain_with_dynamics
-from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
+from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical, names_of_ends
+from lwr_dyn.model.chain import Body, JointKind, names_of_ends
+from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.run import Run
-from lwr_dyn.model.spatial import Pose
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replay_page import run_record
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InertiaEllipsoid:
-    """Semi-axes (3,) [m] along the columns of `axes` (3, 3), a rotation; `moments` (3,) [kg m^2], ascending."""
-
-    semi_axes: Array
-    axes: Array
-    moments: Array
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, "semi_axes", "axes", "moments")
-
-
-def inertia_ellipsoid(body: Body) -> InertiaEllipsoid | None:
-    """The ellipsoid of a body in the axes of its frame; None for a body without one, which `no_ellipsoid` explains.
-
-    >>> inertia_ellipsoid(Body(5.0, np.zeros(3), np.diag([13.0, 10.0, 5.0]))).semi_axes
-    array([3., 2., 1.])
-    """
-    if no_ellipsoid(body):
-        return None
-    moments, axes = np.linalg.eigh(body.inertia_com)
-    axes = axes * np.where(np.linalg.det(axes) < 0.0, -1.0, 1.0)  # of either sign: a rotation is taken
-    squares = 2.5 / body.mass * (moments.sum() - 2.0 * moments)
-    return InertiaEllipsoid(np.sqrt(np.maximum(squares, 0.0)), axes, moments)
-
-
-def no_ellipsoid(body: Body | None) -> str:
-    """Why a body has no ellipsoid, in words; empty if it has one."""
-    if body is None:
-        return "no mass and inertia given"
-    if body.unknown:
-        return "a part of mass and inertia is unknown"
-    if not is_physical(body):
-        return "no mass can have this inertia"
-    if body.mass == 0.0:
-        return "no mass"
-    return "a point" if np.abs(body.inertia_com).max() <= ROUNDING * body.mass else ""
-
 
 _HALF_TURN, _SLIDE = float(np.pi), 1.0
 """Ends of a slider of a joint without known limits: [rad] of a turning joint, [m] of a sliding one."""
@@ -137,7 +82,7 @@ def body_record(body: Body | None) -> dict[str, Any]:
     shape = inertia_ellipsoid(body)
     if shape is None:
         return record | {"ellipsoid": None, "why": no_ellipsoid(body)}
-    return record | {"ellipsoid": replay_page.column_major(Pose(shape.axes * shape.semi_axes, body.com))}
+    return record | {"ellipsoid": replay_page.column_major(shape.image)}
 
 
 def inertial_record(arm: Arm) -> dict[str, Any]:

@@ -34,8 +34,9 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import start_pose
+from lwr_dyn.pages.replay.look import tokens
 from lwr_dyn.pages.replay.replay_page import replay_html
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs, tokens
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 _SIDES, _RINGS = 32, 40
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from lwr_dyn.pages.figures.figure import Figure, apart, raised, round_length, short
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, tokens
+from lwr_dyn.pages.replay.look import tokens
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -24,7 +24,8 @@ from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError, Opti
 from lwr_dyn.foundation.files import check_writable, write_file
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel
 from lwr_dyn.pages.plotting.panels import draw_header, draw_panel, layout_of
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, tokens
+from lwr_dyn.pages.replay.look import tokens
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing

@@ -39,7 +39,8 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ends_of, joint_motion
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose, rot_x
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, font_faces, look_css, replayed_runs, tokens
+from lwr_dyn.pages.replay.look import font_faces, look_css, tokens
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
 from lwr_dyn.simulation.metrics import stop_contacts, tip_model
 
 PLAYER = ("numbers.js", "drawing.js", "stage.js", "strip.js", "player.js")

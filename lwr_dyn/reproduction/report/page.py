@@ -25,6 +25,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.figure import Curve, Figure, Series, SeriesName, run_series
 from lwr_dyn.pages.markup import Html, element, joined
 from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.look import font_faces, look_css
 from lwr_dyn.pages.replay.replay_page import (
     PLAYER,
     RATE,
@@ -36,7 +37,7 @@ from lwr_dyn.pages.replay.replay_page import (
     run_record,
     subsample,
 )
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, font_faces, look_css, replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 from lwr_dyn.reproduction.report.blocks import (
     FOLDED,
     checks_html,

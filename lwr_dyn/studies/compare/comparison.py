@@ -24,7 +24,7 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run, repr_html
 from lwr_dyn.pages.document import page_html
 from lwr_dyn.pages.figures.run_figures import path, tip_error
-from lwr_dyn.pages.notebook.exported_runs import arms_of
+from lwr_dyn.pages.notebook.plot import arms_of
 from lwr_dyn.pages.plotting.drawn_panel import chart_html
 from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs
 from lwr_dyn.simulation.metrics import Metrics, MetricsRecord, metrics

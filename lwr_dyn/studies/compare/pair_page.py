@@ -11,6 +11,7 @@ from typing import Any
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.pages.replay import replay_page
+from lwr_dyn.pages.replay.look import font_faces, look_css
 from lwr_dyn.pages.replay.replay_page import (
     PLAYER,
     RATE,
@@ -23,7 +24,7 @@ from lwr_dyn.pages.replay.replay_page import (
     run_record,
     script_safe,
 )
-from lwr_dyn.pages.replay.replayed_runs import font_faces, look_css, replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.studies.compare.compared_run import ComparedRun, thinned
 from lwr_dyn.studies.compare.comparison import RunComparison
 

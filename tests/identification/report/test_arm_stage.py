@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.identification.report.arm_stage import central_moments, ellipsoid_matrix, semi_axes
+from lwr_dyn.identification.report.arm_stage import central_moments, link_ellipsoid
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import from_rpy
 
@@ -23,10 +23,10 @@ def solid(mass, sizes, rpy, com):
 @given(st.floats(0.1, 20.0), SIZES, PLACES, PLACES)
 def test_an_ellipsoid_comes_back(mass, sizes, rpy, com):
     parameters = body_parameters(solid(mass, sizes, rpy, com))
-    found, axes = semi_axes(parameters)
-    np.testing.assert_allclose(found, np.sort(sizes), rtol=1e-6, atol=1e-9)
-    assert np.linalg.det(axes) == pytest.approx(1.0)
-    matrix = ellipsoid_matrix(parameters)
+    found = link_ellipsoid(parameters)
+    np.testing.assert_allclose(found.semi_axes, np.sort(sizes)[::-1], rtol=1e-6, atol=1e-9)
+    assert np.linalg.det(found.axes) == pytest.approx(1.0)
+    matrix = found.image.matrix()
     np.testing.assert_allclose(matrix[:3, 3], com, atol=1e-12)
     R = from_rpy(rpy)
     shape, wanted = matrix[:3, :3] @ matrix[:3, :3].T, R @ np.diag(np.square(sizes)) @ R.T
@@ -47,11 +47,11 @@ def test_the_moments_agree_with_the_tensor():
 )
 def test_what_no_body_can_be_has_none(changed):
     parameters = body_parameters(solid(3.0, (0.1, 0.2, 0.3), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    assert ellipsoid_matrix(parameters) is not None
+    assert link_ellipsoid(parameters) is not None
     for place, value in changed.items():
         parameters[place] = value
-    assert ellipsoid_matrix(parameters) is None
+    assert link_ellipsoid(parameters) is None
 
 
 def test_a_plate_is_a_body():
-    assert semi_axes(np.array([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 2.0]))[0][0] == 0.0
+    assert link_ellipsoid(np.array([2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 2.0])).semi_axes[2] == 0.0

@@ -9,7 +9,7 @@ import pytest
 
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.identification.report import motion_report
-from lwr_dyn.identification.report.arm_stage import ellipsoid_matrix
+from lwr_dyn.identification.report.arm_stage import link_ellipsoid
 from lwr_dyn.identification.report.charts import friction_maps_html, rms_of, torque_rows_html
 from lwr_dyn.identification.report.motion_report import UNITS, link_table
 from lwr_dyn.kinematics.forward import flange_pose, frames
@@ -139,10 +139,10 @@ def test_ellipsoids_stand_in_their_links(opened, shown):
     poses = frames(arm.chain, one.q[k])
     for what, rows in (("before", shown.before), ("after", shown.after)):
         drawn = opened.execute_script(f"return lwrReport.ellipsoids('{what}')")
-        links = [i for i in range(arm.n) if ellipsoid_matrix(rows[i]) is not None]
+        links = [i for i in range(arm.n) if link_ellipsoid(rows[i]) is not None]
         assert len(drawn) == len(links) == (7 if what == "before" else 6)
         for i, found in zip(links, drawn, strict=True):
-            wanted = poses[i] @ ellipsoid_matrix(rows[i])
+            wanted = poses[i] @ link_ellipsoid(rows[i]).image.matrix()
             np.testing.assert_allclose(np.reshape(found["matrix"], (4, 4)).T, wanted, atol=1e-5)
     opened.execute_script("document.getElementById('show-before').click()")
     assert not any(d["visible"] for d in opened.execute_script("return lwrReport.ellipsoids('before')"))

@@ -15,7 +15,8 @@ from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series, sh
 from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, torque_figure
 from lwr_dyn.pages.plotting.panels import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes, save_figure
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs, tokens
+from lwr_dyn.pages.replay.look import tokens
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from tests.pages.replay.replayed import lagging_run
 
 X = np.linspace(-1.0, 1.0, 20)

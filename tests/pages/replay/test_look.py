@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.replay.replayed_runs import RUN_COLOURS, font_faces, look_css, run_colour, tokens
+from lwr_dyn.pages.replay.look import RUN_COLOURS, font_faces, look_css, run_colour, tokens
 
 # Machado, Oliveira, Fernandes 2009, table 1, severity 1.0; on linear sRGB
 VISIONS = {

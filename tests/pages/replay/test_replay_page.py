@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.replayed_runs import tokens
+from lwr_dyn.pages.replay.look import tokens
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, opened, screenshot, waiting
 

@@ -8,7 +8,8 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs, run_name, run_places, tokens
+from lwr_dyn.pages.replay.look import tokens
+from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs, run_name, run_places
 
 
 def test_poses_and_tip_error_are_those_of_forward_kinematics(arm, two_runs):

@@ -6,7 +6,8 @@ import pytest
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, tokens
+from lwr_dyn.pages.replay.look import tokens
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from tests.random_arms import random_arm
 
 

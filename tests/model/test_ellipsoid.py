@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.model.chain import Body
-from lwr_dyn.pages.explorer.page_data import inertia_ellipsoid, no_ellipsoid
+from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from tests.pages.explorer.explored import NAMES, explored_arm
 from tests.random_arms import random_body
 from tests.tolerances import EXACT

@@ -16,7 +16,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.run import RUN_FORMATS, Run
-from lwr_dyn.pages.notebook.exported_runs import csv_bytes, matlab_bytes
+from lwr_dyn.model.run_formats import csv_bytes, matlab_bytes
 from tests.random_arms import random_arm
 
 
