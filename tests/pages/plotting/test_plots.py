@@ -220,7 +220,7 @@ def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
 import sys
 sys.modules["matplotlib"] = None
 from lwr_dyn.foundation.errors import MissingPackageError
-from lwr_dyn.pages.plotting import run_figures
+from lwr_dyn.pages.figures import run_figures
 from lwr_dyn.pages.plotting import plots
 try:
     plots.figure_bytes(run_figures.register_figure(0, 0), "png")
