@@ -65,15 +65,16 @@ def compare() -> Document:
 
 EXAMPLES: Mapping[str, Callable[[], Document]] = {
     "compare": compare,
+    "conventions": printed("conventions wam7"),
     "identify motion": motion,
     "margins": printed("margins lwr4plus --reading physical --q-deg 0,30,0,-60,0,30,0"),
 }
 """Command -> a document of it that has all its parts."""
 
 BY_HAND = frozenset({
-    "check", "conventions", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction",
-    "identify-payload", "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run",
-    "lint", "list", "parity", "reproduce", "sensitivity", "simulate", "sweep", "tune",
+    "check", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction", "identify-payload",
+    "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run", "lint", "list", "parity", "reproduce",
+    "sensitivity", "simulate", "sweep", "tune",
 })  # fmt: skip
 """Schemas that are not generated yet: what their commands print is no document."""
 

@@ -1,23 +1,33 @@
 """`lwr-dyn conventions`: the possible conventions of a table that states none, ranked, with the reasons."""
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Annotated, TypedDict
 
 import click
 
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.checks.conventions.candidates import ReadingRecord
 from lwr_dyn.checks.conventions.evidence import Evidence, packaged_evidence, read_evidence
 from lwr_dyn.checks.conventions.printed_table import PrintedTable, printed_table
-from lwr_dyn.checks.conventions.ranking import RankedReadings, rank_readings
+from lwr_dyn.checks.conventions.ranking import DecisionRecord, RankedReadings, rank_readings
 from lwr_dyn.checks.conventions.ranking_text import judged_rankings, ranking_text
-from lwr_dyn.checks.datasheet.datasheet import ZeroReadings, zero_readings, zero_text
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.checks.datasheet.datasheet import ZeroReadings, ZeroRecord, zero_readings, zero_text
+from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
 
 RECORDED = 10
 """Readings of each ranking in the JSON record."""
+
+
+class ZeroFound(TypedDict):
+    """Zero and signs of the joints by the data sheet's poses."""
+
+    readings: Annotated[list[ZeroRecord], "Those that fail least and change least."]
+    statements: Annotated[list[str], "The result in sentences."]
 
 
 @click.command("conventions")
@@ -43,16 +53,7 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
             result = rank_readings(table, _evidence(robot, evidence, table))
     if evidence is not None and result is None:
         raise OptionError("--evidence", evidence, f"a robot whose inertias are printed; {paper.name} has none to read")
-    if as_json:
-        print_json(_record(robot, result, zero))
-        return
-    click.echo(f"{paper.name}: {paper.title}, cells as printed; errata and stated conventions are not used")
-    for line in zero_text(zero) if zero else ():
-        click.echo(line)
-    if kind:
-        click.echo(f"its inertias are {kind}, not printed: their conventions are this package's own")
-    if result:
-        _print(result)
+    show(document(robot, paper, result, zero), as_json)
 
 
 def _own_kind(paper: Paper) -> str:
@@ -65,30 +66,43 @@ def _evidence(robot: str, path: str | None, table: PrintedTable) -> Evidence:
     return packaged_evidence(robot, table) if path is None else read_evidence(path, table)
 
 
-def _print(result: RankedReadings) -> None:
-    for line in ranking_text(result):
-        click.echo(line)
-    for judged in judged_rankings(result).values():
-        if judged.ranking:
-            click.echo(f"\n{judged.table().text()}")
+def document(robot: str, paper: Paper, result: RankedReadings | None, zero: ZeroReadings | None) -> Document:
+    """What the data sheet's poses and the table's inertias say, either of which may be missing."""
+    kind = _own_kind(paper)
+    own = f"its inertias are {kind}, not printed: their conventions are this package's own"
+    found = None if zero is None else {"readings": [r.record() for r in zero.best], "statements": zero_text(zero)}
+    says = "Zero and signs of the joints by the data sheet's poses; left out without."
+    poses = Section("", [
+        Fact("zero", found, says, kind=ZeroFound), Note([] if zero is None else zero_text(zero)),
+    ], there=zero is not None)  # fmt: skip
+    return Document(
+        f"{paper.name}: {paper.title}, cells as printed; errata and stated conventions are not used",
+        "",
+        [poses, Section("", [Note(own, bool(kind))]), *_rankings(result)],
+        "lwr-dyn conventions",
+        "conventions",
+        [Fact("robot", robot, "Name of the robot.")],
+    )
 
 
-def _record(robot: str, result: RankedReadings | None, zero: ZeroReadings | None) -> dict[str, Any]:
-    record: dict[str, Any] = {"robot": robot}
-    if zero is not None:
-        readings = [
-            {"convention": r.convention.value, "signs": r.signs, "offsets_deg": r.offsets_deg, "failed": r.failed}
-            for r in zero.best
-        ]
-        record["zero"] = {"readings": readings, "statements": zero_text(zero)}
-    if result is not None:
-        rankings = {"computed": result.computed, "physical": result.physical, "both": result.both}
-        record |= {name: [c.record() for c in ranking[:RECORDED]] for name, ranking in rankings.items()}
-        judged = judged_rankings(result).items()
-        record |= {
-            "agree": result.agree,
-            "best": None if result.best is None else result.best.record(),
-            "decisions": {name: [d.record() for d in j.decisions] for name, j in judged},
-            "statements": ranking_text(result),
-        }
-    return record
+def _rankings(result: RankedReadings | None) -> Iterator[Section]:
+    judged = {} if result is None else judged_rankings(result)
+    decisions = {name: [d.record() for d in j.decisions] for name, j in judged.items()}
+    says = {
+        "computed": "Readings that give every published number, the plainest first; no more than 10.",
+        "physical": "Readings whose links can be bodies, whose repeated links agree, and that give the second tensors.",
+        "both": "Readings that are both.",
+    }
+    best = None if result is None or result.best is None else result.best.record()
+    yield Section("", [
+        *(Fact(name, [c.record() for c in getattr(result, name, ())[:RECORDED]], what, kind=list[ReadingRecord])
+          for name, what in says.items()),
+        Fact("agree", result is not None and result.agree,
+             "Whether a reading that gives the numbers has bodies as good as any."),
+        Fact("best", best, "The reading to take for the arm.", kind=ReadingRecord | None),
+        Fact("decisions", decisions, "Choice by choice, of what the authors computed with and of the arm.",
+             kind=dict[str, list[DecisionRecord]]),
+        Note([] if result is None else ranking_text(result), key="statements", says="The result in sentences."),
+    ], there=result is not None)  # fmt: skip
+    for one in judged.values():
+        yield Section("", [one.table()])

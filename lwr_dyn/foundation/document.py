@@ -17,7 +17,7 @@ the part has `kind`: a Python type, `Literal[...]`, a dataclass or a TypedDict, 
 `Annotated[type, "what it is"]`. Every real number may be null, as `json_text` writes NaN.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin, get_type_hints, is_typeddict
@@ -89,7 +89,7 @@ class Section:
     """Parts that belong together.
 
     With a `key` their records are one object of that name. `there` is given where it may be missing: False is null in
-    the record and nothing elsewhere.
+    the record (without a key its keys are left out) and nothing elsewhere.
     """
 
     title: str
@@ -153,11 +153,13 @@ class Document:
         Raises `TypeError` for a part whose type neither its value nor its `kind` shows, with its key.
         """
         found = dict(_properties(self.facts))
+        may: set[str] = set()
         for section in self.sections:
             inside = dict(_properties(section.parts))
+            may |= {*inside} if section.key is None and section.there is not None else set()
             found |= inside if section.key is None else {section.key: _said(section.says, _missing(section, inside))}
         head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"{self.command} --json"}
-        return {**head, "description": ABOUT, **_object(found)}
+        return {**head, "description": ABOUT, **_object(found, may)}
 
 
 def _is_shown(part: Part) -> bool:
@@ -241,8 +243,10 @@ def _said(says: str, form: Mapping[str, Any]) -> dict[str, Any]:
     return {**({"description": says} if says else {}), **form}
 
 
-def _object(properties: Mapping[str, Any]) -> dict[str, Any]:
-    return {"type": "object", "properties": properties, "required": [*properties], "additionalProperties": False}
+def _object(properties: Mapping[str, Any], may: Collection[str] = ()) -> dict[str, Any]:
+    """An object with these properties; those that `may` be left out are not required."""
+    required = [name for name in properties if name not in may]
+    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
 
 
 def _type(key: str, value: Any, kind: Any) -> dict[str, Any]:
@@ -301,5 +305,4 @@ def _record_type(kind: Any) -> dict[str, Any]:
     hints = get_type_hints(kind, include_extras=True)
     may = {name for name, form in hints.items() if get_origin(form) is NotRequired}
     forms = {name: get_args(form)[0] if name in may else form for name, form in hints.items()}
-    out = _object({name: type_of(form) for name, form in forms.items()})
-    return {**out, "required": [name for name in forms if name not in may]}
+    return _object({name: type_of(form) for name, form in forms.items()}, may)

@@ -68,6 +68,15 @@ def test_the_schema_is_of_the_record_and_says_what_the_parts_say(there):
     }  # fmt: skip
 
 
+def test_a_section_without_a_key_that_is_missing_leaves_its_keys_out():
+    documents = [
+        Document("", "", [Section("", [Fact("a", 1)]), Section("", [Fact("b", 2)], there=x)]) for x in (True, False)
+    ]
+    assert [d.record() for d in documents] == [{"a": 1, "b": 2}, {"a": 1}]
+    assert documents[0].schema() == documents[1].schema()
+    assert documents[0].schema()["required"] == ["a"]
+
+
 @pytest.mark.parametrize("value", [None, []])
 def test_a_value_that_shows_no_type_needs_a_kind(value):
     with pytest.raises(TypeError, match=r"odd: .* does not show its type; give `kind`"):

@@ -9,7 +9,7 @@ joints before it then follow is the test of the correction.
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Literal, TypedDict
 
 import numpy as np
 
@@ -44,6 +44,30 @@ NO_BODY = -1e6
 
 FACTOR = 2.0
 """Mirror misses within this factor of the smallest count as equally good."""
+
+
+class CellRecord(TypedDict):
+    """A cell that is read otherwise than it is printed, SI."""
+
+    printed: float
+    read: float
+
+
+class ReadingRecord(TypedDict):
+    """A candidate as JSON values."""
+
+    convention: Annotated[Literal["standard", "modified"], "DH convention."]
+    about: Annotated[str, "What the tensors are about: com or origin."]
+    com_from: Annotated[str, "The end of the link that centres of mass are measured from."]
+    products: Annotated[list[str], "Link by link: tensor entries or +integral."]
+    axes: Annotated[list[str], "Order of the axes, link by link."]
+    axes_move: Annotated[list[str], "What another order moves, link by link."]
+    rows_lower: Annotated[int, "By how many rows the centres of mass belong lower."]
+    cells: Annotated[dict[str, CellRecord], "Cells that are corrected, by name; SI."]
+    exceptions: Annotated[int, "Links that are read apart from the rest."]
+    mirror_miss: Annotated[float, "Share of their tensors by which repeated links differ; null without any."]
+    infeasible: Annotated[list[str], "Links that cannot be bodies."]
+    fullness: Annotated[float, "Log of the volume of the bodies' inertia; larger is fuller."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +105,7 @@ class Candidate:
         """Repeated links agree as well as in the best, within the factor that counts as equal."""
         return not np.isfinite(self.mirror_miss) or self.mirror_miss <= FACTOR * best
 
-    def record(self) -> dict[str, Any]:
+    def record(self) -> ReadingRecord:
         """As JSON values."""
         r = self.reading
         return {
@@ -89,7 +113,7 @@ class Candidate:
             "products": [x.products for x in r.links], "axes": [x.axes for x in r.links],
             "axes_move": [x.moves for x in r.links], "rows_lower": r.shift,
             "cells": {x.name: {"printed": x.printed, "read": x.value} for x in r.cells},
-            "exceptions": self.exceptions, "mirror_miss": self.mirror_miss, "infeasible": self.infeasible,
+            "exceptions": self.exceptions, "mirror_miss": self.mirror_miss, "infeasible": [*self.infeasible],
             "fullness": self.log_inertia_volume,
         }  # fmt: skip
 

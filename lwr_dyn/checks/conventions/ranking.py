@@ -8,7 +8,7 @@ Which choice is decided by which criterion, and which stays open: each criterion
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, TypedDict
 
 import numpy as np
 
@@ -148,6 +148,17 @@ NO_DIFFERENCE = "no difference"
 """Answer where all choices give the same body to the printed digits."""
 
 
+class DecisionRecord(TypedDict):
+    """A choice as JSON values."""
+
+    question: Annotated[str, "What is chosen: convention, about, com_from, products or axes."]
+    link: Annotated[int | None, "From 1; null for the whole table."]
+    answer: Annotated[str, "Of the first reading."]
+    decided: Annotated[bool, "Whether no other answer is left."]
+    others: Annotated[list[str], "Answers that no criterion excludes."]
+    by: Annotated[list[str], "Criteria that alone leave this answer only; where others are left, what prefers it."]
+
+
 @dataclass(frozen=True, slots=True)
 class Decision:
     """One choice: its answer, the answers left beside it, and what decides or prefers it."""
@@ -167,12 +178,12 @@ class Decision:
         """No other answer is left."""
         return not self.others
 
-    def record(self) -> dict[str, Any]:
+    def record(self) -> DecisionRecord:
         """As JSON values, links counted from 1."""
         link = None if self.link is None else self.link + 1
         return {
             "question": self.question, "link": link, "answer": self.answer, "decided": self.decided,
-            "others": self.others, "by": self.by,
+            "others": [*self.others], "by": [*self.by],
         }  # fmt: skip
 
 

@@ -13,6 +13,7 @@ orientations of flange and wrist, by the limits and by the envelope, all of `che
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated, TypedDict
 
 import numpy as np
 
@@ -114,6 +115,15 @@ QUARTERS = (0, 1, -1, 2)
 """Quarter turns that an offset may be moved by, the plainest first."""
 
 
+class ZeroRecord(TypedDict):
+    """A reading of zero and signs as JSON values."""
+
+    convention: Annotated[str, "DH convention."]
+    signs: Annotated[list[int], "Of each joint."]
+    offsets_deg: Annotated[list[float], "Of each joint, deg."]
+    failed: Annotated[int, "Checks by the data sheet that fail."]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ZeroReading:
     """Signs and offsets under one DH convention, and their verdicts by the data sheet's poses."""
@@ -139,6 +149,16 @@ class ZeroReading:
     def offsets_deg(self) -> tuple[float, ...]:
         """Per joint, between -180 and 180."""
         return tuple(180.0 - (180.0 - math.degrees(row.theta_offset)) % 360.0 for row in self.rows)
+
+    def record(self) -> ZeroRecord:
+        """As JSON values."""
+        offsets = [*self.offsets_deg]
+        return {
+            "convention": self.convention.value,
+            "signs": [*self.signs],
+            "offsets_deg": offsets,
+            "failed": self.failed,
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
