@@ -128,10 +128,7 @@ def fitting(layout: FileLayout | None, chain: Chain) -> FileLayout | None:
     frames = [(joint.joint, joint.before) for joint in layout.joints] + [("", layout.flange)]
     theirs = [(link.joint, link.before) for link in chain.links] + [("", chain.flange)]
     same = len(frames) == len(theirs) and all(
-        a == b and _same(x, y) for (a, x), (b, y) in zip(frames, theirs, strict=True)
+        a == b and np.array_equal(x.rotation, y.rotation) and np.array_equal(x.position, y.position)
+        for (a, x), (b, y) in zip(frames, theirs, strict=True)
     )
     return layout if same else None
-
-
-def _same(a: Pose, b: Pose) -> bool:
-    return np.array_equal(a.rotation, b.rotation) and np.array_equal(a.position, b.position)

@@ -97,7 +97,8 @@ def certificate(models: Sequence[JointFriction | None]) -> tuple[SidePassivity, 
         for side in SIDES:
             curve = SideCurve.of(model, side)
             low, high = _negative_from_to(curve)
-            out.append(SidePassivity(i, side, low, high, _least_slope(curve), model.covered))
+            least_slope = curve.slope(curve.scale / math.sqrt(2.0)) if curve.e > 0.0 else curve.b
+            out.append(SidePassivity(i, side, low, high, least_slope, model.covered))
     return tuple(out)
 
 
@@ -105,10 +106,6 @@ def feeds_energy(models: Sequence[JointFriction | None], dq: ArrayLike) -> NDArr
     """Whether friction adds energy at dq (..., n) [rad/s or m/s], (..., n) bool."""
     v = np.asarray(dq, dtype=float)
     return np.asarray(friction_torque(tuple(models), v) * v < 0.0)
-
-
-def _least_slope(c: SideCurve) -> float:
-    return c.slope(c.scale / math.sqrt(2.0)) if c.e > 0.0 else c.b
 
 
 def _negative_from_to(c: SideCurve) -> tuple[float | None, float]:

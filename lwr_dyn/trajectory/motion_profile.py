@@ -110,7 +110,8 @@ def constant_speed(length: float, duration: float) -> MotionProfile:
         Length or duration not positive.
     """
     length, duration = positive_number("length", length), positive_number("duration", duration)
-    return MotionProfile("constant speed", length, np.array([0.0, duration]), _padded([[0.0, length / duration]]))
+    coefficients = np.array([[0.0, length / duration, *[0.0] * (DEGREE - 1)]])
+    return MotionProfile("constant speed", length, np.array([0.0, duration]), coefficients)
 
 
 def quintic(length: float, duration: float) -> MotionProfile:
@@ -195,10 +196,6 @@ def positive_number(name: str, value: float) -> float:
 
 def _derivative(coefficients: Array) -> Array:
     return coefficients[..., 1:] * np.arange(1, coefficients.shape[-1])
-
-
-def _padded(rows: list[list[float]]) -> Array:
-    return np.array([row + [0.0] * (DEGREE + 1 - len(row)) for row in rows])
 
 
 def _peak(c: Array, end: float) -> float:

@@ -102,7 +102,7 @@ _LINEAR_LAST = ("limits", "friction", "gains", "rotors", "elasticity")
 def data_file_text(arm: Arm, convention: Convention = Convention.STANDARD) -> str:
     """The arm as the text of a data file, in frames of a DH table of that convention."""
     table = dh_table(arm, convention)
-    left, origin = residual(table, arm), _origin(arm)
+    left, origin = residual(table, arm), Path(arm.file).name if arm.file else f"robot {arm.name}"
     lines = [
         f"# {arm.name}, reading {arm.reading}, as a {convention.value} DH table; written by lwr_dyn from {origin}",
         f"# flange by the table against the source: {left.metres:.1e} m, {left.radians:.1e} rad",
@@ -129,11 +129,6 @@ def data_file_text(arm: Arm, convention: Convention = Convention.STANDARD) -> st
         *_inertial(arm, table, origin),
     ]
     return "\n".join(lines).rstrip("\n") + "\n"
-
-
-def _origin(arm: Arm) -> str:
-    """The file that the arm was read from, or the robot's name."""
-    return Path(arm.file).name if arm.file else f"robot {arm.name}"
 
 
 def _notes(arm: Arm) -> dict[str, str]:

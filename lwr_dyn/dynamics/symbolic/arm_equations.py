@@ -329,7 +329,7 @@ def reduced_arm(arm: Arm, moving: Sequence[int], held: Mapping[int, float]) -> A
 
 def _numeric_link(number: int, link: ChainLink, q: sp.Symbol, body: SymbolicBody, armature: sp.Expr) -> SymbolicLink:
     """A link of a chain with its matrix in exact numbers; the axis is known, so it contains no rounding."""
-    before, after = (_exact_matrix(x.matrix()) for x in (link.before, link.after))
+    before, after = (sp.Matrix(4, 4, list(map(_exact, x.matrix().ravel().tolist()))) for x in (link.before, link.after))
     motion, axis = sp.eye(4), sp.zeros(3, 1)
     if link.kind is JointKind.REVOLUTE:
         motion[:2, :2] = sp.Matrix([[sp.cos(q), -sp.sin(q)], [sp.sin(q), sp.cos(q)]])
@@ -337,10 +337,6 @@ def _numeric_link(number: int, link: ChainLink, q: sp.Symbol, body: SymbolicBody
     else:
         motion[2, 3] = q
     return SymbolicLink(number, before * motion * after, q, axis, body, armature)
-
-
-def _exact_matrix(matrix: Array) -> sp.Matrix:
-    return sp.Matrix(matrix.shape[0], matrix.shape[1], [_exact(float(x)) for x in matrix.ravel()])
 
 
 def _exact(value: float) -> sp.Expr:
