@@ -67,7 +67,6 @@ def test_pinocchio_reads_urdf_and_srdf(moving, stem):
 
 
 def test_mujoco_reads_mjcf(moving, stem):
-    pytest.importorskip("lwr_dyn.arms.export")
     model = mujoco.MjModel.from_xml_path(f"{stem}.xml")
     data, q, dq = mujoco.MjData(model), *states(moving.n)
     road_b = lwr_dyn.dynamics_of(moving, engine="newton-euler")
@@ -89,7 +88,6 @@ def test_mujoco_reads_mjcf(moving, stem):
 
 
 def test_mujoco_has_the_limits_and_the_shapes(moving, stem):
-    pytest.importorskip("lwr_dyn.arms.export")
     model = mujoco.MjModel.from_xml_path(f"{stem}.xml")
     for k, limits in enumerate(moving.limits):
         if limits.lower is not None:

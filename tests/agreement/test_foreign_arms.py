@@ -119,7 +119,6 @@ def test_locked_fingers_count():
     [("panda", 7, "panda_hand_tcp", "panda_finger_joint1 at 0, panda_finger_joint2 at 0"), ("ur5", 6, "tool0", "")],
 )
 def test_the_obvious_arm_is_taken_and_said(name, n, tip, held):
-    pytest.importorskip("lwr_dyn.arms.setup")
     arm = lwr_dyn.load(ARMS[name].path)
     assert (arm.n, arm.layout.tip) == (n, tip)
     assert arm.notes[0] == f"the arm ends at {tip}; another end: --tip LINK"

@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import lwr_dyn
+from lwr_dyn.cli.ik import command
 from lwr_dyn.kinematics.solution import MOST_COPIES, TURN, whole_turns
 from lwr_dyn.model.arm import JointLimits
 
@@ -50,7 +51,6 @@ def test_every_copy_of_an_srs_arm_inside_wide_limits_is_listed_once(lwr):
 
 @pytest.mark.parametrize(("robot", "at"), [("lwr4plus", [0.1, 0.5, 0.2, -1.0, 0.3, 0.4, 0.2]), ("kr30ha", [0.1] * 6)])
 def test_too_many_copies_are_counted_and_not_called_complete(robot, at):
-    pytest.importorskip("lwr_dyn.kinematics.six_joints")
     arm = lwr_dyn.load(robot)
     wide = with_ranges(arm, j1=(-1e9, 1e9), j4=(-1e300, 1e300))
     result = lwr_dyn.inverse_kinematics(wide, lwr_dyn.forward_kinematics(arm, at))
@@ -82,7 +82,6 @@ def test_the_bound_and_one_beyond_it(lwr):
 
 
 def test_the_command_says_how_many_are_left_out(tmp_path):
-    command = pytest.importorskip("lwr_dyn.cli.ik").command
     urdf = tmp_path / "own.urdf"
     text = lwr_dyn.urdf_text(with_ranges(lwr_dyn.load("lwr4plus"), j1=(-1e6, 1e6)))
     urdf.write_text(text, encoding="utf-8")

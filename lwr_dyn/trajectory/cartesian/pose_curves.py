@@ -1,19 +1,10 @@
 """Curves of poses in space: a straight line with the shortest turn, or a smooth curve through several poses.
 
-The CSV file of waypoints: poses or places of the tip in the base, or joint positions, a row each.
-
-    x, y, z, roll, pitch, yaw      poses, R = Rz(yaw) Ry(pitch) Rx(roll); m and rad, or in brackets: x [mm], roll [deg]
-    x, y, z                        places; the orientation is free
-    q1, ..., qn                    joint positions
-    time                           optional: when each waypoint is reached [s]
-
-Lines that begin with # and empty lines are skipped.
+Waypoints come from a CSV file (`trajectory.csv_rows`), a row each: poses of the tip in the base, its places alone (the
+orientation is then free), or joint positions, and perhaps the time at which each is reached.
 """
 
-import csv
-import io
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -22,16 +13,10 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from lwr_dyn.foundation.arrays import Array, number_of
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FaultError, OptionError
-from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.model.spatial import from_rpy
-
-PLACE, ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
-
-_LENGTHS, _TURNS = {"m": 1.0, "mm": 1e-3}, {"rad": 1.0, "deg": np.pi / 180.0}
-
-_COLUMN = re.compile(r"(time|x|y|z|roll|pitch|yaw|q[1-9]\d{0,2})\s*(?:\[([^\]]*)\])?")
+from lwr_dyn.trajectory.csv_rows import ANGLES, PLACE, read_rows
 
 ALLOWED = "x, y, z and perhaps roll, pitch, yaw; or q1, q2, ...; and perhaps time"
 
@@ -84,78 +69,14 @@ def read_waypoints(path: str | Path) -> Waypoints:
         Columns that are missing, unknown, twice or of another unit; a cell that is no finite number; fewer than two
         rows or more than `MOST_ROWS`; times that do not rise.
     """
-    file = str(path)
-    try:
-        text = read_bytes(path, "a readable .csv file of waypoints").decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise WaypointError(file, "content", "not text", "a CSV file in UTF-8") from None
-    lines = [
-        (k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not lines:
-        raise WaypointError(file, "content", "empty", "a line of column names, then a row for each waypoint")
-    if not 3 <= len(lines) <= MOST_ROWS + 1:
-        raise WaypointError(file, "rows", str(len(lines) - 1), f"2 to {MOST_ROWS} waypoints")
-    factors = _factors(file, _cells(lines[0][1]))
-    table = np.array([_row(file, number, line, factors) for number, line in lines[1:]])
-    columns = dict(zip(factors, table.T, strict=True))
+    rows = read_rows(path, WaypointError, "waypoints", "waypoint", 2, MOST_ROWS)
+    columns = rows.numbers(rows.known(ALLOWED))
     times = columns.pop("time", None)
     if times is not None and not (np.diff(times) > 0.0).all():
         row = int(np.argmax(np.diff(times) <= 0.0)) + 2
-        raise WaypointError(
-            file, f"row {row}, time", f"{times[row - 1]:g} s after {times[row - 2]:g} s", "rising times"
-        )
-    return _waypoints(file, columns, times)
-
-
-def _cells(line: str) -> list[str]:
-    return [cell.strip() for cell in next(csv.reader(io.StringIO(line)))]
-
-
-def _factors(file: str, names: Sequence[str]) -> dict[str, float]:
-    """Column -> its factor to SI. Of places, angles and joint positions all columns have a unit or none, lest one be
-    taken for SI that was forgotten."""
-    out: dict[str, float] = {}
-    stated: dict[str, set[bool]] = {}
-    for name in names:
-        match = _COLUMN.fullmatch(name)
-        if match is None:
-            raise WaypointError(file, "column", repr(name), ALLOWED)
-        key, unit = match[1], match[2]
-        if key in out:
-            raise WaypointError(file, f"column {key}", "stands twice", "each column once")
-        units = _units(key)
-        if unit is not None and unit not in units:
-            raise WaypointError(file, f"unit of column {key}", repr(unit), ", ".join(units))
-        out[key] = 1.0 if unit is None else units[unit]
-        stated.setdefault("".join(units), set()).add(unit is not None)
-        if len(stated["".join(units)]) > 1:
-            raise WaypointError(
-                file, f"unit of column {key}", unit or "none", "a unit in all columns of a kind, or in none"
-            )
-    return out
-
-
-def _units(key: str) -> dict[str, float]:
-    if key == "time":
-        return {"s": 1.0, "ms": 1e-3}
-    return {**_TURNS, **_LENGTHS} if key.startswith("q") else _LENGTHS if key in PLACE else _TURNS
-
-
-def _row(file: str, number: int, line: str, factors: Mapping[str, float]) -> list[float]:
-    cells = _cells(line)
-    if len(cells) != len(factors):
-        raise WaypointError(file, f"line {number}", f"{len(cells)} cells", f"{len(factors)}, as columns")
-    out = []
-    for cell, (name, factor) in zip(cells, factors.items(), strict=True):
-        try:
-            value = number_of(cell) * factor
-        except ValueError:
-            value = np.nan
-        if not np.isfinite(value):
-            raise WaypointError(file, f"line {number}, column {name}", repr(cell), "a finite number")
-        out.append(value)
-    return out
+        found = f"{times[row - 1]:g} s after {times[row - 2]:g} s"
+        raise WaypointError(rows.file, f"row {row}, time", found, "rising times")
+    return _waypoints(rows.file, columns, times)
 
 
 def _waypoints(file: str, columns: Mapping[str, Array], times: Array | None) -> Waypoints:
