@@ -1,10 +1,10 @@
-"""Checks of published tables and of robots' files.
+"""Checks of published tables and of robots' files; each finding has its place and its reason.
 
-- `lint`: faults that need no model to be seen
-- `urdf`: faults in URDF files, each with its place
-- `conventions`: the conventions under which a table can be read
-- `sensitivity`: one task under all readings of a robot
-- `datasheet`: poses, ranges, reach, envelope volume and mass against the maker's data sheet, a check of `lwr-dyn check`
-- `printed_number`, `study_tasks`: numbers as printed; tasks that papers set
-- `envelope`, `envelope_arcs`: section, reach and volume that the wrist centre can reach
+arm          verdicts on one arm: identities, agreement of the roads, feasibility
+datasheet    an arm against its maker's data sheet
+urdf         faults in URDF files
+tables       faults in tables of numbers that show without a model
+conventions  the conventions under which a table can be read
+sensitivity  one task under all readings of a robot
+engines      what other engines make of a model file
 """

@@ -1,7 +1,5 @@
-"""The command `lwr-dyn`: one module a subcommand; optional packages bring theirs as rows of `main.COMMANDS`.
+"""The command `lwr-dyn`: one module a subcommand, a row of `main.COMMANDS`; groups are folders.
 
-main          the subcommands, exit codes, errors as one line
-options       parts of several subcommands: ROBOT, lists of numbers, JSON
-row_options   options that come with the rows of a registry
-run_report    a run as text and as a record
+main     the subcommands, exit codes, errors as one line, help
+options  what several subcommands share: ROBOT, lists of numbers, JSON, options of rows
 """

@@ -1,8 +1,6 @@
 """`lwr-dyn`: the subcommands, and how errors become one line and an exit code.
 
-What `--help` shows beside click's own text: options in groups, limits of files, and examples, of `help.toml`.
-
-Ctrl-C inside a command.
+`help.toml` adds to click's own text what `--help` shows: options in groups, limits of files, examples.
 """
 
 import io

@@ -1,7 +1,4 @@
-"""`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`.
-
-`lwr-dyn new study`: a commented study to start from.
-"""
+"""`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`."""
 
 import re
 from importlib.resources import files

@@ -1,6 +1,6 @@
-"""Parts of several subcommands: the ROBOT argument with its options, lists of numbers, JSON output.
+"""Parts of several subcommands: the ROBOT argument with its options, lists of numbers, JSON output, options of rows.
 
-Options of the rows of a registry on the command line: all of them are accepted, those of other rows are refused.
+All options of a registry's rows are accepted on the command line; those of other rows than the chosen one are refused.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping

@@ -1,6 +1,6 @@
 """`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit.
 
-A run as a table for people and a record for programs: errors joint by joint, limits, audit, friction.
+The run is a table for people and a record for programs: errors joint by joint, limits, audit, friction.
 """
 
 from collections.abc import Callable

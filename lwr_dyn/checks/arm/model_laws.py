@@ -1,12 +1,9 @@
-"""Feasibility of each link: positive definite, triangle inequality, radius of gyration.
+"""What holds for every arm: feasible links, and identities of the equations of motion over random states.
 
-The first two are exact conditions (a density >= 0 exists). The third bounds plausibility, since a tensor ten times too
-large passes both: no mass is farther from the centre of mass than the link reaches. The links of a URDF are judged as
-the file writes them: in the sum of welded links a fault can vanish.
-
-Identities that hold for every arm's equations of motion, over random states, to machine precision.
-
-Derivatives are complex steps of the hand-written recursion (it takes complex numbers), so they are exact: no tolerance
+A link is feasible when its inertia is positive definite and obeys the triangle inequality (both exact: a density >= 0
+exists), and when its radius of gyration stays within the link's reach (plausibility: a tensor ten times too large
+passes the first two). The links of a URDF are judged as the file writes them: in the sum of welded links a fault can
+vanish. Derivatives in the identities are complex steps of the hand-written recursion, so they are exact: no tolerance
 hides the error of a difference quotient.
 """
 

@@ -1,9 +1,10 @@
 """The conventions of a table that states none: every reading, ranked, and what decides it.
 
-- `ranking`: `rank_readings` -> `RankedReadings`; `ranking_text`, `criteria_text`, `decisions`: the result in words
-- `printed_table`, `evidence`, `evidence_file`: the printed cells, and what is published beside them
-- `choices`, `hypotheses`, `candidates`: conventions, the bodies that follow from them, readings and their order
-- `contributions`, `search`, `mirror`, `frames`: criteria: published numbers, repeated links, vectors between frames
-- `cell_corrections`, `global_maximum_check`: single wrong cells; the largest B_ii checked by a global search
-- `joint_zero`: zero, direction and DH convention of joints from the poses of a data sheet
+ranking        `rank_readings` -> `RankedReadings`; `decisions`: what decides each choice
+ranking_text   the result in words
+printed_table  the printed cells, the conventions they leave open, the bodies of each choice
+evidence       what is published beside the table
+hypotheses     one choice of conventions for a whole table: frames, repeated links
+candidates     readings of a hypothesis and their order; single wrong cells
+search         bodies that give the published numbers
 """

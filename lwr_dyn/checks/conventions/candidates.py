@@ -1,9 +1,8 @@
-"""Candidate readings of a hypothesis: repeated links must agree, exceptions are counted; their order.
+"""Candidate readings of a hypothesis, in their order; single wrong cells where no reading gives the published numbers.
 
-When no reading gives the published numbers: the single cells that could be wrong, and the values that would do.
-
-A cell is fitted to the first number that fails, from the flange inward, and to nothing else. Whether the numbers of the
-joints before it then follow is the test of the correction.
+Repeated links of a candidate must agree, and links read otherwise than the rest count as exceptions. A wrong cell is
+fitted to the first number that fails, from the flange inward, and to nothing else: whether the numbers of the joints
+before it then follow is the test of the correction.
 """
 
 import itertools

@@ -1,8 +1,7 @@
 """What a source publishes beside its table: numbers derived from it, a second set of tensors, poses, repeated links.
 
-A value is text, so that its printed digits are known: a reading may miss it by half a unit of the last one.
-
-Evidence as data: a TOML file with what a source publishes beside its table, each number with its page.
+A value is text, so that its printed digits are known: a reading may miss it by half a unit of the last one. As a TOML
+file, each number with its page:
 
     robot = "my arm"
     [[number]]                     # what the authors computed from the table

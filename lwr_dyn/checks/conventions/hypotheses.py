@@ -1,17 +1,15 @@
 """Hypotheses about a whole table: one choice of conventions, with every body that each link can then be.
 
-Vectors between neighbouring frames: a printed column of them shows shifted rows and the DH convention.
+A printed column of vectors between neighbouring frames shows shifted rows and the DH convention, since neither depends
+on q of a turning joint:
 
-standard  r_{i-1,i} in frame i    = (a_i,  d_i sin alpha_i, d_i cos alpha_i)
-modified  r_{i-1,i} in frame i-1  = (a_i, -d_i sin alpha_i, d_i cos alpha_i)
+    standard  r_{i-1,i} in frame i    = (a_i,  d_i sin alpha_i, d_i cos alpha_i)
+    modified  r_{i-1,i} in frame i-1  = (a_i, -d_i sin alpha_i, d_i cos alpha_i)
 
-Neither depends on q of a turning joint, so a paper can print it.
-
-Repeated links: bodies of equal mass whose centres of mass are mirror images should have mirror-image tensors.
-
-A signed permutation P of the axes that maps one centre of mass to the other, P c_i = c_j, must map the tensors too,
-P I_i P^T = I_j. That ties together the signs of the products of both links, their axes, and the point the tensors are
-about: moved by the wrong m c^2, bodies whose coms differ a little no longer agree.
+Repeated links are bodies of equal mass whose centres of mass are mirror images. A signed permutation P of the axes that
+maps one centre to the other, P c_i = c_j, must map the tensors too, P I_i P^T = I_j. That ties together the signs of
+the products of both links, their axes, and the point the tensors are about: moved by the wrong m c^2, bodies whose
+centres differ a little no longer agree.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
-"""A table as its source prints it: cells in SI units, blanks as NaN, the last printed digit of each column.
+"""A table as its source prints it, the conventions that it leaves open, and the bodies that follow from each choice.
 
-The file's errata, readings, DH convention, `about` and `products` are left out: they are what is sought.
-
-The conventions that a table leaves open, and the bodies that follow from each choice.
-
-Of the whole table: DH convention, the point the tensors are about, the end of the link that centres of mass are
-measured from. Of each link: sign of the products, order of the axes (of the tensor, or of the whole row).
+Cells are in SI units, blanks NaN, and the last printed digit of each column is known. The file's errata, readings, DH
+convention, `about` and `products` are left out: they are what is sought. Open for the whole table: DH convention, the
+point the tensors are about, the end of the link that centres of mass are measured from; for each link: sign of the
+products, order of the axes (of the tensor, or of the whole row).
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Ranks the readings of a table that states no conventions: by frames, published numbers, bodies, repeated links.
 
 Two questions are kept apart, since their answers may differ: which reading did the authors compute with (it gives their
-numbers), and which reading is the arm (bodies that can exist, second tensors, mirror images that agree)?
-
-Which choice is decided by which criterion, and which stays open: each criterion alone, then all together.
+numbers), and which reading is the arm (bodies that can exist, second tensors, mirror images that agree)? `decisions`
+says which choice is decided by which criterion, each alone and all together, and which stays open.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence

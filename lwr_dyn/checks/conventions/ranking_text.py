@@ -1,8 +1,6 @@
-"""Ranked readings as sentences and tables: what each criterion decides, and what nothing decides.
+"""Ranked readings as sentences and tables: what each criterion gives and decides, and what nothing decides.
 
-Largest B_ii of a reading by the global search of `control.inertia.worst_case`, beside the lattice's.
-
-Sentences about the criteria: what each hypothesis gives of frames, bodies, second tensors and published numbers.
+The largest B_ii of the authors' reading is also sought by the global search of `control.inertia.worst_case`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

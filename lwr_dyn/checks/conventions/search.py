@@ -5,9 +5,8 @@ one's two links, and so on. The contribution of a link is one vector over all nu
 contributions are one class (no number distinguishes them); what misses a number is dropped at once. The full product of
 all links' options is never formed.
 
-Contribution of each link to B_ii and g_i, linear in its ten parameters (m, m c, tensor about its frame's origin).
-
-With v, w the velocity of the link's origin and its angular velocity per unit of joint speed i, in the link's frame,
+A contribution is linear in the link's ten parameters (m, m c, tensor about its frame's origin). With v, w the velocity
+of the link's origin and its angular velocity per unit of joint speed i, in the link's frame,
 B_ii = sum over the links beyond i of m v.v + 2 (v x w).(m c) + w^T I w, and
 g_i = -sum of g_0 . (m v + w x m c), the work of gravity (Siciliano et al., Robotics, eqs. 7.32 and 7.39).
 """

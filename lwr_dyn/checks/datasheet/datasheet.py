@@ -3,11 +3,10 @@
 The table and the data sheet are independent sources. A length that is 1 cm off or an angle that is 90 deg off breaks at
 least one of these checks.
 
-Zero and direction of a maker's joints: DH convention, signs and offsets from the poses of a data sheet.
-
-Each joint's angle is theta_i = sign_i q_i + offset_i, with offsets by quarter turns. The axes that the maker draws at
-q = 0 fix them joint by joint, from the base outward. The readings that remain are judged by the printed positions and
-orientations of flange and wrist, by the limits and by the envelope, all of `checks.datasheet.datasheet`.
+Where the DH convention is unknown, the poses of the sheet find it, with zero and direction of the maker's joints: each
+angle is theta_i = sign_i q_i + offset_i, offsets by quarter turns. The axes that the maker draws at q = 0 fix them
+joint by joint, from the base outward; the readings that remain are judged by the printed positions and orientations of
+flange and wrist, by the limits and by the envelope.
 """
 
 import math

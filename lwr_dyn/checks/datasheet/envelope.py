@@ -11,8 +11,6 @@ in closed form on each arc. Lengths [m]; r is counted from axis 1, positive ahea
 
 Bent back overhead the wrist centre also reaches r < 0, behind axis 1. The KR 30 HA's data sheet does not count that;
 here it is a number of its own, from the outline of what is reached on either side, folded onto r >= 0.
-
-Circular arcs in the plane of an arm, counted from axis 1: where they meet, their pieces, their part of a volume.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Loads files in a process of its own: an engine that aborts, crashes or hangs ends that process alone.
 
 `python -m lwr_dyn.checks.engines.child_process ENGINE` reads one job a line on stdin and answers one line each on
-stdout.
-
-An engine's own prints kept off the terminal: C++ code writes to the file descriptors, past Python's streams.
+stdout. An engine's own prints are kept off the terminal: C++ code writes to the file descriptors, past Python's
+streams.
 """
 
 import json

@@ -1,9 +1,7 @@
-"""The engines, and what the loader of each returns.
+"""The engines, what the loader of each returns, and the features of a URDF that an engine may drop or misread.
 
-What a URDF says that an engine may drop or misread, each as a change that takes it out of the file.
-
-The change is made in a copy without meshes and mimic tags, so that what an engine refuses does not stand in the way;
-shapes are a feature of their own.
+Each feature is a change that takes it out of a copy of the file without meshes and mimic tags, so that what an engine
+refuses does not stand in the way; shapes are a feature of their own.
 """
 
 from __future__ import annotations

@@ -2,13 +2,9 @@
 
     loss = max |(tau(file) - tau(file without it)) of the engine - the same of ours|
 
-Where no torque depends on a feature (limits), the engine's own record of it decides.
-
-A URDF file as an arm, the states it is tried at, and the torque that the file asks for, by our own recursion.
-
-Mass, B, C dq, g, torque and flange of a loaded file against ours, largest difference over the states.
-
-Files and options that may restore what an engine loses of a URDF, and whether they do, by loading them.
+Ours is the recursion on the arm that the file describes, over the states it is tried at; mass, B, C dq, g, torque and
+flange of a loaded file are compared with it too. Where no torque depends on a feature (limits), the engine's own record
+of it decides. Files and options that may restore what is lost are loaded as well.
 """
 
 import tempfile

@@ -1,10 +1,8 @@
-"""Pinocchio's own reading of a file, without anything of ours; through the only door to Pinocchio.
+"""Pinocchio's own reading of a file, through the only door to Pinocchio, and its agreement with ours.
 
-Pinocchio on a foreign file itself against our reading of it: FK, B, g, inverse dynamics, over random states.
-
-Road A builds Pinocchio's model from the URDF that we write; this verdict leaves out our reader and our writer. Joints
-outside the chain are held where our reader holds them, in place of `buildReducedModel`, which fails where a link and a
-joint share a name. Pinocchio reads no rotors from a URDF, so none are expected.
+Road A builds Pinocchio's model from the URDF that we write; here FK, B, g and inverse dynamics are compared without our
+reader and our writer. Joints outside the chain are held where our reader holds them, in place of `buildReducedModel`,
+which fails where a link and a joint share a name. Pinocchio reads no rotors from a URDF, so none are expected.
 """
 
 import math

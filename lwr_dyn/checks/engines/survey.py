@@ -1,7 +1,4 @@
-"""One model file in every engine: agreement, losses, and what restores them.
-
-The tables of a survey: how far each engine is from ours, what it makes of each feature, what restores a loss.
-"""
+"""One model file in every engine, as tables: how far each is from ours, what it loses, and what restores it."""
 
 import os
 import tempfile

@@ -1,7 +1,6 @@
 """The same task under all readings of a robot: what depends on the reading, and which conclusions hold under all.
 
-- `analysis`: `sensitivity` -> `Sensitivity`
-- `simulated_task`: a study task with the reference that an arm follows
-- `statics`, `closed_loops`, `conclusions`: gravity torques and gains; runs of every model on every plant; propositions
-- `result_tables`: the tables of a `Sensitivity`
+analysis      `sensitivity` -> `Sensitivity`, its tables
+closed_loops  runs of every model on every plant; gravity torques and gains; propositions
+study_tasks   the tasks that papers set, and the reference that an arm follows in one
 """

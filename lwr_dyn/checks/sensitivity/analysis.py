@@ -1,7 +1,4 @@
-"""The same task under all readings of a robot: every controller simulated on every plant, and what follows.
-
-The tables of a sensitivity analysis: gravity torques, inertias and gains, errors of every pair, conclusions.
-"""
+"""The same task under all readings of a robot: every controller simulated on every plant, and what follows; tables."""
 
 import math
 from collections.abc import Callable, Mapping

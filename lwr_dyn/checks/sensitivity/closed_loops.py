@@ -1,8 +1,7 @@
-"""Closed-loop runs: a controller whose model is one reading of a robot, a plant that is another; every pair.
+"""Every pair of readings in a closed loop, the controller's model one and the plant the other; what a paper concludes.
 
-Figures of a reading without motion: gravity torques over poses, largest inertias, gains.
-
-What a paper concludes, as propositions that hold or fail for every pair of readings (model, plant).
+A conclusion is a proposition that holds or fails for every pair (model, plant). Beside the runs stand figures of a
+reading without motion: gravity torques over poses, largest inertias, gains.
 """
 
 from __future__ import annotations

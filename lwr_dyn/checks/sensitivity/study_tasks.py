@@ -19,8 +19,6 @@
 
 A task with `like = "wave"` takes what it does not give itself from that task of the file; not the claims, which are
 about the paper's own motion.
-
-A study task with the joint reference that an arm follows in it, and its controllers by their labels.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,8 +1,7 @@
-"""Formulas as text, evaluated safely: numbers, names, + - * / ^ and some functions, nothing else.
+"""Formulas and units as text, evaluated safely: numbers, names, + - * / ^ and some functions; dimensions.
 
-Units as text, their dimensions, and the dimension of a formula.
-
-Units that do not fit the quantity of a column: a joint's error in millimetres, a mass in metres.
+A rule beside them finds units that do not fit the quantity of a column: a joint's error in millimetres, a mass in
+metres.
 """
 
 import ast

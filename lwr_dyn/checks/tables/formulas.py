@@ -1,8 +1,7 @@
 """A table against the formulas that its file declares: cells that do not follow, and the fault that explains them.
 
-Single faults that explain wrong cells: two exchanged, a power of ten, the other sign, two digits exchanged.
-
-Arithmetic in sentences, such as "1/2 x 0.0106 x 0.05^2 = 1.325e-7", computed again.
+Single faults are two exchanged cells, a power of ten, the other sign, two exchanged digits. Arithmetic in sentences,
+such as "1/2 x 0.0106 x 0.05^2 = 1.325e-7", is computed again.
 """
 
 import ast

@@ -1,9 +1,8 @@
-"""Columns of one file that are proportional in most rows, and the rows that break it.
+"""Columns of one file that are proportional in most rows, the rows that break it, and rows that are shifted by one.
 
 A broken row alone is no fault (joint 2 of an arm may have another range). It is a finding when one named fault, an
-exchange of two cells or a power of ten, makes every row proportional again.
-
-Rows shifted by one: two columns of a file that repeat each other's numbers only when one is moved up or down.
+exchange of two cells or a power of ten, makes every row proportional again. Rows are shifted where two columns of a
+file repeat each other's numbers only when one is moved up or down.
 """
 
 import itertools

@@ -1,11 +1,9 @@
-"""A file of numbers, examined by every rule.
+"""A file of numbers, examined by every rule; here the rules of numbers that must agree and of copied neighbours.
 
-Numbers that must agree and do not: a total and its column, a value printed twice, entries of symmetric matrices.
-
-Copied neighbours: a number that repeats the digits of the row above or below where the rest of the rows differs.
-
-Mirror-image links repeat whole rows up to signs, and equal links repeat their masses: these are not faults. A number is
-suspected when its row and its neighbour's differ otherwise, or when the copy has other digits than the original.
+A total must agree with its column, a value printed twice with itself, a symmetric matrix with its transpose. A copied
+neighbour repeats the digits of the row above or below where the rest of the rows differs. Mirror-image links repeat
+whole rows up to signs, and equal links repeat their masses: these are no faults. A number is suspected when its row and
+its neighbour's differ otherwise, or when the copy has other digits than the original.
 """
 
 import math

@@ -1,8 +1,7 @@
 """The contents of a file of numbers, whatever its format: tables of printed cells, matrices, sentences; findings.
 
-The role of a column by its heading: mean, maximum, minimum, label, and of which quantity; names and units.
-
-CSV with one heading line as a sheet; lines that begin with # declare formulas, units and roles.
+The heading of a column gives its role (mean, maximum, minimum, label, and of which quantity), its name and unit. A CSV
+has one heading line; its lines that begin with # declare formulas, units and roles.
 """
 
 import csv

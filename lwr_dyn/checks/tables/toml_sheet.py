@@ -3,8 +3,6 @@
 A list of numbers is a column, lists of one length in one table are its rows; lists of lists are vectors or square
 matrices; a table with `values` is a column with its `unit`. Declarations stand under `lint` in the table:
 `formula`, `ratio` and `symmetric` are lists of texts, `total`, `role` and `unit` are by column, `joints` is a text.
-
-Lists of a data file as columns: numbers, components of vectors and of square matrices.
 """
 
 import re

@@ -1,10 +1,8 @@
-"""A URDF as written: links, joints and their places, which links a joint moves; faults of reading are findings.
+"""A URDF as written: links, joints and their places, what a joint moves and how links hang together; its findings.
 
-A finding in a URDF: what is wrong, where, what shows it, how sure that is, and what to write instead.
-
-Links that fixed joints weld together, and the mass that hangs on a link.
-
-Poses of the links of a URDF for several positions of its joints; loops and broken trees are passed over.
+A finding says what is wrong, where, what shows it, how sure that is, and what to write instead; faults of reading are
+findings too. Links that fixed joints weld together count as one mass; poses of the links are given for several
+positions of the joints, and loops and broken trees are passed over.
 """
 
 import hashlib

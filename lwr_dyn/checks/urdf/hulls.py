@@ -1,19 +1,13 @@
-"""Convex hulls of bodies: volume, centroid and covariance of the solid hull, and distances to it.
+"""Convex hulls of bodies, and the meshes that they are made of.
 
 A hull of about 600 support directions loses 0.4 to 3 % of the volume of a round body and nothing of a box. The
-covariance H of the solid hull is what an inertia is held against: for a full body of even density the covariance
-of the mass is H itself.
+covariance H of the solid hull is what an inertia is held against: for a full body of even density the covariance of the
+mass is H itself.
 
-The file that a mesh of a URDF names: by its package, by `file://`, or beside the URDF.
-
-Outermost points of meshes on disk, by the digest of the mesh file: plain numbers, checked when read.
-
-A damaged or foreign file is passed over and written again; a folder that cannot be written costs only time.
-
-The outermost points of mesh files.
-
-STL, OBJ and DAE are read by trimesh. A DAE states its unit, which readers of URDFs apply (its up axis they do not).
-The outermost points are kept by the content of the file: in memory, and in the user's cache folder as numbers alone.
+A mesh is found by its package, by `file://`, or beside the URDF. STL, OBJ and DAE are read by trimesh; a DAE states its
+unit, which readers of URDFs apply (its up axis they do not). The outermost points are kept by the content of the file:
+in memory, and in the user's cache folder as plain numbers, checked when read. A damaged or foreign file there is passed
+over and written again; a folder that cannot be written costs only time.
 """
 
 import hashlib

@@ -1,11 +1,9 @@
-"""Rules of mass, centre of mass and inertia against the shapes of the link.
+"""Rules of mass, centre of mass and inertia against the shapes of the link, and masses as far as they can be believed.
 
-What explains an odd density: the unit of the mass, or the unit of the shapes.
-
-A mass that is f times too large makes the density f times too large and the spread S f times too small; shapes that
-are k times too large make the density k^3 times too small and the spread k^2 times too small: so the two differ.
-
-Masses and centres as far as they can be believed, so that one fault raises no alarm at other links.
+An odd density is explained by the unit of the mass or of the shapes: a mass that is f times too large makes the density
+f times too large and the spread S f times too small; shapes that are k times too large make the density k^3 times too
+small and the spread k^2 times too small: so the two differ. Odd masses and centres are replaced by usual ones, so that
+one fault raises no alarm at other links.
 """
 
 from collections.abc import Iterable

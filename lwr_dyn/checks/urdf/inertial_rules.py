@@ -1,7 +1,4 @@
-"""Rules of inertials that need no shape: what is missing, zero, negative, impossible, or a stand-in.
-
-Rules of units that need no shape: masses in grams, centres of mass in millimetres.
-"""
+"""Rules of inertials that need no shape: missing, zero, negative, impossible, a stand-in, in grams or millimetres."""
 
 import math
 from collections.abc import Iterator

@@ -1,8 +1,6 @@
-"""Rules of joints: limits, axes, origins.
+"""Rules of joints: limits, axes, origins, angles that look like degrees, and the tree that they make.
 
-Rules of the tree: every joint joins two links of the file, every link but one is carried once, none is in a loop.
-
-Rules of angles: roll, pitch, yaw that look like degrees.
+Every joint joins two links of the file, every link but one is carried once, none is in a loop.
 """
 
 import math

@@ -1,8 +1,6 @@
-"""Each link's inertial held against the hull of its own shapes, with the slip that explains what is odd.
+"""Each link's inertial held against the convex hull of its own shapes, with the slip that explains what is odd.
 
 One judgement serves all rules of mass, centre and inertia, so that one fault is named once.
-
-What each link of a URDF looks like: the convex hull of its own shapes, in the link's frame.
 """
 
 from collections.abc import Iterable, Mapping

@@ -1,8 +1,7 @@
 """A URDF judged by every rule: the findings with their severity, without those that the user ignores.
 
-The rules by code; each is one function of a document, and its docstring is what `--explain CODE` prints.
-
-A row's facts: the default severity, and whether the rule judges links also where no joint moves them.
+A rule is one function of a document, a row by its code; its docstring is what `--explain CODE` prints. A row's facts
+are the default severity, and whether the rule judges links also where no joint moves them.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping

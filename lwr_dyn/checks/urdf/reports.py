@@ -1,10 +1,7 @@
-"""Findings grouped by cause: one line for what one slip did to many links, the largest first.
+"""What `lwr-dyn lint` makes of URDFs: the files of folders, findings grouped by cause, and their outputs.
 
-A report as text: groups of findings with their places, what could not be judged, a summary.
-
-Reports as SARIF 2.1.0, for code scanning, and as annotations of GitHub's workflow log.
-
-What `lwr-dyn lint` does with URDFs: the files of folders, the reports, their outputs.
+One line says what one slip did to many links, the largest group first. Outputs are text with places, what could not be
+judged and a summary; SARIF 2.1.0 for code scanning; annotations of GitHub's workflow log.
 """
 
 import hashlib

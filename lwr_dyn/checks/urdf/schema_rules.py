@@ -1,11 +1,8 @@
 """Rules of the format: the outermost element, names, tags, attributes, numbers.
 
-A misspelt tag or attribute is the worst of them: every engine passes over it in silence.
-
-The tags and attributes of a URDF: what each element may hold, what it must, and how many numbers an attribute has.
-
-Sources: the XML specification of urdf (wiki.ros.org/urdf/XML) with urdfdom 4's `capsule`; Drake's, Gazebo's and
-ros2_control's own elements are named and not looked into.
+A misspelt tag or attribute is the worst of them: every engine passes over it in silence. What each element may and must
+hold, and how many numbers an attribute has, comes from the XML specification of urdf (wiki.ros.org/urdf/XML) with
+urdfdom 4's `capsule`; Drake's, Gazebo's and ros2_control's own elements are named and not looked into.
 """
 
 import math

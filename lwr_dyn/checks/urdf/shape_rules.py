@@ -1,8 +1,4 @@
-"""Rules of the shapes: files that cannot be read, units that differ, bodies that do not meet at their joint.
-
-Rules of shapes that need no geometry: files that are not there, scales, sizes.
-
-Slips in the origin or axis of a joint, found by the bodies on both sides of it.
+"""Rules of the shapes: files that are not there or cannot be read, scales, sizes, units; bodies that do not meet.
 
 A right axis turns the child past its parent: the part of the child that lies inside the parent hardly changes. A right
 origin lies in or near the parent; where another sign or order of its numbers puts it there, and the written one does

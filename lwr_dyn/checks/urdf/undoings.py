@@ -1,9 +1,6 @@
 """Faults undone: each odd tensor or centre is tried as if one named slip had been made, and put right.
 
 A slip is named only when putting it right brings the link much nearer to the hull of its own shapes.
-
-A link's mass, centre and inertia held against the hull of its shapes.
-
 S = (tr I / 2 E - I) / m is the covariance of the link's mass; H that of its solid hull. The eigenvalues of H^-1 S are 1
 for a full body; those of 25 good arms lie between 0.15 and 2.8.
 """

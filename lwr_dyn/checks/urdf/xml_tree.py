@@ -1,8 +1,7 @@
 """XML text as elements that know their place: by expat, without namespaces, as urdfdom and Drake read a URDF.
 
-xacro with places: each element of the expanded URDF knows the line of the macro file that it comes from.
-
-Numbers in attributes: what cannot be used is None, what is too small to matter 0.
+Of xacro, each element of the expanded URDF knows the line of the macro file that it comes from. Of numbers in
+attributes, what cannot be used is None, what is too small to matter 0.
 """
 
 import math

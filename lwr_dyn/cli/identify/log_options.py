@@ -1,7 +1,4 @@
-"""What the subcommands of `lwr-dyn identify` share: options of logs, logs from files, faults and the exit code.
-
-Options for logs of the motors, and such logs from files as logs of the joints.
-"""
+"""What the subcommands of `lwr-dyn identify` share: options of logs and motors, logs from files, faults, exit codes."""
 
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence

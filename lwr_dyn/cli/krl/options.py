@@ -1,7 +1,4 @@
-"""The options that `krl check` and `krl run` share.
-
-`lwr-dyn new cell`: a commented cell file to start from.
-"""
+"""The options that `krl check` and `krl run` share; `lwr-dyn new cell`, a commented cell file to start from."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""`lwr-dyn krl run`: cycle time, motions, speeds and torques of a program.
-
-What `lwr-dyn krl run` tells: as text and as one JSON object.
-"""
+"""`lwr-dyn krl run`: cycle time, motions, speeds and torques of a program, as text and as one JSON object."""
 
 import sys
 from typing import Any

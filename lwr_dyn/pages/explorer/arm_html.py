@@ -1,8 +1,7 @@
 """What the page writes of one arm without a script: title, facts, notes, sliders, switches, tables.
 
-Each piece stands in an element with an id. Another arm's pieces, as far as they differ, wait in a template.
-
-The tables of joints and links as HTML; each number opens its source: cell, page, kind of number, conversion.
+Each piece stands in an element with an id. Another arm's pieces, as far as they differ, wait in a template. Each number
+of the tables of joints and links opens its source: cell, page, kind of number, conversion.
 """
 
 from collections.abc import Iterable, Sequence

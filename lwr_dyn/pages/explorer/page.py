@@ -1,13 +1,9 @@
 """An arm -> one HTML file without requests: its scene, sliders, and tables in which each number opens its source.
 
-What the readings of a paper differ in, for the page: the errata that not all of them apply, and the numbers.
-
-What an arm's page computes with: emitted functions as a script, the code of `lwr-dyn kernels --language js`.
-
-The links' inertial parameters and gravity are arguments, rotors are added by the page, so that arms with the same
-kinematics and limits, such as the readings of one paper, need one set of functions.
-
-JavaScript without comments and without the space that only people need; line ends stay, so no statement changes.
+The page computes with emitted functions, the code of `lwr-dyn kernels --language js`. The links' inertial parameters
+and gravity are arguments, rotors are added by the page, so that arms with the same kinematics and limits, such as the
+readings of one paper, need one set of functions. What the readings differ in, errata and numbers, stands in the page
+too. Scripts lose their comments and the space that only people need; line ends stay, so no statement changes.
 """
 
 import json

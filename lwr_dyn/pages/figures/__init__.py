@@ -1,1 +1,6 @@
-"""figures."""
+"""What is drawn, described once for pages and pictures.
+
+figure       `Figure`: panels, curves, levels; axes, ticks and short numbers
+run_figures  figures of runs, by name in `QUANTITIES`
+margins      figures of a margin report
+"""

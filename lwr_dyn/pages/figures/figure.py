@@ -1,8 +1,7 @@
 """A figure is described once: `lwr_dyn.pages.plotting` draws it as PNG and SVG, pages draw it themselves.
 
-Its curves are numbers, or series of runs, which a page packs only once for the 3D view and for all figures.
-
-Axes of a drawn panel: their range by the data, a few round ticks, and numbers as short texts.
+Its curves are numbers, or series of runs, which a page packs only once for the 3D view and for all figures. Axes follow
+the data: their range, a few round ticks, and numbers as short texts.
 """
 
 import math

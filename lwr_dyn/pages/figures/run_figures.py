@@ -1,15 +1,7 @@
-"""Figures of runs: errors, torques against their limits, the path of the flange, one joint's register.
+"""Figures of runs: errors, torques and limits, the flange's path, a wall's force, an observer, responses; by name.
 
 Each takes the runs that are shown together, and the places of those that it draws (all of them if not given). Titles
-and ids are general; `dataclasses.replace` gives those of a document.
-
-The force of a wall over runs, as a figure: how hard the tip presses, and how hard it is dragged.
-
-The figure of a momentum observer: its estimate joint by joint, the levels, and the truth where the run has it.
-
-Responses as figures: steps over time, chirps as magnitude and phase over frequency, a panel a joint.
-
-What can be plotted of runs, by name: each is described as a figure, which `lwr_dyn.plot` draws.
+and ids are general; `dataclasses.replace` gives those of a document. `QUANTITIES` names what `lwr_dyn.plot` draws.
 """
 
 from collections.abc import Callable, Mapping, Sequence

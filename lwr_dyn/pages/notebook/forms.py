@@ -1,6 +1,6 @@
 """Results as one or two kilobytes of HTML, which a notebook shows in place of their text.
 
-Small HTML for a cell of a notebook: readable without a style sheet, everything escaped.
+They are readable without a style sheet, and everything is escaped.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A panel of a figure, ready to draw: its curves as numbers with their colours, and axes that follow the data.
 
-A figure with one panel as HTML: lines are SVG that stretches with the page, every text is text of the page.
+As HTML, lines are SVG that stretches with the page, and every text is text of the page.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """One figure's heading and panels, drawn by Matplotlib: names instead of legends, gauges for far limits, scale bars.
 
-Where the parts of a figure stand on its picture [inch]: heading, names of the lines, panels with their captions.
+Places are in inches: heading, names of the lines, panels with their captions.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
-"""Figures -> PNG and SVG by Matplotlib, which is imported when a figure is drawn.
+"""Figures and pictures of sampled loops -> PNG and SVG by Matplotlib, which is imported when one is drawn.
 
 pyplot is not used; what stays of a drawing is only that Matplotlib knows our fonts. A figure gives the same bytes
-whatever the user's settings are. Colours, type and the light scheme are those of `lwr_dyn.pages.replay.replayed_runs`.
-
-Pictures of sampled loops: Bode, Nyquist and sensitivity of each joint's loop, a map over two joints.
+whatever the user's settings are. Colours, type and the light scheme are those of `lwr_dyn.pages.replay.look`.
 """
 
 from __future__ import annotations

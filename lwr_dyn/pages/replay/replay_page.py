@@ -1,20 +1,11 @@
 """Runs -> one HTML file that replays them in 3D: meshcat's viewer, the runs and our player in one page.
 
-The page makes no request: everything is inside it, and its content security policy forbids loading anything else.
+The page makes no request: everything is inside it, and its content security policy forbids loading anything else. Other
+pages are put together from the same parts: templates, scripts, meshcat's bundle, numbers packed for JavaScript.
 
-Parts of one-file pages: templates, the player's scripts, meshcat's bundle, and numbers packed for JavaScript.
-
-The replay page and the reports of `lwr_dyn.reproduction` are put together from these.
-
-The arm as meshcat commands: `set_object` and `set_transform` dictionaries in the format of a meshcat viewer.
-
-The replay page and the live server use the same commands. Names come from the place in the scene tree, not at random,
-so the same runs give the same bytes. Link k is at `link_path(run, k)` below link k - 1; its transform is the joint's
-origin times the joint's motion, which the player sets.
-
-A document as one HTML file: its head, its look and its frame; what stands in it comes from the caller.
-
-Nothing is loaded; light and dark follow the reader's system.
+The arm is `set_object` and `set_transform` commands of a meshcat viewer, which the live server uses too. Names come
+from the place in the scene tree, not at random, so the same runs give the same bytes. Link k is at `link_path(run, k)`
+below link k - 1; its transform is the joint's origin times the joint's motion, which the player sets.
 """
 
 import base64
