@@ -1,0 +1,65 @@
+"""Columns of CSV and Parquet files come back to the last bit, and a damaged file is one line."""
+
+import numpy as np
+import pytest
+
+from lwr_dyn.foundation.column_files import SUFFIXES, read_columns, read_head, table_bytes
+from lwr_dyn.foundation.errors import FileAccessError, LogError
+
+NAMES = ("time", "q1", "q2")
+COLUMNS = [np.array([0.0, 0.1, 0.2]), np.array([1e-300, -1.0 / 3.0, 2.5]), np.array([5e15, 0.1 + 0.2, -0.0])]
+
+FAULTS = {
+    "": "head: the file is empty; needed: a line of column names, then rows",
+    "# a comment\na,b\n": "rows: none below the column names; needed: rows of numbers",
+    "a,b\n1,2\n3,x\n": "row 2 (line 3), column b: 'x'; needed: a number",
+    "a,b\n1,2\n3\n": "row 2 (line 3): not as many cells as columns; needed: 2 cells in every row",
+    "a,b\n1,2,3\n": "row 1 (line 2): 3 cells; needed: 2 cells in every row, as many as column names",
+}
+
+
+def read(path, wanted):
+    return read_columns(path, read_head(path), wanted)
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_columns_come_back_to_the_last_bit(tmp_path, suffix):
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow")
+    path = tmp_path / f"log{suffix}"
+    path.write_bytes(table_bytes(NAMES, COLUMNS, suffix))
+    assert read_head(path).names == NAMES
+    assert read(path, [2, 0]).tobytes() == np.column_stack([COLUMNS[2], COLUMNS[0]]).tobytes()
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_a_fault_names_its_line(tmp_path, text):
+    path = tmp_path / "log.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(LogError) as caught:
+        read(path, [0, 1])
+    assert str(caught.value) == f"{path}: {FAULTS[text]}"
+
+
+def test_lines_before_the_names_are_counted(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text('# a robot\n\n"a", b\n1,2\n', encoding="utf-8")
+    head = read_head(path)
+    assert (head.names, head.lines) == (("a", "b"), 3)
+
+
+def test_other_files_are_refused(tmp_path):
+    with pytest.raises(FileAccessError, match=r"ends in '\.txt'"):
+        read_head(tmp_path / "log.txt")
+    text = tmp_path / "log.csv"
+    text.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(LogError, match="head: not text; needed: a CSV file in UTF-8"):
+        read_head(text)
+
+
+def test_a_damaged_parquet_file_is_refused(tmp_path):
+    pytest.importorskip("pyarrow")
+    path = tmp_path / "log.parquet"
+    path.write_bytes(table_bytes(NAMES, COLUMNS, ".parquet")[:-10])
+    with pytest.raises(FileAccessError, match="not a whole Parquet file"):
+        read_head(path)
