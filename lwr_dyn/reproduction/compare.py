@@ -1,23 +1,26 @@
-"""One block of printed numbers against the recomputed ones, under as few errata as it takes.
-
-Every printed number with its verdict: recomputed without errata, then with the fewest that explain it.
+"""Every printed number with its verdict: recomputed without errata, then with the fewest that explain it.
 
 reproduced                  recomputed to the printed digits from what is printed
 after erratum               so with the named errata, and with no smaller set of them
 differs                     by D, with every set of errata that can affect it
 under assumed conditions    something that it needs is not printed, is named, and was assumed; near or not
 not reproducible            so, and nothing can be computed without it
+
+Printed expressions are compared by value: both sides at the same arbitrary values of their symbols.
 """
 
 import itertools
+import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import lru_cache
 from typing import Any
 
 from lwr_dyn.arms.papers.schema import Erratum, Paper
-from lwr_dyn.foundation.errors import LwrDynError, PaperError
+from lwr_dyn.checks.tables import arithmetic
+from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
 from lwr_dyn.model.printed_number import agrees, last_digit
 from lwr_dyn.reproduction.case import REPEATED, STRUCTURAL, ComparedExpression, PaperCase, PaperFormula, Value
 from lwr_dyn.reproduction.paper_study import PaperStudy
@@ -294,3 +297,53 @@ def check_names(study: PaperStudy) -> None:
             for name in (name for name in names if name and name not in known[field]):
                 fault, allowed = f"{kinds[field]}{name!r}", f"one of {', '.join(known[field])}"
                 raise PaperError(results.file, f"{block.name}.{field}", fault, allowed)
+
+
+SAME = 1e-9
+"""Two expressions of sines, products and sums that agree at two random points to this agree everywhere: the chance of
+another case is negligible."""
+LONGEST = 100_000
+"""Characters of an expression: matrix entries are long."""
+FUNCTIONS = ("cos", "sin", "sqrt")
+
+
+@lru_cache(maxsize=4096)
+def value_of(text: str, draw: int) -> float:
+    """An expression at one draw of its symbols' values; C1 and S1 are cosine and sine of q1. No code is run.
+
+    Raises
+    ------
+    OptionError
+        Anything but numbers, symbols, + - * / **, cos, sin and sqrt, or an expression without a value.
+
+    >>> round(value_of("cos(q1)**2 + S1**2", 0), 12)
+    1.0
+    """
+    tree = arithmetic.parsed(text, LONGEST, FUNCTIONS)
+    names = list(arithmetic.names_in(tree)) if tree else []
+    value = arithmetic.value_of(tree, {name: _letter(name, draw) for name in names})
+    if math.isnan(value) or any("." in name for name in names):
+        raise OptionError("expression", repr(text), "numbers, letters, + - * / **, cos, sin, sqrt: -a1*C1 or cos(q1)")
+    return value
+
+
+def _letter(name: str, draw: int) -> float:
+    """The value of a symbol: arbitrary, but always the same one; pi is itself, C3 and S3 belong to q3."""
+    if name == "pi":
+        return math.pi
+    if name[0] in "CS" and name[1:].isdigit():
+        angle = _letter(f"q{name[1:]}", draw)
+        return math.cos(angle) if name[0] == "C" else math.sin(angle)
+    seed = sum((k + 3) * ord(c) for k, c in enumerate(name)) + 101 * draw
+    return 0.5 + (seed * 0.6180339887498949) % 1.0
+
+
+def same(printed: str, ours: str) -> bool:
+    """Both expressions have one value at two draws of their symbols."""
+    return all(abs(value_of(printed, k) - value_of(ours, k)) <= SAME for k in (0, 1))
+
+
+def compared(printed: Iterable[Sequence[str]], ours: Iterable[Sequence[object]]) -> list[list[ComparedExpression]]:
+    """A printed matrix of expressions beside ours, entry by entry."""
+    rows = zip(printed, ours, strict=True)
+    return [[ComparedExpression(str(x), same(p, str(x))) for p, x in zip(*row, strict=True)] for row in rows]

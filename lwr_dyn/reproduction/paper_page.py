@@ -26,8 +26,8 @@ from lwr_dyn.reproduction.report.content import (
     Replay,
     ReportCell,
     ReportRow,
+    ReportSection,
     ReportTable,
-    Section,
 )
 from lwr_dyn.simulation.audit import inverse_dynamics_words
 from lwr_dyn.simulation.metrics import stop_contacts
@@ -212,7 +212,7 @@ def paper_page(
         replay=Replay(pictures.shown, pictures.stills) if pictures.shown or pictures.stills else None,
         checks=_checks(reports, study.study.failing_readings),
         audit=tuple(check for name, _, run in pictures.simulated for check in _audit(name, run)),
-        sections=(Section("text", "As text", result.text), *pictures.sections),
+        sections=(ReportSection("text", "As text", result.text), *pictures.sections),
         files=_files(place),
         versions=(("Python", platform.python_version()), *versions().items()),
     )

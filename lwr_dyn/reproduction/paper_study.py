@@ -30,7 +30,7 @@ from lwr_dyn.pages.replay.replay_page import write_replay
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.case import PaperData, PaperFormula, Prove
 from lwr_dyn.reproduction.papers import Study, read_results, results_of_tables, results_text, study_of
-from lwr_dyn.reproduction.report.content import Section, Still
+from lwr_dyn.reproduction.report.content import ReportSection, Still
 
 FIGURES = "figures.json"
 
@@ -140,7 +140,7 @@ class Pictures:
     figures: Mapping[str, Sequence[Figure]] = field(default_factory=dict)
     """File -> figures side by side; one without an id is not on the page."""
     stills: tuple[Still, ...] = ()
-    sections: tuple[Section, ...] = ()
+    sections: tuple[ReportSection, ...] = ()
     title: str = ""
     """Of `replay.html`."""
     replayed: int = 0

@@ -31,10 +31,10 @@ from lwr_dyn.reproduction.compare import compare_numbers
 from lwr_dyn.reproduction.paper_page import REPORT, count_table, counts, difference_table, paper_page, summary_text
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.papers import ALL, SENSITIVITY, check_options, studies, study_of, takers
-from lwr_dyn.reproduction.report.content import Section
+from lwr_dyn.reproduction.report.content import ReportSection
 from lwr_dyn.reproduction.report.page import write_report
 
-Audit = tuple[Section, Any]
+Audit = tuple[ReportSection, Any]
 """A section of the page, and the same as JSON values."""
 
 
@@ -42,7 +42,7 @@ def lint_section(paper: str) -> Audit:
     """Faults that show without a model, in the data file and in the printed results."""
     findings = [finding for sheet in sheets_of_robot(paper) for finding in lint(sheet)]
     text = "\n".join(finding.line() for finding in findings) or "nothing found"
-    return Section("lint", "Lint", text), [finding.record() for finding in findings]
+    return ReportSection("lint", "Lint", text), [finding.record() for finding in findings]
 
 
 def tensor_section(paper: str) -> Audit:
@@ -57,7 +57,7 @@ def zero_section(paper: str) -> Audit:
 
 
 def _conventions(lines: Sequence[str]) -> Audit:
-    return Section("resolver", "Conventions", "\n".join(lines)), lines
+    return ReportSection("resolver", "Conventions", "\n".join(lines)), lines
 
 
 def sensitivity_section(paper: str) -> Audit:
@@ -71,10 +71,10 @@ def sensitivity_section(paper: str) -> Audit:
         "rms_mm": {name: result.tip_rms_mm(name) for name in names},
         "conclusions": {c.text: c.verdict() for c in result.conclusions},
     }
-    return Section("spread", "Readings", text, tables), record
+    return ReportSection("spread", "Readings", text, tables), record
 
 
-def audit_sections(study: PaperStudy, with_sensitivity: bool) -> tuple[list[Section], dict[str, Any]]:
+def audit_sections(study: PaperStudy, with_sensitivity: bool) -> tuple[list[ReportSection], dict[str, Any]]:
     """All of these sections that the paper has, and their record."""
     paper = study.name
     audits = {"lint": lint_section(paper)}

@@ -6,8 +6,7 @@ import tomllib
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError, PaperError
-from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, REPRODUCED, compare_numbers
-from lwr_dyn.reproduction.expressions import same, value_of
+from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, REPRODUCED, compare_numbers, same, value_of
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import read_results, results_of_tables, studies
 from tests.reproduction.mutants import usual_judgement

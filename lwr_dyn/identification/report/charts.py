@@ -1,6 +1,4 @@
-"""A plane of lines and dots as HTML: SVG that stretches with the page, every text is text of the page.
-
-Torque against prediction: a row a joint with what was measured, what the fit predicts, and below what is left.
+"""Torque against prediction: a row a joint with what was measured, what the fit predicts, and below what is left.
 
 Friction maps: what is left of the torques without the bodies, over speed, and the friction fitted to it.
 """
@@ -15,83 +13,8 @@ from numpy.typing import NDArray
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length, short
-from lwr_dyn.pages.plotting.drawn_panel import HEIGHT, WIDTH, tick_marks
-
-POINTS = 500
-"""Stretches of a line; of each its lowest and its highest point are drawn."""
-
-
-def line_path(x: Array, y: Array, across: Axis, up: Axis, kind: str, points: int = POINTS) -> str:
-    """A line through (k,) points, with a gap where y is not finite; empty where nothing is to be drawn.
-
-    Parameters
-    ----------
-    x, y : (k,) array
-    across, up : Axis
-    kind : str
-        Its class.
-    points : int
-        Stretches into which a long line is cut.
-    """
-    finite = np.isfinite(y)
-    if not finite.any():
-        return ""
-    keep = finite & _extremes(np.where(finite, y, np.nan), points)
-    part_of = np.cumsum(finite & np.concatenate([[True], ~finite[:-1]]))[keep]
-    places = _places(x[keep], y[keep], across, up)
-    steps, before = [], 0
-    for (a, b), part in zip(places, part_of.tolist(), strict=True):
-        steps.append(f"{'M' if part != before else ''}{a},{b}")
-        before = part
-    return f'<path class="{kind}" d="{" ".join(steps)}"/>'
-
-
-def band_path(x: Array, low: Array, high: Array, across: Axis, up: Axis, kind: str) -> str:
-    """What lies between two lines (k,), as a filled shape."""
-    edge = [*_places(x, low, across, up), *reversed(_places(x, high, across, up))]
-    return f'<path class="{kind}" d="M{" ".join(f"{a},{b}" for a, b in edge)}Z"/>'
-
-
-def dots_path(x: Array, y: Array, across: Axis, up: Axis, kind: str) -> str:
-    """Dots (k,): strokes of no length, which a round line cap makes visible."""
-    inside = (x >= across.low) & (x <= across.high) & (y >= up.low) & (y <= up.high)
-    dots = "".join(f"M{a},{b}h0" for a, b in _places(x[inside], y[inside], across, up))
-    return f'<path class="{kind}" d="{dots}"/>' if dots else ""
-
-
-def grid_path(across: Axis | None, up: Axis | None) -> str:
-    """Lines at the ticks of the axes that are given."""
-    lines = "" if up is None else "".join(f"M0,{round(HEIGHT * (1.0 - float(up.share(t))))}H{WIDTH}" for t in up.ticks)
-    if across is not None:
-        lines += "".join(f"M{round(WIDTH * float(across.share(tick)))},0V{HEIGHT}" for tick in across.ticks)
-    return f'<path class="grid" d="{lines}"/>'
-
-
-def plane_html(label: str, paths: Sequence[str], kind: str = "", inside: str = "") -> str:
-    """The plane with its paths; `label` is what it shows, in words."""
-    classes = f"plane {kind}".strip()
-    return (
-        f'<div class="{classes}" role="img" aria-label="{escape(label)}"><svg viewBox="0 0 {WIDTH} {HEIGHT}" '
-        f'preserveAspectRatio="none" aria-hidden="true">{"".join(paths)}</svg>{inside}</div>'
-    )
-
-
-def _places(x: Array, y: Array, across: Axis, up: Axis) -> list[tuple[int, int]]:
-    a = np.rint(WIDTH * across.share(x)).astype(int)
-    b = np.rint(HEIGHT * (1.0 - up.share(y))).astype(int)
-    return list(zip(a.tolist(), b.tolist(), strict=True))
-
-
-def _extremes(values: Array, points: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """The points (k,) to draw: the ends, and of each stretch the lowest and the highest."""
-    keep = np.zeros(values.size, dtype=bool)
-    keep[[0, -1]] = True
-    for part in np.array_split(np.arange(values.size), min(points, values.size)):
-        inside = part[np.isfinite(values[part])]
-        if inside.size:
-            keep[[inside[np.argmin(values[inside])], inside[np.argmax(values[inside])]]] = True
-    return keep
-
+from lwr_dyn.pages.plotting.drawn_panel import tick_marks
+from lwr_dyn.pages.plotting.line_plane import band_path, dots_path, grid_path, line_path, plane_html
 
 SIGMAS = 3.0
 """Half-width of the band of noise behind what is left."""

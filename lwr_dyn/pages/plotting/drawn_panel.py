@@ -26,6 +26,7 @@ from lwr_dyn.pages.figures.figure import (
     round_length,
     short,
 )
+from lwr_dyn.pages.plotting.line_plane import extremes, grid_path, places, plane_html
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 LIMIT = "limit"
@@ -201,9 +202,6 @@ def widest_first(panel: DrawnPanel) -> list[DrawnCurve]:
     return sorted(panel.curves, key=lambda one: (one.ink != "ref", -one.swing))
 
 
-WIDTH, HEIGHT = 2000, 1000
-"""Of the plane of the lines, in its own units."""
-
 POINTS = 400
 """Stretches of a line; of each its lowest and highest point are drawn."""
 
@@ -218,11 +216,8 @@ def chart_html(figure: Figure, runs: Sequence[ReplayedRun]) -> str:
     about += ["logarithmic"] if panel.y.is_logarithmic else []
     head = f"<figcaption><h3>{escape(figure.title)} <small>{escape(', '.join(about))}</small></h3></figcaption>"
     lines = "".join(f'<path class="{one.ink}" d="{_line(panel, one)}"/>' for one in widest_first(panel))
-    label = escape(_description(figure, panel))
-    plane = (
-        f'<div class="plane" role="img" aria-label="{label}"><svg viewBox="0 0 {WIDTH} {HEIGHT}" '
-        f'preserveAspectRatio="none" aria-hidden="true">{_grid(panel) if figure.over_time else ""}{lines}</svg></div>'
-    )
+    grid = grid_path(None, panel.y) if figure.over_time else ""
+    plane = plane_html(_description(figure, panel), [grid, lines])
     if not figure.over_time:
         return f'<figure class="path">{head}{plane}{_scale(panel)}</figure>'
     up, across = tick_marks(panel.y, "yt", "top"), tick_marks(panel.x, "xt", "left", "s")
@@ -239,24 +234,8 @@ def _errors(panel: DrawnPanel) -> str:
 
 
 def _line(panel: DrawnPanel, one: DrawnCurve) -> str:
-    keep = _extremes(one.y) | _extremes(one.x)
-    across = np.rint(WIDTH * panel.x.share(one.x[keep])).astype(int)
-    down = np.rint(HEIGHT * (1.0 - panel.y.share(one.y[keep]))).astype(int)
-    return "M" + " ".join(f"{a},{b}" for a, b in zip(across.tolist(), down.tolist(), strict=True))
-
-
-def _extremes(values: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """The points (k,) to draw: the ends, and of each stretch the lowest and the highest."""
-    keep = np.zeros(values.size, dtype=bool)
-    keep[[0, -1]] = True
-    for part in np.array_split(np.arange(values.size), min(POINTS, values.size)):
-        keep[[part[np.argmin(values[part])], part[np.argmax(values[part])]]] = True
-    return keep
-
-
-def _grid(panel: DrawnPanel) -> str:
-    downs = [round(HEIGHT * (1.0 - float(panel.y.share(tick)))) for tick in panel.y.ticks]
-    return f'<path class="grid" d="{"".join(f"M0,{down}H{WIDTH}" for down in downs)}"/>'
+    keep = extremes(one.y, POINTS) | extremes(one.x, POINTS)
+    return "M" + " ".join(f"{a},{b}" for a, b in places(one.x[keep], one.y[keep], panel.x, panel.y))
 
 
 def tick_marks(axis: Axis, kind: str, side: str, unit: str = "") -> str:

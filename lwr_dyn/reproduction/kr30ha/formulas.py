@@ -34,7 +34,7 @@ from lwr_dyn.reproduction.case import (
     Prove,
     formulas,
 )
-from lwr_dyn.reproduction.expressions import compared, same
+from lwr_dyn.reproduction.compare import compared, same
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import comparisons, planar_equations
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, simplified_solution, wrist_centre_mm
 from lwr_dyn.reproduction.papers import ResultBlock
@@ -87,7 +87,7 @@ def symbolic_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """Equation (1) with Table 2, theta_i = theta_i* + offset_i"""
     dh = {name: column for name, column in case.tables["dh"].items() if name != "sign"}
     matrices = dh_matrices(paper_of_tables({**case.bare, "dh": dh}, case.file, errata_read=()))
-    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m) for i, m in enumerate(matrices)}
+    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m.tolist()) for i, m in enumerate(matrices)}
 
 
 def numeric_matrices(case: PaperCase, _: ResultBlock) -> dict[str, Any]:

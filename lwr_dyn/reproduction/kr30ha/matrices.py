@@ -24,7 +24,7 @@ from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import rot_x, rot_z
 from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove
-from lwr_dyn.reproduction.expressions import compared
+from lwr_dyn.reproduction.compare import compared
 from lwr_dyn.reproduction.kr30ha.formulas import POINTS, envelope, pose_misses, symbolic_matrices
 from lwr_dyn.reproduction.kr30ha.krl_program import PROGRAM
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import MOTION
@@ -173,7 +173,7 @@ def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequen
         if wrong and wrong == {p.at for p in erratum.of_results() if p.at.startswith(f"results.symbolic.{name}[")}:
             return erratum.id
     for read in open_paper("kr30ha").reading.errata:
-        beside = compared(rows, dh_matrices(_with([read]))[i])
+        beside = compared(rows, dh_matrices(_with([read]))[i].tolist())
         if all(entry.same for row in beside for entry in row):
             return read
     return ""

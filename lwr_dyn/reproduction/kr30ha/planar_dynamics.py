@@ -19,7 +19,7 @@ from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.symbolic.arm_equations import ArmEquations, EquationsOfMotion, equations_of_motion, euler_lagrange
 from lwr_dyn.dynamics.symbolic.link_motion import SymbolicBody, Variables, link_of_matrix, normal_form
 from lwr_dyn.reproduction.case import PaperData, Proof, Prove
-from lwr_dyn.reproduction.expressions import same
+from lwr_dyn.reproduction.compare import same
 from lwr_dyn.reproduction.papers import printed_tables
 
 FIRST_TWO = ("A1", "A2")

@@ -5,5 +5,5 @@ from lwr_dyn.reproduction.papers import Study
 STUDY = Study(
     order=2,
     run="lwr_dyn.reproduction.lwr4.study:run",
-    formulas="lwr_dyn.reproduction.lwr4.formulas:FORMULAS",
+    formulas="lwr_dyn.reproduction.lwr4.study:FORMULAS",
 )

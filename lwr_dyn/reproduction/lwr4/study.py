@@ -7,15 +7,56 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.dynamics.symbolic.link_motion import SymbolicRoute, dh_matrices, full_product, vector_route
+from lwr_dyn.dynamics.symbolic import link_motion
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import flange_pose
+from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.reproduction.case import REPEATED, SHARED, PaperCase, formulas
+from lwr_dyn.reproduction.compare import compared
 from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
-from lwr_dyn.reproduction.papers import printed_tables
+from lwr_dyn.reproduction.papers import ResultBlock, printed_tables
 from lwr_dyn.reproduction.report.content import Still
+
+
+def dh_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """A_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i)"""
+    matrices = link_motion.dh_matrices(case.paper)
+    return {f"A{i + 1}": compared(block.printed[f"A{i + 1}"], m.tolist()) for i, m in enumerate(matrices)}
+
+
+def last_three(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """A_5 A_6 A_7 (0, 0, 0, 1)^T"""
+    point = link_motion.vector_route(link_motion.dh_matrices(case.paper)[4:], sp.Matrix([0, 0, 0, 1])).value
+    return {"p": [row[0] for row in compared([[text] for text in block.printed["p"]], point.tolist())]}
+
+
+def joints_by_group(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
+    """Joints whose axes meet in one point: from the first on, from the last back, and what is left between"""
+    rows = dh_rows(case.paper)
+    shoulder = 1 + next(i for i, row in enumerate(rows[1:], start=1) if row.d != 0.0 or row.a != 0.0)
+    wrist = len(rows) - max(i for i, row in enumerate(rows) if row.d != 0.0)
+    return {"joints": [len(rows), shoulder, len(rows) - shoulder - wrist, wrist]}
+
+
+def tool_point(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """T_07(q) (0, 0.05, 0.1, 1)^T [m]"""
+    T = flange_pose(case.arm.chain, np.radians(block.printed["q_deg"]))
+    return {"position": T[:3, :3] @ np.array(block.printed["point"]) + T[:3, 3]}
+
+
+def wrist_centre(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
+    """Origin of frame 6 [m]"""
+    return {"position": frames(case.arm.chain, block.printed["q"])[5, :3, 3]}
+
+
+FORMULAS = (
+    SHARED
+    | formulas(dh_matrices, last_three, tool_point, wrist_centre)
+    | formulas(joints_by_group, basis=REPEATED)  # counts
+)
+"""The numbers that the exercise prints, by the names that its `results.toml` gives them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,8 +65,8 @@ class Exercise:
 
     matrices: tuple[sp.Matrix, ...]
     identical: tuple[bool, ...]
-    wrist_full: SymbolicRoute
-    wrist_short: SymbolicRoute
+    wrist_full: link_motion.SymbolicRoute
+    wrist_short: link_motion.SymbolicRoute
     routes_agree: bool
     q_deg: tuple[float, ...]
     tool_in_flange: tuple[float, ...]
@@ -40,13 +81,13 @@ class Exercise:
 def exercise() -> Exercise:
     """Solve the exercise from its own table."""
     paper, printed = open_paper("lwr4"), printed_tables("lwr4")
-    matrices = dh_matrices(paper)
+    matrices = link_motion.dh_matrices(paper)
     names = {str(s): s for m in matrices for s in m.free_symbols}
     tables = [
         sp.Matrix([[sp.sympify(x, names) for x in row] for row in printed["matrices"][f"A{i + 1}"]]) for i in range(7)
     ]
-    full = full_product(matrices, sp.Matrix([0, 0, 0, 1]))
-    short = vector_route(matrices[:4], sp.Matrix([0, 0, names["M"], 1]))
+    full = link_motion.full_product(matrices, sp.Matrix([0, 0, 0, 1]))
+    short = link_motion.vector_route(matrices[:4], sp.Matrix([0, 0, names["M"], 1]))
     tool = printed["tool"]
     pose = flange_pose(arm_from_paper(paper).chain, np.radians(tool["q_deg"]))
     return Exercise(

@@ -39,7 +39,7 @@ from lwr_dyn.reproduction.lwr4plus.worst_cases import (
     shell_asymmetry,
 )
 from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
-from lwr_dyn.reproduction.report.content import Section, Still
+from lwr_dyn.reproduction.report.content import ReportSection, Still
 from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
@@ -184,7 +184,7 @@ def pictures(arm: Arm, simulated: Sequence[ControllerRun], table_viii: Run) -> P
         shown=shown,
         figures={file: [figure] for file, figure in _figures(shown).items()},
         stills=(Still("Fig. 2: frames, arm stretched up", arm, np.zeros(arm.n), "q = 0, DH frames of every link"),),
-        sections=(Section("controllers", "Wrong models", "", (ranking_table(simulated),)),),
+        sections=(ReportSection("controllers", "Wrong models", "", (ranking_table(simulated),)),),
         title="KUKA LWR 4+ draws IST",
         replayed=len(replayed),
     )

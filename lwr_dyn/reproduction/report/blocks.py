@@ -23,8 +23,8 @@ from lwr_dyn.reproduction.report.content import (
     FileFact,
     Page,
     ReportCell,
+    ReportSection,
     ReportTable,
-    Section,
 )
 from lwr_dyn.reproduction.report.figure_html import figure_html
 
@@ -361,7 +361,7 @@ def _paragraph(text: str) -> Html:
     )
 
 
-def section_html(section: Section, runs: Sequence[ReplayedRun]) -> Html:
+def section_html(section: ReportSection, runs: Sequence[ReplayedRun]) -> Html:
     """A section, folded away."""
     text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
     lines = len(section.text.splitlines()) + sum(len(table.rows) for table in section.tables)

@@ -1,6 +1,6 @@
 """The content of a report page as plain records, without HTML.
 
-All text is plain: the page escapes it. Line breaks are kept in proofs, `Section.text` and notes.
+All text is plain: the page escapes it. Line breaks are kept in proofs, `ReportSection.text` and notes.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class Check:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Section:
+class ReportSection:
     """A further part of the page: text, tables, figures; the navigation lists it under its title."""
 
     id: str
@@ -177,7 +177,7 @@ class Page:
     replay: Replay | None = None
     checks: tuple[Check, ...] = ()
     audit: tuple[Check, ...] = ()
-    sections: tuple[Section, ...] = ()
+    sections: tuple[ReportSection, ...] = ()
     files: tuple[FileFact, ...] = ()
     versions: tuple[Fact, ...] = field(default=())
 

@@ -11,10 +11,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.pages.figures.figure import Axis, Figure, apart, power_of_ten, raised, round_length, short
 from lwr_dyn.pages.markup import Html, anchor, element, joined
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
+from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_svg
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
-
-WIDTH, HEIGHT = 2000, 1000
-"""Of the plane, in its own units; a page shows it 150 to 600 px wide."""
 
 TOLERANCE = 1.5
 """Largest distance between a curve and its drawn path, in these units: half a pixel."""
@@ -38,14 +36,6 @@ def dots_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
     """The path of single points: pieces without length, which a round line end makes dots."""
     placed = np.rint(np.column_stack(_placed(x, y, points)))
     return "".join(f"M{a:.0f},{b:.0f}h0" for a, b in placed if np.isfinite(a + b))
-
-
-def plane_html(content: str) -> Html:
-    """The plane around its paths."""
-    return Html(
-        f'<svg class="lines" viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" aria-hidden="true">'
-        f"{content}</svg>"
-    )
 
 
 def _placed(x: Axis, y: Axis, points: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -170,7 +160,7 @@ def _panel_html(figure: Figure, one: DrawnPanel, own_units: bool, ends: bool) ->
     )
     plane = element(
         "div",
-        plane_html(_levels(one) + "".join(_curve_path(one, curve) for curve in widest_first(one))),
+        plane_svg([_levels(one), *(_curve_path(one, curve) for curve in widest_first(one))], class_="lines"),
         [_level_name(one, k) for k in range(len(one.levels))],
         _point_names(one),
         class_="plane",
@@ -226,11 +216,8 @@ def _curve_path(one: DrawnPanel, drawn: DrawnCurve) -> str:
 
 def _levels(one: DrawnPanel) -> str:
     """Grid, zero and levels."""
-    downs = [round(HEIGHT * (1.0 - float(one.y.share(tick)))) for tick in one.y.ticks]
-    out = f'<path class="grid" d="{"".join(f"M0,{down}H{WIDTH}" for down in downs)}"/>'
-    if one.magnified > 1:
-        out = ""
-    elif not one.y.is_logarithmic and one.y.low < 0.0 < one.y.high:
+    out = grid_path(None, one.y) if one.magnified == 1 else ""
+    if one.magnified == 1 and not one.y.is_logarithmic and one.y.low < 0.0 < one.y.high:
         out += f'<path class="zero" d="M0,{round(HEIGHT * (1.0 - float(one.y.share(0.0))))}H{WIDTH}"/>'
     for level in one.levels:
         at = float((one.y if level.axis == "y" else one.x).share(level.value))

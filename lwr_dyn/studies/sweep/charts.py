@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.pages.figures.figure import Axis, axis_of, frequency_axis
-from lwr_dyn.pages.plotting.drawn_panel import HEIGHT, WIDTH, marks, tick_marks
+from lwr_dyn.pages.plotting.drawn_panel import marks, tick_marks
+from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_html
 from lwr_dyn.studies.sweep.influence import Influence, SobolIndices, is_by_name
 from lwr_dyn.studies.sweep.outwards import OutwardSearch
 from lwr_dyn.studies.sweep.summary import TORNADO, ControllerFigures, MetricFigures, SweepSummary, draw_columns
@@ -30,14 +31,6 @@ MOST_LINES = 150
 """Of the runs that keep all limits, and again of those that do not: the first by number, which are drawn at random."""
 ROW = 100
 """Height of a row of the lines, in the plane's units."""
-
-
-def _plane(label: str, paths: str, over: str = "", height: int = HEIGHT, kind: str = "plane") -> str:
-    """SVG paths that stretch with the page, under a text for readers, with marks `over` them."""
-    return (
-        f'<div class="{kind}" role="img" aria-label="{escape(label)}"><svg viewBox="0 0 {WIDTH} {height}" '
-        f'preserveAspectRatio="none" aria-hidden="true">{paths}</svg>{over}</div>'
-    )
 
 
 # ---- how a metric is distributed over the runs
@@ -114,7 +107,7 @@ def _histogram(name: str, one: MetricFigures, axis: Axis, ink: str) -> str:
     label = f"Histogram of {one.words.title}, {name}: {one.sample.size} runs"
     return (
         f'<div class="row {ink}"><div class="who"><i class="sw {ink}"></i>{escape(name)}{out}</div>'
-        f'{_plane(label, bars, limit_mark(one, axis), kind="plane low")}<ul class="figures">{numbers}</ul></div>'
+        f'{plane_html(label, [bars], "low", limit_mark(one, axis))}<ul class="figures">{numbers}</ul></div>'
     )
 
 
@@ -123,13 +116,13 @@ def worst_share_html(figures: Mapping[str, MetricFigures], inks: Mapping[str, st
     first, axis = next(iter(figures.values())), values_axis(list(figures.values()))
     least = min(1.0 / one.sample.size for one in figures.values())
     up = Axis(least, 1.0, tuple(10.0**-k for k in range(int(-np.log10(least)) + 1)), True)
-    paths = f'<path class="grid" d="{"".join(f"M0,{_down(up, tick)}H{WIDTH}" for tick in up.ticks)}"/>'
+    paths = grid_path(None, up)
     for name, one in figures.items() if with_interval else ():
         paths += f'<path class="{inks[name]} bar" d="{_intervals(one, axis, up)}"/>'
     for name, one in figures.items():
         paths += f'<path class="{inks[name]}" d="{_curve(one, axis, up)}"/>'
     label = f"{first.words.title}: share of the runs that are worse; {', '.join(figures)}"
-    plane = _plane(label, paths, limit_mark(first, axis))
+    plane = plane_html(label, [paths], inside=limit_mark(first, axis))
     left = marks([float(up.share(tick)) for tick in up.ticks], [f"{percent(t)} %" for t in up.ticks], "yt", "top")
     below = tick_marks(axis, "xt", "left", first.words.unit)
     names = "".join(f'<li><i class="sw {inks[name]}"></i>{escape(name)}</li>' for name in figures)
@@ -295,7 +288,7 @@ def parallel_html(summary: SweepSummary, name: str, ink: str, units: Mapping[str
     key = "".join(f'<li><i class="line {kind}"></i>{words}</li>' for kind, words in said.items())
     return (
         f'<div class="parallel" style="--rows:{count}"><div class="axes" aria-hidden="true">{names}</div>'
-        f'{_plane(label, paths, below, ROW * count)}</div><ul class="key">{key}</ul>'
+        f'{plane_html(label, [paths], inside=below, height=ROW * count)}</div><ul class="key">{key}</ul>'
     )
 
 

@@ -16,8 +16,8 @@ from lwr_dyn.reproduction.report.content import (
     Replay,
     ReportCell,
     ReportRow,
+    ReportSection,
     ReportTable,
-    Section,
     Still,
 )
 
@@ -134,7 +134,9 @@ def report(arm, runs, name="", stills=True):
     """A page of every kind of part; `name` is put into every text."""
     tinted = [Heading(column, format=".1f", shade=lambda value: value - 1.0) for column in "ab"]
     spread = Table("Spread" + name, ("plant" + name, *tinted), (("printed" + name, 1.0, 2.0),))
-    section = Section("spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),))
+    section = ReportSection(
+        "spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),)
+    )
     pose = Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
     return Page(
         title="A paper with tables" + name,
