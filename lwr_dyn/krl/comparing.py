@@ -1,8 +1,6 @@
-"""Compares two files, or two folders file by file.
+"""Compares two files, or two folders file by file: the values of a `.dat`, the statements of a `.src` by routine.
 
-The names that a `.dat` gives a value, and how two values of one name differ.
-
-The statements of a `.src` or `.sub` by routine, and where two of them differ; comments and layout do not count.
+Comments and layout do not count.
 """
 
 from __future__ import annotations

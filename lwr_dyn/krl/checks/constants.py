@@ -1,7 +1,4 @@
-"""Constants that cannot be meant: an index outside of its array, a speed in mm/s, a percentage over 100.
-
-Constants of enumerations, `#NAME`: whether the enumeration that is expected has such a constant.
-"""
+"""Constants that cannot be meant: an index outside of its array, a speed in mm/s, over 100 %, a `#NAME` of no ENUM."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Static checks: what can be diagnosed without running a program: names, types, declarations, initial values, jumps.
-
-The check of a project: language, names and types of each of its files.
-"""
+"""What can be diagnosed without running a program or a project: names, types, declarations, initial values, jumps."""
 
 from __future__ import annotations
 
@@ -143,10 +140,6 @@ def _check_blends(scope: Scope, x: s.Move) -> None:
             scope.report(x.column, "blend", f"{blend} on {x.kind}", allowed)
 
 
-def _wait(scope: Scope, x: s.Wait) -> None:
-    check_assignable(scope, REAL if x.kind == "SEC" else BOOL, x.value, f"WAIT {x.kind}")
-
-
 def _condition(scope: Scope, x: s.Condition) -> None:
     if x.keyword == "SWITCH":
         type_in(scope, x.value)
@@ -216,7 +209,7 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.Assign: _assign,
     s.Invoke: _invoke,
     s.Move: _move,
-    s.Wait: _wait,
+    s.Wait: lambda scope, x: check_assignable(scope, REAL if x.kind == "SEC" else BOOL, x.value, f"WAIT {x.kind}"),
     s.Condition: _condition,
     s.Confirm: lambda scope, x: check_assignable(scope, INT, x.value, "CONFIRM"),
     s.For: _for,

@@ -1,8 +1,6 @@
-"""Type checking: the type of an expression in a scope, with a diagnostic where types do not fit.
+"""The type of an expression in a scope, and of each argument of a call, with a diagnostic where types do not fit.
 
 An unknown type fits every type.
-
-Arguments of calls: whether each fits the parameter that takes it.
 """
 
 from __future__ import annotations

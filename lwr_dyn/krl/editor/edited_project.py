@@ -1,6 +1,6 @@
 """The KRL files of a folder as an editor has them: texts that are open stand in the place of those on disk.
 
-A file as a tree: routines, their blocks and folds; of a `.dat` what it declares.
+Each file is also a tree: routines, their blocks and folds; of a `.dat` what it declares.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""What a name refers to: the variable, routine, type, component, constant or label that stands at a place in a file.
-
-A name's declaration, type and value as text for an editor, in Markdown.
-"""
+"""What the name at a place in a file refers to, with its declaration, type and value as text for an editor."""
 
 from __future__ import annotations
 
@@ -63,8 +60,7 @@ class LineContext:
     @property
     def text(self) -> str:
         """Of the line."""
-        line = self.file.file.lines[self.line]
-        return line.layout if line.layout is not None else line.text()
+        return self.file.file.lines[self.line].shown
 
 
 def line_context(program: Program, file: ModuleFile, line: int, scopes: dict[int, Scope] | None = None) -> LineContext:

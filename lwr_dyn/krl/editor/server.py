@@ -1,7 +1,4 @@
-"""`lwr-dyn krl server`: the Language Server Protocol for KRL over stdin and stdout, by pygls.
-
-Places within a line: characters of the text, and the units in which an editor counts them.
-"""
+"""`lwr-dyn krl server`: the Language Server Protocol for KRL over stdin and stdout, by pygls."""
 
 from __future__ import annotations
 

@@ -5,4 +5,5 @@ expressions, declarations, statements      the records, with the rule of the gra
 unparse                                    records -> text
 source                                     `SourceFile`: a file as lines
 blocks                                     routines and blocks
+layout                                     `krl format`: indentation, spaces, capitals
 """

@@ -1,6 +1,4 @@
-"""Routines and blocks of a file: the lines that belong together, and what is missing or in the wrong place.
-
-Blocks of a routine: which ENDIF closes which IF, and what is missing or closes nothing.
+"""Routines and blocks of a file: which ENDIF closes which IF, and what is missing or in the wrong place.
 
 Where an end is missing or left over, the lines are paired once more by their indentation, and the pairing with the
 fewest faults is taken (of equal ones that by indentation): then the block is named that really lost its end.

@@ -4,8 +4,6 @@ What a line means stays the same: a line whose statement or comment would change
 byte are comments, strings, `&` lines, lines with a fault, ends of lines, and KUKA's inline forms, which are the lines
 from a fold with parameters (`;FOLD ... ;%{PE} ...`) to its end. In a `.dat`, whose values the controller writes itself,
 spaces inside a line stay too.
-
-The words of one line of KRL with the spaces between them.
 """
 
 from collections.abc import Iterator, Sequence

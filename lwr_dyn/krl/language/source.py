@@ -2,8 +2,6 @@
 
 A line keeps its statement, its comment, and the text it was read from. That text is written again as long as it still
 means the same, so the layout stays and an edit changes its own lines only.
-
-The KRL files of a folder.
 """
 
 import re
@@ -62,6 +60,11 @@ class SourceLine:
     end: str = field(default=NEWLINE, compare=False)
     readable: bool = field(default=True, compare=False)
     """False for a line with a syntax error, which is kept as it stands."""
+
+    @property
+    def shown(self) -> str:
+        """The line as it was read, else as it is written."""
+        return self.text() if self.layout is None else self.layout
 
     def text(self) -> str:
         """The line as it is written, without its end."""

@@ -50,22 +50,14 @@ def _integer(x: e.Integer, _: int) -> str:
     return f"'H{x.value:0{x.digits}X}'" if x.base == 16 else str(x.value)
 
 
-def _index(x: e.Index, _: int) -> str:
-    return f"{expression_text(x.of)}[{_list(x.indices)}{',' if x.row else ''}]"
-
-
 def _call(x: e.FunctionCall, _: int = 0) -> str:
     arguments = ", ".join("" if a is None else expression_text(a) for a in x.arguments)
     return f"{x.name}({arguments})"
 
 
 def _aggregate(x: e.Aggregate, _: int) -> str:
-    kind = "" if x.type is None else f"{x.type}: "
-    return "{" + kind + ", ".join(_item(item) for item in x.items) + "}"
-
-
-def _item(x: e.Item) -> str:
-    return f"{x.name}{_brackets(x.indices)} {expression_text(x.value)}"
+    items = (f"{item.name}{_brackets(item.indices)} {expression_text(item.value)}" for item in x.items)
+    return "{" + ("" if x.type is None else f"{x.type}: ") + ", ".join(items) + "}"
 
 
 def _unary(x: e.Unary, weakest: int) -> str:
@@ -88,7 +80,7 @@ _EXPRESSIONS: dict[type, Callable[[Any, int], str]] = {
     e.Text: lambda x, _: f'"{x.value}"',
     e.EnumLiteral: lambda x, _: f"#{x.name}",
     e.Name: lambda x, _: x.name,
-    e.Index: _index,
+    e.Index: lambda x, _: f"{expression_text(x.of)}[{_list(x.indices)}{',' if x.row else ''}]",
     e.Component: lambda x, _: f"{expression_text(x.of)}.{x.name}",
     e.FunctionCall: _call,
     e.ChannelName: lambda x, _: f":{x.name}",
@@ -138,11 +130,6 @@ def _declaration(x: d.Declaration) -> str:
     return _words(decl, _global(x), const, x.type, ", ".join(map(_declarator, x.names)))
 
 
-def _struct(x: d.StructType) -> str:
-    members = ", ".join(f"{kind} {', '.join(map(_declarator, names))}" for kind, names in x.members)
-    return _words(_global(x), "STRUC", x.name, members)
-
-
 def _signal(x: d.Signal) -> str:
     last = None if x.last is None else f"TO {expression_text(x.last)}"
     return _words(_global(x), "SIGNAL", x.name, expression_text(x.first), last)
@@ -154,12 +141,8 @@ def _external(x: d.External) -> str:
     return f"{head} {x.name}({', '.join(x.parameters) or ' '})"
 
 
-def _assign(x: s.Assign) -> str:
-    return f"{expression_text(x.target)} = {expression_text(x.value)}"
-
-
 def _settings(settings: tuple[s.Assign, ...]) -> str | None:
-    return f"WITH {', '.join(map(_assign, settings))}" if settings else None
+    return f"WITH {', '.join(map(statement_text, settings))}" if settings else None
 
 
 def _move(x: s.Move) -> str:
@@ -170,10 +153,6 @@ def _move(x: s.Move) -> str:
         points = f"{points}, CA {expression_text(x.angle)}"
     frame = None if x.frame is None else f"#{x.frame}"
     return _words(x.kind, points, _settings(x.settings), *x.blends, frame)
-
-
-def _condition(x: s.Condition) -> str:
-    return _words(x.keyword, expression_text(x.value), "THEN" if x.keyword == "IF" else None)
 
 
 def _for(x: s.For) -> str:
@@ -196,11 +175,7 @@ def _trigger(x: s.Trigger) -> str:
 
 def _analog(x: s.Analog) -> str:
     value = None if x.value is None else f"= {expression_text(x.value)}"
-    return _words(x.keyword, x.mode, expression_text(x.target), value, *map(_assign, x.options))
-
-
-def _enum(x: d.EnumType) -> str:
-    return _words(_global(x), "ENUM", x.name, ", ".join(x.members))
+    return _words(x.keyword, x.mode, expression_text(x.target), value, *map(statement_text, x.options))
 
 
 def _optional(value: e.Expression | None) -> str | None:
@@ -214,18 +189,20 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     s.Plain: lambda x: x.keyword,
     s.Confirm: lambda x: f"CONFIRM {expression_text(x.value)}",
     d.Declaration: _declaration,
-    d.EnumType: _enum,
-    d.StructType: _struct,
+    d.EnumType: lambda x: _words(_global(x), "ENUM", x.name, ", ".join(x.members)),
+    d.StructType: lambda x: _words(
+        _global(x), "STRUC", x.name, ", ".join(f"{kind} {', '.join(map(_declarator, of))}" for kind, of in x.members)
+    ),
     d.Signal: _signal,
     d.Channel: lambda x: _words(_global(x), f"CHANNEL :{x.name} :{x.channel}", expression_text(x.structure)),
     d.External: _external,
-    s.Assign: _assign,
+    s.Assign: lambda x: f"{expression_text(x.target)} = {expression_text(x.value)}",
     s.Invoke: lambda x: _call(x.call),
     s.Move: _move,
     s.SplineBlock: lambda x: _words(x.kind, _settings(x.settings)),
     s.EndSpline: lambda x: _words("ENDSPLINE", *x.blends),
     s.Wait: lambda x: f"WAIT {x.kind} {expression_text(x.value)}",
-    s.Condition: _condition,
+    s.Condition: lambda x: _words(x.keyword, expression_text(x.value), "THEN" if x.keyword == "IF" else None),
     s.CaseBranch: lambda x: f"CASE {_list(x.values)}",
     s.For: _for,
     s.Jump: lambda x: f"GOTO {x.label}",

@@ -5,8 +5,6 @@ overlap      the ramps from and to rest of two motions overlap, as the motion it
 advance      the path with rounded corners, on which the controller can stop at the end of the $ADVANCE-th motion ahead
 known        the same path with all its motions known beforehand
 
-Motions that pass into one another without a stop, as one path with rounded corners, and the bounds along it.
-
 A corner is a parabola between tangents of equal length on both motions: the least of the distance that is set and half
 of each motion. In space the speed v on curvature k keeps v^2 k <= $ACC.CP; PTP motions keep the bounds of each axis.
 """
@@ -158,17 +156,14 @@ def _axis_bounds(a: PtpSegment, b: PtpSegment, first: Array, second: Array) -> t
     return fastest, first, second, np.tile(ramp, (len(first), 1))
 
 
+_BOUNDS = ("cp", "cp_ramp", "ori", "ori_ramp")
+
+
 def _path_bounds(
     a: CartesianSegment, b: CartesianSegment, bend: Array, turn: Array, change: Array
 ) -> tuple[Array, ...]:
     """Bounds of the speed, of the acceleration along and across the path, and of the orientation."""
-    x, y = a.speeds, b.speeds
-    speed, ramp, ori, ori_ramp = (
-        min(x.cp, y.cp),
-        min(x.cp_ramp, y.cp_ramp),
-        min(x.ori, y.ori),
-        min(x.ori_ramp, y.ori_ramp),
-    )
+    speed, ramp, ori, ori_ramp = (min(getattr(a.speeds, n), getattr(b.speeds, n)) for n in _BOUNDS)
     fastest = np.minimum(speed**2, ramp / np.maximum(bend, 1.0 / HUGE))
     fastest = np.minimum(fastest, (ori / np.maximum(np.linalg.norm(turn, axis=1), 1e-12)) ** 2)
     fastest = np.minimum(fastest, ori_ramp / np.maximum(np.linalg.norm(change, axis=1), 1e-12))

@@ -1,9 +1,7 @@
-"""Motion segments from rest to rest: PTP along the axes, LIN and CIRC along a path of the tool centre point.
+"""Motion segments from rest to rest, planned as a controller does: PTP along the axes, LIN and CIRC along a path.
 
 A segment gives the axes at any time with exact derivatives; on a path in space by closed-form inverse kinematics on
-the branch of its beginning (LIN keeps the Status), with rates by the Jacobian.
-
-Plans motions like a controller: profiles under the set speeds, paths on one branch; reports faults.
+the branch of its beginning (LIN keeps the Status), with rates by the Jacobian. Faults are reported.
 """
 
 from __future__ import annotations

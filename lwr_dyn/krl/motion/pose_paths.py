@@ -1,10 +1,4 @@
-"""Paths of the tool centre point with their orientation: lines, arcs, and what bounds the motion on them.
-
-What the program has set when a motion is planned: its speeds, and how its end may be passed.
-
-The axes along a path: one branch of the inverse kinematics, and the faults on it.
-
-The fastest speeds along a path of which everything is known: two passes over a grid.
+"""Paths of the tool centre point with their orientation, the axes along them, and the fastest speeds on them.
 
 With s the parameter of the path, x = ds^2 and u = dds constant between two nodes, x grows by 2 h u over a step h. All
 bounds have the form |first u + second x| <= most and hold at both ends of a step. Backwards: the largest x from which
@@ -188,12 +182,8 @@ def axes_along(arm: Arm, start: Array, flange: Array, along: Array, report: Repo
     q = np.unwrap(np.vstack([start, solutions.q[:, branch]]), axis=0)[1:]
     if wrist[passed] < NEAR:
         place = f"{100 * along[passed]:.0f} % along (A5 {degrees_text(q[passed, 4])} deg)"
-        report(
-            "error",
-            "singularity",
-            f"the path passes the wrist singularity {place}",
-            "go there by PTP, or tilt the tool",
-        )
+        message = f"the path passes the wrist singularity {place}"
+        report("error", "singularity", message, "go there by PTP, or tilt the tool")
     if np.abs(q[0] - start).max() > 1e-6:
         if wrist[passed] >= NEAR:
             report("error", "singularity", "the path begins where axes are not determined", "leave the place by PTP")
@@ -207,10 +197,8 @@ def _no_flip(q: Array, along: Array, report: Report) -> bool:
     k, axis = np.unravel_index(int(np.argmax(step)), step.shape)
     if step[k, axis] <= FLIP:
         return True
-    name = ("A4", "A6")[int(axis)]
-    message = (
-        f"the wrist flips: {name} turns by {degrees_text(step[k, axis])} deg at once, {100 * along[k]:.0f} % along"
-    )
+    turned = f"{('A4', 'A6')[int(axis)]} turns by {degrees_text(step[k, axis])} deg at once"
+    message = f"the wrist flips: {turned}, {100 * along[k]:.0f} % along"
     report("error", "wrist-flip", message, "go there by PTP, or keep A5 away from 0")
     return False
 
@@ -222,9 +210,8 @@ def inside_limits(arm: Arm, q: Array, report: Report) -> bool:
     if over[k, i] <= 1e-9:
         return True
     along = 100.0 * k / max(len(q) - 1, 1)
-    message = (
-        f"{arm.joint_names[int(i)]} leaves its range by {degrees_text(over[k, i])} deg, {along:.0f} % along the path"
-    )
+    far = f"by {degrees_text(over[k, i])} deg, {along:.0f} % along the path"
+    message = f"{arm.joint_names[int(i)]} leaves its range {far}"
     report("error", "outside-limits", message, "another Status at the start, or a PTP")
     return False
 

@@ -1,15 +1,10 @@
-"""Orientation along a path through given rotations: a cubic curve of quaternions, made unit, with exact derivatives.
-
-U = Q / |Q|,  w = 2 U' U*,  dw = 2 U'' U*       as functions of the parameter of the path
-
-The path of a SPLINE block: lines, arcs and curves through points, with one orientation along all of it.
+"""SPLINE and PTP_SPLINE blocks, planned whole: their path, and the fastest speeds on it under all bounds, rest to rest.
 
 A run of SPL is a curve through its points, with their distance as the parameter: cubic, with continuous second
 derivatives, and free at the ends of the block; beside a SLIN or SCIRC it takes that one's direction and curvature, and
 is then of degree 5. Where a SLIN or SCIRC changes direction by more than `CORNER` the arm has to stop. The orientation
-is a cubic curve of quaternions through all points. KUKA's own curve is not published: this one is assumed.
-
-Plans SPLINE and PTP_SPLINE blocks whole: the fastest speeds on their path under all bounds, rest to rest.
+is a cubic curve of quaternions Q through all points, with U = Q / |Q|, w = 2 U' U*, dw = 2 U'' U*. KUKA's own curve is
+not published: this one is assumed.
 
 Bounds: $VEL.CP, $ACC.CP along and across the path, $VEL.ORI1, $ACC.ORI1 about each axis of the base, and speed and
 acceleration of each axis ($VEL_AXIS, $ACC_AXIS). A motion of the block keeps its own bounds.

@@ -1,13 +1,10 @@
 """Motion segments and pauses in time; in a blend a segment begins while the one before it still slows down.
 
 In this overlap the two motions add up: d (1 - u)^2 is left of the first and d u^2 is done of the second, so the corner
-is passed on a parabola within the distance d. Outside the overlap each segment keeps its own motion profile.
-
-How a point is passed: the share of each motion that may be rounded, and the time in which two motions overlap.
-
-The corner begins where the rest of the way is below its distance (C_DIS), its share of half the way (C_PTP), its angle
-(C_ORI), or where the motion that slows down is below its share of the programmed speed (C_VEL); never before the middle
-of a motion. The overlap of two motions lies in the ramps.
+is passed on a parabola within the distance d. Outside the overlap, which lies in the ramps, each segment keeps its own
+motion profile. The corner begins where the rest of the way is below its distance (C_DIS), its share of half the way
+(C_PTP), its angle (C_ORI), or where the motion that slows down is below its share of the programmed speed (C_VEL);
+never before the middle of a motion.
 """
 
 import math

@@ -1,10 +1,7 @@
-"""Types of KRL: simple types, and the structures of the language itself; those of the controller are in kernel.toml.
+"""Types of KRL, and the names that need no declaration: KUKA's own, those of option packages, those of a user's file.
 
-Names that need no declaration: KUKA's own, those of option packages, and those of a user's file, as records.
-
-Names that need no declaration, read from TOML: kernel.toml, options.toml, and a user's files of the same form.
-
-The built-in names by kind: those of kernel.toml and options.toml, without the names of a user's file.
+The structures of the language itself stand here; all else is read from kernel.toml, options.toml, and files of a user
+of the same form.
 """
 
 from __future__ import annotations
@@ -328,9 +325,3 @@ SYSTEM: Mapping[str, Type] = {name: kind for name, kind in _NAMES.variables.item
 """System variables whose type is known here; any other name that begins with $ is one of unknown type."""
 CONFIG: Mapping[str, Type] = {name: kind for name, kind in _NAMES.variables.items() if not name.startswith("$")}
 """Other variables: those of the standard `$config.dat` and of option packages."""
-FUNCTIONS: Mapping[str, Function] = _NAMES.functions
-"""Functions and subprograms, by name in capitals."""
-STRUCTURES: Mapping[str, Mapping[str, Type]] = _NAMES.structures
-"""Structures that need no declaration: name -> component -> its type."""
-ENUMS: Mapping[str, frozenset[str]] = _NAMES.enums
-"""Enumerations that need no declaration."""

@@ -1,1 +1,4 @@
-"""The page that replays a run of a program, with the program's lines beside the motion."""
+"""The page of a run.
+
+program_page   replays a run with its program beside the arm
+"""

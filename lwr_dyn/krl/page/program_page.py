@@ -12,7 +12,7 @@ import numpy as np
 
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.krl.language.source import SourceFile, SourceLine
+from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.pages.replay.look import font_faces, look_css
@@ -81,7 +81,10 @@ def program_data(run: ProgramRun, program: Program) -> dict[str, Any]:
     of_pass = [] if (times := run.pass_times()) is None else times.lines(" of a pass")
     count = f"{len(run.executed)} motions and pauses"
     return {
-        "files": [{"name": file.name, "lines": _lines(file), "says": _says(run, file)} for file in files],
+        "files": [
+            {"name": file.name, "lines": [x.shown.expandtabs(4).rstrip() for x in file.lines], "says": _says(run, file)}
+            for file in files
+        ],
         "motions": [
             [place[x.position.file], x.position.line, round(x.begin, 6), round(x.end, 6), x.kind] for x in motions
         ],
@@ -112,11 +115,3 @@ def _says(run: ProgramRun, file: SourceFile) -> dict[int, list[str]]:
         if d.position.file == file.name and d.severity != "note":
             says.setdefault(d.position.line, []).append(f"{d.severity}: {d.message}")
     return says
-
-
-def _lines(file: SourceFile) -> list[str]:
-    return [_text(line).expandtabs(4).rstrip() for line in file.lines]
-
-
-def _text(line: SourceLine) -> str:
-    return line.layout if line.layout is not None else line.text()

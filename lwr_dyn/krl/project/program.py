@@ -1,7 +1,4 @@
-"""A program: one module of a project, with all the names that it sees.
-
-A folder of KRL files, such as a backup with KRC/R1/Program, read as a project.
-"""
+"""A program: one module of a project, with all the names that it sees; and how files and folders become one."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence

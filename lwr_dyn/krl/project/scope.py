@@ -1,6 +1,6 @@
-"""The names that a routine sees, and what is said of those that it does not.
+"""The names that a routine sees.
 
-Names that nothing declares: each is reported once a file, where it stands first, with its number of places.
+One that nothing declares is reported once a file, where it stands first, with its number of places.
 """
 
 from __future__ import annotations

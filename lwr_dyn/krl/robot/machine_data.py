@@ -1,19 +1,14 @@
-"""The machine data of a six-axis KUKA robot: from the `$machine.dat` of a backup, or a TOML file in the same words.
+"""The machine data of a six-axis KUKA robot, from a `$machine.dat` or a TOML file in its words, and its `Arm`.
 
     REAL $LENGTH_A=350.000        LENGTH_A = 350
     $SOFTN_END[1]=-185.0          SOFTN_END = [-185, ...]
     FRAME $TIRORO={X 0, Z 675}    TIRORO = { Z = 675 }
 
 Lengths are in mm, angles in deg. The speed of an axis is `$VEL_AXIS_MA` [rev/min of the motor] over the ratio
-`$RAT_MOT_AX`; a TOML file may give `speed` [deg/s] instead.
-
-The plain value of a constant expression, without a running program: `-3`, `TRUE`, `#EX`, `"text"`, `{X 1, Y 2}`.
-
-From machine data to an `Arm` in KUKA's own axes: A1 to A6 count and turn as on the controller. No masses are known.
+`$RAT_MOT_AX`; a TOML file may give `speed` [deg/s] instead. No masses are known. A1 to A6 count and turn as on the
+controller, each in the sense of `$AXIS_DIR`: axis 1 about z, axes 2 and 3 about y, axes 4 to 6 about z of their frames.
 
     T = ROBROOT TIRORO R(A1) X(LENGTH_A) R(A2) X(LENGTH_B) R(A3) TX3P3 R(A4) DH_4 R(A5) DH_5 R(A6) TFLWP
-
-Axis 1 turns about z, axes 2 and 3 about y, axes 4 to 6 about z of their frames, each in the sense of `$AXIS_DIR`.
 """
 
 from __future__ import annotations
@@ -75,6 +70,7 @@ def given_values(x: object) -> Iterator[tuple[str, int | None, Any]]:
 
 NEEDED = "a $machine.dat, or a TOML file with its words"
 FRAME = ("X", "Y", "Z", "A", "B", "C")
+_OPTIONAL = ("ROBROOT", "DH_4", "DH_5")
 _KUKA_DIRECTIONS = (-1, 1, 1, -1, -1, -1)
 _LISTS = ("AXIS_DIR", "AXIS_SEQ", "SOFTN_END", "SOFTP_END", "VEL_AXIS_MA", "RAISE_TIME")
 _WORDS = {"MAIN_AXIS": "NR", "WRIST_AXIS": "ZEH", "TRAFO_AXIS": 6, "DEF_A4FIX": False, "DEF_A5LINK": False}
@@ -140,15 +136,8 @@ def _of_data(content: bytes, name: str) -> tuple[Values, dict[str, int]]:
 def _of_toml(table: Mapping[str, Any], file: str) -> Values:
     top = Fields(table, file, "")
     values: Values = {"TRAFONAME": top.take("name", str)}
-    for key, default in (
-        ("TIRORO", None),
-        ("ROBROOT", {}),
-        ("TX3P3", None),
-        ("TFLWP", None),
-        ("DH_4", {}),
-        ("DH_5", {}),
-    ):
-        given = top.take(key, dict) if default is None else top.take(key, dict, default)
+    for key in ("TIRORO", "ROBROOT", "TX3P3", "TFLWP", "DH_4", "DH_5"):
+        given = top.take(key, dict, {}) if key in _OPTIONAL else top.take(key, dict)
         values[key] = {str(k).upper(): v for k, v in given.items()}
     values["TX3P3"].setdefault("B", 90)
     for key in ("LENGTH_A", "LENGTH_B"):
@@ -270,14 +259,8 @@ def machine_arm(record: MachineRecord) -> Arm:
     along_a, along_b = (Pose(np.eye(3), np.array([x / 1e3, 0.0, 0.0])) for x in record.lengths)
     about_y = Pose(rot_x(-math.pi / 2), np.zeros(3))
     back = about_y.inverse()
-    before = [
-        frames["ROBROOT"] @ frames["TIRORO"],
-        along_a @ about_y,
-        along_b @ about_y,
-        frames["TX3P3"],
-        _wrist(record.wrist["DH_4"]),
-        _wrist(record.wrist["DH_5"]),
-    ]
+    wrist = [frames["TX3P3"], *(_wrist(record.wrist[key]) for key in ("DH_4", "DH_5"))]
+    before = [frames["ROBROOT"] @ frames["TIRORO"], along_a @ about_y, along_b @ about_y, *wrist]
     after = [Pose.identity(), back, back, Pose.identity(), Pose.identity(), Pose.identity()]
     links = []
     for i, (b, a, direction) in enumerate(zip(before, after, record.directions, strict=True), 1):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -172,7 +173,7 @@ def watch_for_replies(m: RunningProgram) -> None:
         if reply.when is None:
             m.clock.add(reply.after, give)
         else:
-            m.replies.append(Watch(reply.when, _later(m, reply.after, give)))
+            m.replies.append(Watch(reply.when, partial(_give_later, m, reply.after, give)))
     for watch in m.replies:
         watch.last = _is_true(m, watch.condition)
         if watch.last:
@@ -191,8 +192,8 @@ def _giving(m: RunningProgram, i: int, reply: Reply) -> Callable[[], None]:
     return give
 
 
-def _later(m: RunningProgram, after: float, give: Callable[[], None]) -> Callable[[], object]:
-    return lambda: m.clock.add(m.clock.now + after, give)
+def _give_later(m: RunningProgram, after: float, give: Callable[[], None]) -> None:
+    m.clock.add(m.clock.now + after, give)
 
 
 # --- interrupts

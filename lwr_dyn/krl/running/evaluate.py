@@ -1,6 +1,6 @@
 """Evaluation: expressions -> values, and references -> the variables, elements and components they name.
 
-SIGNAL names: a name for one input or output, or for a group of them, which is a whole number.
+A SIGNAL names one input or output, or a group of them, which is a whole number.
 """
 
 from __future__ import annotations

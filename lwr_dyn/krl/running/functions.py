@@ -72,8 +72,10 @@ def _write(env: Environment, x: e.Expression, text: str) -> bool:
     return True
 
 
-def _length(env: Environment, a: Arguments) -> Value:
-    return len(_text(env, a, 0))
+def _case(env: Environment, a: Arguments, i: int) -> bool:
+    """Whether capitals count, #CASE_SENS, which is the rule without the argument."""
+    value = value_of(env, a[i]) if i < len(a) else EnumValue("CASE_SENS")
+    return value != EnumValue("NOT_CASE_SENS")
 
 
 def _declared_length(env: Environment, a: Arguments) -> Value:
@@ -81,23 +83,9 @@ def _declared_length(env: Environment, a: Arguments) -> Value:
     return len(_text(env, a, 0)) if room is None else room
 
 
-def _clear(env: Environment, a: Arguments) -> Value:
-    return bool(a) and _write(env, a[0], "")
-
-
 def _add(env: Environment, a: Arguments) -> Value:
     whole = _text(env, a, 0) + _text(env, a, 1)
     return len(whole) if _write(env, a[0], whole) else 0
-
-
-def _copy(env: Environment, a: Arguments) -> Value:
-    return _write(env, a[0], _text(env, a, 1)) if a else False
-
-
-def _case(env: Environment, a: Arguments, i: int) -> bool:
-    """Whether capitals count, #CASE_SENS, which is the rule without the argument."""
-    value = value_of(env, a[i]) if i < len(a) else EnumValue("CASE_SENS")
-    return value != EnumValue("NOT_CASE_SENS")
 
 
 def _equal(env: Environment, a: Arguments) -> Value:
@@ -144,23 +132,18 @@ def _real(text: str) -> float:
     return float(text)
 
 
-def _to_text(env: Environment, a: Arguments) -> Value:
-    text = _text(env, a, 0)
-    return len(a) > 1 and _write(env, a[1], text)
-
-
 TEXT: dict[str, Callable[[Environment, Arguments], Value]] = {
-    "STRLEN": _length,
+    "STRLEN": lambda env, a: len(_text(env, a, 0)),
     "STRDECLLEN": _declared_length,
-    "STRCLEAR": _clear,
+    "STRCLEAR": lambda env, a: bool(a) and _write(env, a[0], ""),
     "STRADD": _add,
-    "STRCOPY": _copy,
+    "STRCOPY": lambda env, a: bool(a) and _write(env, a[0], _text(env, a, 1)),
     "STRCOMP": _equal,
     "STRFIND": _find,
     "STRTOINT": _to(int),
     "STRTOREAL": _to(_real),
     "STRTOBOOL": _to(lambda text: {"TRUE": True, "FALSE": False}[text.upper()]),
-    "STRTOSTRING": _to_text,
+    "STRTOSTRING": lambda env, a: len(a) > 1 and _write(env, a[1], _text(env, a, 0)),
 }
 """Function -> its value; those with an OUT argument write into it."""
 

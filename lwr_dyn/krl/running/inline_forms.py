@@ -88,10 +88,6 @@ def _act_part(m: RunningProgram, name: str, part: str, default: float) -> float:
     return float(value) if isinstance(value, int | float) else default
 
 
-def _initmov(m: RunningProgram, _: float) -> None:
-    m.controller.initialise()
-
-
 def _frames(m: RunningProgram, _: float = 0.0) -> None:
     _set_frame(m, "$TOOL", "TOOL_DATA", _act_part(m, "FDAT_ACT", "TOOL_NO", 0.0))
     _set_frame(m, "$BASE", "BASE_DATA", _act_part(m, "FDAT_ACT", "BASE_NO", 0.0))
@@ -105,16 +101,16 @@ def _ptp_data(m: RunningProgram, value: float) -> None:
     _set_part(m, "$APO", "CDIS", _act_part(m, "PDAT_ACT", "APO_DIST", 0.0))
 
 
-def _ptp_params(m: RunningProgram, value: float) -> None:
-    _ptp_data(m, value)
-    _frames(m)
-
-
 def _cp_data(m: RunningProgram, value: float) -> None:
     """Those of LDAT_ACT; the frames stay."""
     _set_part(m, "$VEL", "CP", value)
     _set_part(m, "$ACC", "CP", m.controller.machine.acc_cp * _act_part(m, "LDAT_ACT", "ACC", 100.0) / 100.0)
     _set_part(m, "$APO", "CDIS", _act_part(m, "LDAT_ACT", "APO_DIST", 0.0))
+
+
+def _ptp_params(m: RunningProgram, value: float) -> None:
+    _ptp_data(m, value)
+    _frames(m)
 
 
 def _cp_params(m: RunningProgram, value: float) -> None:
@@ -123,7 +119,7 @@ def _cp_params(m: RunningProgram, value: float) -> None:
 
 
 _BAS: dict[str, Callable[[RunningProgram, float], None]] = {
-    "INITMOV": _initmov,
+    "INITMOV": lambda m, v: m.controller.initialise(),
     "VEL_PTP": lambda m, v: _set_axes(m, "$VEL_AXIS", v),
     "ACC_PTP": lambda m, v: _set_axes(m, "$ACC_AXIS", v),
     "VEL_CP": lambda m, v: _set_part(m, "$VEL", "CP", v),
@@ -175,11 +171,8 @@ def _ramps(m: RunningProgram, values: Values) -> Value:
 def _jerk(m: RunningProgram, values: Values) -> Value:
     # no jerk is modelled: a value of its type which no motion uses
     share = _part(values, 0, "JERK_FAC", 50.0)
-    return StructValue("JERK_STRUC", {"CP": share, "ORI": share, "AX": _same_axes(share)})
-
-
-def _same_axes(value: float) -> StructValue:
-    return StructValue("E6AXIS", dict.fromkeys((*AXIS_NAMES, *(f"E{i}" for i in range(1, 7))), value))
+    axes = StructValue("E6AXIS", dict.fromkeys((*AXIS_NAMES, *(f"E{i}" for i in range(1, 7))), share))
+    return StructValue("JERK_STRUC", {"CP": share, "ORI": share, "AX": axes})
 
 
 def _approximation(m: RunningProgram, values: Values) -> Value:

@@ -1,6 +1,6 @@
 """Moves the arm of a running program: plans one motion after another onto the timeline, and lists them.
 
-The motions between SPLINE and ENDSPLINE: collected as the program runs, planned together at its end.
+The motions between SPLINE and ENDSPLINE are collected as the program runs, and planned together at its end.
 """
 
 from __future__ import annotations

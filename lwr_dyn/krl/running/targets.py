@@ -1,8 +1,6 @@
-"""From a programmed point to axes: reach, limits, Status and Turn; diagnostics of their faults with the distance.
+"""From a programmed point to axes: reach, limits, Status and Turn, with diagnostics of faults and their distance.
 
-Relative motions: from the step that is programmed to the point where the motion ends.
-
-How the orientation is led along a path: $ORI_TYPE, $CIRC_TYPE, $IPO_MODE, as far as they are modelled.
+Of a relative motion the point where it ends; of a path how the orientation is led ($ORI_TYPE, $CIRC_TYPE, $IPO_MODE).
 """
 
 from __future__ import annotations

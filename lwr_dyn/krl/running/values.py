@@ -1,8 +1,7 @@
-"""Values of a running program: numbers, truth values, text, structures, arrays; and the variables that hold them.
+"""Values of a running program (numbers, truth values, text, structures, arrays), their variables and their operators.
 
-A whole row of an array, `T[1,]`: read and written as an array of the indices that are left open.
-
-Operators on values. INT / INT is an INT, as in KRL; a result outside the range of INT or REAL is an error.
+INT / INT is an INT, as in KRL; a result outside the range of INT or REAL is an error. A whole row of an array, `T[1,]`,
+is read and written as an array of the indices that are left open.
 """
 
 from __future__ import annotations

@@ -1,11 +1,9 @@
 """A sampled path -> a program of PTP, LIN and CIRC that follows it within a tolerance, with its `.dat`.
 
-How a point between two written motions may be passed: the largest approximation that cuts the corner little enough.
-
-Between two paths in space ($APO.CDIS = d) the corner is cut by a parabola, at most d sin(turn / 2) / 2 from it, and the
-orientation is at most a quarter of what both turn within d away; between two PTP ($APO.CPTP) a quarter of what both
-still go is missed. Passing between the two kinds, and to or from a
-block, is left out: they stop there.
+A point between two motions is passed by the largest approximation that cuts the corner little enough. Between two paths
+in space ($APO.CDIS = d) the corner is cut by a parabola, at most d sin(turn / 2) / 2 from it, and the orientation is at
+most a quarter of what both turn within d away; between two PTP ($APO.CPTP) a quarter of what both still go is missed.
+Passing between the two kinds, and to or from a block, is left out: they stop there.
 """
 
 from __future__ import annotations

@@ -1,6 +1,4 @@
-"""Motions of KRL that follow a sampled path within a tolerance: LIN, CIRC and PTP, each as long as it can be.
-
-How far the path of a program that is run lies from the samples it was written from: both ways, place by place.
+"""Motions of KRL that follow a sampled path within a tolerance, each as long as it can be; and how far a run is off.
 
 Each sample is compared with the nearest place that the program passes in the motion written for it or in the motions
 beside it, and each place of the program with the nearest place between the samples. Near is meant in position and

@@ -1,13 +1,8 @@
 """Writes a sampled path as a program, runs the program, and keeps what stays within the tolerance.
 
-SPLINE blocks in place of many short motions: SPL through as few samples as keep the curve within the tolerance.
-
-The curve is the one that `krl run` plans (cubic, through its points); KUKA's own is not published, so between the
-points a controller's path may be another one.
-
-PTP_SPLINE blocks from pause to pause: SPTP through as few samples as keep the tool's path within the tolerance.
-
-The curve of the axes is the one that `krl run` plans (cubic, through its points); KUKA's own is not published.
+In place of many short motions a SPLINE block with as few SPL, and from pause to pause a PTP_SPLINE block with as few
+SPTP, as keep the tool within the tolerance. The curve is the one that `krl run` plans (cubic, through its points);
+KUKA's own is not published, so between the points a controller's path may be another one.
 """
 
 from __future__ import annotations
@@ -90,19 +85,35 @@ def _groups(samples: SampledPath, motions: Sequence[FittedMotion], wherever: boo
 def _knots(
     samples: SampledPath, first: int, last: int, tolerance: tuple[float, float], most: int
 ) -> tuple[int, ...] | None:
-    """The samples at which the points of a block stand; None where it would take more than `most`."""
+    """The samples at which the points of a SPLINE block stand; None where it would take more than `most`."""
     if last - first < 2:
         return None
     places = samples.T[first : last + 1, :3, 3]
     way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
-    knots = sorted({0, *halves(way, [0, last - first])})
-    for _ in range(ROUNDS):
-        if len(knots) - 1 > most:
-            return None
+
+    def passed(knots: Sequence[int]) -> Array | None:
         path = _curve(samples, [first + k for k in knots])
-        if path is None:
+        return None if path is None else poses_at(path[0], _nearest(path, way, knots, places))
+
+    return _refined_knots(samples, first, way, passed, tolerance, most)
+
+
+def _refined_knots(
+    samples: SampledPath,
+    first: int,
+    way: Array,
+    passed: Callable[[Sequence[int]], Array | None],
+    tolerance: tuple[float, float],
+    most: int,
+) -> tuple[int, ...] | None:
+    """Knots, more where the poses (k, 4, 4) that a curve has passed are off; `way` (k,) grows from sample to sample."""
+    last = len(way) - 1
+    knots = sorted({0, last, *(halves(way, [0, last]) if last > 1 else ())})
+    for _ in range(ROUNDS):
+        T = passed(knots) if len(knots) - 1 <= most else None
+        if T is None:
             return None
-        good = within(poses_at(path[0], _nearest(path, way, knots, places)), samples.T[first : last + 1], tolerance)
+        good = within(T, samples.T[first : first + last + 1], tolerance)
         bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
         if not bad:
             return tuple(first + k for k in knots[1:]) if good.all() else None
@@ -153,19 +164,13 @@ def axis_splines(samples: SampledPath, tolerance: tuple[float, float]) -> tuple[
 
 
 def _axis_knots(samples: SampledPath, first: int, last: int, tolerance: tuple[float, float]) -> tuple[int, ...] | None:
-    q, wanted = samples.q[first : last + 1], samples.T[first : last + 1]
+    q = samples.q[first : last + 1]
     way = _along(samples, q)
-    knots = sorted({0, last - first, *(halves(way, [0, last - first]) if last - first > 1 else ())})
-    for _ in range(ROUNDS):
-        if len(knots) > MOST:
-            return None
-        T = flange_pose(samples.arm.chain, _nearest_axes(samples, q, way, knots)) @ samples.tool
-        good = within(T, wanted, tolerance)
-        bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
-        if not bad:
-            return tuple(first + k for k in knots[1:]) if good.all() else None
-        knots = sorted({*knots, *(k for a, b in bad for k in halves(way, [a, b]))})
-    return None
+
+    def passed(knots: Sequence[int]) -> Array:
+        return np.asarray(flange_pose(samples.arm.chain, _nearest_axes(samples, q, way, knots)) @ samples.tool)
+
+    return _refined_knots(samples, first, way, passed, tolerance, MOST - 1)
 
 
 def _along(samples: SampledPath, q: Array) -> Array:

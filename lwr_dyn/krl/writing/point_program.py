@@ -1,7 +1,4 @@
-"""A list of points -> a `.src` and `.dat` as a KUKA controller expects them, with Status and Turn from the model.
-
-Lines of a program that is written: its beginning, declared points, its `.src` and `.dat`.
-"""
+"""A list of points -> a `.src` and `.dat` as a KUKA controller expects them, with Status and Turn from the model."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -1,6 +1,6 @@
 """A path that an arm has taken or shall take, as samples: from a run, a motion, or a table of poses or axes.
 
-The axes along a path of poses: one branch of the inverse kinematics all along, inside the limits.
+A path of poses is followed on one branch of the inverse kinematics all along, inside the limits.
 """
 
 from __future__ import annotations

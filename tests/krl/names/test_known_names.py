@@ -5,10 +5,7 @@ import pytest
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.krl.names.known_names import (
     CONFIG,
-    ENUMS,
-    FUNCTIONS,
     SIMPLE,
-    STRUCTURES,
     SYSTEM,
     Function,
     Type,
@@ -16,6 +13,9 @@ from lwr_dyn.krl.names.known_names import (
 )
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.program_run import check_program
+
+NAMES = known_names()
+FUNCTIONS, STRUCTURES, ENUMS = NAMES.functions, NAMES.structures, NAMES.enums
 
 
 def told(*lines):

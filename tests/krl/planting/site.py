@@ -11,7 +11,7 @@ from functools import lru_cache
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.language.statements import Statement
-from lwr_dyn.krl.names.known_names import FUNCTIONS
+from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.project import Module, Project
 
 _HEAD = re.compile(r"\s*(?:GLOBAL\s+)?(?:DEF|DEFFCT\s+\w+(?:\s*\[[\d, ]*\])?)\s+(\w+)\s*\(([^)]*)\)", re.IGNORECASE)
@@ -65,7 +65,7 @@ class PlantSite:
             ways.append(word[: i + 1] + word[i + 2 :])
             ways.append(word[: i + 1] + word[i] + word[i + 1 :])
         rng.shuffle(ways)
-        used = self.of.words | set(KEYWORDS) | set(FUNCTIONS)
+        used = self.of.words | set(KEYWORDS) | set(known_names().functions)
         return next((w for w in ways if w.upper() not in used and re.fullmatch(r"[A-Za-z_]\w*", w)), None)
 
 
