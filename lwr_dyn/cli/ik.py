@@ -13,7 +13,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import aligned
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_words
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
-from lwr_dyn.krl.robot.kuka_pose import KukaUnits, kuka_units
+from lwr_dyn.krl.robot.kuka_pose import KukaUnits, kuka_units, pose_of_matrix, pose_record, rotation_of_abc
 from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.spatial import from_rpy
@@ -97,7 +97,7 @@ def _pose(arm: Arm, given: dict[str, Any]) -> tuple[Array, bool]:
     angles_option = _one_of(given, *ANGLES)
     angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
     if angles_option == "--abc-deg":
-        pose[:3, :3] = KukaUnits(arm).rotation(angles.tolist())
+        pose[:3, :3] = rotation_of_abc(angles.tolist())
     else:
         pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
     return pose, True
@@ -219,7 +219,7 @@ def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
         "turn_missed": result.turn,
         "position_only": result.position_only,
         "singular": list(result.singular),
-        "kuka": kuka.pose_record(pose) if kuka else None,
+        "kuka": pose_record(pose_of_matrix(pose)) if kuka else None,
         "solutions": [_row(arm, s) for s in result.solutions],
         "outside": [_row(arm, s) for s in result.outside],
         "arm_angle_intervals": dict(result.arm_angle_intervals),

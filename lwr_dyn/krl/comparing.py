@@ -20,7 +20,7 @@ from lwr_dyn.krl.language.declarations import Declaration, Def, Header
 from lwr_dyn.krl.language.lexer import LineError, tokens_of
 from lwr_dyn.krl.language.source import SourceFile, krl_files, read_source
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
-from lwr_dyn.krl.robot.kuka_pose import rotation_of_abc
+from lwr_dyn.krl.robot.kuka_pose import rotation_angle, rotation_of_abc
 
 SAME_MM, SAME_DEG = 1e-6, 1e-6
 """A smaller change is none."""
@@ -154,8 +154,7 @@ def _turn(a: list[float], b: list[float]) -> float | None:
     """The angle [deg] between two orientations A, B, C [deg]."""
     if not all(isinstance(x, float) for x in (*a, *b)):
         return None
-    between = np.linalg.norm(rotation_of_abc(a) - rotation_of_abc(b))
-    return float(np.degrees(2.0 * np.arcsin(min(between / np.sqrt(8.0), 1.0))))
+    return float(np.degrees(rotation_angle(rotation_of_abc(a), rotation_of_abc(b))))
 
 
 def _shown(x: float | str | None) -> str:

@@ -299,31 +299,19 @@ def _values(context: LineContext, found: Referent) -> list[str]:
         return []
     own = [] if declared.declarator is None or declared.declarator.value is None else [declared.declarator.value]
     lines = [f"{declared.name} = {expression_text(x)}" for x in own] + list(_assigned(context, found))
-    return (
-        lines
-        if len(lines) <= MOST_VALUES
-        else [*lines[: MOST_VALUES - 1], f"; and {len(lines) - MOST_VALUES + 1} more"]
-    )
+    more = len(lines) - MOST_VALUES + 1
+    return lines if more <= 1 else [*lines[: MOST_VALUES - 1], f"; and {more} more"]
 
 
 def _assigned(context: LineContext, found: Referent) -> Iterator[str]:
     if found.position is None or found.position.file not in context.program.project.homes:
         return
-    wanted = found.node if isinstance(found.node, e.Index) and _is_constant(found.node) else None
+    node = found.node
+    wanted = node if isinstance(node, e.Index) and all(isinstance(i, e.Integer) for i in node.indices) else None
     for _, x in context.program.project.file(found.position.file).outline.data:
-        named = isinstance(x, s.Assign) and _root(x.target).upper() == found.name.upper()
+        named = isinstance(x, s.Assign) and e.root_name(x.target) == found.name.upper()
         if isinstance(x, s.Assign) and named and (wanted is None or _starts_with(x.target, wanted)):
             yield statement_text(x)
-
-
-def _is_constant(x: e.Index) -> bool:
-    return all(isinstance(i, e.Integer) for i in x.indices)
-
-
-def _root(x: e.Reference) -> str:
-    while not isinstance(x, e.Name):
-        x = x.of
-    return x.name
 
 
 def _starts_with(target: e.Reference, wanted: e.Index) -> bool:

@@ -149,6 +149,13 @@ PRIORITY = {
 """Operators of two operands: the larger binds first; comparisons bind last, as KUKA's table of priorities has it."""
 
 
+def root_name(x: Reference) -> str:
+    """The name with which a reference begins, in capitals."""
+    while not isinstance(x, Name):
+        x = x.of
+    return x.name.upper()
+
+
 def _optional_list(c: Nodes) -> tuple[Any, ...]:
     return () if c == [None] else tuple(c)
 

@@ -108,6 +108,11 @@ def rotation_of_abc(abc_deg: Sequence[float]) -> Array:
     return from_rpy((c, b, a))
 
 
+def rotation_angle(R: Array, S: Array) -> Array:
+    """The angle [rad] between rotations (..., 3, 3)."""
+    return np.asarray(2.0 * np.arcsin(np.minimum(np.linalg.norm(R - S, axis=(-2, -1)) / np.sqrt(8.0), 1.0)))
+
+
 def degenerate_abc(abc_deg: Sequence[float]) -> bool:
     """Whether B is +-90 deg: A and C turn about one axis.
 
@@ -178,10 +183,6 @@ class KukaUnits:
         axes = dict(zip(self.arm.joint_names, np.degrees(q).tolist(), strict=True))
         return {"axes_deg": axes} | pose_record(kuka_pose(self.arm, q))
 
-    def pose_record(self, T: Array) -> dict[str, Any]:
-        """A pose (4, 4) [m] without Status and Turn."""
-        return pose_record(pose_of_matrix(T))
-
     def label(self, q: Array) -> str:
         """Status and Turn at q (6,) [rad]."""
         return f"{status(self.arm, q)}, {turn(q)}"
@@ -193,10 +194,6 @@ class KukaUnits:
             return None
         other = "C - A" if abc[1] > 0 else "C + A"
         return f"B is {abc[1]:+.0f} deg: A and C turn about one axis, only {other} counts; written with A = 0"
-
-    def rotation(self, abc_deg: Sequence[float]) -> Array:
-        """The rotation (3, 3) of A, B, C [deg], of any arm; raises `ShapeError`."""
-        return rotation_of_abc(abc_deg)
 
     def selected(self, solutions: Sequence[Solution], s: int | None, t: int | None) -> tuple[Solution, ...]:
         """The solutions with Status `s` and Turn `t`; raises `OptionError` for none of them or another kind of arm."""

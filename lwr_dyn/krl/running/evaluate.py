@@ -91,13 +91,6 @@ def reference_to(env: Environment, x: e.Reference) -> VariableReference:
     return element_reference(env, x) if isinstance(x, e.Index) else _component(env, x)
 
 
-def root_name(x: e.Reference) -> str:
-    """The name with which a reference begins, in capitals."""
-    while not isinstance(x, e.Name):
-        x = x.of
-    return x.name.upper()
-
-
 def _indices(env: Environment, x: e.Index | e.Item) -> tuple[int, ...]:
     return tuple(int(number_of(env, i, "an index")) for i in x.indices or ())
 
@@ -166,10 +159,10 @@ def _read(env: Environment, x: e.Reference) -> Value:
         if outside is not None:
             return outside
     value: Value | None = reference_to(env, x).read()
-    env.note_read(root_name(x))
+    env.note_read(e.root_name(x))
     if value is None:
         hint = "assign it first, or give it in the .dat"
-        raise ExecutionError("no-value", f"{expression_text(x)} has no value", hint, root_name(x))
+        raise ExecutionError("no-value", f"{expression_text(x)} has no value", hint, e.root_name(x))
     return value
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
+from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import CodeBlock
 from lwr_dyn.krl.language.unparse import expression_text
@@ -26,7 +27,7 @@ from lwr_dyn.krl.running.background import (
     settle,
     switch_interrupts,
 )
-from lwr_dyn.krl.running.evaluate import number_of, reference_to, root_name, truth_of, value_of
+from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of, value_of
 from lwr_dyn.krl.running.functions import called_routine, value_of_call
 from lwr_dyn.krl.running.inline_forms import WithSettings, bas
 from lwr_dyn.krl.running.motions import OpenBlock, begin_block, collect, end_block
@@ -63,7 +64,7 @@ def step(m: RunningProgram, result: list[Value] | None = None) -> None:
     except ExecutionError as fault:
         m.log.report_fault(fault)
         if isinstance(statement, s.Assign):
-            m.log.unassigned.add(root_name(statement.target))
+            m.log.unassigned.add(e.root_name(statement.target))
 
 
 def _count_step(m: RunningProgram) -> None:

@@ -16,7 +16,7 @@ from typing import TypeAlias
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.running.evaluate import number_of, root_name
+from lwr_dyn.krl.running.evaluate import number_of
 from lwr_dyn.krl.running.running_program import RunningProgram
 from lwr_dyn.krl.running.values import (
     AXIS_NAMES,
@@ -243,7 +243,7 @@ class WithSettings(AbstractContextManager[None]):
         c = self.m.controller
         known = set(c.speeds_set)
         for setting in self.settings:
-            name = root_name(setting.target)
+            name = e.root_name(setting.target)
             variable = c.variable(name) if name.startswith("$") else None
             if variable is not None and name not in self.before:
                 self.before[name] = None if variable.value is None else copied(variable.value)
@@ -260,7 +260,7 @@ class WithSettings(AbstractContextManager[None]):
 
     def _spread(self, name: str) -> None:
         """Give the value of axis 1 to all axes when no other one is set."""
-        targets = [x.target for x in self.settings if root_name(x.target) == name]
+        targets = [x.target for x in self.settings if e.root_name(x.target) == name]
         variable = self.m.controller.variables.get(name)
         if len(targets) == 1 and isinstance(targets[0], e.Index) and variable is not None:
             array = variable.value

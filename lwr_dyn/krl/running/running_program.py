@@ -27,7 +27,6 @@ from lwr_dyn.krl.running.evaluate import (
     aggregate_value,
     number_of,
     reference_to,
-    root_name,
     signal_reference,
     value_of,
 )
@@ -267,14 +266,14 @@ class RunningProgram:
         else:
             value = value_of(self, x.value)
         target.write(value)
-        self.controller.note_written(root_name(x.target))
+        self.controller.note_written(e.root_name(x.target))
         self._note_output(x, value)
 
     def _note_output(self, x: s.Assign, value: Value) -> None:
-        root = root_name(x.target)
+        root = e.root_name(x.target)
         signal = self._signal(root)
         if signal is not None and not isinstance(signal.first, e.Bool):
-            root = root_name(signal.first)
+            root = e.root_name(signal.first)
         if root in ("$OUT", "$ANOUT"):
             self.motions.stop_advance()
             self.clock.record(self.log.position, "output", f"{expression_text(x.target)} = {value_text(value)}")

@@ -20,8 +20,8 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.project.program import Program, program_of
-from lwr_dyn.krl.robot.kuka_pose import frame_matrix, pose_of_matrix, status, turn
-from lwr_dyn.krl.writing.path_fit import BLOCKS, CLEAR, FittedMotion, rotation_angle
+from lwr_dyn.krl.robot.kuka_pose import frame_matrix, pose_of_matrix, rotation_angle, status, turn
+from lwr_dyn.krl.writing.path_fit import BLOCKS, CLEAR, FittedMotion
 from lwr_dyn.krl.writing.point_program import (
     axes_declared,
     component_set,

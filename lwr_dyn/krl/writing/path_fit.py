@@ -20,6 +20,7 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.motion.pose_paths import NEAR, PosePath, path_between
+from lwr_dyn.krl.robot.kuka_pose import rotation_angle
 from lwr_dyn.krl.running.program_run import ProgramRun
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 from lwr_dyn.trajectory.path import ArcSegment, LineSegment
@@ -200,11 +201,6 @@ def poses_at(path: PosePath, s: Array) -> Array:
     T = np.tile(np.eye(4), (len(s), 1, 1))
     T[:, :3, 3], T[:, :3, :3] = path.segment.at(s).p, path.orientation.at(s).R
     return T
-
-
-def rotation_angle(R: Array, S: Array) -> Array:
-    """The angle [rad] between rotations (..., 3, 3)."""
-    return np.asarray(2.0 * np.arcsin(np.minimum(np.linalg.norm(R - S, axis=(-2, -1)) / np.sqrt(8.0), 1.0)))
 
 
 def within(T: Array, wanted: Array, tolerance: tuple[float, float]) -> Array:
