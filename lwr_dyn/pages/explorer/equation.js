@@ -62,16 +62,13 @@ class EquationPanel {
   }
 
   #build() {
-    const card = document.createElement("section"), names = [...Array.from({ length: this.n }, (_, k) => `${k + 1}`), "payload", "rotor"];
+    const names = [...Array.from({ length: this.n }, (_, k) => `${k + 1}`), "payload", "rotor"];
     const kinds = [["B", "mass matrix"], ["C", "Coriolis matrix"], ["g", "gravity torque"]];
-    card.className = "card equation";
-    card.setAttribute("aria-label", "Equation of an entry");
-    card.innerHTML = `<div class="head"><h2>Equation of an entry <small>choose one: click, or arrow keys and Enter</small></h2><div class="buttons" role="group" aria-label="Matrix">${kinds.map(([kind, words]) => `<button type="button" data-kind="${kind}" aria-label="${kind}, ${words}">${kind}</button>`).join("")}</div></div>
+    const card = this.explorer.addCard("Equation of an entry", `<div class="head"><h2>Equation of an entry <small>choose one: click, or arrow keys and Enter</small></h2><div class="buttons" role="group" aria-label="Matrix">${kinds.map(([kind, words]) => `<button type="button" data-kind="${kind}" aria-label="${kind}, ${words}">${kind}</button>`).join("")}</div></div>
 <div class="scroll"><table class="heat" role="grid"><tbody></tbody></table></div>
 <h3><span data-said="name"></span> = <span class="mono" data-said="value"></span> <small data-said="unit"></small></h3><p class="note" data-said="form"></p>
-<div class="scroll" tabindex="0" role="region" aria-label="Shares of the links"><table class="torques shares"><thead><tr><th scope="col">link</th><th class="num" scope="col"></th><th class="num" scope="col"></th><th class="num" scope="col">share</th><th scope="col"><span class="unseen">bar</span></th></tr></thead><tbody>${names.map((name) => `<tr><th scope="row">${name}</th>${'<td class="num tau"></td>'.repeat(3)}<td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="b"/></svg></td></tr>`).join("")}</tbody><tfoot><tr><th scope="row">sum</th><td></td><td></td><td class="num tau" data-said="sum"></td><td></td></tr></tfoot></table></div><p class="note" data-said="apart"></p><p class="note" data-said="closed"></p>`;
+<div class="scroll" tabindex="0" role="region" aria-label="Shares of the links"><table class="torques shares"><thead><tr><th scope="col">link</th><th class="num" scope="col"></th><th class="num" scope="col"></th><th class="num" scope="col">share</th><th scope="col"><span class="unseen">bar</span></th></tr></thead><tbody>${names.map((name) => `<tr><th scope="row">${name}</th>${'<td class="num tau"></td>'.repeat(3)}<td class="bar"><svg viewBox="-1 0 2 1" preserveAspectRatio="none" aria-hidden="true"><path class="zero" d="M0 0v1"/><path class="b"/></svg></td></tr>`).join("")}</tbody><tfoot><tr><th scope="row">sum</th><td></td><td></td><td class="num tau" data-said="sum"></td><td></td></tr></tfoot></table></div><p class="note" data-said="apart"></p><p class="note" data-said="closed"></p>`, { kind: "equation" });
     this.card = card;
-    this.explorer.place(card);
     this.buttons = [...card.querySelectorAll("[data-kind]")];
     this.buttons.forEach((button) => button.addEventListener("click", () => this.choose(button.dataset.kind, this.i, this.j)));
     this.table = card.querySelector("[role=grid]");

@@ -88,9 +88,14 @@ class Explorer {
     return this.stage.flangePose(this.data.run);
   }
 
-  // A card of a panel: "left" or "right" of the picture, else below.
-  place(card, where) {
+  // A card of a panel with its name for screen readers: "left" or "right" of the picture, else below.
+  addCard(name, html, { where, kind } = {}) {
+    const card = document.createElement("section");
+    card.className = kind ? `card ${kind}` : "card";
+    card.setAttribute("aria-label", name);
+    card.innerHTML = html;
     document.getElementById(where ? `panels-${where}` : "panels").append(card);
+    return card;
   }
 
   // A switch of a panel, below the picture; it stays on for the next arm.

@@ -65,17 +65,14 @@ class GainsPanel {
   }
 
   #build() {
-    const card = document.createElement("section"), unit = this.joints.every(({ kind }) => kind === "revolute") ? ["N m/rad", "N m s/rad", "1° takes", "N m", "kg m²"] : ["N m/rad, N/m", "N m s/rad, N s/m", "1°, 1 mm takes", "N m, N", "kg m², kg"];
+    const unit = this.joints.every(({ kind }) => kind === "revolute") ? ["N m/rad", "N m s/rad", "1° takes", "N m", "kg m²"] : ["N m/rad, N/m", "N m s/rad, N s/m", "1°, 1 mm takes", "N m, N", "kg m², kg"];
     const fields = [["omega", "ω<sub>n</sub>", "rad/s", "natural frequency"], ["xi", "ξ", "", "damping ratio"], ["rate", "sampled at", "Hz", "sampling rate"]];
-    card.className = "card gains";
-    card.setAttribute("aria-label", "Gains");
-    card.innerHTML = `<div class="head"><h2>Gains <small>PD with gravity compensated</small></h2></div>
+    const card = this.explorer.addCard("Gains", `<div class="head"><h2>Gains <small>PD with gravity compensated</small></h2></div>
 <p class="fields">${fields.map(([name, label, u, words]) => `<label>${label} <input class="rate" data-field="${name}" type="text" inputmode="decimal" value="${this[name]}" aria-label="${words}${u ? `, ${u}` : ""}"> ${u}</label>`).join("")}<label>B<sub>ii</sub> <select aria-label="inertia that the gains are made for"><option value="pose">at this pose</option><option value="largest">largest within the limits</option></select></label></p><p class="note alarm" role="status" data-said="field"></p>
 <div class="scroll" tabindex="0" role="region" aria-label="Gains of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th class="num" scope="col">B<sub>ii</sub><br><small>${unit[4]}</small></th><th class="num" scope="col">Kp<br><small>${unit[0]}</small></th><th class="num" scope="col">Kd<br><small>${unit[1]}</small></th><th class="num" scope="col">${unit[2]}<br><small>${unit[3]}</small></th><th class="num" scope="col">of<br>limit</th></tr></thead><tbody>${this.joints.map((_, i) => `<tr><th scope="row">${i + 1}</th>${'<td class="num tau"></td>'.repeat(5)}</tr>`).join("")}</tbody></table></div>
 <h3>With all of B <small>the modes of the loop, slowest first</small></h3><div class="scroll" tabindex="0" role="region" aria-label="Modes of the loop"><table class="heat modes"><tbody>${["rad/s", "damping", "most in joint"].map((name) => `<tr><th scope="row">${name}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div>
-<p class="note" data-said="range"></p><p class="note" data-said="sampled"></p><p class="note">Kp = ω<sub>n</sub>² B<sub>ii</sub>, Kd = 2 ξ ω<sub>n</sub> B<sub>ii</sub> (Siciliano et al., Robotics, eq. 8.22). Modes: B ẍ + Kd ẋ + Kp x = 0.</p>`;
+<p class="note" data-said="range"></p><p class="note" data-said="sampled"></p><p class="note">Kp = ω<sub>n</sub>² B<sub>ii</sub>, Kd = 2 ξ ω<sub>n</sub> B<sub>ii</sub> (Siciliano et al., Robotics, eq. 8.22). Modes: B ẍ + Kd ẋ + Kp x = 0.</p>`, { kind: "gains" });
     this.card = card;
-    this.explorer.place(card);
     this.rows = [...card.querySelectorAll(".torques tbody tr")].map((row) => ({ row, cells: [...row.querySelectorAll("td")] }));
     const modal = [...card.querySelectorAll(".modes tr")].map((row) => [...row.querySelectorAll("td")]);
     this.modal = this.joints.map((_, k) => modal.map((row) => row[k]));

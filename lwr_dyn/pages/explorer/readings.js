@@ -39,11 +39,8 @@ class OtherReading {
   }
 
   #build() {
-    const card = document.createElement("section"), { explorer } = this;
-    card.className = "card";
-    card.setAttribute("aria-label", "Another reading");
-    card.innerHTML = `<div class="head"><h2>Another reading <small>of the same tables</small></h2><select aria-label="reading to compare with"></select></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of both readings"><table class="torques"><thead><tr><th scope="col">N m</th><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th><th scope="col" class="num">difference</th></tr></thead><tbody>${Array.from({ length: this.n }, (_, i) => `<tr><th scope="row">${i + 1}</th><td class="num tau"></td><td class="num tau"></td><td class="num tau"></td></tr>`).join("")}</tbody></table></div><p class="note about"></p><div class="slips"></div><details class="numbers"><summary></summary><div class="scroll" tabindex="0" role="region" aria-label="Numbers that differ"><table><thead><tr><td></td><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th></tr></thead><tbody></tbody></table></div></details>`;
-    explorer.place(card);
+    const { explorer } = this;
+    const card = explorer.addCard("Another reading", `<div class="head"><h2>Another reading <small>of the same tables</small></h2><select aria-label="reading to compare with"></select></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of both readings"><table class="torques"><thead><tr><th scope="col">N m</th><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th><th scope="col" class="num">difference</th></tr></thead><tbody>${Array.from({ length: this.n }, (_, i) => `<tr><th scope="row">${i + 1}</th><td class="num tau"></td><td class="num tau"></td><td class="num tau"></td></tr>`).join("")}</tbody></table></div><p class="note about"></p><div class="slips"></div><details class="numbers"><summary></summary><div class="scroll" tabindex="0" role="region" aria-label="Numbers that differ"><table><thead><tr><td></td><th scope="col" class="num">${explorer.arms[explorer.active].label}</th><th scope="col" class="num other"></th></tr></thead><tbody></tbody></table></div></details>`);
     this.card = card;
     const columns = [0, 1, 2].map((k) => [...card.querySelectorAll(".torques tbody tr")].map((row) => row.querySelectorAll("td")[k]));
     this.torques = columns.slice(0, 2).map((cells) => numberWriter(cells, 3));

@@ -69,13 +69,10 @@ class SideBySide {
   }
 
   #build() {
-    const card = document.createElement("section"), { sides, active } = this, same = sides.every(({ n }) => n === sides[0].n), both = sides.every(({ solver }) => solver);
+    const { sides, active } = this, same = sides.every(({ n }) => n === sides[0].n), both = sides.every(({ solver }) => solver);
     const ways = [["none", "each by itself", true], ["joints", "same joint positions", same], ["pose", "same flange pose", both]];
     const rows = [["mass", "mass of the moving links"], ["reach", "reach from the first axis"], ["flange", "flange x, y, z <small>m, own base</small>"], ["torque", "largest holding torque <small>(joint)</small>"], ["share", "largest share of a motor's limit <small>(joint)</small>"], ["manipulability", "manipulability <small>of the linear part</small>"]];
-    card.className = "card";
-    card.setAttribute("aria-label", "Side by side");
-    card.innerHTML = `<div class="head"><h2>Side by side</h2><div class="buttons" role="group" aria-label="What moves both">${ways.filter(([, , can]) => can).map(([how, text]) => `<button type="button" data-how="${how}">${text}</button>`).join("")}</div></div><div class="scroll" tabindex="0" role="region" aria-label="Both arms compared"><table class="sides"><thead><tr><td></td>${sides.map(() => '<th scope="col" class="num"></th>').join("")}</tr></thead><tbody>${rows.map(([name, text]) => `<tr data-row="${name}"><th scope="row">${text}</th>${'<td class="num"></td>'.repeat(sides.length)}</tr>`).join("")}</tbody></table></div><p class="note" role="status"></p>`;
-    this.explorer.place(card);
+    const card = this.explorer.addCard("Side by side", `<div class="head"><h2>Side by side</h2><div class="buttons" role="group" aria-label="What moves both">${ways.filter(([, , can]) => can).map(([how, text]) => `<button type="button" data-how="${how}">${text}</button>`).join("")}</div></div><div class="scroll" tabindex="0" role="region" aria-label="Both arms compared"><table class="sides"><thead><tr><td></td>${sides.map(() => '<th scope="col" class="num"></th>').join("")}</tr></thead><tbody>${rows.map(([name, text]) => `<tr data-row="${name}"><th scope="row">${text}</th>${'<td class="num"></td>'.repeat(sides.length)}</tr>`).join("")}</tbody></table></div><p class="note" role="status"></p>`);
     this.word = card.querySelector("p.note");
     this.cells = Object.fromEntries([...card.querySelectorAll("[data-row]")].map((row) => [row.dataset.row, [...row.querySelectorAll("td")]]));
     card.querySelectorAll("thead th").forEach((head, k) => { head.textContent = sides[k] === active ? `${sides[k].entry.label} (active)` : sides[k].entry.label; });

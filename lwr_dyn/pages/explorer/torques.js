@@ -34,16 +34,13 @@ class TorquePanel {
   }
 
   #build() {
-    const { joints } = this.explorer.data.arm, section = document.createElement("section");
-    section.className = "card";
-    section.setAttribute("aria-label", "Torques");
+    const { joints } = this.explorer.data.arm;
     const field = (i, of, word, unit) => `<td><input class="rate" data-of="${of}" data-joint="${i}" type="text" inputmode="decimal" value="${plain(explorerState[of][i], 6)}" aria-label="${word} ${i + 1}, ${unit}"></td>`;
     const rows = joints.map(({ name, kind }, i) => {
       const turns = kind === "revolute", unit = turns ? "rad" : "m", limit = this.motors[i] === null ? "limit unknown" : `limit ${plain(this.motors[i], 3)} ${turns ? "N m" : "N"}`;
       return `<tr title="${name.replace(/[<>&"]/g, "")}: ${limit}"><th scope="row">${i + 1}${turns ? "" : " <small>N</small>"}</th>${field(i, "dq", "speed", `${unit}/s`)}${field(i, "ddq", "acceleration", `${unit}/s²`)}<td class="bar"><svg viewBox="-1000 0 2000 10" preserveAspectRatio="none" aria-hidden="true"><path class="g"/><path class="c"/><path class="b"/><path class="zero" d="M0 0v10"/><path class="other"/></svg></td><td class="num tau"></td></tr>`;
     });
-    section.innerHTML = `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; full bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th scope="col">dq</th><th scope="col">ddq</th><th scope="col">torque</th><th scope="col" class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div><p class="note alarm" role="status"></p>`;
-    this.explorer.place(section, "right");
+    const section = this.explorer.addCard("Torques", `<div class="head"><h2>Torques <small>N m; <span class="key g">g</span> <span class="key c">C dq</span> <span class="key b">B ddq</span>; full bar: the motor's limit, else the largest</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Torques of the joints"><table class="torques"><thead><tr><th scope="col">joint</th><th scope="col">dq</th><th scope="col">ddq</th><th scope="col">torque</th><th scope="col" class="num">sum</th></tr></thead><tbody>${rows.join("")}</tbody></table></div><p class="note alarm" role="status"></p>`, { where: "right" });
     this.section = section;
     const lines = [...section.querySelectorAll("tbody tr")], bars = (part) => lines.map((row) => attributeWriter(row.querySelector(`path.${part}`), "d"));
     Object.assign(this, { bars: ["g", "c", "b"].map(bars), marks: bars("other"), over: lines.map((row) => attributeWriter(row, "class")) });

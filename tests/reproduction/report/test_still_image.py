@@ -11,9 +11,9 @@ from PIL import Image
 import lwr_dyn
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.still import COLUMNS, ROWS, Camera, Solid, arm_solids, png_address, ray_cast
 from lwr_dyn.reproduction.report import still_image
 from lwr_dyn.reproduction.report.content import Replay, Still
-from lwr_dyn.reproduction.report.still_image import COLUMNS, ROWS, Camera, Solid, arm_solids, png_address, ray_cast
 
 FROM_ABOVE = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 FROM_SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])

@@ -1,4 +1,4 @@
-"""The picture of an arm: as large as the arm is, and another at another pose."""
+"""The picture of an arm: as large as the arm is, another at another pose, and with the path of a run over it."""
 
 from io import BytesIO
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lwr_dyn.pages.explorer.shown import arm_still
+from lwr_dyn.pages.replay.look import tokens
+from lwr_dyn.pages.still import arm_still
 from tests.pages.explorer.explored import explored_arm
 
 
@@ -25,3 +26,14 @@ def test_a_still_shows_the_arm_at_its_pose(name):
 
 def test_the_same_arm_gives_the_same_bytes(arm):
     assert arm_still(arm, np.zeros(7)) == arm_still(arm, np.zeros(7))
+
+
+def test_the_path_of_a_run_is_drawn_in_its_colour(arm, two_runs):
+    run = two_runs[0]
+    with_path, alone = (
+        np.asarray(Image.open(BytesIO(arm_still(arm, run.q[-1], one))).convert("RGB")).astype(int)
+        for one in (run, None)
+    )
+    ink = np.array([int(tokens()["run1"][i : i + 2], 16) for i in (1, 3, 5)])
+    seen = [(np.abs(picture - ink).max(axis=-1) <= 2).sum() for picture in (with_path, alone)]
+    assert seen[0] > 100 > seen[1] == 0
