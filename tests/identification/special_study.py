@@ -9,16 +9,16 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.elastic_joints.identify_elastic import identify_elastic
+from lwr_dyn.identification.elastic_joints import identify_elastic
 from lwr_dyn.identification.payload.identify_load import identify_load
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.instrumental import UNFILTERED, instrumental
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.run import Motion
-from tests.identification import test_motor_side as motors
 from tests.identification import test_payload as payload
 from tests.identification.elastic_plants import elastic_log
+from tests.identification.logs import test_motor_side as motors
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 PER_MOTION = 10

@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.identification.elastic_joints.identify_elastic import elastic_text, identify_elastic
+from lwr_dyn.identification.elastic_joints import elastic_text, identify_elastic
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import JointElasticity

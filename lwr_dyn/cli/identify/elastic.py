@@ -8,7 +8,7 @@ from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options, readable_logs
 from lwr_dyn.cli.options import print_json
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.elastic_joints.identify_elastic import (
+from lwr_dyn.identification.elastic_joints import (
     TWO_ENCODERS,
     elastic_record,
     elastic_text,

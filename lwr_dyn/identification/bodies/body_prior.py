@@ -5,10 +5,9 @@
 exp(-w D) is a Wishart density of P; D grows to infinity at P singular, which keeps every body a body. A rotor's inertia
 is the same with a 1 x 1 matrix. Friction has a wide Gaussian about the table's value.
 
-What is known for certain of an arm's parameters: a total mass from scales, values that a maker gives, any sum.
-
-They are equations A pi = c. The table moves onto them by as little as possible (the log-det distance of `body_prior`);
-the dual of that has one unknown a constraint and starts anywhere, and it grows without end where no bodies obey.
+What is known for certain (a total mass from scales, values that a maker gives, any sum) are equations A pi = c. The
+table moves onto them by as little of that distance as possible; the dual of that has one unknown a constraint and
+starts anywhere, and it grows without end where no bodies obey.
 """
 
 import re
@@ -34,15 +33,12 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 UNKNOWN_FRICTION = 10.0
 """Standard deviation of friction that a table lacks [N m, N m s/rad]: wide, only to have a value without any data."""
-
 FRICTION_DEVIATION, OFFSET_DEVIATION, LEAST_SPREAD = 0.3, 0.1, 1.0
 """The same where the table has friction: share of its viscous or Coulomb value; of an offset, share of the Coulomb one;
 and never less than `LEAST_SPREAD` [N m, N m s/rad].
 """
-
 UNKNOWN_ROTOR = 0.1
 """Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
-
 _KINDS = (
     ("viscous", "viscous", FRICTION_DEVIATION),
     ("coulomb", "coulomb", FRICTION_DEVIATION),
@@ -50,12 +46,9 @@ _KINDS = (
     ("offset", "coulomb", OFFSET_DEVIATION),
 )
 """Columns, those whose largest value is their measure, and the share of it."""
-
 _THINNEST, _LIGHTEST = 1e-3, 1e-2
-
 _LENGTH = 0.1
 """Length that makes the entries of a pseudo-inertia alike [m]."""
-
 _TEN = len(INERTIAL)
 
 
@@ -205,16 +198,11 @@ def scaled_inverse(matrix: Array) -> Array:
 
 
 TOTAL_MASS = "total mass"
-
 _NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-
 _TERM = re.compile(rf"([+-]?)\s*(?:({_NUMBER})\s*\*?\s*)?([A-Za-z]+[+-]?_[0-9]+)")
-
 _ROUNDS, _SETTLED, _NEAR, _SHORTEST = 60, 1e-14, 1e-6, 1e-10
-
 _NEAREST = 8
 """Names that are listed for one that is unknown; an arm has a hundred."""
-
 _FARTHEST = 300.0
 """Distance from the table beyond which there are none: rank-deficient bodies have an infinite one."""
 

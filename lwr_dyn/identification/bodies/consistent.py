@@ -5,20 +5,11 @@
 b and Lambda are the base parameters of the log and their precision, G the grouping, D the log-det distance to the table
 (`body_prior`). It is convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and
 every link of what it gives is a body. The weight w = 1/deviation^2 is the one under which the log is most likely, near
-`weighted_fit.USUAL_WEIGHT` where a log says nothing of it.
-
-The bodies nearest to what torques say and to a prior, by a damped Newton method.
-
-    min over pi   1/2 (G pi - b)^T Lambda (G pi - b) + w D(pi, pi0)
-
-b and Lambda are values and their precision, G maps parameters to them, D is the log-det distance of `body_prior`, which
-grows to infinity where a body stops to be one and so keeps every step inside.
+`USUAL_WEIGHT` where a log says nothing of it.
 
 References
 ----------
 Boyd, Vandenberghe, Convex Optimization (2004), section 9.5: Newton's method with backtracking; 10.2 under equations.
-
-The fit of a log, a table and constraints under given weights, its evidence, and the weights of most evidence.
 """
 
 from collections.abc import Callable
@@ -139,15 +130,12 @@ def nearest_bodies(
 
 WEIGHTS = (0.3, 1e5)
 """Range in which a weight is looked for: deviation from the table from a factor of three to 0.3 %."""
-
 USUAL_WEIGHT, USUAL_FACTOR = 25.0, 10.0
 """Where a weight is when a log says nothing of it: arms are 20 % off their tables, give or take a factor of three (one
 standard deviation of the log of the deviation; ten in the weight)."""
-
 NO_DEVIATION, APART = 1e-3, 5.0
 """Weight of rotors that are not believed at all, and the log evidence that a weight of their own must bring: odds of a
 hundred and fifty to one."""
-
 _WEIGHT_STEP = 0.2
 """In log weight: a tenth is within what the fit can feel."""
 

@@ -2,17 +2,13 @@
 
 A base parameter is a sum over links of the ten inertial parameters. With the pseudo-inertia of a link
 
-    P = integral of [x y z 1]^T [x y z 1] dm >= 0,      sum_j c_j pi_j = trace(G(c) P)
-
-the sum cannot be negative, whatever the bodies, exactly if G(c) of every link is positive semidefinite (that cone is
-its own dual) and no rotor enters with a minus. And the mass matrix B(q), which the base parameters give, is positive
-definite at every q. That both hold does not prove that such bodies exist: for that they would have to be found.
-
-The pseudo-inertia of a body: its ten inertial parameters as a 4 x 4 matrix, positive exactly if it can be a body.
-
-    P = integral of [x y z 1]^T [x y z 1] dm = [[Sigma, m c], [(m c)^T, m]],   Sigma = trace(I)/2 1 - I
+    P = integral of [x y z 1]^T [x y z 1] dm = [[Sigma, m c], [(m c)^T, m]],      Sigma = trace(I)/2 1 - I
+    sum_j c_j pi_j = trace(G(c) P)
 
 P is linear in the parameters; its eigenvalues are positive exactly if mass in space, not all in one plane, has them.
+The sum cannot be negative, whatever the bodies, exactly if G(c) of every link is positive semidefinite (that cone is
+its own dual) and no rotor enters with a minus. And the mass matrix B(q), which the base parameters give, is positive
+definite at every q. That both hold does not prove that such bodies exist: for that they would have to be found.
 """
 
 from collections.abc import Sequence
@@ -46,7 +42,6 @@ def pseudo_inertia_weights(c: Array) -> Array:
 
 
 _WEIGHTS = pseudo_inertia_weights(np.eye(len(INERTIAL))).reshape(len(INERTIAL), 16)
-
 UNITS = np.round(np.linalg.pinv(_WEIGHTS).T, 9).reshape(len(INERTIAL), 4, 4)
 """P of one unit of each parameter, (10, 4, 4): P = sum pi_k UNITS_k."""
 
@@ -78,9 +73,7 @@ def are_bodies(parameters: Array) -> NDArray[np.bool_]:
 
 CONFIGURATIONS = 400
 """Random ones inside the position limits, at which the mass matrix is looked at."""
-
 _ROUNDING = 1e-9
-
 _OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
 """Half width of the range of q where a limit is not known [rad, m]."""
 

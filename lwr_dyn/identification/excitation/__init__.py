@@ -1,12 +1,7 @@
 """Motions that excite the parameters of an arm (`lwr-dyn excite`).
 
-fourier           Fourier series at rest at both ends
-clearance         distances of the arm from floor, column and itself
-motion_limits     what positions, speeds and torques the motion may use
-objectives        how much the torques of a motion say of the parameters, with gradient
-search            one start of the search
-design            design_excitation
-excitation_file   the motion as a table or a run
-excitation_text   the result as text and record
-command           the subcommand
+objectives     Fourier series at rest at both ends; how much their torques say of the parameters, with gradient
+motion_limits  what positions, speeds and torques a motion may use; distances from floor, column and own links
+motion_design  the search from random starts, and whether there is room for any motion
+design         design_excitation; the motion as text, record and file
 """

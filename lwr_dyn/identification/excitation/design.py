@@ -1,9 +1,4 @@
-"""Design of a motion that excites the base parameters of an arm: `design_excitation`.
-
-A designed motion in words and as a record.
-
-A designed motion as a file: a table of positions, speeds and accelerations, or a run that any command takes.
-"""
+"""Design of a motion that excites the base parameters of an arm: `design_excitation`; as text, record and file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -47,10 +42,8 @@ from lwr_dyn.model.run import Motion, Run, short_repr
 from lwr_dyn.simulation.setup import arm_record
 
 DURATION, HARMONICS, STARTS = 10.0, 5, 2
-
 NOISE = 0.1
 """[N m or N] Standard deviation of a joint's torque, where it is not given."""
-
 LONGEST, MOST_STARTS, MOST_ROWS = 3600.0, 1000, 2_000_000
 """[s] of a motion, starts of a search, rows of a sampled motion."""
 

@@ -1,11 +1,8 @@
 """The search for one motion: starts, the best of them searched further, and what its check asks to be done again.
 
-One start of the search for an exciting motion: sequential quadratic programming on the coordinates of the series.
-
-Limits of positions and speeds are linear in the coordinates; distances and, where they bind, torques are not. All hold
-at instants of the motion; what they leave between them is met by `MotionLimits.fitted` and by a buffer on distances.
-
-Whether an arm has any room beside floor, column and own links, and what the column is; before a search begins.
+A start is sequential quadratic programming on the coordinates of the series. Limits of positions and speeds are linear
+in them; distances and, where they bind, torques are not. All hold at instants of the motion; what they leave between
+them is met by `MotionLimits.fitted` and by a buffer on distances.
 """
 
 from collections.abc import Sequence
@@ -33,7 +30,6 @@ from lwr_dyn.model.arm import Arm
 
 DRAWS, NEAR = 200, -0.05
 """Random motions of which a start takes the first that is not nearer than this [m], or else the clearest."""
-
 OUTSIDE = 1e-2
 """[rad, m, rad/s, shares] Up to here outside of the limits an iterate of the search may be kept."""
 
@@ -136,19 +132,14 @@ def random_start(space: SearchSpace, rng: np.random.Generator) -> Array:
 
 CHECK_RATE = 1000.0
 """[Hz] At which limits and distances of a motion are checked."""
-
 MOST_CHECKS = 200_000
 """Instants of a check at most: a motion that takes longer than 200 s is checked at a lower rate."""
-
 POLISHED = 2
 """How many of the best starts are searched further."""
-
 REPAIRS = 4
 """How often a motion that its check refuses is searched again."""
-
 HOPELESS = -0.1
 """[m] A motion that is nearer than this, less what is to be kept, is not searched again."""
-
 BUFFER, MORE = 0.02, 0.005
 """[m] Added to what distances keep at the instants of the search, and beyond what a check found missing."""
 

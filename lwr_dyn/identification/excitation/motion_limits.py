@@ -1,12 +1,8 @@
-"""What a motion may use of an arm's positions, speeds and torques, and how a Fourier motion is fitted into it.
-
-Distances of a moving arm from the floor, from the column that it stands on, and of its own links from each other.
+"""What a motion may use of an arm's positions, speeds and torques, and how near it comes to floor, column and itself.
 
 A link is a capsule: a ball of the link's radius swept from its joint to the next one. Radii are those with which the
 arm is drawn (`arms.urdf.geometry.link_radii`), so that any arm has them. Distances have closed-form gradients in q:
 the closest points of two capsules are fixed on their links to first order.
-
-Torques that a motion needs by the arm's own table and friction, as shares of what it may use.
 """
 
 import math
@@ -28,16 +24,12 @@ from lwr_dyn.model.friction import friction_torque, smooth_friction
 
 KEPT = 0.05
 """[m] Distance beyond the radii, where it is not given."""
-
 _LEAST_LENGTH = 1e-6
 """[m] Shorter links are a point."""
-
 _UPRIGHT = 0.9
 """Cosine of the tilt up to which a base stands on the floor."""
-
 _ROWS = 10_000
 """States whose points are in memory at a time."""
-
 _POSES, _MOSTLY = 500, 0.2
 """A pair of capsules that is clear in less than this share of random poses is not one of real shapes."""
 
@@ -242,10 +234,8 @@ def _point_jacobians(axes: JointAxes, points: Array) -> Array:
 
 MARGIN = 0.1
 """[rad] Kept from the position limits of a turning joint."""
-
 SLIDING_MARGIN = 0.05
 """Share of its travel that a sliding joint keeps from its limits."""
-
 SPEED_SHARE, TORQUE_SHARE = 0.9, 0.8
 """Of the limits, which a motion may use."""
 

@@ -1,4 +1,9 @@
-"""How much the torques along a motion say of the base parameters: two objectives with their gradients.
+"""Fourier motions that begin and end at rest, and how much their torques say of the base parameters.
+
+    q_j(t) = q0_j + sum_k a_jk / (k w) sin(k w t) - b_jk / (k w) cos(k w t),   w = 2 pi / T,  k = 1 ... H
+
+With sum_k a_jk = 0 and sum_k k b_jk = 0 the speed and the acceleration vanish at t = 0 and t = T, so that a controller
+can start and stop there. Both conditions are linear: the series has 2 H - 1 free coordinates a joint.
 
     M = W^T S^-1 W / k,   W: the base columns of k states, S: variance of each joint's torque
 
@@ -7,16 +12,8 @@
     cond   log of the condition number of W with its columns scaled to length 1
 
 The gradient goes through the regressor: with G = df/dW the derivative is that of <G, Y(q, dq, ddq)>, whose differences
-the compiled kernel gives state by state. The sign of a speed is smoothed to tanh(dq / `SMOOTH`).
-
-Joint motions as finite Fourier series that begin and end at rest.
-
-    q_j(t) = q0_j + sum_k a_jk / (k w) sin(k w t) - b_jk / (k w) cos(k w t),   w = 2 pi / T,  k = 1 ... H
-
-With sum_k a_jk = 0 and sum_k k b_jk = 0 the speed and the acceleration vanish at t = 0 and t = T, so that a controller
-can start and stop there. Both conditions are linear: the series has 2 H - 1 free coordinates a joint.
-
-What a motion is worth: both objectives and the sigma of every base parameter, on its own terms and unsmoothed.
+the compiled kernel gives state by state. The sign of a speed is smoothed to tanh(dq / `SMOOTH`); `MotionScore` is
+unsmoothed.
 """
 
 import math
@@ -133,21 +130,15 @@ def _across(direction: Array) -> Array:
 
 
 ObjectiveName = Literal["d", "cond"]
-
 OBJECTIVES: tuple[ObjectiveName, ...] = ("d", "cond")
-
 SMOOTH = 0.05
 """[rad/s or m/s] Speed at which the smoothed sign of friction is tanh(1)."""
-
 OWN = 4
 """Columns of a joint: rotor, Coulomb and viscous friction, offset."""
-
 STEP = 1e-5
 """Step of the central differences [rad, rad/s, rad/s^2]."""
-
 DEGENERATE = 1e-14
 """Smallest eigenvalue of the scaled M at which a motion says nothing of some parameter."""
-
 LARGE = 20.0
 """The value of an objective there: a trial step of the search may come to such a motion."""
 
@@ -287,7 +278,6 @@ def _kernel(columns: TorqueColumns) -> BatchDynamics:
 
 SCORE_RATE = 100.0
 """[Hz] Rows of a log of which each counts as an equation of its own."""
-
 _BLOCK = 500
 """Rows whose columns are in memory at a time."""
 

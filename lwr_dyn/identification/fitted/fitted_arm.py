@@ -171,7 +171,6 @@ def _about(result: MotionIdentification) -> str:
 
 READING = "fitted"
 """The name of the reading of a fitted arm."""
-
 HOW = "least squares, bodies near the table"
 
 

@@ -1,8 +1,7 @@
 """The friction-velocity map: one point for every cruise, the averages of velocity and torque over it.
 
-Cruises: the stretches of a recording in which a joint moves at constant speed, by its positions alone.
-
-The part of measured torques that an arm's model explains: gravity, inertia (B ddq + C dq), or both, row by row.
+A cruise is a stretch of a recording in which a joint moves at constant speed, by its positions alone. An arm's model
+may take its part out of the torques row by row: gravity, inertia (B ddq + C dq), or both.
 """
 
 from collections.abc import Sequence
@@ -24,7 +23,6 @@ from lwr_dyn.model.spatial import ZERO
 
 SIGMAS = 5.0
 """Standard deviations of the position noise by which a speed may wander and count as constant."""
-
 LEAST_ROWS = 5
 
 
@@ -139,12 +137,9 @@ def _stretches(mask: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:
 
 
 Subtract = Literal["none", "gravity", "inertia", "all"]
-
 SUBTRACT = get_args(Subtract)
-
 CHUNK = 20_000
 """Rows the recursion takes at once, so that its intermediate values stay in the cache."""
-
 DEGREE = 3
 """Of the local polynomials: their slope is exact where the acceleration changes linearly."""
 

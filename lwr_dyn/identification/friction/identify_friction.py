@@ -1,7 +1,4 @@
-"""Friction of an arm from recordings of constant-velocity runs, as the WAM paper identifies it.
-
-The result of an identification as tables for people and records for programs.
-"""
+"""Friction of an arm from constant-velocity runs, as the WAM paper identifies it; as figure, text and record."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass

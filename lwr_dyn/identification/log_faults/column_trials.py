@@ -1,23 +1,15 @@
 """Wrong signs, order and units of columns, recognised: the change under which the arm explains the log.
 
-Every change of `column_changes` is tried on some hundred instants: base parameters and friction are fitted with the
-table as a loose prior, and the change is judged by
+    q' = q Q,  dq' = dq Q,  ddq' = ddq Q,  tau' = tau T,   Q and T permutations with signs and factors
+
+Every change is tried on some hundred instants: base parameters and friction are fitted with the table as a loose prior,
+and the change is judged by
 
     N sum_j log(RSS_j / |tau_j|^2 + floor) + prior + friction that drives
 
 The geometry tells most, as no bodies and friction can explain torques of an arm that moves another way; friction that
 adds energy tells a torque of the wrong sign where inertia is small; the table keeps parameters from absurd values. An
 arm and its mirror image (all signs at once) are alike to it.
-
-One fault of a log, for people and for programs.
-
-What may be wrong with the columns of a log: signs, order, units; each as a linear map that would mend it.
-
-    q' = q Q,  dq' = dq Q,  ddq' = ddq Q,  tau' = tau T
-
-Q and T are permutations with signs and factors.
-
-How far the parameters of an arm may be off its table, roughly: what a log must beat to say anything.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -57,14 +49,10 @@ class LogFault:
 
 
 Side = Literal["q", "tau", "both"]
-
 SIDES: tuple[Side, ...] = ("both", "q", "tau")
-
 TURN = 180.0 / pi
-
 TURN_SLIPS = {TURN: "in rad, read as deg", 1.0 / TURN: "in deg, read as rad"}
 """Factors that mend positions in the wrong unit, and what went wrong; torques: see `torque_scale`."""
-
 _WHOSE: Mapping[Side, str] = {"q": "positions", "tau": "torques", "both": "positions and torques"}
 
 
@@ -142,10 +130,8 @@ def _columns(side: Side, joint: int) -> str:
 
 DEVIATION = 0.5
 """Share of a link's mass, mass times reach, mass times reach squared."""
-
 REACH = 0.15
 """[m] of a link's mass about its frame."""
-
 EFFORT = 100.0
 """[N m or N] for a joint without a known limit."""
 
@@ -178,39 +164,27 @@ def table_spread(columns: TorqueColumns, arm: Arm, friction: float) -> Array:
 
 INSTANTS = 400
 """Instants that are tried on, evenly taken."""
-
 SLOW = 0.15
 """Share of a joint's RMS speed below which its equation is left out: scale-free, as units are in question."""
-
 FLOOR = 0.02
 """Share of a joint's torque that no fit is asked to explain."""
-
 FREE = 10.0
 """Times its torque limit that a joint's friction may be, a priori."""
-
 DRIVING = 300.0
 """Largest price of friction that adds energy."""
-
 DECISIVE = 0.35
 """Drop of the score per instant that makes a change an answer."""
-
 ALIKE = 0.05
 """Such a drop below which two changes are alike."""
-
 MOST = 4
 """Changes that are looked for, one after the other."""
-
 BEYOND = 0.35
 """[rad or m] past its limits by which a change may not put a joint."""
-
 WHOLE = 0.5
 """Share of instants at which all torques must be known, or nothing is tried."""
-
 LEAST = 50
 """Number of such instants, where torques were cut out."""
-
 ROUNDING = 1e-12
-
 _ROUNDS = 3
 
 

@@ -1,17 +1,11 @@
 """All faults of logs, and logs made ready for a regression.
 
-Saturated torques: rows in which a torque stands at a bound, so that it is not what moved the arm; cut out, and said.
+Saturated torques are cut out, and said: a torque at a bound is not what moved the arm. A bound is the limit of the
+joint, or a level at which the recorded torque itself is cut off: its largest value comes far more often than those next
+to it. A torque that never changes while its joint moves (a sensor that is off, a column never written, always a bound)
+measures nothing; so does one cut off below the friction of its joint, at one bound or the other all the time.
 
-A bound is the limit of the joint, or a level at which the recorded torque itself is cut off: its largest value comes
-far more often than those next to it.
-
-Joints that never move in any log.
-
-Torques that never change while their joint moves: a sensor that is off, a column never written, or always a bound.
-
-A torque cut off below the friction of its joint is at one bound or the other all the time, and measures nothing.
-
-Torques in the wrong unit: a thousand times too large or too small beside the gravity of the arm's table.
+Torques in the wrong unit are a thousand times too large or too small beside the gravity of the arm's table:
 
     tau_j = a_j g_j(q) + friction and offset of joint j
 
@@ -39,16 +33,13 @@ from lwr_dyn.model.arm import Arm
 
 AT_LIMIT = 0.999
 """Share of a joint's limit from which a torque counts as saturated."""
-
 OFTEN = 8
 """Rows at the largest value, and times the rows of the values next to it, from which on it is a level.
 
 The peak of a smooth torque in counts has three times the rows of the counts below it.
 """
-
 NEXT = 3
 """Values next to the largest that it is compared with."""
-
 FEW = 20
 """Different values a torque must have for that."""
 
@@ -103,10 +94,8 @@ def cut_saturated(log: JointLog, arm: Arm | None = None) -> tuple[JointLog, tupl
 
 LEAST = 1e-3
 """[rad or m] of travel, in all, below which a joint stands still."""
-
 NOISES = 12.0
 """Standard deviations of the position noise that travel must exceed."""
-
 LONGEST = 20_000
 """Rows of a log that the noise is taken from."""
 
@@ -166,13 +155,10 @@ def _ends(tau: Array) -> str:
 
 SLIPS = {1e-3: "in N m, read as mN m", 1e3: "in mN m, read as N m"}
 """Slopes of torques in the wrong unit, and what went wrong."""
-
 WITHIN = 4.0
 """Factor by which a slope may miss 1 or a slip."""
-
 EXPLAINED = 0.5
 """Share of what friction leaves of a joint's torque that the prediction must explain, or nothing is said."""
-
 SLOW = 1e-3
 """Speed of an instant whose friction is not asked for [rad/s or m/s]."""
 

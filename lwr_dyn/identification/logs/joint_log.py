@@ -1,8 +1,7 @@
-"""Logs of a moving arm: read from CSV files, Parquet files or ROS 2 bags, written, and taken from simulated runs.
+"""Logs of a moving arm: read from CSV files, Parquet files or ROS 2 bags, checked, written, taken from simulated runs.
 
-The gate for logs: finite rows, rising times, and units that can be true; one clear line otherwise.
-
-Logs that are given twice, under whatever name: their errors would look smaller than they are.
+Finite rows, rising times, and units that can be true; one clear line otherwise. Rows that are given twice, under
+whatever name, are found: errors would look smaller than they are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,22 +33,16 @@ from lwr_dyn.model.run import Run, short_repr
 
 STEPS = (5e-5, 0.5)
 """Seconds between rows a log of a moving arm may have; ms declared as s gives 10, s declared as ms 1e-5."""
-
 TURNS = 3.0
 """Turns a joint without known limits may make before its angles look like degrees."""
-
 MARGIN = 0.2
 """[rad or m] past a limit that a log may show: the arm's mechanical stops are no hard walls."""
-
 OVERLOAD = 3.0
 """Times its limit that a torque may reach in a log."""
-
 AGREEMENT = 1.5
 """Factor by which measured speeds may miss the slope of the positions; deg for rad is 57."""
-
 DEGREES = 4.0
 """Times its limit beyond which an angle looks like degrees: 57 in a motion through the whole range; arms reach 3."""
-
 MOVED = 1e-3
 """[rad or m] a joint must travel in all before its speed is compared."""
 

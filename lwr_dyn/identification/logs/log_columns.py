@@ -36,9 +36,7 @@ from lwr_dyn.foundation.files import read_text
 from lwr_dyn.model.chain import JointKind
 
 _TURN = {"rad": 1.0, "deg": pi / 180}
-
 _SHIFT = {"m": 1.0, "mm": 1e-3}
-
 UNITS: Mapping[str, Mapping[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "q": {**_TURN, **_SHIFT},
@@ -48,10 +46,8 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "i": {"A": 1.0, "mA": 1e-3},
 }
 """Quantity -> the units it may be in, and their factor to SI."""
-
 SI: Mapping[str, str] = {"time": "s", "q": "rad", "dq": "rad/s", "tau": "N m", "qm": "rad", "i": "A"}
 """The unit of a column that declares none (m, m/s and N for a sliding joint)."""
-
 _COLUMN = re.compile(r"^(time|dq|qm|q|tau|i)(\d*)\s*(?:\[([^\]]*)\])?$")
 
 
@@ -183,7 +179,6 @@ def check_kinds(file: str, layout: Layout, kinds: Sequence[JointKind]) -> None:
 
 
 NEEDED = "a map of columns: quantity = name, name with *, or list of names, and [units]"
-
 _UNIT = re.compile(r"\s*[\[(]([^\])]*)[\])]\s*$")
 
 
@@ -333,7 +328,6 @@ def _checked(
 
 GAP = 3.0
 """A step between rows longer than this many usual ones ends a recording and begins another."""
-
 JITTER = 0.05
 """Share of the usual step by which rows may miss an even grid before accelerations cannot be had."""
 

@@ -1,11 +1,8 @@
-"""Messages of ROS 2 bags (extra `logs`): the `sensor_msgs/JointState` topics of a bag as arrays.
+"""ROS 2 bags (extra `logs`): the `sensor_msgs/JointState` topics of a bag as columns of a log.
 
 A bag is a folder with its metadata.yaml, or one file, .mcap or .db3. Times are those of the messages' headers, or of
-reception where a header has none.
-
-Columns of a log from a ROS 2 bag: each quantity from its topic, topics of unequal rates brought to one clock.
-
-Units are those of `sensor_msgs/JointState`: rad, m, N m, N (REP 103).
+reception where a header has none. Each quantity comes from its topic; topics of unequal rates are brought to one clock.
+Units are those of the message: rad, m, N m, N (REP 103).
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,14 +20,10 @@ from lwr_dyn.foundation.files import check_readable
 from lwr_dyn.identification.logs.log_columns import GAP, NO_MAP, SI, ColumnMap, Layout, LogColumn
 
 SUFFIXES = (".mcap", ".db3")
-
 LARGEST = 2_000_000_000
 """[bytes] The longest bag."""
-
 MESSAGE = "sensor_msgs/msg/JointState"
-
 FIELDS = ("position", "velocity", "effort")
-
 NEEDED = "a ROS 2 bag: the folder with its metadata.yaml, or its .mcap or .db3 file"
 
 
@@ -125,7 +118,6 @@ def _not_whole(path: Path) -> FileAccessError:
 
 FIELD_OF: Mapping[str, str] = {"q": "position", "qm": "position", "dq": "velocity", "tau": "effort", "i": "effort"}
 """Quantity -> field of the message that has it, if the map of columns names no other."""
-
 SLOWER = 0.5
 """Share of the rate of the positions: a slower topic gives the clock, for between its messages nothing is known."""
 

@@ -1,10 +1,8 @@
-"""Which parameters logs identify, which of them only together, and why the others not.
+"""Which parameters logs identify, which of them only together, why the others not, and which motion would.
 
-Which motion would identify what a log does not: swings of one or two joints, tried on paper.
-
-Candidates are swings of each joint, and of each pair with different frequencies, the others held in a few poses. What
-`SECONDS` of one would add to the precision of the base parameters follows from the columns and the log's noise; the
-best for a parameter is the one with the smallest sigma after both.
+Such motions are swings of one or two joints, tried on paper: of each joint, and of each pair with different
+frequencies, the others held in a few poses. What `SECONDS` of one would add to the precision of the base parameters
+follows from the columns and the log's noise; the best for a parameter is the one with the smallest sigma after both.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,14 +26,11 @@ from lwr_dyn.model.arm import Arm
 
 NOT_DETERMINED = "not determined"
 """The motion does not show the parameter at all."""
-
 TOGETHER = 0.9
 """Correlation from which two parameters count as known only together."""
-
 FROM_LOG, FROM_BOTH, FROM_TABLE = "log", "log and table", "table"
 """Where a parameter of a body comes from: its standard error is below a third of what the table alone gives, below nine
 tenths, or is not."""
-
 MOSTLY_LOG, MOSTLY_TABLE = 1.0 / 3.0, 0.9
 
 
@@ -104,24 +99,17 @@ def cell_origins(sigma: Array, table_sigma: Array) -> tuple[str, ...]:
 
 SECONDS = 10.0
 """Length of a candidate."""
-
 RATE = 100.0
 """Its instants a second, as those of a log thinned to uncorrelated ones [Hz]; `STRIDE` of them are looked at."""
-
 STRIDE = 10
-
 POSES = 3
 """Random poses of the joints that are held."""
-
 SWING = 0.5
 """Largest amplitude [rad or m], and the share of a range that a swing takes at most is half of it."""
-
 HERTZ = (0.4, 0.7)
 """Frequencies of the first and the second joint of a swing."""
-
 SPEED_SHARE = 0.8
 """Of the speed limits."""
-
 WORTH = 0.5
 """Share to which a motion must bring a parameter's sigma to be named."""
 

@@ -1,8 +1,6 @@
 """Identification from any motion: base parameters by least squares, bodies near the table, judged on other motions.
 
 Beyond the paper, which needs constant velocities. Base parameters are combinations: other sets give the same torques.
-
-How parameters are taken from logs of any motion.
 """
 
 from collections.abc import Iterable, Sequence

@@ -1,17 +1,16 @@
-"""How well a fit predicts torques that it has not seen: over motions kept from it in turn, and on logs of their own.
+"""How well a fit predicts torques that it has not seen, and whether what it leaves is white noise.
 
-What a fit leaves of measured torques: residuals, and whether they are white noise.
+Some motions are kept from a fit in turn: recordings, or parts of one, cut where it is slow. Whiteness:
 
-r_k = sum of e(i) e(i + k) / sum of e^2 over pairs k instants apart in one recording, both of them used. White noise has
-r_k of mean 0 and variance 1/(pairs), so that Q = sum of pairs r_k^2 over `LAGS` lags follows chi^2 with `LAGS` degrees
-of freedom.
+    r_k = sum of e(i) e(i + k) / sum of e^2 over pairs k instants apart in one recording, both of them used
+
+White noise has r_k of mean 0 and variance 1/(pairs), so that Q = sum of pairs r_k^2 over `LAGS` lags follows chi^2 with
+`LAGS` degrees of freedom.
 
 References
 ----------
 Box, Pierce, Distribution of residual autocorrelations in autoregressive-integrated moving average time series models
 (1970), eq. 1.3; with pairs in place of the length where instants are left out.
-
-Motions of which logs are made, to keep some from a fit: recordings, or parts of one, cut where it is slow.
 """
 
 from collections.abc import Callable, Sequence
@@ -34,10 +33,8 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 LAGS = 10
 """Instants up to which residuals are compared with later ones."""
-
 LONGEST = 300
 """Instants over which alike residuals are summed at most."""
-
 LEVEL = 0.01
 """Share of white logs that are called not white."""
 
@@ -170,7 +167,6 @@ def _slow_cuts(speed: Array, parts: int) -> NDArray[np.intp]:
 
 THIRDS = 3
 """Bands of speed of equal width, up to a joint's largest."""
-
 Refit = Callable[[Information], Array]
 """From what logs say to the parameters (p,) of bodies."""
 

@@ -1,8 +1,6 @@
 """A load in the hand of an arm from a log: ten parameters, beside the friction of the joints or the arm as a whole.
 
-Torques of an arm per unit of the ten inertial parameters of a load that is fixed to its flange.
-
-What errors of the arm's own table do to a load that is fitted on it.
+What errors of the arm's own table do to a load that is fitted on it:
 
     y = X b + Y d + e,   d ~ N(0, t^2 C0),   b^ - b = (X^T W X)^-1 X^T W (Y d + e)
 
@@ -119,16 +117,12 @@ def arm_doubt(
 
 FRICTIONS = ("directions", "symmetric", "own")
 """Friction of the joints: fitted to the same logs, per direction or the same in both with an offset; the arm's own."""
-
 SYSTEMATIC = 1.5
 """Times its own size that a joint's residual may have in slow sums and pass for noise."""
-
 CUTOFFS = (20.0, 10.0, 5.0)
 """[Hz] Filters on positions that are tried: fast motions need a high one; slow ones a low one, or the noise of their
 accelerations shrinks inertias."""
-
 RULES = tuple(SampleRule(cutoff) for cutoff in CUTOFFS)
-
 TEN = len(INERTIAL)
 
 

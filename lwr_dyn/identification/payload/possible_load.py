@@ -1,12 +1,10 @@
-"""The body that a load can be: nearest to what the torques say, with positive mass everywhere in it.
+"""The body that a load can be: nearest to what the torques say, with positive mass everywhere in it; as text and record.
 
     min over phi   1/2 (phi - b)^T Lambda (phi - b) + w D(P, P0)
 
 b and Lambda are the least-squares parameters and their precision, D the log-det distance of `bodies.body_prior` to a
 solid ball of the same mass and centre. With w = 1 the ball is believed to a factor of e or so: it gives values where
 the motion shows nothing, a tensor after a slow motion say, and keeps the rest positive.
-
-A load as text for people and as a record for programs.
 """
 
 from dataclasses import dataclass
@@ -27,16 +25,11 @@ from lwr_dyn.model.chain import Body
 
 DENSITY = 2000.0
 """[kg/m^3] Of the ball that stands for a load of unknown shape: between plastic and aluminium."""
-
 WEIGHT = 1.0
-
 _LEAST_MASS = 1e-3
-
 _FIRST, _FASTER = 1e3, 100.0
 """The torques are believed little by little, or a log without noise leads straight to the edge of what is a body."""
-
 _ROWS, _COLUMNS = [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]
-
 NAMES = ("mass", "com_x", "com_y", "com_z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """[kg], [m] in the flange's frame, [kg m^2] about the centre of mass along its axes."""
 
@@ -134,12 +127,9 @@ def _values(parameters: Array) -> Array:
 
 
 UNITS = ("kg", *("m",) * 3, *("kg m^2",) * 6)
-
 SIGMAS = 3.0
-
 STATES = {True: "identified", False: "not excited"}
 """A linear parameter is excited where its 3-sigma interval is below what a body of the load's mass can have."""
-
 _ARM_LENGTH = 0.1
 """[m] The size of a hand-held load, which makes mass, first moment and tensor comparable."""
 

@@ -2,13 +2,9 @@
 
     chi^2(b) = sum_j |tau_j - W_j b|^2 / s_j^2,    precision = sum_j W_j^T W_j / s_j^2,    R^T R = precision
 
-s_j is the noise of joint j, from its own residuals unless it is given.
-
-Normal equations of every joint by itself, summed over blocks of instants, so that a long log needs no memory.
-
-Least squares of equations in groups, such as joints, from their normal equations; each group has its own noise.
-
-As `information`, for columns that are not those of one arm alone: a load in its hand, the two sides of its gears.
+s_j is the noise of joint j, from its own residuals unless it is given. The normal equations of every joint are summed
+over blocks of instants, so that a long log needs no memory. `grouped` does the same for groups of equations whose
+columns are not those of one arm alone: a load in its hand, the two sides of its gears.
 """
 
 from collections.abc import Iterable, Sequence
@@ -26,7 +22,6 @@ from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, Torque
 
 BLOCK = 1024
 """Instants at once: their columns stay in the cache."""
-
 CHUNK = 4096
 """Instants whose rotor and friction columns are made at once."""
 
@@ -154,13 +149,10 @@ def _add(part: Samples, columns: TorqueColumns, joints: Sequence[_JointSums]) ->
 
 ROUNDS = 50
 """Of noise and fit in turn, at most."""
-
 SETTLED = 1e-6
 """Share by which the noise may still change in the last round."""
-
 QUIET = 1e-7
 """Noise below this share of a group's right side may be rounding alone."""
-
 LEAST = 1e-9
 """[N m or N] Least noise, also of a group whose right sides are all 0: its weight stays a number that others bear."""
 

@@ -5,16 +5,13 @@
 Differences of unfiltered positions put noise into W, which least squares turns into bias. Z has no noise and is close
 to the true columns, so Z^T (tau - W b) is 0 on average at the true b. Every row is used: a sum of second differences
 of noise under a smooth Z cancels but for its ends, so w, which leaves out slow instants, falls to 0 smoothly. With
-every tenth row nothing cancels: of 10 s with 1e-5 rad at 1 kHz the standard errors were 1000 times larger.
+every tenth row nothing cancels: of 10 s with 1e-5 rad at 1 kHz the standard errors were 1000 times larger. What is left
+of such noise shows in slow sums (`window_sums`).
 
 References
 ----------
 Janot, Vandanjon, Gautier, A generic instrumental variable approach for industrial robot identification (2014), eqs. 17
 to 22 (IDIM-IV); Preisig, Rippin, Theory and application of the modulating function method (1993), for smooth weights.
-
-Noise of slow sums: what is left of noise whose neighbours cancel, such as that of differenced positions.
-
-What unfiltered logs say of the base parameters, with the motion that was commanded as instruments.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,10 +36,8 @@ from lwr_dyn.model.run import Motion, Run
 WINDOW = 0.1
 """[s] Longer than the memory of noise, shorter than a motion. A fit takes up slow noise: from windows of 0.2 s errors
 of 10 s logs came out 8 % too small, of 0.1 s 4 %."""
-
 HANN_BAND = 1.5
 """Independent sums under Hann windows in the length of one (equivalent noise bandwidth, Harris 1978)."""
-
 OVERLAP = 4
 """Windows that begin within the length of one."""
 
@@ -79,13 +74,10 @@ def _parts(recording: NDArray[np.intp]) -> Iterator[slice]:
 
 UNFILTERED = SampleRule(cutoff=None, spacing=1e-9, slowest=0.0)
 """Every row of a log, as it is."""
-
 ROUNDS = 2
 """Of noise and estimate in turn: from the first the weights are right within the noise of the noise."""
-
 WEAK = 1e-12
 """Singular value of the scaled Z^T W, as a share of the largest, below which a reference does not determine all."""
-
 Blocks = Callable[[], Iterator[tuple[slice, Array, Array]]]
 """Rows, W and Z (k, g, p) of them, as often as asked."""
 

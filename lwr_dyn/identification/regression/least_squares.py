@@ -1,8 +1,6 @@
-"""Linear least squares with weights, and a robust form, each with the covariance of what it estimates.
+"""Linear least squares: base parameters, normal equations by their eigenvectors, weighted and robust estimates.
 
-Base parameters: the combinations of parameters that a regressor determines, by a rank-revealing QR decomposition.
-
-Normal equations by their eigenvectors, columns scaled to length 1: inverse, rank, what they leave open.
+Base parameters are the combinations that a regressor determines, by a rank-revealing QR decomposition.
 """
 
 from collections.abc import Sequence
@@ -17,10 +15,8 @@ from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only
 
 BASE_RANK = 1e-9
 """Share of the largest diagonal element of R below which a column is a combination of those before it."""
-
 ROUNDING = 1e-12
 """Share by which a column may enter a combination from rounding alone: it is 0."""
-
 NEGLIGIBLE = 1e-8
 """Share by which a column may enter a combination and not be named."""
 
@@ -92,7 +88,6 @@ def base_parameters(stacked: Array, names: Sequence[str]) -> BaseParameters:
 
 SPECTRUM_RANK = 1e-12
 """Eigenvalue, as a share of the largest, below which rounding alone can give it: the direction is not determined."""
-
 SHARED = 1e-6
 """Share (squared) of the undetermined directions that makes a parameter undetermined."""
 
@@ -151,17 +146,12 @@ def solved(matrix: Array, side: Array, inverse: Array) -> Array:
 
 SIGMAS = 3.0
 """Half-width of the intervals, as a normal deviation: 99.73 % of Student's t are inside."""
-
 HUBER = 1.345
 """Residuals beyond this many standard deviations count less: 95 % efficiency on normal noise (Huber 1981)."""
-
 ROUNDS = 100
-
 SETTLED = 1e-12
-
 IDENTIFIED, NOT_EXCITED, ZERO, NO_ERROR = "identified", "not excited", "0 within 3 sigma", "no error known"
 """States of an estimated parameter beside a model's own value."""
-
 RANK = 1e-10
 """Singular value of scaled columns, as a share of the largest, below which they do not determine all parameters."""
 

@@ -7,8 +7,6 @@ References
 ----------
 Gautier, Janot, Vandanjon, A new closed-loop output error method for parameter identification of robot dynamics (2013),
 section III, for the filter on positions.
-
-What the samples of logs are, where it is not what was asked for: split recordings, a lower cut-off.
 """
 
 from collections.abc import Iterable, Iterator
@@ -27,24 +25,17 @@ from lwr_dyn.model.transmission import Transmission
 
 ORDER = 4
 """Of the Butterworth filter, forward and backward."""
-
 NYQUIST = 0.8
 """Largest cut-off, as a share of half the rate."""
-
 EDGE = 4.0
 """Periods of the cut-off that are left out at both ends of a recording, where the filter lacks rows."""
-
 MEMORY = 16.0
 """Periods of the cut-off after which the filter has forgotten a row (to 1e-16)."""
-
 PART = 20_000
 """Rows of a log at once."""
-
 _STATES = ("t", "q", "dq", "ddq", "tau")
-
 HALF = 2
 """Rows on each side in a central difference (error of order 4 in the step)."""
-
 REACH = 1.0
 """Periods of the cut-off beside a reversal in which a joint has no equation: there the filtered speed may have the
 wrong sign (0.8 of one on simulated logs, longest where the joint stuck), and friction would be that of the other

@@ -4,7 +4,7 @@ Each pass over the samples has several v_s of every joint as columns. The chi^2 
 from the same normal equations, so the choice is made joint after joint without looking at the samples again; the next
 pass is finer about it.
 
-How well Stribeck speeds are known, and what that costs the other parameters: their tangent as columns.
+How well they are known, and what that costs the other parameters, follows from their tangent as columns:
 
     d tau_j / d v_s = drop sign(dq) exp(-(dq/v_s)^2) 2 dq^2 / v_s^3
 
@@ -38,21 +38,15 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 SPEEDS = 12
 """Of v_s in a pass, a joint."""
-
 PASSES = 3
-
 SWEEPS = 4
 """Over the joints, at most."""
-
 WORTH = 25.0
 """Drop of chi^2 that a Stribeck term of a joint must bring (the second parameter is found by search: Davies 1987)."""
-
 WIDEST = 1.0 / 3.0
 """Largest v_s, as a share of a joint's largest speed: beyond it the term is hardly more than viscous friction."""
-
 NARROWEST = 0.5
 """Smallest v_s, as a share of the least speed that is used."""
-
 LEAST = 1e-3
 """Smallest v_s, as a share of a joint's largest speed."""
 

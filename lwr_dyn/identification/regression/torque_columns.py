@@ -1,7 +1,4 @@
-"""Torques of an arm as columns times parameters: bodies, rotors and friction of one geometry.
-
-Columns of one joint beside those of the bodies: its rotor and its friction, linear in their parameters.
-"""
+"""Torques of an arm as columns times parameters: bodies of one geometry, rotor and friction of each joint."""
 
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
@@ -22,14 +19,11 @@ from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction
 from lwr_dyn.model.transmission import Transmission
 
 FrictionForm = Literal["symmetric", "directions"]
-
 FORMS = get_args(FrictionForm)
-
 _NAMES = {
     "symmetric": ("armature", "coulomb", "viscous", "offset"),
     "directions": ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-"),
 }
-
 _STRIBECK = {"symmetric": ("stribeck",), "directions": ("stribeck+", "stribeck-")}
 
 
@@ -121,16 +115,12 @@ class JointColumns:
 
 PROBES = 400
 """Random states whose columns determine the base parameters of a geometry."""
-
 WIDEST = 2.0
 """Largest position, speed and acceleration among them [rad, rad/s, rad/s^2; m for sliding joints]."""
-
 BLOCK = 2048
 """States at once, where only torques are wanted."""
-
 MANY = 20_000
 """States that are worth another kernel, which is compiled once for a geometry."""
-
 FROM_KERNEL = np.array([PER_LINK.index(name) for name in INERTIAL])
 """Place of each of `INERTIAL` in a link's ten columns of the kernel, which has Pinocchio's order."""
 

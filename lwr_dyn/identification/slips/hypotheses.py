@@ -81,7 +81,6 @@ def table_pseudo_inertias(table: PrintedCells) -> Array:
 
 RANK = 1e-9
 """Share of the largest singular value below which a direction is not there."""
-
 CONFIDENCE = 0.999
 """A table whose chi^2 is beyond this share of its distribution does not fit."""
 
@@ -159,16 +158,12 @@ def _range(K: Array) -> Array:
 
 COUNT = 500.0
 """How many repairs a table has, by order of magnitude: what a repair, or a body that cannot be, must win."""
-
 WAYS = {CONVENTION: 20.0, COLUMN: 50.0, AXES: 60.0, COPY: 80.0, POWERS_APART: 5000.0, UNIT: 5000.0}
 """The same for kinds that have fewer, or happen less."""
-
 POSSIBLE = -0.01
 """Least eigenvalue of a body's pseudo-inertia, scaled to a diagonal of 1, that printed digits may leave."""
-
 FREED = (COPY, VALUE)
 """Kinds of repairs whose value is the log's."""
-
 Key = tuple[tuple[Cell, ...], str]
 
 
@@ -295,7 +290,6 @@ def freed_repair(table: PrintedCells, cell: Cell, value: float) -> Repair:
 
 NOTHING = 1e-9
 """Share of the largest change of a base parameter below which there is none."""
-
 ALONG = 1e-9
 """Two changes of the base parameters with 1 - |cosine| below this are one."""
 

@@ -27,7 +27,6 @@ from lwr_dyn.identification.slips.printed_cells import (
 )
 
 SIGN, POWER, POWERS_APART, UNIT, GEAR = "sign", "power of ten", "two powers of ten", "unit", "gear ratio"
-
 COLUMN, EXCHANGE, AXES, ROWS, COPY, VALUE, CONVENTION = (
     "column",
     "exchange",
@@ -38,17 +37,13 @@ COLUMN, EXCHANGE, AXES, ROWS, COPY, VALUE, CONVENTION = (
     "convention",
 )
 """Kinds of slips."""
-
 POWERS = {10.0: POWER, 0.1: POWER, 100.0: POWERS_APART, 0.01: POWERS_APART, 1e3: UNIT, 1e-3: UNIT}
 """Factors of one cell."""
-
 COLUMN_FACTORS = {"mass": (1e3, 1e-3), "com": (1e3, 1e2, 10.0, 0.1, 1e-2, 1e-3),
                   "tensor": (1e9, 1e7, 1e6, 1e4, 1e3, 10.0, 0.1, 1e-3, 1e-4, 1e-6, 1e-7, 1e-9),
                   "rotor": (1e6, 1e4, 1e3, 1e2, 10.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6)}  # fmt: skip
 """Of a whole column: units of its quantity (kg mm^2, g cm^2, ...) and a slipped point."""
-
 COLUMNS = {"mass": slice(MASS, MASS + 1), "com": COM, "tensor": TENSOR, "rotor": slice(ROTOR, ROTOR + 1)}
-
 SAME = 1e-6
 """Share by which two printed numbers may differ and one be a copy of the other, its last digits cut."""
 
@@ -158,16 +153,11 @@ def repeats(table: PrintedCells, cell: Cell) -> Cell | None:
 
 
 _AXES = "xyz"
-
 _PLACE = {(0, 0): 4, (0, 1): 5, (0, 2): 6, (1, 1): 7, (1, 2): 8, (2, 2): 9}
-
 _ROWS = {"com": COM, "tensor": TENSOR, "row": slice(0, ROTOR)}
-
 APART = 2
 """Rows that a cell may have slipped."""
-
 Place = tuple[int, int]
-
 Move = tuple[list[tuple[Place, Place]], str, str]
 
 

@@ -19,7 +19,6 @@ from lwr_dyn.model.arm import Arm
 
 AGREES, OFF, HIDDEN, FAINT = "agrees", "off", "no motion shows it", "hardly shown by this log"
 """States of a cell."""
-
 PULL = 3.0
 """Sigmas beyond which a cell is off."""
 

@@ -77,10 +77,8 @@ def common_factor(evidence: LogEvidence, printed: Hypothesis) -> float | None:
 
 WIDTH = 8
 """Hypotheses that each further repair starts from: half of them the likeliest, half those without a free value."""
-
 LOOKED_AT = 50
 """Repairs that are judged with their own discrepancy, of those that leave the least chi^2 with the former table's."""
-
 SLIP = 3.0
 """A cell of any other value is a slip when it changes by more than this many times the arm's own deviation, as a share
 of the largest number of its kind in its link; the arm itself may differ by less. A neighbour's copy is always one."""
@@ -187,19 +185,14 @@ def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iter
 
 DEVIATION = 0.05
 """How far an arm is from a right table of it, unless said otherwise."""
-
 MOST = 8
 """Repairs of one table that are looked for together."""
-
 SAID = 12
 """Explanations that are looked at to the end."""
-
 SAME = 0.1
 """Of two tables whose difference the log shows by less, in sigma, it says the same."""
-
 A_CELL = 0.01
 """In -2 log p: of explanations that are as likely, the one that touches fewer cells comes first."""
-
 DOUBT = 2.0 * np.log(100.0)
 """An explanation that is a hundred times less likely than the best is not one."""
 

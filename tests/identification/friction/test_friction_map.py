@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.friction.friction_map import CruiseRule, find_cruises, position_noise
+from lwr_dyn.identification.friction.friction_map import CruiseRule, ModelTorque, find_cruises, position_noise
 from lwr_dyn.trajectory.motion_profile import lspb
 
 T = np.arange(1001) / 100
@@ -63,3 +64,8 @@ def test_position_noise_sees_rounding_and_not_the_motion():
 def test_a_rule_needs_numbers_above_0(field):
     with pytest.raises(OptionError, match=f"cruise {field}: 0; allowed: a number above 0"):
         CruiseRule(**{field: 0})
+
+
+def test_a_part_to_subtract_that_does_not_exist():
+    with pytest.raises(OptionError, match="subtract: 'friction'; allowed: none, gravity"):
+        ModelTorque(lwr_dyn.load("wam7"), "friction")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.foundation.errors import FileAccessError, LogError, LwrDynError, OptionError
+from lwr_dyn.foundation.errors import FileAccessError, LogError
 from lwr_dyn.identification.friction.identify_friction import identify_friction, identify_friction_files
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -176,22 +176,6 @@ def test_files_that_are_none(call, message, tmp_path):
     (tmp_path / "broken.parquet").write_bytes(b"PAR1 and then nothing")
     with pytest.raises(FileAccessError, match=message):
         call(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: declared_units("q=turns"), "units of q: 'turns'; allowed: rad, deg, m, mm"),
-        (lambda: declared_units("speed=1"), "units: 'speed=1'; allowed: QUANTITY=UNIT with time, q, dq, tau"),
-        (lambda: LogSensors(-1.0), "log torque noise: -1.0; allowed: a number >= 0"),
-        (lambda: ideal_cruise(FRICTION, (0.1, 0.1), duration=0.0), "duration: 0.0; allowed: a number above 0"),
-        (lambda: ideal_cruise(FRICTION, (0.1,)), "dq: 1 number; allowed: 2 numbers, one per joint"),
-    ],
-)
-def test_options_outside_what_is_allowed(call, message):
-    with pytest.raises(LwrDynError, match=message) as caught:
-        call()
-    assert isinstance(caught.value, OptionError | ValueError)
 
 
 def test_a_unit_declared_against_the_file_is_refused(tmp_path):

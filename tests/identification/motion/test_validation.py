@@ -1,21 +1,10 @@
 """Parts of the motion fit by themselves: which motions are kept, whiteness, bands of speed, where numbers come from."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.motion.identifiable import (
-    FROM_BOTH,
-    FROM_LOG,
-    FROM_TABLE,
-    NOT_DETERMINED,
-    cell_origins,
-    parameter_states,
-)
 from lwr_dyn.identification.motion.validation import LAGS, motion_pieces, speed_bands, whiteness_of
-from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO
 from lwr_dyn.identification.regression.samples import Samples
 
 
@@ -102,17 +91,3 @@ def test_bands_of_speed_are_thirds_of_the_largest_that_is_used():
     assert [(b.slowest, b.fastest, b.equations) for b in bands] == [(0.0, 1.0, 3), (1.0, 2.0, 1), (2.0, 3.0, 2)]
     assert [b.left for b in bands] == pytest.approx([1.0, 2.0, np.sqrt(12.5)])
     assert speed_bands(dq, np.full(7, np.nan)) == ()
-
-
-def test_where_a_number_comes_from():
-    table = np.array([1.0, 1.0, 1.0, 0.0])
-    assert cell_origins(np.array([0.1, 0.5, 0.95, 0.0]), table) == (FROM_LOG, FROM_BOTH, FROM_TABLE, FROM_TABLE)
-
-
-def test_states_of_parameters():
-    values, sigma = np.array([1.0, -1.0, 0.1, 0.1, 0.1, 7.0]), np.array([*[0.1] * 5, np.inf])
-    log = SimpleNamespace(values=values, sigma=sigma, dof=10**6, determined=np.isfinite(sigma))
-    own = np.array([0.0, 5.0, 0.2, 0.0, 2.0, 1.0])
-    assert parameter_states(log, own) == (IDENTIFIED, IDENTIFIED, NOT_EXCITED, ZERO, ZERO, NOT_DETERMINED)
-    none_left = SimpleNamespace(values=values, sigma=sigma, dof=0, determined=np.isfinite(sigma))
-    assert parameter_states(none_left, own) == (*[NO_ERROR] * 5, NOT_DETERMINED)

@@ -1,28 +1,19 @@
 """Objectives of a motion: their values by another way, their gradients by differences."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.identification.excitation.design import rows_of
-from lwr_dyn.identification.excitation.motion_limits import MotionLimits, TorqueUse
-from lwr_dyn.identification.excitation.objectives import LARGE, OBJECTIVES, MotionObjective, fourier_basis, motion_score
+from lwr_dyn.identification.excitation.objectives import LARGE, OBJECTIVES, MotionObjective, motion_score
 from lwr_dyn.identification.regression import torque_columns
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.transmission import Transmission
 
 pytest.importorskip("numba")
-
-
-@pytest.fixture(scope="module")
-def wam():
-    return lwr_dyn.load("wam7")
 
 
 @pytest.fixture(scope="module")
@@ -49,13 +40,6 @@ def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
     found = motion_score(columns, rows, np.full(7, 0.1))
     assert found.mean_sigma == pytest.approx(np.prod(found.sigma ** (1.0 / len(found.sigma))))
     assert np.exp(found.d / 2.0) / np.sqrt(len(rows.t)) < 0.95 * found.mean_sigma
-
-
-@pytest.fixture
-def motion(wam):
-    basis = fourier_basis(8.0, 5, 60)
-    X = np.random.default_rng(5).normal(size=(basis.count, wam.n))
-    return basis, MotionLimits.of(wam).fitted(X, basis, fill=True)
 
 
 NOISE = np.array([0.4, 0.5, 0.3, 0.3, 0.1, 0.1, 0.05])
@@ -121,50 +105,3 @@ def test_without_compiled_columns_the_error_names_the_extra(columns, motion, mon
     with pytest.raises(MissingPackageError) as missing:
         MotionObjective(TorqueColumns(wam.chain), motion[0], NOISE)
     assert missing.value.extra == "batch"
-
-
-def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_differences(wam, motion):
-    basis, X = motion
-    use = TorqueUse.of(wam, np.where(np.arange(7) == 2, np.inf, 0.5 * wam.effort))
-    states = [part @ X for part in (basis.position, basis.speed, basis.acceleration)]
-    tau = lwr_dyn.dynamics_of(wam).inverse_dynamics(*states) + friction_torque(wam.friction_models(), states[1])
-    assert np.abs(use.torque(*states) - tau).max() < 1e-9
-    assert use.share(*states)[2] == 0.0
-    gradient, h = use.room_gradient(basis, X), 1e-6
-    assert gradient.shape == (2 * 60 * 6, X.size)
-    for i in np.random.default_rng(1).permutation(X.size)[:10]:
-        e = h * np.eye(X.size)[i].reshape(X.shape)
-        difference = (use.room(basis, X + e) - use.room(basis, X - e)).ravel() / (2 * h)
-        assert np.abs(difference - gradient[:, i]).max() < 2e-5 * np.abs(gradient).max()
-
-
-def test_a_fitted_motion_is_inside_and_fills_what_it_may(wam):
-    basis, limits = fourier_basis(6.0, 5, 200), MotionLimits.of(wam, 0.2, 0.5)
-    X = 5.0 * np.random.default_rng(1).normal(size=(basis.count, 7))
-    for fill, size in ((False, 1e-3), (False, 1.0), (True, 1e-3)):
-        Y = limits.fitted(size * X, basis, fill)
-        q, share = basis.position @ Y, np.abs(basis.speed @ Y).max(axis=0) / limits.speed
-        assert (q >= limits.lower - 1e-12).all()
-        assert (q <= limits.upper + 1e-12).all()
-        assert share.max() <= 1.0 + 1e-12
-        filled = np.maximum(share, np.ptp(q, axis=0) / (limits.upper - limits.lower))
-        assert (np.abs(filled - 1.0) < 1e-9).all() == (fill or size == 1.0)
-
-
-@pytest.mark.parametrize(
-    "bad", [{"margin": -1.0}, {"margin": 3.0}, {"speed_share": 0.0}, {"speed_share": 1.1}, {"torque_share": np.nan}]
-)
-def test_limits_that_leave_nothing_are_refused(wam, bad):
-    with pytest.raises(OptionError):
-        MotionLimits.of(wam, **bad)
-
-
-def test_an_unknown_speed_limit_is_asked_for_and_an_unknown_travel_is_a_turn(wam):
-    bare = dataclasses.replace(
-        wam, limits=(dataclasses.replace(wam.limits[0], velocity=None, lower=None, upper=None), *wam.limits[1:])
-    )
-    with pytest.raises(OptionError, match=r"speed limit of .*unknown.*--speed"):
-        MotionLimits.of(bare)
-    limits = MotionLimits.of(bare, 0.1, 0.5, unknown_speed=2.0)
-    assert limits.speed[0] == 1.0
-    assert (limits.lower[0], limits.upper[0]) == pytest.approx((-np.pi + 0.1, np.pi - 0.1))

@@ -1,13 +1,23 @@
 """Distances of capsules: against a dense search, against differences, and at poses where they are known."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.urdf.geometry import link_radii
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.excitation.motion_limits import clearance_of, closest_parts, random_positions
+from lwr_dyn.identification.excitation.motion_limits import (
+    MotionLimits,
+    TorqueUse,
+    clearance_of,
+    closest_parts,
+    random_positions,
+)
+from lwr_dyn.identification.excitation.objectives import fourier_basis
 from lwr_dyn.kinematics.forward import joint_axes
+from lwr_dyn.model.friction import friction_torque
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +110,53 @@ def test_an_arm_on_the_ceiling_keeps_clear_of_the_floor_below_it():
 def test_distances_that_cannot_be_are_refused(lwr, bad):
     with pytest.raises(OptionError):
         clearance_of(lwr, **bad)
+
+
+pytest.importorskip("numba")
+
+
+def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_differences(wam, motion):
+    basis, X = motion
+    use = TorqueUse.of(wam, np.where(np.arange(7) == 2, np.inf, 0.5 * wam.effort))
+    states = [part @ X for part in (basis.position, basis.speed, basis.acceleration)]
+    tau = lwr_dyn.dynamics_of(wam).inverse_dynamics(*states) + friction_torque(wam.friction_models(), states[1])
+    assert np.abs(use.torque(*states) - tau).max() < 1e-9
+    assert use.share(*states)[2] == 0.0
+    gradient, h = use.room_gradient(basis, X), 1e-6
+    assert gradient.shape == (2 * 60 * 6, X.size)
+    for i in np.random.default_rng(1).permutation(X.size)[:10]:
+        e = h * np.eye(X.size)[i].reshape(X.shape)
+        difference = (use.room(basis, X + e) - use.room(basis, X - e)).ravel() / (2 * h)
+        assert np.abs(difference - gradient[:, i]).max() < 2e-5 * np.abs(gradient).max()
+
+
+def test_a_fitted_motion_is_inside_and_fills_what_it_may(wam):
+    basis, limits = fourier_basis(6.0, 5, 200), MotionLimits.of(wam, 0.2, 0.5)
+    X = 5.0 * np.random.default_rng(1).normal(size=(basis.count, 7))
+    for fill, size in ((False, 1e-3), (False, 1.0), (True, 1e-3)):
+        Y = limits.fitted(size * X, basis, fill)
+        q, share = basis.position @ Y, np.abs(basis.speed @ Y).max(axis=0) / limits.speed
+        assert (q >= limits.lower - 1e-12).all()
+        assert (q <= limits.upper + 1e-12).all()
+        assert share.max() <= 1.0 + 1e-12
+        filled = np.maximum(share, np.ptp(q, axis=0) / (limits.upper - limits.lower))
+        assert (np.abs(filled - 1.0) < 1e-9).all() == (fill or size == 1.0)
+
+
+@pytest.mark.parametrize(
+    "bad", [{"margin": -1.0}, {"margin": 3.0}, {"speed_share": 0.0}, {"speed_share": 1.1}, {"torque_share": np.nan}]
+)
+def test_limits_that_leave_nothing_are_refused(wam, bad):
+    with pytest.raises(OptionError):
+        MotionLimits.of(wam, **bad)
+
+
+def test_an_unknown_speed_limit_is_asked_for_and_an_unknown_travel_is_a_turn(wam):
+    bare = dataclasses.replace(
+        wam, limits=(dataclasses.replace(wam.limits[0], velocity=None, lower=None, upper=None), *wam.limits[1:])
+    )
+    with pytest.raises(OptionError, match=r"speed limit of .*unknown.*--speed"):
+        MotionLimits.of(bare)
+    limits = MotionLimits.of(bare, 0.1, 0.5, unknown_speed=2.0)
+    assert limits.speed[0] == 1.0
+    assert (limits.lower[0], limits.upper[0]) == pytest.approx((-np.pi + 0.1, np.pi - 0.1))

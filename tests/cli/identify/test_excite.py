@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.identification.excitation.design import without_friction
-from lwr_dyn.identification.excitation.motion_design import MotionDesign, check_room, column_words, links_inside
+from lwr_dyn.identification.excitation.motion_design import MotionDesign
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.json_schemas import faults
@@ -106,18 +106,3 @@ def test_bad_options_are_one_line_before_any_search(options, words, lwr_dyn_comm
     code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, *options)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert words in err
-
-
-def test_the_column_says_what_it_reaches_and_what_it_does_not_hold():
-    arm = lwr_dyn.load("lwr4plus", "physical")
-    assert column_words(clearance_of(arm, column=0.0)) == ""
-    words = column_words(clearance_of(arm, column=0.3))
-    assert words.startswith("column of radius 0.3 m up to joint_1 at 0 m, rounded above it; not held against it")
-    drawn, wide = (links_inside(clearance_of(arm, column=x)) for x in (None, 0.3))
-    assert set(drawn) < set(wide)
-    assert set(wide) < set(links_inside(clearance_of(arm, column=5.0)))
-
-
-@pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "kr30ha"])
-def test_arms_that_stand_as_drawn_have_room(robot):
-    check_room(clearance_of(lwr_dyn.load(robot)))

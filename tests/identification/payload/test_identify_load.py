@@ -8,41 +8,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.identification.payload.identify_load import RULES, body_of, identify_load, load_columns
-from lwr_dyn.identification.payload.possible_load import load_record, load_text, possible_load, states
+from lwr_dyn.identification.payload.identify_load import RULES, identify_load, load_columns
+from lwr_dyn.identification.payload.possible_load import load_text, possible_load
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.chain import Body, is_physical, with_payload
-from lwr_dyn.model.spatial import from_rpy
+from lwr_dyn.model.chain import with_payload
+from tests.identification.payload.loaded import ARM, COM, MASS, TENSOR, TRUTH, loaded, logs_of
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log, torques
-
-ARM = lwr_dyn.load("lwr4plus", "physical")
-MASS, COM = 2.5, np.array([0.02, -0.01, 0.08])
-TENSOR = from_rpy([0.3, 0.2, -0.5]) @ np.diag([0.012, 0.010, 0.006]) @ from_rpy([0.3, 0.2, -0.5]).T
-TRUTH = body_parameters(Body(MASS, COM, TENSOR))
-
-
-def loaded(plant, arm=ARM):
-    """The plant with the load, through the chain itself."""
-    full = with_payload(arm.chain, MASS, COM, TENSOR).links[-1].body
-    parameters = plant.parameters.copy()
-    last = slice(plant.columns.bodies - 10, plant.columns.bodies)
-    parameters[last] += body_parameters(full) - body_parameters(arm.chain.links[-1].body)
-    return Plant(plant.columns, parameters)
-
-
-def logs_of(plant, seed, count=1, noise=0.1, duration=10.0, encoder=1e-5):
-    rng = np.random.default_rng(seed)
-    return [
-        simulated_log(plant, random_motion(ARM, duration, rng, rate=1000.0), noise, rng, encoder) for _ in range(count)
-    ]
-
-
-@pytest.fixture(scope="module")
-def known():
-    """The arm as its table says, with friction that nothing knows."""
-    return perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(1), 0.0)
 
 
 def test_the_load_on_a_known_arm_is_recovered(known):
@@ -103,47 +75,6 @@ def test_no_load_is_not_found(known):
     assert abs(found.parameters[0]) < 4 * found.sigma[0]
 
 
-def test_the_load_is_a_body_and_a_slow_motion_says_which_numbers_it_does_not_show(known):
-    plant, rng = loaded(known), np.random.default_rng(9)
-    slow = simulated_log(plant, random_motion(ARM, 10.0, rng, rate=1000.0, share=0.1), 0.1, rng, 1e-5)
-    found = identify_load([slow], ARM)
-    load = possible_load(found)
-    assert is_physical(load.body)
-    assert not load.was_possible
-    assert abs(load.body.mass - MASS) < 0.06
-    assert states(found)[0] == "identified"
-    assert "not excited" in states(found)[4:]
-    truth = np.concatenate([[MASS], COM, TENSOR[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]])
-    assert np.abs((load.values - truth) / load.sigma).max() < 5.0
-    least_squares = np.abs(found.parameters[4:] - TRUTH[4:]).max()
-    assert np.abs(body_parameters(load.body)[4:] - TRUTH[4:]).max() < 0.5 * least_squares
-
-
-def test_a_point_mass_without_noise_is_found_at_the_edge_of_what_bodies_are(known):
-    full = Plant(known.columns, known.parameters.copy())
-    chain = with_payload(ARM.chain, 1.5, (0.0, 0.02, 0.06))
-    full.parameters[60:70] += body_parameters(chain.links[-1].body) - body_parameters(ARM.chain.links[-1].body)
-    load = possible_load(identify_load(logs_of(full, 3, noise=0.0, encoder=0.0), ARM))
-    assert load.body.mass == pytest.approx(1.5, abs=1e-4)
-    assert load.body.com == pytest.approx([0.0, 0.02, 0.06], abs=1e-4)
-    assert is_physical(load.body)
-    with pytest.raises(OptionError, match="weight"):
-        possible_load(identify_load(logs_of(full, 3), ARM), weight=0.0)
-
-
-def test_text_and_record_name_body_errors_and_what_is_wrong(known):
-    plant = perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(3), 0.1)
-    found = identify_load(logs_of(loaded(plant), 4), ARM)
-    text, record = load_text(found, possible_load(found)), load_record(found, possible_load(found), "lwr4plus")
-    assert "not noise alone" in text
-    assert len(record["warnings"]) == 1
-    assert [row["unit"] for row in record["load"]][:2] == ["kg", "m"]
-    assert record["joints"][1]["in_slow_sums"] > 1.5 * record["joints"][1]["noise"]
-    none = identify_load(logs_of(known, 8), ARM)
-    assert load_text(none, None).startswith("no load found")
-    assert load_record(none, None, "lwr4plus")["load"] == []
-
-
 def test_columns_of_a_load_are_those_of_a_body_behind_the_flange():
     """Against the recursion: torques with the load, less torques without it, of an arm whose tool is turned."""
     tool = lwr_dyn.load("lwr4plus", "physical", tool={"xyz": [0.05, 0.0, 0.12], "rpy": [0.4, -0.3, 0.7]})
@@ -153,13 +84,6 @@ def test_columns_of_a_load_are_those_of_a_body_behind_the_flange():
     bare, full = (torques(columns, columns.own(replace(tool, chain=chain)), motion) for chain in chains)
     Y = columns(motion.q, motion.dq, motion.ddq)[:, :, columns.bodies - 10 : columns.bodies]
     assert load_columns(Y, tool.chain.flange) @ TRUTH == pytest.approx(full - bare, abs=1e-11)
-
-
-def test_parameters_and_body_are_each_others_inverse():
-    body = body_of(TRUTH)
-    assert body.mass == pytest.approx(MASS)
-    assert body.com == pytest.approx(COM)
-    assert body.inertia_com == pytest.approx(TENSOR)
 
 
 def test_an_arm_that_does_not_move_shows_no_load(known):

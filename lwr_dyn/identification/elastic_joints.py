@@ -39,10 +39,8 @@ from lwr_dyn.model.transmission import JointElasticity
 
 TWO_ENCODERS = SampleRule(10.0)
 """At 20 Hz noise of accelerations, with nothing but encoders in the gears' equations, moved links by 0.3 sigma."""
-
 GEAR = ("stiffness", "damping", "zero")
 """K [N m/rad], D [N m s/rad] and o [N m] of a gear."""
-
 DRIVE = JointColumns("symmetric")
 """Rotor and friction of a motor, seen at its joint."""
 
@@ -114,7 +112,6 @@ class ElasticIdentification:
 
 
 _PER_JOINT = len(DRIVE.names) + len(GEAR)
-
 ROUNDS = 3
 """Of instruments and estimate in turn. Any torque that follows the links' will do; a better one is more precise."""
 
@@ -243,7 +240,6 @@ def _rows(
 
 
 SHOWN = ("stiffness", "damping", "armature", "coulomb", "viscous", "offset")
-
 UNITS = {
     "stiffness": "N m/rad", "damping": "N m s/rad", "armature": "kg m^2", "coulomb": "N m", "viscous": "N m s/rad",
     "offset": "N m", "zero": "N m",

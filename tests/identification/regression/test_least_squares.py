@@ -1,12 +1,9 @@
 """The regressor gives the recursion's torques back, its base parameters are as many as theory says, a fit predicts."""
 
 import numpy as np
-import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, JOINT, Regressor, chain_parameters
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.friction.friction_map import ModelTorque
 from lwr_dyn.identification.regression.least_squares import base_parameters
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
@@ -41,8 +38,3 @@ def test_base_parameters_carry_all_the_torque(wam):
     other = full + np.linalg.svd(base.grouping)[2][base.count :].T @ np.ones(full.size - base.count)
     assert np.abs(other - full).max() > 0.1
     assert np.abs(Y @ other - Y @ full).max() < 1e-11
-
-
-def test_a_part_to_subtract_that_does_not_exist():
-    with pytest.raises(OptionError, match="subtract: 'friction'; allowed: none, gravity"):
-        ModelTorque(lwr_dyn.load("wam7"), "friction")

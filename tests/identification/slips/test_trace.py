@@ -1,0 +1,83 @@
+"""Slips of a table traced by a log: the cells and what they stand for, what motions show, planted slips found."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
+from lwr_dyn.identification.slips.slip_tables import slip_lines
+from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
+from tests.identification.slip_study import SlipStudy, exchanged_faults, shares, single_faults
+
+
+@pytest.mark.parametrize("off", [0.0, 0.01, 0.05])
+def test_a_right_table_meets_the_log(study: SlipStudy, off: float) -> None:
+    rng = np.random.default_rng(11)
+    for _ in range(5):
+        assert trace_cells(study.log(off, rng), study.table, deviation=2 * off).fits
+
+
+def test_without_deviation_an_arm_off_its_table_would_have_slips(study: SlipStudy) -> None:
+    assert not trace_cells(study.log(0.2, np.random.default_rng(1)), study.table, deviation=0.0, most=1).fits
+
+
+def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study: SlipStudy) -> None:
+    rng = np.random.default_rng(0)
+    printed = study.table.with_cell(Cell(4, 3), -0.004375432)
+    report = trace_cells(study.log(0.02, rng), printed, deviation=0.05)
+    assert {c.name for c in report.cells} == {"c5z", "c6y"}
+    assert report.explanations[0].repairs[0].text.endswith("which repeats c6z")
+    value = report.explanations[0].table.value(Cell(4, 3))
+    assert abs(value + 0.0238) < 0.002
+    assert not report.fits
+
+
+@pytest.mark.parametrize(("off", "traced", "one"), [(0.0, 0.95, 0.8), (0.05, 0.9, 0.7)])
+def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, one: float) -> None:
+    rng = np.random.default_rng(7)
+    faults = [*single_faults(study.table)[3::15], *exchanged_faults(study.table)[5::18]]
+    outcomes = [study.outcome(fault, off, rng) for fault in faults]
+    seen = [o for o in outcomes if o.seen]
+    assert len(seen) > 12
+    assert sum(o.listed for o in seen) >= traced * len(seen), shares(outcomes)
+    assert sum(o.one for o in seen) >= one * len(seen), shares(outcomes)
+
+
+def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStudy) -> None:
+    information = study.log(0.01, np.random.default_rng(2))
+    report = trace_slips(information, open_paper("lwr4plus", "printed"), deviation=0.02)
+    best = [r.text for r in report.explanations[0].repairs]
+    assert [text for text in best if text.startswith("c5z")]
+    assert {text for text in best if not text.startswith("c5z")} == {
+        "rotor of all links times 100", "tensor of all links about the link's origin",
+        "products of inertia of all links of the other sign", "axes y and z of the tensor of link 2 exchanged",
+        "axes y and z of the tensor of link 4 exchanged",
+    }  # fmt: skip
+    assert any(r.text.startswith("c6y") for repairs in report.alternatives for r in repairs)
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study: SlipStudy, factor: float) -> None:
+    heavier = study.table.values.copy()
+    heavier[:, :1] *= 1.0 / factor
+    heavier[:, 4:10] *= 1.0 / factor
+    report = trace_cells(study.log(0.01, np.random.default_rng(3)), study.table.with_values(heavier), deviation=0.05)
+    assert not report.fits
+    assert report.common_factor == pytest.approx(factor, rel=0.02)
+    assert "or no cell is wrong: the table meets the log with all masses" in slip_lines(report)[-1]
+
+
+def test_of_a_table_with_a_slip_no_factor_is_said(study: SlipStudy) -> None:
+    printed = study.table.with_cell(Cell(4, 3), -0.004375432)
+    assert trace_cells(study.log(0.0, np.random.default_rng(0)), printed, deviation=0.0).common_factor is None
+
+
+def test_bad_input(study: SlipStudy) -> None:
+    for deviation in (-0.1, 1.0, float("nan")):
+        with pytest.raises(OptionError, match="deviation"):
+            trace_slips(study.information, study.arm, deviation=deviation)
+    with pytest.raises(OptionError, match="gives no mass"):
+        printed_cells(open_paper("lwr4"))
