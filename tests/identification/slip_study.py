@@ -14,8 +14,16 @@ import numpy as np
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.identification.regression.information import Information, information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.slips.hypotheses import FREED, Hypothesis, ShownCells, shown_cells
-from lwr_dyn.identification.slips.printed_cells import MASS, ROTOR, Cell, PrintedCells, printed_cells
+from lwr_dyn.identification.slips.hypotheses import FREED, Hypothesis
+from lwr_dyn.identification.slips.printed_cells import (
+    MASS,
+    ROTOR,
+    Cell,
+    PrintedCells,
+    ShownCells,
+    printed_cells,
+    shown_cells,
+)
 from lwr_dyn.identification.slips.repairs import exchanges
 from lwr_dyn.identification.slips.trace import trace_cells
 from lwr_dyn.model.arm import Arm

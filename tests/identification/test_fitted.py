@@ -12,8 +12,14 @@ import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
-from lwr_dyn.identification.fitted.fitted_arm import digest_of, fitted_arm, fitted_values
-from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, fitted_paper_text, write_fitted
+from lwr_dyn.identification.fitted import (
+    check_fitted_path,
+    digest_of,
+    fitted_arm,
+    fitted_paper_text,
+    fitted_values,
+    write_fitted,
+)
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule
@@ -103,7 +109,7 @@ def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
     values, result = fitted_values(lwr[0]), lwr[0]
     root = np.linalg.cholesky(result.consistent.covariance[60:64, 60:64])
     draws = result.consistent.parameters[60:64] + np.random.default_rng(0).normal(size=(4000, 4)) @ root.T * 0.1
-    assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com_sigma[6], rel=0.06)
+    assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com.sigma[6], rel=0.06)
 
 
 def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.main import main
-from lwr_dyn.identification.fitted.fitted_files import write_fitted
+from lwr_dyn.identification.fitted import write_fitted
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns

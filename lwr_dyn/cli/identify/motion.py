@@ -22,7 +22,7 @@ from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.bodies.possible_bodies import body_lines
-from lwr_dyn.identification.fitted.fitted_files import check_fitted_path, write_fitted
+from lwr_dyn.identification.fitted import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion.motion_fit import identify_motion

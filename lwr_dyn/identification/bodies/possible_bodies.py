@@ -41,6 +41,8 @@ def pseudo_inertia_weights(c: Array) -> Array:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+TENSOR = np.array([[4, 5, 6], [5, 7, 8], [6, 8, 9]])
+"""Places (3, 3) of a tensor's entries in `INERTIAL`."""
 _WEIGHTS = pseudo_inertia_weights(np.eye(len(INERTIAL))).reshape(len(INERTIAL), 16)
 UNITS = np.round(np.linalg.pinv(_WEIGHTS).T, 9).reshape(len(INERTIAL), 4, 4)
 """P of one unit of each parameter, (10, 4, 4): P = sum pi_k UNITS_k."""
@@ -150,10 +152,11 @@ def never_negative(columns: TorqueColumns) -> NDArray[np.bool_]:
     grouping = columns.base().grouping
     inertial = grouping[:, : columns.bodies].reshape(len(grouping), columns.n, len(INERTIAL))
     rotors = grouping[:, columns.rotor_indices]
-    friction = np.setdiff1d(np.arange(columns.bodies, columns.count), columns.rotor_indices)
     size = np.abs(grouping).max(axis=1)
     bodies = np.linalg.eigvalsh(pseudo_inertia_weights(inertial)).min(axis=(1, 2))
-    no_friction = (np.abs(grouping[:, friction]).max(axis=1, initial=0.0) < _ROUNDING * size) & (size > 0.0)
+    no_friction = (np.abs(grouping[:, columns.friction_indices]).max(axis=1, initial=0.0) < _ROUNDING * size) & (
+        size > 0.0
+    )
     positive: NDArray[np.bool_] = no_friction & (np.minimum(bodies, rotors.min(axis=1)) > -_ROUNDING * size)
     return positive
 

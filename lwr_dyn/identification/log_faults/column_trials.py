@@ -214,7 +214,7 @@ class _ColumnJudge:
         base, own = columns.base(), columns.own(arm)
         covariance = (base.grouping * table_spread(columns, arm, FREE) ** 2) @ base.grouping.T
         published = own[base.kept]
-        own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
+        own[columns.friction_indices] = 0.0
         spread = np.sqrt(np.diag(covariance))
         prior: Array = np.asarray(np.linalg.inv(covariance / np.outer(spread, spread)), dtype=np.float64)
         return cls(columns, arm, spread, base.of(own) / spread, prior, published)

@@ -167,7 +167,7 @@ def torque_scale_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
     """A fault for all torques in the wrong unit, or for each joint's."""
     columns = TorqueColumns(arm.chain, friction="directions")
     own = columns.own(arm)
-    own[[k for j in range(arm.n) for k in range(columns.of_joint(j).start + 1, columns.of_joint(j).stop)]] = 0.0
+    own[columns.friction_indices] = 0.0
     still = np.zeros(samples.q.shape)
     predicted = columns(samples.q, still, still) @ own
     slopes = np.array([_slope(samples, columns, predicted[:, j], j) for j in range(arm.n)])

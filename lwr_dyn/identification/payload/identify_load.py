@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
-from lwr_dyn.identification.bodies.possible_bodies import UNITS, inertial_parameters
+from lwr_dyn.identification.bodies.possible_bodies import TENSOR, UNITS, inertial_parameters
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.information import BLOCK, GroupedEstimate, NormalEquations, equations_of, grouped
 from lwr_dyn.identification.regression.instrumental import WINDOW, window_sums
@@ -52,10 +52,7 @@ def body_of(parameters: Array) -> Body:
     """The body with parameters (10,) about the origin of its frame; the mass must not be 0."""
     m, first = float(parameters[0]), parameters[1:4]
     com = first / m
-    tensor = np.zeros((3, 3))
-    for (a, b), value in zip(ROW_BY_ROW, parameters[4:], strict=True):
-        tensor[a, b] = tensor[b, a] = value
-    return Body(m, com, symmetric_part(tensor - steiner(m, com)))
+    return Body(m, com, symmetric_part(parameters[TENSOR] - steiner(m, com)))
 
 
 SURE = 5.0
@@ -105,8 +102,7 @@ def arm_doubt(
     """
     matrix, _ = normal.weighted(noise)
     prior = body_prior(columns, own).covariance(1.0)
-    table = np.r_[0 : columns.bodies, columns.rotor_indices]
-    prior = prior[np.ix_(table, table)]
+    prior = prior[np.ix_(columns.table_indices, columns.table_indices)]
     across = matrix[:fitted, fitted:]
     bias = Spectrum.of(matrix[:fitted, :fitted]).inverse() @ across
     left = matrix[fitted:, fitted:] - across.T @ bias
@@ -237,8 +233,7 @@ def _identified(
     elif friction == "own":
         beside, known, said = np.zeros(0, np.intp), own, "the arm's inertias and friction"
     else:
-        beside = np.setdiff1d(np.arange(columns.bodies, columns.count), columns.rotor_indices)
-        known, said = own.copy(), "the arm's inertias"
+        beside, known, said = columns.friction_indices, own.copy(), "the arm's inertias"
         known[beside] = 0.0
     problems = [_LoadProblem(loaded, columns, known, beside, load_shift(arm.chain.flange), arm)]
     if empty:
@@ -307,8 +302,7 @@ def _doubted(found: LoadIdentification, fit: GroupedEstimate, problem: _LoadProb
     wrong = model_squares(problem.residuals(fit.values), samples.used, samples.recording)
     if not wrong.any():
         return found
-    table = np.r_[0 : columns.bodies, columns.rotor_indices]
-    whole = replace(problem, beside=np.concatenate([problem.beside, table])).equations()
+    whole = replace(problem, beside=np.concatenate([problem.beside, columns.table_indices])).equations()
     noise = np.where(np.isnan(fit.noise), 1.0, fit.noise)
     share, more = arm_doubt(whole, columns, columns.own(problem.arm), fit.values.size, noise, wrong)
     covariance = found.covariance + np.where(np.isfinite(found.covariance), more[:TEN, :TEN], 0.0)

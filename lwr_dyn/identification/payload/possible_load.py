@@ -1,4 +1,4 @@
-"""The body that a load can be: nearest to what the torques say, with positive mass everywhere in it; as text and record.
+"""The body that a load can be: nearest to what the torques say, of positive mass everywhere; as text and as a record.
 
     min over phi   1/2 (phi - b)^T Lambda (phi - b) + w D(P, P0)
 

@@ -207,6 +207,16 @@ class TorqueColumns:
         return np.array([self.of_joint(j).start for j in range(self.n)], dtype=np.intp)
 
     @property
+    def table_indices(self) -> NDArray[np.intp]:
+        """Columns of bodies, then of rotors, (11 n,): what a table of inertias gives."""
+        return np.concatenate([np.arange(self.bodies), self.rotor_indices])
+
+    @property
+    def friction_indices(self) -> NDArray[np.intp]:
+        """Columns that are neither of bodies nor of rotors."""
+        return np.setdiff1d(np.arange(self.bodies, self.count), self.rotor_indices)
+
+    @property
     def kernel(self) -> BatchDynamics | None:
         """The compiled bodies' columns, with the tensor in Pinocchio's order (`FROM_KERNEL`); None without numba."""
         return self._kernel

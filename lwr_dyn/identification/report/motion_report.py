@@ -80,8 +80,7 @@ def drawn_fit(samples: Samples, columns: TorqueColumns, parameters: Array) -> Dr
     """
     numbers = np.unique(samples.recording)
     rigid = parameters.copy()
-    rigid[columns.bodies :] = 0.0
-    rigid[columns.rotor_indices] = parameters[columns.rotor_indices]
+    rigid[columns.friction_indices] = 0.0
     recordings, speeds, torques, every = [], [], [], 1
     names = _names([samples.sources[k] for k in numbers])
     for name, k in zip(names[:MOST_RECORDINGS], numbers[:MOST_RECORDINGS], strict=True):

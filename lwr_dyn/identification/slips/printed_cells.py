@@ -3,6 +3,14 @@
     pi_i = (m, m c, I_o),   I_o = I about the link's frame, or I + m (|c|^2 1 - c c^T) where I is printed about the com
 
 Products of inertia may be printed with either sign; a rotor counts as `rotor_factor` times its printed cell.
+
+Which of the cells a motion can show (none at all, only with others, alone) geometry decides, not a log. How far an arm
+may be from a table that has no slip is a covariance of its parameters about the table's: a body whose pseudo-inertia is
+L exp(S) L^T, P = L L^T being the table's and S a random symmetric matrix of size delta, is `delta` off. To first order
+
+    cov(pi_a, pi_b) = delta^2 tr(A_a P A_b P),   pi_a = tr(A_a P)
+
+which is delta^2 times the inverse Hessian of -log det P, and asks neither for axes nor for units.
 """
 
 from collections.abc import Sequence
@@ -14,15 +22,18 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.schema import Paper, to_si
+from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.bodies.possible_bodies import pseudo_inertia_weights, pseudo_inertias
+from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.model.arm import Arm
 
 QUANTITIES = ("m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "rotor")
 """The cells of a link: mass, centre of mass, tensor row by row, rotor."""
 MASS, COM, TENSOR, ROTOR = 0, slice(1, 4), slice(4, 10), 10
 DIAGONAL, PRODUCTS = (4, 7, 9), (5, 6, 8)
-_UPPER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+COLUMNS = {"mass": slice(MASS, MASS + 1), "com": COM, "tensor": TENSOR, "rotor": slice(ROTOR, ROTOR + 1)}
 _OTHER_SIGN = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
 _SI_UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 7)
 
@@ -98,6 +109,16 @@ class PrintedCells:
         number = (self.value(cell) if value is None else value) / to_si(1.0, unit)
         return f"{number:.6g}" if unit == "1" else f"{number:.6g} {unit}"
 
+    def column(self, cell: Cell) -> slice:
+        """The quantities of a cell's kind."""
+        return next(part for part in COLUMNS.values() if part.start <= cell.quantity < part.stop)
+
+    def typical_sizes(self, cells: Sequence[Cell]) -> Array:
+        """Root mean square of the printed numbers of each cell's kind, (cells,) [SI]."""
+        squares = {c.quantity: np.square(self.values[:, part][self.known[:, part]])
+                   for c in cells for part in (self.column(c),)}  # fmt: skip
+        return np.array([float(np.sqrt(np.mean(squares[c.quantity]))) or 1.0 for c in cells])
+
     def with_values(self, values: Array) -> "PrintedCells":
         """The table with other cells (n, 11) [SI]."""
         return replace(self, values=values)
@@ -128,9 +149,9 @@ class PrintedCells:
         same &= (self.about_origin == other.about_origin) & (self.integral == other.integral)
         return np.flatnonzero(~same)
 
-    def link_columns(self, link: int) -> NDArray[np.intp]:
-        """Places of a link's ten parameters and its armature in `parameters`, (11,)."""
-        return np.append(np.arange(10 * link, 10 * link + 10), 10 * self.n + link)
+    def pseudo_inertias(self) -> Array:
+        """P (n, 4, 4) of each link about its frame [SI]."""
+        return pseudo_inertias(self.parameters()[: 10 * self.n].reshape(self.n, 10))
 
 
 def stacked_parameters(tables: Sequence[PrintedCells]) -> Array:
@@ -208,4 +229,80 @@ def _of_paper(paper: Paper, opened: NDArray[np.bool_]) -> PrintedCells:
 
 
 def _row_by_row(tensor: Array) -> Sequence[float]:
-    return [float(tensor[a, b]) for a, b in _UPPER]
+    return [float(tensor[a, b]) for a, b in ROW_BY_ROW]
+
+
+_READERS = pseudo_inertia_weights(np.eye(len(INERTIAL)))
+"""A (10, 4, 4): each inertial parameter as tr(A P)."""
+
+
+def link_discrepancies(table: PrintedCells) -> Array:
+    """Covariance of each link's ten parameters and armature about the table's, for delta = 1: (n, 11, 11) [SI].
+
+    Where a table's body cannot be (a slip can do that), the magnitudes of its pseudo-inertia's eigenvalues are taken.
+
+    References
+    ----------
+    Lee, Wensing, Park, Geometric robot dynamic identification: a convex programming approach (2020), for the metric.
+    """
+    P = table.pseudo_inertias()
+    values, vectors = np.linalg.eigh(P)
+    if (values < 0.0).any():
+        P = np.einsum("nij,nj,nkj->nik", vectors, np.abs(values), vectors)
+    read = np.einsum("aij,njk->naik", _READERS, P)
+    out = np.zeros((table.n, 11, 11))
+    out[:, :10, :10] = np.einsum("naij,nbji->nab", read, read)
+    out[:, 10, 10] = table.parameters()[10 * table.n :] ** 2
+    return out
+
+
+NOTHING = 1e-9
+"""Share of the largest change of a base parameter below which there is none."""
+ALONG = 1e-9
+"""Two changes of the base parameters with 1 - |cosine| below this are one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShownCells:
+    """The cells of a table by what the torques of any motion can tell of them."""
+
+    hidden: tuple[Cell, ...]
+    """Shown by no motion."""
+    together: tuple[tuple[Cell, ...], ...]
+    """Cells with one effect: a change of one is a change of another."""
+    alone: tuple[Cell, ...]
+
+    @property
+    def visible(self) -> tuple[Cell, ...]:
+        """Those that some motion shows, in the order of the table."""
+        return tuple(sorted((*self.alone, *(c for group in self.together for c in group))))
+
+    def like(self, cell: Cell) -> tuple[Cell, ...]:
+        """The cells that cannot be distinguished from this one, itself among them."""
+        return next((group for group in self.together if cell in group), (cell,))
+
+
+def shown_cells(information: Information, table: PrintedCells) -> ShownCells:
+    """The cells of a table, sorted by what the base parameters of the geometry see of them.
+
+    Effects are per typical size of each cell, on base parameters in units of their own size.
+    """
+    grouping = information.base.grouping[:, information.columns.table_indices]
+    effect = grouping @ (table.derivatives(table.cells) * table.typical_sizes(table.cells))
+    scale = np.abs(effect).max(axis=1)
+    effect = effect[scale > 0.0] / scale[scale > 0.0, None]
+    lengths = np.linalg.norm(effect, axis=0)
+    seen = lengths > NOTHING * lengths.max(initial=0.0)
+    unit = effect[:, seen] / lengths[seen]
+    alike = 1.0 - np.abs(unit.T @ unit) < ALONG
+    cells, left = [c for c, s in zip(table.cells, seen, strict=True) if s], np.arange(np.count_nonzero(seen))
+    groups: list[tuple[Cell, ...]] = []
+    while left.size:
+        with_first = alike[left[0], left]
+        groups.append(tuple(cells[j] for j in left[with_first]))
+        left = left[~with_first]
+    return ShownCells(
+        hidden=tuple(c for c, s in zip(table.cells, seen, strict=True) if not s),
+        together=tuple(g for g in groups if len(g) > 1),
+        alone=tuple(g[0] for g in groups if len(g) == 1),
+    )

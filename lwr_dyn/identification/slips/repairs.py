@@ -1,9 +1,8 @@
 """The slips that hands make in tables of inertias, undone: every table that one repair of a given one yields.
 
-A cell: sign, powers of ten (1000: a unit). A rotor: gear ratio forgotten or counted twice. Cells that changed places:
-`exchanges`. A column: its unit, its sign, the point its tensors are about, the sign of its products.
-
-Cells that changed places: components, axes, moments of one link; cells, rows and bodies of neighbouring links.
+A cell: sign, powers of ten (1000: a unit). A rotor: gear ratio forgotten or counted twice. A column: its unit, its
+sign, the point its tensors are about, the sign of its products. Cells that changed places: components, axes, moments of
+one link; cells, rows and bodies of neighbouring links.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -13,8 +12,10 @@ from itertools import combinations
 
 import numpy as np
 
+from lwr_dyn.dynamics.regressor import ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.slips.printed_cells import (
+    COLUMNS,
     COM,
     DIAGONAL,
     MASS,
@@ -27,23 +28,19 @@ from lwr_dyn.identification.slips.printed_cells import (
 )
 
 SIGN, POWER, POWERS_APART, UNIT, GEAR = "sign", "power of ten", "two powers of ten", "unit", "gear ratio"
-COLUMN, EXCHANGE, AXES, ROWS, COPY, VALUE, CONVENTION = (
-    "column",
-    "exchange",
-    "axes",
-    "rows",
-    "copy",
-    "value",
-    "convention",
-)
+COLUMN, EXCHANGE, AXES, ROWS, COPY = "column", "exchange", "axes", "rows", "copy"
+VALUE, CONVENTION = "value", "convention"
 """Kinds of slips."""
 POWERS = {10.0: POWER, 0.1: POWER, 100.0: POWERS_APART, 0.01: POWERS_APART, 1e3: UNIT, 1e-3: UNIT}
 """Factors of one cell."""
+_AXES = "xyz"
+_EVERY = range(len(QUANTITIES))
 COLUMN_FACTORS = {"mass": (1e3, 1e-3), "com": (1e3, 1e2, 10.0, 0.1, 1e-2, 1e-3),
                   "tensor": (1e9, 1e7, 1e6, 1e4, 1e3, 10.0, 0.1, 1e-3, 1e-4, 1e-6, 1e-7, 1e-9),
                   "rotor": (1e6, 1e4, 1e3, 1e2, 10.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6)}  # fmt: skip
 """Of a whole column: units of its quantity (kg mm^2, g cm^2, ...) and a slipped point."""
-COLUMNS = {"mass": slice(MASS, MASS + 1), "com": COM, "tensor": TENSOR, "rotor": slice(ROTOR, ROTOR + 1)}
+APART = 2
+"""Rows that a cell may have slipped."""
 SAME = 1e-6
 """Share by which two printed numbers may differ and one be a copy of the other, its last digits cut."""
 
@@ -96,8 +93,8 @@ def of_columns(table: PrintedCells) -> Iterator[Repair]:
     yield _scaled(table, every, "com", -1.0, SIGN)
     links = [every, *(np.arange(table.n) == i for i in range(table.n))]
     for rows in links:
-        yield _turned(table, rows, "about_origin", TENSOR)
-        yield _turned(table, rows, "integral", PRODUCTS)
+        yield _turned(table, rows, "about_origin")
+        yield _turned(table, rows, "integral")
     for rows in links[1:]:
         yield _scaled(table, rows, "com", -1.0, SIGN)
 
@@ -106,32 +103,30 @@ def _of_links(rows: Array) -> str:
     return "all links" if rows.all() else f"link {int(np.flatnonzero(rows)[0]) + 1}"
 
 
-def _cells(table: PrintedCells, rows: Array, quantities: tuple[int, ...]) -> tuple[Cell, ...]:
+def _cells(table: PrintedCells, rows: Array, quantities: Sequence[int]) -> tuple[Cell, ...]:
     return tuple(c for c in table.cells if rows[c.link] and c.quantity in quantities)
 
 
 def _scaled(table: PrintedCells, rows: Array, column: str, factor: float, kind: str) -> Repair:
-    values, places = table.values.copy(), COLUMNS[column]
-    values[rows, places] *= factor
-    cells = _cells(table, rows, tuple(range(len(QUANTITIES))[places]))
+    values = table.values.copy()
+    values[rows, COLUMNS[column]] *= factor
+    cells = _cells(table, rows, _EVERY[COLUMNS[column]])
     text = f"{column} of {_of_links(rows)} times {factor:g}"
     again = partial(_scaled, rows=rows, column=column, factor=factor, kind=kind)
     return Repair(kind, cells, text, table.with_values(values), again)
 
 
-def _turned(table: PrintedCells, rows: Array, flag: str, quantities: slice | tuple[int, ...]) -> Repair:
-    """The tensor of some links about the other point, or its products of the other sign."""
-    now = getattr(table, flag)
-    turned = np.where(rows, ~now, now)
+def _turned(table: PrintedCells, rows: Array, flag: str) -> Repair:
+    """The tensor of some links about the other point (`about_origin`), or its products of the other sign."""
+    now, places = getattr(table, flag), PRODUCTS if flag == "integral" else _EVERY[TENSOR]
     if flag == "integral":
-        changed, text = replace(table, integral=turned), f"products of inertia of {_of_links(rows)} of the other sign"
+        kind, text = SIGN, f"products of inertia of {_of_links(rows)} of the other sign"
     else:
         point = "centre of mass" if now[rows].all() else "link's origin"
-        changed, text = replace(table, about_origin=turned), f"tensor of {_of_links(rows)} about the {point}"
-    wanted = quantities if isinstance(quantities, tuple) else tuple(range(len(QUANTITIES))[quantities])
-    again = partial(_turned, rows=rows, flag=flag, quantities=quantities)
-    kind = CONVENTION if rows.all() else SIGN if flag == "integral" else ROWS
-    return Repair(kind, _cells(table, rows, wanted), text, changed, again)
+        kind, text = ROWS, f"tensor of {_of_links(rows)} about the {point}"
+    changed = replace(table, **{flag: np.where(rows, ~now, now)})
+    again = partial(_turned, rows=rows, flag=flag)
+    return Repair(CONVENTION if rows.all() else kind, _cells(table, rows, places), text, changed, again)
 
 
 def possible(table: PrintedCells, before: PrintedCells) -> bool:
@@ -152,13 +147,9 @@ def repeats(table: PrintedCells, cell: Cell) -> Cell | None:
     return None
 
 
-_AXES = "xyz"
-_PLACE = {(0, 0): 4, (0, 1): 5, (0, 2): 6, (1, 1): 7, (1, 2): 8, (2, 2): 9}
-_ROWS = {"com": COM, "tensor": TENSOR, "row": slice(0, ROTOR)}
-APART = 2
-"""Rows that a cell may have slipped."""
 Place = tuple[int, int]
 Move = tuple[list[tuple[Place, Place]], str, str]
+"""(from, to) of every place that moves, what is said of it, its kind."""
 
 
 def exchanges(table: PrintedCells) -> Iterator[Repair]:
@@ -171,7 +162,7 @@ def exchanges(table: PrintedCells) -> Iterator[Repair]:
     for link in range(table.n):
         for axis in range(3):
             for sign in (1.0, -1.0):
-                repair = _turned_axes(table, link, axis, sign)
+                repair = _turned_com(table, link, axis, sign)
                 if len(repair.cells) > 1:
                     yield repair
 
@@ -185,57 +176,55 @@ def _exchanged(table: PrintedCells, places: Sequence[tuple[Place, Place]], text:
     return Repair(kind, changed, text, table.with_values(values), again)
 
 
-def _turned_axes(table: PrintedCells, link: int, axis: int, sign: float) -> Repair:
+def _turned_com(table: PrintedCells, link: int, axis: int, sign: float) -> Repair:
     """The centre of mass of a link turned by 90 deg about an axis: its frame was another."""
     a, b = 1 + (axis + 1) % 3, 1 + (axis + 2) % 3
     values = table.values.copy()
     values[link, a], values[link, b] = -sign * table.values[link, b], sign * table.values[link, a]
     changed = tuple(Cell(link, k) for k in (a, b) if table.known[link, k] and values[link, k] != table.values[link, k])
     text = f"com of link {link + 1} turned by {90.0 * sign:+.0f} deg about {_AXES[axis]}"
-    return Repair(
-        EXCHANGE, changed, text, table.with_values(values), partial(_turned_axes, link=link, axis=axis, sign=sign)
-    )
+    again = partial(_turned_com, link=link, axis=axis, sign=sign)
+    return Repair(EXCHANGE, changed, text, table.with_values(values), again)
 
 
 def _permutations(n: int) -> Iterator[Move]:
-    """(from, to) of every place that moves, what is said of it, its kind."""
     for i in range(n):
         for a, b in combinations(range(3), 2):
             yield from _within(i, a, b)
         for j, k in (*combinations(DIAGONAL, 2), *combinations(PRODUCTS, 2)):
-            yield _swap([(i, j)], [(i, k)], f"{Cell(i, j).name} and {Cell(i, k).name} exchanged", EXCHANGE)
+            yield _swap([(i, j)], [(i, k)])
     for i, j in combinations(range(n), 2):
         yield from _between(i, j)
     for name, part in COLUMNS.items():
         for step in (1, -1):
-            rows = [((i, k), ((i + step) % n, k)) for i in range(n) for k in range(len(QUANTITIES))[part]]
+            rows = [((i, k), ((i + step) % n, k)) for i in range(n) for k in _EVERY[part]]
             yield rows, f"{name}: every row belongs one {'lower' if step == 1 else 'higher'}", ROWS
 
 
 def _between(i: int, j: int) -> Iterator[Move]:
     """The same cell of two links, the same part of two neighbours."""
     if j - i <= APART:
-        for k in range(len(QUANTITIES)):
-            yield _swap([(i, k)], [(j, k)], f"{Cell(i, k).name} and {Cell(j, k).name} exchanged", EXCHANGE)
+        for k in _EVERY:
+            yield _swap([(i, k)], [(j, k)])
     if j - i == 1:
-        for name, part in _ROWS.items():
-            here, there = ([(link, k) for k in range(len(QUANTITIES))[part]] for link in (i, j))
+        for name, part in (("com", COM), ("tensor", TENSOR), ("row", slice(0, ROTOR))):
+            here, there = ([(link, k) for k in _EVERY[part]] for link in (i, j))
             yield _swap(here, there, f"{name} of links {i + 1} and {j + 1} exchanged", ROWS)
 
 
 def _within(i: int, a: int, b: int) -> Iterator[Move]:
     """Two axes of one link: of its centre of mass, of its tensor, of both."""
-    com = ([(i, 1 + a)], [(i, 1 + b)])
     third = 3 - a - b
-    tensor = (
-        [(i, _PLACE[a, a]), (i, _PLACE[min(a, third), max(a, third)])],
-        [(i, _PLACE[b, b]), (i, _PLACE[min(b, third), max(b, third)])],
+    com_a, com_b = ([(i, 1 + axis)] for axis in (a, b))
+    tensor_a, tensor_b = (
+        [(i, 4 + ROW_BY_ROW.index((min(axis, x), max(axis, x)))) for x in (axis, third)] for axis in (a, b)
     )
     axes = f"{_AXES[a]} and {_AXES[b]}"
-    yield _swap(*com, f"{Cell(*com[0][0]).name} and {Cell(*com[1][0]).name} exchanged", EXCHANGE)
-    yield _swap(*tensor, f"axes {axes} of the tensor of link {i + 1} exchanged", AXES)
-    yield _swap([*com[0], *tensor[0]], [*com[1], *tensor[1]], f"axes {axes} of link {i + 1} exchanged", AXES)
+    yield _swap(com_a, com_b)
+    yield _swap(tensor_a, tensor_b, f"axes {axes} of the tensor of link {i + 1} exchanged", AXES)
+    yield _swap(com_a + tensor_a, com_b + tensor_b, f"axes {axes} of link {i + 1} exchanged", AXES)
 
 
-def _swap(here: Sequence[Place], there: Sequence[Place], text: str, kind: str) -> Move:
+def _swap(here: Sequence[Place], there: Sequence[Place], text: str = "", kind: str = EXCHANGE) -> Move:
+    text = text or f"{Cell(*here[0]).name} and {Cell(*there[0]).name} exchanged"
     return [*zip(here, there, strict=True), *zip(there, here, strict=True)], text, kind

@@ -1,7 +1,4 @@
-"""What a log says of a table, as text and as a record.
-
-A table against a log, cell by cell: what each cell would be if it alone were wrong, and how far off it is.
-"""
+"""A table against a log, cell by cell: what each cell would be if it alone were wrong; text and record of it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,8 +8,17 @@ import numpy as np
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.regression.information import Information
-from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free_cells, log_evidence, shown_cells
-from lwr_dyn.identification.slips.printed_cells import MASS, PRODUCTS, ROTOR, TENSOR, Cell, PrintedCells, printed_cells
+from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free_cells, log_evidence
+from lwr_dyn.identification.slips.printed_cells import (
+    MASS,
+    PRODUCTS,
+    ROTOR,
+    TENSOR,
+    Cell,
+    PrintedCells,
+    printed_cells,
+    shown_cells,
+)
 from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport, checked_deviation
 from lwr_dyn.model.arm import Arm
@@ -63,24 +69,20 @@ def table_against_log(
         As `trace_slips`.
     """
     table = printed_cells(source) if at is None else at.table
-    evidence = log_evidence(information, table, checked_deviation(deviation))
+    log = log_evidence(information, table, checked_deviation(deviation))
     shown = shown_cells(information, table)
     # cells of a repair that were freed count as the others do
-    base = as_printed(evidence, table)
-    free = free_cells(evidence, base, table.cells)
+    free = free_cells(as_printed(log, table), table.cells)
     rows = []
-    for i, cell in enumerate(table.cells):
-        printed, sigma, hidden = table.value(cell), float(free.sigma[i]), cell in shown.hidden
-        hidden = hidden or not np.isfinite(sigma)
-        pull = 0.0 if hidden else float(free.step[i]) / sigma
-        state = HIDDEN if hidden else OFF if abs(pull) > PULL else FAINT if sigma > abs(printed) else AGREES
-        value = float("nan") if hidden else printed + float(free.step[i])
+    for cell, *numbers in zip(table.cells, *free, strict=True):
+        (step, sigma, left), printed = map(float, numbers), table.value(cell)
+        if cell in shown.hidden or not np.isfinite(sigma):
+            value, sigma, pull, state = float("nan"), float("inf"), 0.0, HIDDEN
+        else:
+            value, pull = printed + step, step / sigma
+            state = OFF if abs(pull) > PULL else FAINT if sigma > abs(printed) else AGREES
         like = tuple(c for c in shown.like(cell) if c != cell)
-        rows.append(
-            CellAgainstLog(
-                cell, printed, value, float("inf") if hidden else sigma, pull, float(free.chi2[i]), state, like
-            )
-        )
+        rows.append(CellAgainstLog(cell, printed, value, sigma, pull, left, state, like))
     return tuple(rows)
 
 
@@ -105,14 +107,12 @@ def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pape
 
 def slip_lines(report: SlipReport, paper: Paper | None = None) -> tuple[str, ...]:
     """The verdict, then each repair with what may stand in its place."""
-    return (_verdict(report), *_repairs(report, paper), *_common_factor(report))
-
-
-def _common_factor(report: SlipReport) -> tuple[str, ...]:
+    lines = (_verdict(report), *_repairs(report, paper))
     if report.common_factor is None:
-        return ()
+        return lines
     more = f"all masses and tensors times {report.common_factor:.3g}"
-    return (f"or no cell is wrong: the table meets the log with {more} (a heavier arm, or torques off by that factor)",)
+    also = f"or no cell is wrong: the table meets the log with {more} (a heavier arm, or torques off by that factor)"
+    return (*lines, also)
 
 
 def cell_table(report: SlipReport, cells: tuple[CellAgainstLog, ...]) -> Table:
@@ -128,12 +128,8 @@ def best_table(report: SlipReport) -> Hypothesis:
 
 
 def _verdict(report: SlipReport) -> str:
-    own = (
-        f"the arm itself {report.deviation:.3g} off a right table"
-        if report.deviation
-        else "the arm exactly as a right table"
-    )
-    chi2 = f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g} with {own}"
+    arm = f"itself {report.deviation:.3g} off a right table" if report.deviation else "exactly as a right table"
+    chi2 = f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g} with the arm {arm}"
     if report.fits:
         return f"the table meets the log: {chi2}"
     if not report.explanations:
@@ -163,19 +159,16 @@ def _instead(report: SlipReport, k: int) -> list[Repair]:
     rest = {key for i, key in enumerate(best.keys) if i != k}
     out = []
     for other in report.explanations[1:]:
-        away = [r for r, key in zip(other.repairs, other.keys, strict=True) if key not in rest]
+        away = [r for r, key in other.keyed if key not in rest]
         if len(other.keys) == len(best.keys) and len(away) == 1:
             out += away
     return out
 
 
-def _errata(repair: Repair, paper: Paper | None) -> tuple[str, ...]:
+def _errata(repair: Repair, paper: Paper | None) -> list[str]:
     """Ids of a paper's errata that patch what is repaired and that its reading does not apply."""
-    if paper is None:
-        return ()
-    places = _places(repair)
-    errata = (e for e in paper.errata if e.id not in paper.reading.errata)
-    return tuple(e.id for e in errata if any(p.at.startswith(places) for p in e.of_tables()))
+    errata = () if paper is None else (e for e in paper.errata if e.id not in paper.reading.errata)
+    return [e.id for e in errata if any(p.at.startswith(_places(repair)) for p in e.of_tables())]
 
 
 def _places(repair: Repair) -> tuple[str, ...]:
@@ -191,9 +184,8 @@ def _places(repair: Repair) -> tuple[str, ...]:
 
 def _row(row: CellAgainstLog, table: PrintedCells) -> tuple[str, ...]:
     value = f"{table.shown(row.cell, row.value)} +- {table.shown(row.cell, row.sigma).split()[0]}"
-    return (
-        row.cell.name, table.shown(row.cell, row.printed), value, f"{row.pull:+.1f}", row.state, _names(row.like)
-    )  # fmt: skip
+    printed = table.shown(row.cell, row.printed)
+    return row.cell.name, printed, value, f"{row.pull:+.1f}", row.state, _names(row.like)
 
 
 def _names(cells: tuple[Cell, ...]) -> str:
@@ -227,5 +219,5 @@ def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pa
 
 
 def _repair_record(repair: Repair, paper: Paper | None) -> dict[str, Any]:
-    errata = list(_errata(repair, paper))
+    errata = _errata(repair, paper)
     return {"kind": repair.kind, "cells": list(repair.names), "text": repair.text, "errata": errata}

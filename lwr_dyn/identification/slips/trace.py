@@ -1,13 +1,11 @@
 """Slips of a table traced by a log: the fewest repairs with which the table meets it, and what have the same effect.
 
-One factor on all bodies of an arm: what a log shows when the arm is heavier than its table, or the torques are off.
-
-No cell is wrong then. A search for slips would still blame the cell that bends the table the right way.
-
-The search for repairs: step by step, from several tables at once, the promising ones judged in full.
+The search goes step by step, from several tables at once, the promising repairs judged in full. Where one factor on all
+bodies meets the log too, the arm may be heavier than its table, or the torques are off, and no cell is wrong; a search
+for slips would still blame the cell that bends the table the right way.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 
@@ -22,25 +20,23 @@ from lwr_dyn.identification.slips.hypotheses import (
     WAYS,
     Hypothesis,
     Key,
-    LogEvidence,
-    ShownCells,
     as_printed,
     free_cells,
     freed_repair,
     log_evidence,
     repaired,
-    shown_cells,
 )
 from lwr_dyn.identification.slips.printed_cells import (
     MASS,
     TENSOR,
     Cell,
     PrintedCells,
+    ShownCells,
     printed_cells,
+    shown_cells,
     stacked_parameters,
 )
 from lwr_dyn.identification.slips.repairs import (
-    COLUMNS,
     CONVENTION,
     VALUE,
     Repair,
@@ -56,23 +52,19 @@ LARGEST = 3.0
 """Factor, or its inverse, beyond which it is a unit, which is a slip."""
 
 
-def common_factor(evidence: LogEvidence, printed: Hypothesis) -> float | None:
+def common_factor(printed: Hypothesis) -> float | None:
     """The factor of all masses and tensors with which the table as printed meets a log; None where none does.
 
     To first order in the discrepancy, which is taken at the table as printed.
     """
-    table = printed.table
-    values = table.values.copy()
+    log, values = printed.log, printed.table.values.copy()
     values[:, MASS] *= 2.0
     values[:, TENSOR] *= 2.0
-    L = np.linalg.cholesky(np.eye(evidence.directions) + printed.parts.sum(axis=0))
-    left = np.linalg.solve(L, evidence.misfit(table))
-    change = np.linalg.solve(L, evidence.misfit(table.with_values(values))) - left  # of one table more
+    left = printed.whitened(log.misfit(printed.table))
+    change = printed.whitened(log.misfit(printed.table.with_values(values))) - left  # of one table more
     best = -float(change @ left) / float(change @ change)
     factor, chi2 = 1.0 + best, float(np.square(left + best * change).sum())
-    if not 1.0 / LARGEST < factor < LARGEST or chi2 > evidence.limit(1):
-        return None
-    return factor
+    return factor if 1.0 / LARGEST < factor < LARGEST and chi2 <= log.limit(1) else None
 
 
 WIDTH = 8
@@ -84,32 +76,25 @@ SLIP = 3.0
 of the largest number of its kind in its link; the arm itself may differ by less. A neighbour's copy is always one."""
 
 
-def steps(
-    evidence: LogEvidence, printed: Hypothesis, shown: ShownCells, most: int
-) -> Iterator[list[Hypothesis]]:  # fmt: skip
+def steps(printed: Hypothesis, shown: ShownCells, most: int) -> Iterator[tuple[Hypothesis, ...]]:
     """The hypotheses of one repair, of two, ... until one fits well, or one more repair makes none likelier."""
     beam, likeliest = [printed], np.inf
     for _ in range(most):
-        found = _next(evidence, beam, shown)
+        found = each_once(repaired(h, repair) for h in beam for repair in _promising(h, shown))
         if not found:
             return
         yield found
-        fitting = [h for h in found if fits(evidence, h)]
-        if found[0].evidence > likeliest or (fitting and not _hope(evidence, fitting[0])):
+        fitting = [h for h in found if h.fits]
+        if found[0].evidence > likeliest or (fitting and not _hope(fitting[0])):
             return
         likeliest = found[0].evidence if fitting else likeliest
         beam = _beam(found)
 
 
-def fits(evidence: LogEvidence, hypothesis: Hypothesis) -> bool:
-    """Whether a table with its repairs meets the log."""
-    return hypothesis.chi2 <= evidence.limit(len(hypothesis.freed))
-
-
 def each_once(hypotheses: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
     """The likeliest first, those with the same repairs once."""
     kept: dict[frozenset[Key], Hypothesis] = {}
-    for hypothesis in sorted(hypotheses, key=lambda h: h.evidence):
+    for hypothesis in sorted(hypotheses, key=_unlikeliness):
         kept.setdefault(frozenset(hypothesis.keys), hypothesis)
     return tuple(kept.values())
 
@@ -134,49 +119,42 @@ def _unlike(found: Sequence[Hypothesis], count: int) -> list[Hypothesis]:
     return kept
 
 
-def _next(evidence: LogEvidence, beam: Sequence[Hypothesis], shown: ShownCells) -> list[Hypothesis]:
-    """Every hypothesis of the beam with one repair more, the likeliest first, each once."""
-    return list(each_once(repaired(evidence, h, repair) for h in beam for repair in _promising(evidence, h, shown)))
-
-
-def _hope(evidence: LogEvidence, at: Hypothesis) -> bool:
+def _hope(at: Hypothesis) -> bool:
     """Whether some repair more leaves so much less chi^2 that it may be worth it."""
-    return bool(_looked_through(evidence, at)[1].min() < at.chi2 - 2.0 * np.log(min(WAYS.values())))
+    return bool(_looked_through(at)[1].min() < at.chi2 - 2.0 * np.log(min(WAYS.values())))
 
 
-def _looked_through(evidence: LogEvidence, at: Hypothesis) -> tuple[list[Repair], Array]:
+def _looked_through(at: Hypothesis) -> tuple[list[Repair], Array]:
     """Every stated repair of a table, and chi^2 with it while the discrepancy stays that of the table."""
     every = (*of_cells(at.table), *of_columns(at.table), *exchanges(at.table))
     parameters = stacked_parameters([r.table for r in every])
     changed = (parameters != at.table.parameters()).any(axis=1)
     kept = [i for i, r in enumerate(every) if changed[i] and possible(r.table, at.table)]
-    L = np.linalg.cholesky(np.eye(evidence.directions) + at.parts.sum(axis=0))
-    misfits = parameters[kept] @ evidence.K.T - evidence.y
-    return [every[i] for i in kept], np.square(np.linalg.solve(L, misfits.T)).sum(axis=0)
+    misfits = parameters[kept] @ at.log.K.T - at.log.y
+    return [every[i] for i in kept], np.square(at.whitened(misfits.T)).sum(axis=0)
 
 
-def are_slips(evidence: LogEvidence, printed: PrintedCells, hypothesis: Hypothesis) -> bool:
+def are_slips(hypothesis: Hypothesis, printed: PrintedCells) -> bool:
     """Whether every freed cell has changed by more than the arm itself may differ."""
-    steps = hypothesis.table.values - printed.values
-    return all(abs(steps[c]) > _least_slip(evidence, printed, c) for c in hypothesis.freed)
+    steps, deviation = hypothesis.table.values - printed.values, hypothesis.log.deviation
+    return all(abs(steps[c]) > _least_slip(printed, c, deviation) for c in hypothesis.freed)
 
 
-def _least_slip(evidence: LogEvidence, table: PrintedCells, cell: Cell) -> float:
+def _least_slip(table: PrintedCells, cell: Cell, deviation: float) -> float:
     if repeats(table, cell):
         return 0.0
-    part = next(p for p in COLUMNS.values() if p.start <= cell.quantity < p.stop)
-    return SLIP * evidence.deviation * float(np.abs(table.values[cell.link, part]).max())
+    return SLIP * deviation * float(np.abs(table.values[cell.link, table.column(cell)]).max())
 
 
-def _promising(evidence: LogEvidence, at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
+def _promising(at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
     """The repairs that leave the least chi^2 while the discrepancy stays that of the table before."""
-    repairs, chi2 = _looked_through(evidence, at)
+    repairs, chi2 = _looked_through(at)
     ways = [i for i, r in enumerate(repairs) if r.kind == CONVENTION]
     order = list(dict.fromkeys([*np.argsort(chi2, kind="stable")[:LOOKED_AT], *ways]))
     cells = [c for c in shown.visible if c not in at.freed]
-    free = free_cells(evidence, at, cells)
+    free = free_cells(at, cells)
     printed = np.array([at.table.value(c) for c in cells])
-    least = np.array([_least_slip(evidence, at.table, c) for c in cells])
+    least = np.array([_least_slip(at.table, c, at.log.deviation) for c in cells])
     left = np.where(np.abs(free.step) > least, free.chi2, np.inf)
     likely = [i for i in np.argsort(left, kind="stable")[: LOOKED_AT // 2] if np.isfinite(left[i])]
     values = [freed_repair(at.table, cells[i], float(printed[i] + free.step[i])) for i in likely]
@@ -223,11 +201,8 @@ class SlipReport:
     @property
     def sure(self) -> tuple[Repair, ...]:
         """Repairs that every explanation has."""
-        if not self.explanations:
-            return ()
-        common = set.intersection(*(set(e.keys) for e in self.explanations))
-        first = self.explanations[0]
-        return tuple(r for r, key in zip(first.repairs, first.keys, strict=True) if key in common)
+        common = self._common
+        return tuple(r for e in self.explanations[:1] for r, key in e.keyed if key in common)
 
     @property
     def alternatives(self) -> tuple[tuple[Repair, ...], ...]:
@@ -235,12 +210,13 @@ class SlipReport:
 
         Empty where there is one explanation only.
         """
-        if len(self.explanations) < 2:
-            return ()
-        common = set.intersection(*(set(e.keys) for e in self.explanations))
-        return tuple(
-            tuple(r for r, key in zip(e.repairs, e.keys, strict=True) if key not in common) for e in self.explanations
-        )
+        common = self._common
+        several = self.explanations if len(self.explanations) > 1 else ()
+        return tuple(tuple(r for r, key in e.keyed if key not in common) for e in several)
+
+    @property
+    def _common(self) -> set[Key]:
+        return set.intersection(*(set(e.keys) for e in self.explanations)) if self.explanations else set()
 
     @property
     def cells(self) -> tuple[Cell, ...]:
@@ -280,52 +256,49 @@ def trace_cells(
     information: Information, table: PrintedCells, *, deviation: float = DEVIATION, most: int = MOST
 ) -> SlipReport:  # fmt: skip
     """`trace_slips` of a table that has been read."""
-    evidence = log_evidence(information, table, checked_deviation(deviation))
-    printed = as_printed(evidence, table)
+    printed = as_printed(log_evidence(information, table, checked_deviation(deviation)), table)
     shown = shown_cells(information, table)
-    tried: list[Hypothesis] = [printed]
-    if printed.chi2 > evidence.limit():
-        for found in steps(evidence, printed, shown, most):
+    tried = [printed]
+    if not printed.fits:
+        for found in steps(printed, shown, most):
             tried += found
-    best = min(tried, key=lambda h: h.evidence)
-    meeting = [h for h in tried if h.repairs and fits(evidence, h) and are_slips(evidence, table, h)]
-    fitting = sorted(meeting, key=lambda h: h.evidence)
-    near = [h for h in fitting if h.evidence <= fitting[0].evidence + DOUBT][:SAID]
-    likely = [_without_idle(evidence, printed, h) for h in near]
-    seen = {h.table.about_origin.tobytes(): h.table for h in likely}
-    same = {key: shown_cells(information, each) for key, each in seen.items()}
-    partners = [p for h in likely for p in _partners(evidence, printed, h, same[h.table.about_origin.tobytes()])]
+    meeting = sorted((h for h in tried if h.repairs and h.fits and are_slips(h, table)), key=_unlikeliness)
+    likely = [_without_idle(printed, h) for h in meeting if h.evidence <= meeting[0].evidence + DOUBT][:SAID]
+    tables = {h.table.about_origin.tobytes(): h.table for h in likely}
+    same = {key: shown_cells(information, each) for key, each in tables.items()}
+    partners = [p for h in likely for p in _partners(printed, h, same[h.table.about_origin.tobytes()])]
     every = each_once([*likely, *partners])
-    believed = [h for h in every if fits(evidence, h) and h.evidence <= every[0].evidence + DOUBT]
+    believed = [h for h in every if h.fits and h.evidence <= every[0].evidence + DOUBT]
     plain: list[Hypothesis] = []
     for h in sorted(believed, key=_order):
-        if not any(_says_less(evidence, h, other) for other in plain):
+        if not any(_says_less(h, other) for other in plain):
             plain.append(h)
-    explained = tuple(_with_values(h, table) for h in sorted(plain, key=lambda h: h.evidence))
+    explained = tuple(_with_values(h, table) for h in sorted(plain, key=_unlikeliness))
     if explained:
         shown = shown_cells(information, explained[0].table)
-    limit = evidence.limit()
-    factor = None if printed.chi2 <= limit else common_factor(evidence, printed)
-    return SlipReport(printed, explained, best, shown, limit, deviation, factor)
+    factor = None if printed.fits else common_factor(printed)
+    return SlipReport(
+        printed, explained, min(tried, key=_unlikeliness), shown, printed.log.limit(), deviation, factor
+    )  # fmt: skip
 
 
-def _says_less(evidence: LogEvidence, one: Hypothesis, other: Hypothesis) -> bool:
+def _unlikeliness(hypothesis: Hypothesis) -> float:
+    return hypothesis.evidence
+
+
+def _says_less(one: Hypothesis, other: Hypothesis) -> bool:
     """Whether one explanation frees a cell that the other, likelier one states, or says the same of the same cells."""
     if len(one.repairs) != len(other.repairs):
         return False
     if len(one.freed) != len(other.freed):
-        return len(one.freed) > len(other.freed) and _cells(one) == _cells(other)
-    same = np.linalg.norm(evidence.misfit(one.table) - evidence.misfit(other.table)) < SAME
-    return bool(same and (_cells(other) <= _cells(one) or _cells(one) <= _cells(other)))
+        return len(one.freed) > len(other.freed) and one.cells == other.cells
+    same = np.linalg.norm(one.log.misfit(one.table) - one.log.misfit(other.table)) < SAME
+    return bool(same and (other.cells <= one.cells or one.cells <= other.cells))
 
 
 def _order(hypothesis: Hypothesis) -> tuple[int, float]:
     """Stated slips before free values, the likeliest first, of fewer cells where as likely."""
     return len(hypothesis.freed), hypothesis.evidence + A_CELL * sum(len(r.cells) for r in hypothesis.repairs)
-
-
-def _cells(hypothesis: Hypothesis) -> set[Cell]:
-    return {c for r in hypothesis.repairs for c in r.cells}
 
 
 def _with_values(hypothesis: Hypothesis, printed: PrintedCells) -> Hypothesis:
@@ -344,28 +317,30 @@ def checked_deviation(deviation: float) -> float:
     return deviation
 
 
-def _without_idle(evidence: LogEvidence, printed: Hypothesis, hypothesis: Hypothesis) -> Hypothesis:
+def _redone(printed: Hypothesis, changes: Iterable[Callable[[PrintedCells], Repair]]) -> Hypothesis:
+    for change in changes:
+        printed = repaired(printed, change(printed.table))
+    return printed
+
+
+def _without_idle(printed: Hypothesis, hypothesis: Hypothesis) -> Hypothesis:
     """The hypothesis without repairs that make it no likelier."""
-    for k in range(len(hypothesis.repairs)):
-        if len(hypothesis.repairs) == 1:
-            break
-        rest, table = [r for i, r in enumerate(hypothesis.repairs) if i != k], printed
-        for repair in rest:
-            table = repaired(evidence, table, repair.again(table.table))
-        if table.evidence < hypothesis.evidence:
-            return _without_idle(evidence, printed, table)
+    changes = [r.again for r in hypothesis.repairs]
+    for k in range(len(changes) if len(changes) > 1 else 0):
+        fewer = _redone(printed, changes[:k] + changes[k + 1 :])
+        if fewer.evidence < hypothesis.evidence:
+            return _without_idle(printed, fewer)
     return hypothesis
 
 
-def _partners(
-    evidence: LogEvidence, printed: Hypothesis, hypothesis: Hypothesis, shown: ShownCells
-) -> Iterator[Hypothesis]:  # fmt: skip
+def _partners(printed: Hypothesis, hypothesis: Hypothesis, shown: ShownCells) -> Iterator[Hypothesis]:
     """The hypothesis with a freed cell's place taken by a cell that no motion distinguishes from it."""
+    changes = [r.again for r in hypothesis.repairs]
     for k, repair in enumerate(hypothesis.repairs):
         others = [c for c in shown.like(repair.cells[0]) if c not in repair.cells] if repair.kind in FREED else []
         for cell in others:
-            table = printed
-            for i, each in enumerate(hypothesis.repairs):
-                free = freed_repair(table.table, cell, table.table.value(cell)) if i == k else None
-                table = repaired(evidence, table, free or each.again(table.table))
-            yield table
+
+            def free(table: PrintedCells, cell: Cell = cell) -> Repair:
+                return freed_repair(table, cell, table.value(cell))
+
+            yield _redone(printed, [*changes[:k], free, *changes[k + 1 :]])
