@@ -36,7 +36,7 @@ from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
-from lwr_dyn.identification.report.table_section import table_card
+from lwr_dyn.identification.slips.slip_tables import table_card
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.pages.document import page_html
 

@@ -17,9 +17,8 @@ from lwr_dyn.identification.regression.information import Information, informati
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
-from lwr_dyn.identification.report.table_section import slips_card
 from lwr_dyn.identification.slips.printed_cells import printed_cells
-from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text, table_against_log
+from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text, slips_card, table_against_log
 from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation, trace_slips
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.pages.document import page_html

@@ -64,9 +64,11 @@ class Target:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestBodies:
-    """The optimum under one weight of the prior, with the Hessian there in the free directions."""
+    """The optimum under given weights of the prior, with the Hessian there in the free directions."""
 
     weight: float
+    """Of the bodies."""
+    rotor_weight: float
     parameters: Array
     value: float
     hessian: Array
@@ -110,6 +112,7 @@ def nearest_bodies(
     def cost(parameters: Array) -> float:
         return target.half_chi2(parameters) + prior.distance(parameters, weight)
 
+    weights = weight, weight if prior.rotor_weight is None else prior.rotor_weight
     here, value = start, cost(start)
     for iteration in range(_ROUNDS):
         slope, curvature = prior.derivatives(here, weight)
@@ -123,9 +126,9 @@ def nearest_bodies(
         while (there := cost(here + share * move)) > value - _ARMIJO * share * decrement:
             share *= 0.5
             if share < _SHORTEST:  # rounding is all that is left
-                return NearestBodies(weight, here, value, hessian, free, iteration)
+                return NearestBodies(*weights, here, value, hessian, free, iteration)
         here, value = here + share * move, there
-    return NearestBodies(weight, here, value, hessian, free, iteration)
+    return NearestBodies(*weights, here, value, hessian, free, iteration)
 
 
 WEIGHTS = (0.3, 1e5)
@@ -138,24 +141,6 @@ NO_DEVIATION, APART = 1e-3, 5.0
 hundred and fifty to one."""
 _WEIGHT_STEP = 0.2
 """In log weight: a tenth is within what the fit can feel."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WeightedFit:
-    """The optimum under the weights of bodies and of rotors."""
-
-    rotor_weight: float
-    nearest: NearestBodies
-
-    @property
-    def weight(self) -> float:
-        """Of the bodies."""
-        return self.nearest.weight
-
-    @property
-    def parameters(self) -> Array:
-        """(p,)"""
-        return self.nearest.parameters
 
 
 class WeightedProblem:
@@ -171,12 +156,11 @@ class WeightedProblem:
             for k, columns in enumerate((np.arange(prior.bodies), prior.known_rotors)):
                 self._dimensions[k] -= int(np.linalg.matrix_rank(rows[:, columns])) if columns.size else 0
 
-    def fit(self, weight: float, rotors: float, start: Array) -> WeightedFit:
+    def fit(self, weight: float, rotors: float, start: Array) -> NearestBodies:
         """From parameters that obey the constraints."""
-        prior = replace(self.prior, rotor_weight=rotors)
-        return WeightedFit(rotors, nearest_bodies(self._target, prior, weight, start, self._free))
+        return nearest_bodies(self._target, replace(self.prior, rotor_weight=rotors), weight, start, self._free)
 
-    def search(self) -> WeightedFit:
+    def search(self) -> NearestBodies:
         """The fit of most evidence: one weight for the table, or another for its rotors where the log asks for it.
 
         A rotor's inertia in a table is often off by the square of a gear, which says nothing of the bodies beside it.
@@ -188,9 +172,11 @@ class WeightedProblem:
         two = self._line(lambda weight, start: self.fit(bodies.weight, weight, start), bodies.parameters, NO_DEVIATION)
         return two if self.evidence(two) > self.evidence(one) + APART else one
 
-    def _line(self, fit: Callable[[float, Array], WeightedFit], start: Array, least: float = WEIGHTS[0]) -> WeightedFit:
+    def _line(
+        self, fit: Callable[[float, Array], NearestBodies], start: Array, least: float = WEIGHTS[0]
+    ) -> NearestBodies:
         """The best fit along one weight; every fit starts where the one before ended."""
-        fits: list[tuple[float, WeightedFit]] = []
+        fits: list[tuple[float, NearestBodies]] = []
 
         def unlikely(log_weight: float) -> float:
             found = fit(float(np.exp(log_weight)), fits[-1][1].parameters if fits else start)
@@ -202,16 +188,16 @@ class WeightedProblem:
         found = minimize_scalar(unlikely, bounds=bounds, method="bounded", options={"xatol": _WEIGHT_STEP})
         return min(fits, key=lambda pair: abs(pair[0] - found.x))[1]
 
-    def evidence(self, fit: WeightedFit) -> float:
+    def evidence(self, fit: NearestBodies) -> float:
         """Log evidence of a weight by Laplace's method about the fit.
 
         The normaliser of the prior is Laplace's too: what the method neglects cancels where the log says nothing.
         """
-        hessian = fit.nearest.hessian
+        hessian = fit.hessian
         scale = 1.0 / np.sqrt(np.diag(hessian))
         half_log = np.log(np.diag(np.linalg.cholesky(hessian * np.outer(scale, scale)))).sum() - np.log(scale).sum()
         logs = np.log([fit.weight, fit.rotor_weight])
-        return float(-fit.nearest.value - half_log + 0.5 * logs @ np.array(self._dimensions))
+        return float(-fit.value - half_log + 0.5 * logs @ np.array(self._dimensions))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -322,18 +308,9 @@ def consistent_fit(
     best = problem.search() if weight is None else problem.fit(weight, rotor_weight or weight, prior.table)
     names = () if constraints is None else constraints.names
     return ConsistentFit(
-        best.parameters,
-        best.nearest.covariance,
-        prior.bodies,
-        best.weight,
-        best.rotor_weight,
-        weight is None,
-        problem.evidence(best),
-        _price(information, best.parameters),
-        best.nearest.iterations,
-        prior.lifted,
-        names,
-    )
+        best.parameters, best.covariance, prior.bodies, best.weight, best.rotor_weight, weight is None,
+        problem.evidence(best), _price(information, best.parameters), best.iterations, prior.lifted, names,
+    )  # fmt: skip
 
 
 def _price(information: Information, parameters: Array) -> Price:

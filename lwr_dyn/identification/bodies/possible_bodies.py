@@ -11,7 +11,6 @@ its own dual) and no rotor enters with a minus. And the mass matrix B(q), which 
 definite at every q. That both hold does not prove that such bodies exist: for that they would have to be found.
 """
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -196,14 +195,10 @@ def mass_matrix_columns(columns: TorqueColumns, q: Array) -> Array:
 
 
 def _configurations(arm: Arm) -> Array:
-    wide = _open_ranges([link.kind for link in arm.chain.links])
+    wide = np.array([_OPEN_RANGE[link.kind] for link in arm.chain.links])
     low = np.where(np.isfinite(arm.lower), arm.lower, np.where(np.isfinite(arm.upper), arm.upper - 2.0 * wide, -wide))
     high = np.where(np.isfinite(arm.upper), arm.upper, low + 2.0 * wide)
     return np.asarray(np.random.default_rng(0).uniform(low, high, (CONFIGURATIONS, arm.n)))
-
-
-def _open_ranges(kinds: Sequence[JointKind]) -> Array:
-    return np.array([_OPEN_RANGE[kind] for kind in kinds])
 
 
 def _scheffe_factor(parameters: int, dof: int) -> float:

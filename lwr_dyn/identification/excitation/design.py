@@ -21,7 +21,6 @@ from lwr_dyn.identification.excitation.motion_design import (
     MOST_CHECKS,
     MotionDesign,
     SearchedMotion,
-    StartSummary,
     check_room,
     column_words,
 )
@@ -71,7 +70,7 @@ class Excitation:
     """Least distance at `check_rate` beyond the radii [m], at least what was to be kept; infinite without obstacles."""
     nearest: str
     """Between what and what it is."""
-    starts: tuple[StartSummary, ...]
+    starts: tuple[SearchedMotion, ...]
     seconds: float
     column: str
     """What the column is and which links are not held against it; empty without one."""
@@ -167,7 +166,7 @@ def design_excitation(
         motion_score(design.columns, rows_of(motion), design.noise), design.noise,
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
-        design.clearance.names[place] if distances.size else "", tuple(one.summary for one in found),
+        design.clearance.names[place] if distances.size else "", tuple(found),
         perf_counter() - begin, column_words(clear_of), design.check_rate,
     )  # fmt: skip
 

@@ -166,34 +166,23 @@ class ExcitationError(FaultError, ValueError):
     """No start ended in a motion that is inside the limits and clear."""
 
 
-@dataclass(frozen=True, slots=True)
-class StartSummary:
-    """What one start came to: the objective, the least distance less what is kept [m], its time [s]."""
-
-    value: float
-    clear: float
-    seconds: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SearchedMotion:
-    """A motion by its coordinates X (b, n), inside the limits of position and speed; `torque` is a share of them."""
+    """What a search came to: coordinates X (b, n) of a motion inside the limits of position and speed."""
 
     X: Array
     value: float
+    """Of the objective."""
     clear: float
+    """[m] The least distance less what is kept."""
     torque: float
+    """A share of the limits."""
     seconds: float = 0.0
 
     @property
     def good(self) -> bool:
         """Whether it may go out."""
         return self.clear >= 0.0 and self.torque <= 1.0
-
-    @property
-    def summary(self) -> StartSummary:
-        """Without the motion."""
-        return StartSummary(self.value, self.clear, self.seconds)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -304,7 +293,7 @@ def check_room(clearance: Clearance, column: float | None = None) -> None:
     ExcitationError
         Each of `POSES` random poses is more than `HOPELESS` too near something.
     """
-    if column and len(links_inside(clearance)) == _links(clearance):
+    if column and len(links_inside(clearance)) == len(clearance.capsules) - 1:
         raise OptionError("column", column, "a radius in m that does not hold the whole arm inside")
     distances = clearance.of(random_positions(clearance.arm, POSES, np.random.default_rng(0)))
     if not distances.size:
@@ -340,7 +329,3 @@ def column_words(clearance: Clearance) -> str:
 
 def _has_column(clearance: Clearance) -> bool:
     return bool(clearance.capsules) and clearance.capsules[0] == (0, clearance.arm.n + 1)
-
-
-def _links(clearance: Clearance) -> int:
-    return len(clearance.capsules) - 1

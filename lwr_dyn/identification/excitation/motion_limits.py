@@ -153,11 +153,12 @@ def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, colum
     limbs = [i for i in range(n) if long[i] > _LEAST_LENGTH or slides[i]]
     capsules = (*([(0, n + 1)] if width > 0.0 else []), *((i, i + 1) for i in limbs))
     sizes = tuple(width if end > n else radii[start] for start, end in capsules)
+    ends = [start if end > n else end for start, end in capsules]  # where the arm goes on: of the column at its top
     level = floor_height(arm) if floor is None else floor
     pairs = tuple(
         (a, b)
         for a, b in combinations(range(len(capsules)), 2)
-        if sum(long[_arm_end(capsules[a], n) : capsules[b][0]]) > sizes[a] + sizes[b] + KEPT
+        if sum(long[ends[a] : capsules[b][0]]) > sizes[a] + sizes[b] + KEPT
     )
     planes = _planes(arm, level)
     low = tuple((i + 1, radii[i], plane) for plane in range(len(planes)) for i in limbs)
@@ -176,11 +177,6 @@ def _planes(arm: Arm, level: float) -> tuple[Plane, ...]:
     if up[2] > _UPRIGHT:
         return (floor,)
     return (floor, Plane("wall" if up[2] > -_UPRIGHT else "ceiling", up, float(up @ stand_foot(arm))))
-
-
-def _arm_end(capsule: tuple[int, int], n: int) -> int:
-    """The end at which the arm goes on: the upper one of the column."""
-    return capsule[0] if capsule[1] > n else capsule[1]
 
 
 def _without_idle(every: Clearance) -> Clearance:

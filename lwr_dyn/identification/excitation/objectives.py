@@ -165,8 +165,7 @@ class MotionObjective:
     _places: NDArray[np.intp] = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.columns.kernel is None:
-            raise MissingPackageError("numba", "batch")
+        _kernel(self.columns)
         check_columns(self.columns)
         object.__setattr__(self, "_kept", self.columns.base().kept)
         n = self.columns.n

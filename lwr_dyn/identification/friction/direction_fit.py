@@ -151,7 +151,7 @@ def _stribeck(v: Array, y: Array, weights: Array, robust: bool) -> Estimate | No
     low, high = v.min() / WITHIN, v.max() * WITHIN
     best, start = np.inf, None
     for vs in np.geomspace(low, high, STRIBECK_CANDIDATES):
-        X = _design(v, float(vs))
+        X = np.column_stack([np.ones_like(v), v, np.exp(-np.square(v / float(vs)))])
         if not has_full_rank(X):
             continue
         estimate = solve(X, y, weights)
@@ -189,10 +189,6 @@ def _refined(
     # the tangent plane at the minimum is a linear problem: its covariance is that of the parameters
     tangent = (huber if robust else weighted)(J, y - _magnitude(done.x, v) + J @ done.x, weights)
     return Estimate(done.x, tangent.covariance, y - _magnitude(done.x, v), tangent.dof)
-
-
-def _design(v: Array, vs: float) -> Array:
-    return np.column_stack([np.ones_like(v), v, np.exp(-np.square(v / vs))])
 
 
 def _magnitude(b: Array, v: Array) -> Array:

@@ -190,6 +190,7 @@ def _fitted(fit: DirectionFit, label: str, start: float, end: float) -> Curve:
     return Curve(label, torque, fit.sign * speed, dashed=label == BEYOND, colour=1)
 
 
+_TAKEN = {"none": "nothing", "gravity": "g", "inertia": "B ddq + C dq", "all": "B ddq + C dq + g"}
 _UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "static": "N m", "stribeck_velocity": "rad/s"}
 
 
@@ -227,7 +228,7 @@ def friction_text(result: FrictionIdentification, options: FitOptions, subtract:
     head = ("joint", "way", *(f"{n} [{_UNITS[n]}]" for n in names), "RMS [N m]", "speeds [rad/s]", "cruises")
     files = len({p.source for p in result.points})
     loss = "Huber's loss" if options.robust else "least squares"
-    lines = [f"{len(result.points)} cruises in {files} files, {loss}, taken out of the torques: {_taken(subtract)}"]
+    lines = [f"{len(result.points)} cruises in {files} files, {loss}, taken out of the torques: {_TAKEN[subtract]}"]
     if result.fits:
         lines.append(aligned([_row(fit) for fit in result.fits], head))
         lines.append(
@@ -235,10 +236,6 @@ def friction_text(result: FrictionIdentification, options: FitOptions, subtract:
         )
     lines += _bias_lines(result, subtract)
     return "\n".join(lines)
-
-
-def _taken(subtract: str) -> str:
-    return {"none": "nothing", "gravity": "g", "inertia": "B ddq + C dq", "all": "B ddq + C dq + g"}[subtract]
 
 
 def _row(fit: DirectionFit) -> tuple[str, ...]:

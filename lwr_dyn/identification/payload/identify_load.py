@@ -37,15 +37,11 @@ NAMES = INERTIAL
 def load_shift(flange: Pose) -> Array:
     """A (10, 10): parameters of a body in the frame of the link that carries it, from those in the flange's frame.
 
-    With H the pose of the flange and P the pseudo-inertia, P_link = H P H^T, which is linear in the parameters.
+    With H the pose of the flange and P the pseudo-inertia, P_link = H P H^T, which is linear in the parameters. Columns
+    of the load are those of the last link, which it is a part of, times A.
     """
     H = flange.matrix()
     return inertial_parameters(H @ UNITS @ H.T).T
-
-
-def load_columns(last: Array, flange: Pose) -> Array:
-    """Columns of the load (..., 10) from those of the last link (..., 10): it is a part of that link."""
-    return np.asarray(last @ load_shift(flange))
 
 
 def body_of(parameters: Array) -> Body:
@@ -291,9 +287,8 @@ class _LoadProblem:
 
     def slow_squares(self, values: Array) -> Array:
         """Of the residuals in slow sums, (n,) [(N m)^2 or N^2], times the number of equations."""
-        left = self.residuals(values)
-        length = max(1, round(WINDOW / float(np.median(np.diff(self.samples.t)))))
-        return np.asarray(np.square(window_sums(left, self.samples.recording, length)).sum(axis=0))
+        sums = window_sums(self.residuals(values), self.samples.recording, self.samples.rows_in(WINDOW))
+        return np.asarray(np.square(sums).sum(axis=0))
 
 
 def _doubted(found: LoadIdentification, fit: GroupedEstimate, problem: _LoadProblem) -> LoadIdentification:

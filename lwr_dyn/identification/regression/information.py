@@ -56,6 +56,11 @@ class NormalEquations:
         across = np.einsum("b,jbc,c->j", values, self.matrices, values)
         return np.asarray(np.maximum(self.squares - 2.0 * self.sides @ values + across, 0.0))
 
+    def residual_rms(self, values: Array) -> Array:
+        """Root of their mean, (n,); NaN without equations."""
+        count = self.equations
+        return np.sqrt(np.where(count > 0, self.residual_squares(values) / np.maximum(count, 1), np.nan))
+
 
 def normal_equations(
     samples: Samples | Iterable[Samples], columns: TorqueColumns, base: BaseParameters
@@ -181,8 +186,7 @@ class GroupedEstimate:
 
     def rms(self, values: Array) -> Array:
         """RMS residual of every group (g,) with parameters (p,); NaN of an empty group."""
-        count = self.normal.equations
-        return np.sqrt(np.where(count > 0, self.normal.residual_squares(values) / np.maximum(count, 1), np.nan))
+        return self.normal.residual_rms(values)
 
 
 def equations_of(X: Array, y: Array, used: NDArray[np.bool_]) -> NormalEquations:
@@ -310,8 +314,7 @@ class Information:
 
     def residual_rms(self, values: Array) -> Array:
         """RMS residual of every joint (n,) with base values (b,) [N m or N]; NaN without equations."""
-        squares = self.normal.residual_squares(values)
-        return np.sqrt(np.where(self.equations > 0, squares / np.maximum(self.equations, 1), np.nan))
+        return self.normal.residual_rms(values)
 
 
 def information_of(

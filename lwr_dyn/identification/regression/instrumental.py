@@ -180,7 +180,7 @@ def instrumental_fit(
     groups = y.shape[1]
     parts = [_products(W, Z * taper[rows, :, None], y[rows]) for rows, W, Z in blocks()]
     across, sides = (np.sum(x, axis=0) for x in zip(*parts, strict=True))
-    length = _rows_of(samples, window)
+    length = samples.rows_in(window)
     power = np.sum(taper**2, axis=0)
     noise = np.ones(groups)
     for _ in range(ROUNDS):
@@ -202,10 +202,6 @@ def _products(W: Array, Z: Array, y: Array) -> tuple[Array, Array]:
     """Z^T W (g, p, p) and Z^T y (g, p)."""
     groups = range(y.shape[1])
     return np.array([Z[:, g].T @ W[:, g] for g in groups]), np.array([Z[:, g].T @ y[:, g] for g in groups])
-
-
-def _rows_of(samples: Samples, window: float) -> int:
-    return max(1, round(window / float(np.median(np.diff(samples.t)))))
 
 
 def _solve(across: Array, sides: Array, noise: Array, samples: Samples) -> tuple[Array, Array]:

@@ -151,6 +151,10 @@ class Samples:
         """How many are used."""
         return int(np.count_nonzero(self.used))
 
+    def rows_in(self, seconds: float) -> int:
+        """How many instants are as far apart, at least 1."""
+        return max(1, round(seconds / float(np.median(np.diff(self.t)))))
+
     def select(self, rows: NDArray[np.bool_] | NDArray[np.intp] | slice) -> "Samples":
         """The instants at some rows; recordings keep their numbers."""
         t, q, dq, ddq, tau = (x[rows] for x in (self.t, self.q, self.dq, self.ddq, self.tau))

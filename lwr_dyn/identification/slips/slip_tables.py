@@ -1,17 +1,21 @@
-"""A table against a log, cell by cell: what each cell would be if it alone were wrong; text and record of it."""
+"""A table against a log: what each cell would be if it alone were wrong; its slips as text, record, card of a page."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.foundation.tables import Table
+from lwr_dyn.foundation.document import Note, Section
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free_cells, log_evidence
 from lwr_dyn.identification.slips.printed_cells import (
     MASS,
     PRODUCTS,
+    QUANTITIES,
     ROTOR,
     TENSOR,
     Cell,
@@ -22,11 +26,20 @@ from lwr_dyn.identification.slips.printed_cells import (
 from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport, checked_deviation
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.pages.figures.figure import short
 
 AGREES, OFF, HIDDEN, FAINT = "agrees", "off", "no motion shows it", "hardly shown by this log"
 """States of a cell."""
 PULL = 3.0
 """Sigmas beyond which a cell is off."""
+OTHERS = 4
+"""Other repairs that are named beside the likeliest."""
+FAR = 10.0
+"""Sigmas at which a cell is darkest."""
+_SHADE = 0.55
+"""Darkness of a cell that is `FAR` sigmas off and more."""
+_REPAIRS = 12
+"""Explanations that are listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +99,6 @@ def table_against_log(
     return tuple(rows)
 
 
-OTHERS = 4
-"""Other repairs that are named beside the likeliest."""
-
-
 def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Paper | None = None) -> str:
     """The verdict, the repairs, every cell against the log, what have the same effect and what no motion shows.
 
@@ -98,8 +107,7 @@ def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pape
     """
     lines = [*slip_lines(report, paper), "", cell_table(report, cells).text()]
     if report.shown.together:
-        groups = ", ".join(" = ".join(c.name for c in g) for g in report.shown.together)
-        lines.append(f"one effect on all motions: {groups}")
+        lines.append(f"one effect on all motions: {_groups(report.shown.together)}")
     if report.shown.hidden:
         lines.append(f"no motion shows: {_names(report.shown.hidden)}")
     return "\n".join(lines)
@@ -192,6 +200,10 @@ def _names(cells: tuple[Cell, ...]) -> str:
     return ", ".join(c.name for c in cells)
 
 
+def _groups(groups: Iterable[Sequence[Cell]]) -> str:
+    return ", ".join(" = ".join(c.name for c in group) for group in groups)
+
+
 def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Paper | None = None) -> dict[str, Any]:
     """The same as a JSON object (numbers in SI)."""
     return {
@@ -221,3 +233,93 @@ def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Pa
 def _repair_record(repair: Repair, paper: Paper | None) -> dict[str, Any]:
     errata = _errata(repair, paper)
     return {"kind": repair.kind, "cells": list(repair.names), "text": repair.text, "errata": errata}
+
+
+def table_card(information: Information, source: Paper | Arm, deviation: float = DEVIATION) -> tuple[Section, ...]:
+    """The card without repairs; none for a source without inertias, and for rotors that are fitted at their motors.
+
+    Parameters
+    ----------
+    information : Information
+    source : Paper or Arm
+        As `table_against_log` takes them.
+    deviation : float
+        How far the arm is taken to be from a right table.
+    """
+    if information.columns.transmission is not None:
+        return ()
+    try:
+        table = printed_cells(source)
+    except OptionError:
+        return ()
+    notes = ("A slip pulls at many cells; lwr-dyn identify table looks for the repairs that explain them.",)
+    return (_section(table_against_log(information, source, deviation=deviation), table, deviation, (), notes),)
+
+
+def slips_card(information: Information, source: Paper | Arm, slips: SlipReport) -> Section:
+    """The card with the repairs that were found, and the cells before and after the likeliest of them."""
+    cells = table_against_log(information, source, deviation=slips.deviation)
+    chi2 = f"chi squared {short(slips.printed.chi2)}, at most {short(slips.limit)}"
+    said, first = f"The table does not meet the logs ({chi2}), and no repairs were found with which it does.", []
+    if slips.fits:
+        said = f"The table meets the logs as printed ({chi2})."
+    if slips.explanations:
+        said = f"The table does not meet the logs ({chi2}); it does with the repairs of any one explanation."
+        best = slips.explanations[0]
+        rows = [(str(k), "; ".join(repair.text for repair in one.repairs), float(one.chi2))
+                for k, one in enumerate(slips.explanations[:_REPAIRS], 1)]  # fmt: skip
+        headings = (Heading("explanation"), Heading("repairs"), Heading("chi squared", "", ".4g"))
+        first = [Table("Repairs with which the table meets the logs, the likeliest first", headings, rows)]
+        after = table_against_log(information, source, deviation=slips.deviation, at=best)
+        first.append(cell_map(after, best.table, "Sigmas off, after the repairs of explanation 1"))
+    return _section(cells, slips.printed.table, slips.deviation, first, (said,))
+
+
+def _section(
+    cells: Sequence[CellAgainstLog], table: PrintedCells, deviation: float, first: Sequence[Table], said: Sequence[str]
+) -> Section:
+    off = [one for one in cells if one.state == OFF]
+    tables = [*first, cell_map(cells, table, "Sigmas off, as printed")]
+    tables += [_cells("Cells that are off, as printed", off, table)] if off else []
+    notes = [
+        *said,
+        "Sigmas by which each cell alone would have to change for the logs, with the arm itself "
+        f"{100 * deviation:.3g} % off a right table; off: beyond {PULL:g}. A dot: no motion shows the cell; empty: the "
+        f"source does not print it. {sum(one.state == AGREES for one in cells)} of {len(cells)} cells agree.",
+    ]
+    groups = {tuple(sorted((one.cell, *one.like))) for one in cells if one.like and one.state != HIDDEN}
+    pairs = _groups(sorted(groups))
+    notes += [f"No motion tells apart: {pairs}."] if pairs else []
+    return Section("The table against the logs, cell by cell", [*tables, Note(notes)], page=True)
+
+
+def cell_map(cells: Sequence[CellAgainstLog], table: PrintedCells, title: str) -> Table:
+    """Links by rows, quantities by columns: sigmas off, darker the farther off; a dot where no motion shows a cell."""
+    found = {one.cell: one for one in cells}
+    rows = [
+        (f"{i + 1}", *(found.get(Cell(i, quantity)) for quantity in range(len(QUANTITIES)))) for i in range(table.n)
+    ]
+    return Table(title, (Heading("link"), *(Heading(name, "", _pull, shade=_shade) for name in QUANTITIES)), rows)
+
+
+def _pull(one: CellAgainstLog) -> str:
+    return "\u00b7" if one.state == HIDDEN else short(round(one.pull, 1) + 0.0, 3)
+
+
+def _shade(one: CellAgainstLog | None) -> float:
+    return 0.0 if one is None or one.state != OFF else _SHADE * min(abs(one.pull), FAR) / FAR
+
+
+def _cells(title: str, cells: Sequence[CellAgainstLog], table: PrintedCells) -> Table:
+    rows = [
+        (
+            one.cell.name, table.shown(one.cell, one.printed), table.shown(one.cell, one.value),
+            table.shown(one.cell, one.sigma), one.pull, _names(one.like),
+        )
+        for one in sorted(cells, key=lambda one: -abs(one.pull))
+    ]  # fmt: skip
+    headings = (
+        Heading("cell"), Heading("printed"), Heading("by the log, if it alone is off"), Heading("sigma"),
+        Heading("sigmas off", "", ".3g"), Heading("same effect"),
+    )  # fmt: skip
+    return Table(title, headings, rows)

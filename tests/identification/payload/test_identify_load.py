@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.identification.payload.identify_load import RULES, identify_load, load_columns
+from lwr_dyn.identification.payload.identify_load import RULES, identify_load, load_shift
 from lwr_dyn.identification.payload.possible_load import load_text, possible_load
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import with_payload
@@ -83,7 +83,7 @@ def test_columns_of_a_load_are_those_of_a_body_behind_the_flange():
     chains = tool.chain, with_payload(tool.chain, MASS, COM, TENSOR)
     bare, full = (torques(columns, columns.own(replace(tool, chain=chain)), motion) for chain in chains)
     Y = columns(motion.q, motion.dq, motion.ddq)[:, :, columns.bodies - 10 : columns.bodies]
-    assert load_columns(Y, tool.chain.flange) @ TRUTH == pytest.approx(full - bare, abs=1e-11)
+    assert Y @ load_shift(tool.chain.flange) @ TRUTH == pytest.approx(full - bare, abs=1e-11)
 
 
 def test_an_arm_that_does_not_move_shows_no_load(known):

@@ -15,7 +15,7 @@ from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import _drawn, link_parameters, motion_page
-from lwr_dyn.identification.report.table_section import table_card
+from lwr_dyn.identification.slips.slip_tables import table_card
 from lwr_dyn.model.chain import with_bodies
 from lwr_dyn.pages.document import page_html
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log

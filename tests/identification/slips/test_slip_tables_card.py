@@ -11,9 +11,8 @@ from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.table_section import slips_card, table_card
 from lwr_dyn.identification.slips.printed_cells import QUANTITIES
-from lwr_dyn.identification.slips.slip_tables import HIDDEN, OFF, table_against_log
+from lwr_dyn.identification.slips.slip_tables import HIDDEN, OFF, slips_card, table_against_log, table_card
 from lwr_dyn.identification.slips.trace import trace_slips
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.pages.document import table_html
