@@ -16,9 +16,9 @@ from lwr_dyn.identification.regression.instrumental import UNFILTERED, instrumen
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.run import Motion
-from tests.identification import test_payload as payload
 from tests.identification.elastic_plants import elastic_log
 from tests.identification.logs import test_motor_side as motors
+from tests.identification.payload import loaded as payload
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 PER_MOTION = 10
