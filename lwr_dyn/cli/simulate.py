@@ -40,7 +40,7 @@ from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.metrics import Metrics, metrics
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.responses.step_and_chirp import responses_said
-from lwr_dyn.simulation.setup import ENCODERS, METHODS, Setup, prepare
+from lwr_dyn.simulation.setup import ENCODERS, METHODS, Loop, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
 from lwr_dyn.trajectory.references.references import REFERENCES
 
@@ -259,14 +259,15 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     friction, note = _friction(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
     with faults_in(law):
-        return prepare(
-            arm, controller, reference, plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
+        loop = Loop(
+            plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
             elasticity=given_elasticity(given["elastic"]), encoders=given["encoders"], engine=engine,
             loop=given["loop"], seed=given["seed"], saturate=not given["no_saturation"], friction=friction,
             position_limits=not given["no_stops"], allow_unphysical=given["allow_unphysical"],
             meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},
         )  # fmt: skip
+        return prepare(arm, controller, reference, loop)
 
 
 def _plant_note(given: dict[str, Any]) -> dict[str, Any]:

@@ -1,14 +1,10 @@
 """Controllers, their gains, and the worst-case inertia that the gains are computed from.
 
-protocol            Controller, WithMemory: the interface that a simulation expects
-controllers         CONTROLLERS, make_controller: controllers by name
-controller_file     controller_from_file: a controller from a user's Python file
-pd_gravity          PDGravity: PD with gravity compensation
-pid                 PID with back-calculation against wind-up
-inverse_dynamics    InverseDynamics, also called computed torque
-gains               second_order_gains, worst_case_gains
-linear_feedback     Linearised, LinearFeedback: a controller near rest as matrices
-worst_case_inertia  the largest inertia seen at a joint, by a global search
-inertia_maxima      maxima of that inertia: along one joint, and local
-velocity            FilteredDifference: velocity from an encoder
+protocol     Controller, WithMemory: the interface that a simulation expects; Wrapped: what stands around a controller
+controllers  CONTROLLERS, make_controller: controllers by name, from a user's Python file, or from the texts of a study
+paper_laws   PDGravity, PID, InverseDynamics, on arrays and on symbols
+gains        gains of a second-order loop, damping by modes, and a controller near rest as matrices
+velocity     FilteredDifference: velocity from an encoder
+laws         laws beyond the paper
+inertia      the largest inertia seen at a joint, proven
 """

@@ -1,11 +1,8 @@
-"""Controllers by name, or from a Python file of one's own.
+"""Controllers by name, from a Python file of one's own, or from the texts of a study.
 
-A controller from a Python file of a user's own; whatever fails in the file becomes one line that says where.
-
-Controllers of a study as texts: a name or a file, its options, and what is wrapped around it.
-
-`pid:omega-n=20:velocity-error` gives a row its options, by the names that they have in `lwr-dyn simulate` (`omega_n` is
-read too); a switch has no value. `pid:omega-n=20+friction` adds a wrapper, as `A+B` adds a change to a plant.
+Whatever fails in a user's file becomes one line that says where. The text `pid:omega-n=20:velocity-error` gives a row
+its options, by the names that they have in `lwr-dyn simulate` (`omega_n` is read too); a switch has no value.
+`pid:omega-n=20+friction` adds a wrapper, as `A+B` adds a change to a plant.
 """
 
 import inspect

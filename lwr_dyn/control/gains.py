@@ -1,11 +1,9 @@
-"""Gains of a second-order loop from its natural frequency and damping ratio.
+"""Gains of a second-order loop, the damping of an impedance, and a controller near rest as matrices.
 
-Damping of an impedance from inertia and stiffness: every mode of (inertia, stiffness) gets the damping ratio xi.
-
-With B = L L^T and X = L^-1 J^T K^(1/2) (J is 1 in joint space), the singular values of X are the natural frequencies
-of the modes. X = A S U^T gives the factorisation of the effective inertia and of the stiffness that the design asks
-for, Lambda = (J B^-1 J^T)^-1 = Q Q^T and K = Q S^2 Q^T with Q = K^(1/2) U S^-1, hence D = 2 xi Q S Q^T; and in the
-joints
+The damping gives every mode of (inertia, stiffness) the ratio xi. With B = L L^T and X = L^-1 J^T K^(1/2) (J is 1 in
+joint space), the singular values of X are the natural frequencies of the modes. X = A S U^T gives the factorisation of
+the effective inertia and of the stiffness that the design asks for, Lambda = (J B^-1 J^T)^-1 = Q Q^T and K = Q S^2 Q^T
+with Q = K^(1/2) U S^-1, hence D = 2 xi Q S Q^T; and in the joints
 
     J^T D = 2 xi L A U^T K^(1/2),   J^T D J = 2 xi L A S A^T L^T,   1 - J^T Jbar^T = L (1 - A A^T) L^-1
 
@@ -16,8 +14,6 @@ References
 ----------
 Albu-Schaeffer, Ott, Frese, Hirzinger, "Cartesian impedance control of redundant robots", ICRA 2003 (double
 diagonalisation); Khatib, IEEE J. Robotics and Automation 3 (1987), for Lambda and Jbar = B^-1 J^T Lambda.
-
-A controller near rest as matrices, from which the stability of its sampled loop follows.
 """
 
 from dataclasses import dataclass

@@ -1,11 +1,10 @@
-"""PD with gravity compensation, joint by joint: the paper's decentralised controller.
+"""The paper's laws: PD with gravity compensation and PID, joint by joint, and inverse dynamics.
 
-PID joint by joint, with back-calculation against wind-up: a torque at its limit draws the integral back.
-
-Inverse dynamics, the paper's centralised controller: the model cancels the arm's dynamics, unit masses remain.
+Their equations hold over any scalar, as the recursion of dynamics does: on arrays they are the controllers, and on
+columns of symbols, with the gains and the model put in their place, the same text becomes a kernel of rollouts
+(`codegen.rollouts.law_forms`).
 """
 
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from lwr_dyn.control.gains import (
     worst_case_gains,
 )
 from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains, saturate
-from lwr_dyn.dynamics.protocol import Dynamics, ungated
+from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.foundation.registry import Option
@@ -57,7 +56,7 @@ class PDGravity:
     LWR 4+ paper, "Decentralized PID type joint controller"; Siciliano et al., eq. 8.51.
     """
 
-    __slots__ = ("Kd", "Kp", "_dynamics", "_gravity", "gains", "velocity_error")
+    __slots__ = ("Kd", "Kp", "_dynamics", "_model", "gains", "velocity_error")
 
     name = "pd-gravity"
 
@@ -66,8 +65,8 @@ class PDGravity:
     ) -> None:
         self.Kp = positive_gains("Kp", Kp, dynamics.n)
         self.Kd = positive_gains("Kd", Kd, dynamics.n)
-        self.velocity_error, self.gains, self._dynamics = velocity_error, gains, dynamics
-        self._gravity: Callable[[Array], Array] = ungated(dynamics).gravity_vector
+        self.velocity_error, self.gains = velocity_error, gains
+        self._dynamics, self._model = dynamics, ungated(dynamics)
 
     @property
     def label(self) -> str:
@@ -83,7 +82,8 @@ class PDGravity:
         """Tau (n,) [N m]."""
         if self.velocity_error:
             dq = dq - dq_ref
-        return self._gravity(q) + self.Kp * (q_ref - q) - self.Kd * dq
+        tau: Array = self._model.gravity_vector(q) + self.Kp * (q_ref - q) - self.Kd * dq
+        return tau
 
     def linear_feedback(self, q: Array) -> LinearFeedback:
         """See `Linearised`."""
@@ -160,7 +160,7 @@ class PID:
     Siciliano et al., section 8.3; Astrom, Hagglund, *PID Controllers*, section 3.5.
     """
 
-    __slots__ = ("Kd", "Ki", "Kp", "_dynamics", "_effort", "_gravity", "_integral", "_rate", "_t", "tracking_time",
+    __slots__ = ("Kd", "Ki", "Kp", "_dynamics", "_effort", "_integral", "_model", "_rate", "_t", "tracking_time",
                  "velocity_error")  # fmt: skip
 
     name = "pid"
@@ -186,13 +186,13 @@ class PID:
         tracking = np.sqrt(self.Kd / self.Ki) if tracking_time is None else tracking_time
         self.tracking_time = positive_gains("tracking_time", tracking, n)
         self.velocity_error, self._dynamics = velocity_error, dynamics
-        self._gravity: Callable[[Array], Array] | None = None if dynamics is None else ungated(dynamics).gravity_vector
+        self._model: UngatedDynamics | None = None if dynamics is None else ungated(dynamics)
         self.reset()
 
     @property
     def label(self) -> str:
         """The controller and its variant."""
-        gravity = "PID" if self._gravity is None else "PID + gravity"
+        gravity = "PID" if self._model is None else "PID + gravity"
         return f"{gravity}, {damping_words(self.velocity_error)}"
 
     @property
@@ -200,7 +200,7 @@ class PID:
         """What makes this controller, as JSON values."""
         columns = {name: getattr(self, name).tolist() for name in ("Kp", "Ki", "Kd", "tracking_time")}
         limits = [float(x) if np.isfinite(x) else None for x in self._effort]
-        gravity = self._gravity is not None
+        gravity = self._model is not None
         return columns | {"effort": limits, "velocity_error": self.velocity_error, "gravity": gravity}
 
     @property
@@ -226,8 +226,8 @@ class PID:
             dq = dq - dq_ref
         error = q_ref - q
         tau = self.Kp * error + memory - self.Kd * dq
-        if self._gravity is not None:
-            tau = tau + self._gravity(q)
+        if self._model is not None:
+            tau = tau + self._model.gravity_vector(q)
         return tau, self.Ki * error + (saturate(tau, self._effort) - tau) / self.tracking_time
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
@@ -285,7 +285,7 @@ class InverseDynamics:
     LWR 4+ paper, "Centralized inverse dynamics controller"; Siciliano et al., eqs. 8.56 to 8.60.
     """
 
-    __slots__ = ("Kd", "Kp", "_dynamics", "_gravity", "_torque", "feedforward", "gravity")
+    __slots__ = ("Kd", "Kp", "_dynamics", "_model", "feedforward", "gravity")
 
     name = "inverse-dynamics"
 
@@ -295,9 +295,7 @@ class InverseDynamics:
         self.Kp = positive_gains("Kp", Kp, dynamics.n)
         self.Kd = positive_gains("Kd", Kd, dynamics.n)
         self.feedforward, self.gravity = feedforward, gravity
-        self._dynamics, raw = dynamics, ungated(dynamics)
-        self._torque: Callable[[Array, Array, Array], Array] = raw.inverse_dynamics
-        self._gravity: Callable[[Array], Array] | None = None if gravity else raw.gravity_vector
+        self._dynamics, self._model = dynamics, ungated(dynamics)
 
     @property
     def label(self) -> str:
@@ -316,8 +314,8 @@ class InverseDynamics:
         y = self.Kp * (q_ref - q) + self.Kd * (dq_ref - dq)
         if self.feedforward:
             y += ddq_ref
-        tau = self._torque(q, dq, y)
-        return tau if self._gravity is None else tau - self._gravity(q)
+        tau: Array = self._model.inverse_dynamics(q, dq, y)
+        return tau if self.gravity else tau - self._model.gravity_vector(q)
 
     def linear_feedback(self, q: Array) -> LinearFeedback:
         """See `Linearised`: B Kp and B Kd.

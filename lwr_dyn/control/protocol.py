@@ -1,9 +1,8 @@
 """The interface of a controller: it is called with the state and the reference, and returns torques.
 
 A plain function `f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau` is a controller. A controller with memory has `reset`; one
-that may also run continuously gives its memory a derivative (`WithMemory`), which an integrator carries.
-
-What is put around a controller: it adds to the torques, and offers what the inner controller offers.
+that may also run continuously gives its memory a derivative (`WithMemory`), which an integrator carries. What stands
+around a controller (`Wrapped`) adds to the torques, and offers what the inner controller offers.
 """
 
 from collections.abc import Iterator, Mapping
@@ -104,12 +103,16 @@ def damping_words(velocity_error: bool) -> str:
     return "damping on dq_ref - dq" if velocity_error else "damping on dq"
 
 
-def saturate(tau: Array, effort: Array, out: Array | None = None) -> Array:
-    """The torque that motors with the limits `effort` (n,) can give, (n,) [N m]; written into `out` if given.
+def saturate(tau: Any, effort: Any, out: Array | None = None) -> Any:
+    """The torque that motors with the limits `effort` (n,) can give, (n,) [N m], also of columns of symbols.
+
+    An array is written into `out` if given.
 
     >>> saturate(np.array([3.0, -9.0]), np.array([5.0, 4.0]))
     array([ 3., -4.])
     """
+    if hasattr(tau, "fmin"):  # symbols, which have no place to be written to
+        return tau.fmin(effort).fmax(-effort)
     within: Array = np.maximum(np.minimum(tau, effort, out=out), -effort, out=out)
     return within
 

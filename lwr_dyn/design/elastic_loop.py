@@ -11,8 +11,6 @@ loop that is unstable here may swing on within its torque limits.
 References
 ----------
 Spong, ASME J. Dynamic Systems, Measurement, and Control 109 (1987) 310.
-
-Where laws are stable on elastic joints: poles at a moment of a motion, and unstable shares of the joint box.
 """
 
 from collections.abc import Sequence

@@ -4,9 +4,8 @@ The margin is max |S_ii| over frequency, joints, poses and plants. It does not g
 adds g(q) feeds positions back positively, and low gains lift |S_ii| again. So the search comes from above: down in
 steps of `STEP` to the first omega_n that keeps the margin, then bisection between it and the one above.
 
-The largest omega_n of each controller that keeps a stated margin, rigid and elastic, for the command `gains`.
-
-The largest inertias with what is proven of them, where the package that proves it can be used.
+For the command `gains` stand here the largest omega_n of each controller, rigid and elastic, and the largest inertias
+with what is proven of them.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,8 +1,6 @@
-"""What a loop is judged with: how it is sampled, and whether its joints are elastic.
+"""What a loop is judged with (`LoopCase`), and what sampling does to it in words.
 
-What sampling does to a loop, in words: a table for `gains`; for `simulate` lines before and after the run.
-
-The sampled loops of all controllers with given gains, for the command `gains`.
+For `gains` the sampled loops of all controllers as a table; for `simulate` lines before and after the run.
 """
 
 from collections.abc import Callable, Mapping
@@ -173,13 +171,13 @@ def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
     It does not for a continuous run, for a controller without a linear form, nor where the plant's mass matrix is
     singular or an elastic joint has no rotor. Elastic joints are judged by Spong's model, whatever the engine.
     """
-    controller, options, plant = setup.controller, setup.options, setup.plant
-    if options.continuous or not isinstance(controller, Linearised):
+    controller, loop, plant = setup.controller, setup.loop, setup.plant
+    if loop.continuous or not isinstance(controller, Linearised):
         return None
-    cutoff_hz = None if setup.encoder is None else setup.encoder.cutoff_hz
-    case = LoopCase(options.rate, options.delay, cutoff_hz, setup.elasticity, setup.encoders)
-    rows = places_of(setup.motion.q, judged_count(PLACES, options.delay))
-    poses, starts = judged_count(POSES, options.delay), 0 if options.delay > WHOLE_DELAY else STARTS
+    cutoff_hz = None if loop.encoder is None else loop.encoder.cutoff_hz
+    case = LoopCase(loop.rate, loop.delay, cutoff_hz, setup.elasticity, loop.encoders)
+    rows = places_of(setup.motion.q, judged_count(PLACES, loop.delay))
+    poses, starts = judged_count(POSES, loop.delay), 0 if loop.delay > WHOLE_DELAY else STARTS
     try:
         return {
             "in_box": box_stability(
@@ -221,7 +219,7 @@ def sampled_notes(setup: Setup) -> SampledNotes:
 
 def not_judged_lines(setup: Setup) -> list[str]:
     """That nothing is known of the sampled loop of a controller without a linear form, such as one from a file."""
-    if setup.options.continuous or isinstance(setup.controller, Linearised):
+    if setup.loop.continuous or isinstance(setup.controller, Linearised):
         return []
     return ["note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"]
 

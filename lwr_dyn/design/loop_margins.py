@@ -3,8 +3,6 @@
 Each number is exact for the linear loop (see `sampled_loop`), found by scaling or delaying the loop until its spectral
 radius passes 1. Libraries that read margins off a frequency response of a loop with several inputs do not find these.
 
-The sampled loop over frequency: its gain L, and the sensitivity of each joint with all other loops closed.
-
 At the torques of the plant the loop is u = -L(z) u, L = z^-d K(z) P(z), with P the exact zero-order hold of the plant
 and K the controller. The entry i of the diagonal of S = (I + L)^-1 is 1 / (1 + L_i), where L_i is the loop cut at
 joint i alone: |S_ii| does not change with the units of the joints, and 1 / max |S_ii| is the distance of the Nyquist
@@ -13,8 +11,6 @@ curve of L_i from -1. By it the gain of joint i alone may at least grow by Ms / 
 References
 ----------
 Skogestad, Postlethwaite, *Multivariable Feedback Control*, section 2.4 (Ms and the margins that it guarantees).
-
-The linear loop as state spaces of python-control, so that a user goes on with the library they know.
 """
 
 from __future__ import annotations

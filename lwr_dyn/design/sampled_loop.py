@@ -1,18 +1,14 @@
 """The sampled loop at rest as a linear map from one sample to the next, and the spectral radius of that map.
 
 Near rest the plant is dz/dt = A z + B u (`RestingPlant`); u is held over a sample T, so the step is exact (zero-order
-hold). The controller is its `LinearFeedback`. The loop is stable where every eigenvalue of the map lies within the unit
-circle. Speeds (C dq), friction, limits of torque and stops are left out: a moving arm is not at rest, and dry friction
-hides a weak instability. With the damping alone, and g compensated exactly, the limit of a rigid arm is
-T lambda_max(B^-1 Kd) = 2.
+hold). The controller is its `LinearFeedback`, or of one without memory the central differences of its torque. The loop
+is stable where every eigenvalue of the map lies within the unit circle. Speeds (C dq), friction, limits of torque and
+stops are left out: a moving arm is not at rest, and dry friction hides a weak instability. With the damping alone, and
+g compensated exactly, the limit of a rigid arm is T lambda_max(B^-1 Kd) = 2.
 
 References
 ----------
 Astrom, Wittenmark, *Computer-Controlled Systems*, section 3.2 (zero-order hold, delays that are no whole samples).
-
-A plant near rest as matrices: dz/dt = A z + B u, and what its sensors read; its exact step with u held.
-
-The linear form of any controller without memory, by central differences of its torque at rest.
 """
 
 from collections.abc import Callable

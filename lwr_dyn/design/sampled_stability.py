@@ -1,6 +1,6 @@
 """Where in the joint box, or along a motion, a sampled loop is unstable at rest: share, worst pose, least rate.
 
-The joint box of an arm: its limits, the way uphill inside it, and what a share of drawn poses says of all.
+What a share of drawn poses says of the whole box stands as an interval beside it.
 """
 
 from collections.abc import Callable, Sequence

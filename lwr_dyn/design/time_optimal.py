@@ -6,8 +6,7 @@ and where one is passed, the timing is found again with that limit lowered by wh
 
 Torques are those of the arm's own rigid model with its rotors and its friction. What is left out: the jerk is not
 bounded (dds jumps between intervals: elastic joints ring), and the torque that feedback needs is only kept as a share.
-
-The task `least-time`: the path of another task in the least time, as `lwr-dyn simulate` and `compare` take it.
+The task `least-time` is the path of another task, as `lwr-dyn simulate` and `compare` take it.
 """
 
 from dataclasses import dataclass, replace

@@ -4,15 +4,12 @@
     ddq = q' u + q'' x                  dq^2 = q'^2 x
 
 On an interval of the grid u is constant and x linear in s. Rows are asked at both ends of an interval, with the values
-of that side, so that q'' may jump from one to the next; between them `uses` measures.
+of that side, so that q'' may jump from one to the next; between them `uses` measures. The fastest squared speeds on the
+grid are toppra's, whose only door this is; they become motion profiles made of parabolas.
 
 References
 ----------
 Pham and Pham, A New Approach to Time-Optimal Path Parameterization Based on Reachability Analysis, IEEE T-RO 34 (2018).
-
-Motion profiles made of parabolas: from squared speeds on a grid of places, and with knots only at samples.
-
-The only door to toppra: the fastest squared speeds on a grid under linear limits.
 """
 
 import logging

@@ -1,23 +1,16 @@
 """Closed loops in time: plant, friction, stops, sensors, integrators, the audit, and figures of merit.
 
-simulate      simulate = run_setup(prepare(...)): the closed loop as a Run
-setup         Setup, prepare: a simulation whose options are all checked
-options       SimulationOptions, and the checks of reference, start and friction
-plant         Plant: the arm that is simulated
-external      ExternalTorque: what acts on the links from outside, such as walls and pushes
-arm_friction  ArmFriction: set-valued friction with true stick, and its smooth forms
-sensors       Encoder
-loops         the sampled and the continuous loop
-flow          Flow: one interval with every event in it
-fast_step     FastStep: the usual step without events
-contact       ContactMode, impact, resolve_stick_slip: which joints rest, slip, or meet a stop
-boxed_lcp     boxed_lcp: the complementarity problem behind all three
-events        what may end a contact mode, and when
+simulate      simulate, run_setup, free_swing: a closed loop as a Run; the registry of loops
+setup         Loop, what closes a loop; Setup and prepare: a simulation whose options are all checked
+plant         Plant, the arm that is simulated; ExternalTorque on its links; Encoder, what the controller sees
+arm_friction  ArmFriction: set-valued friction with true stick, and its smooth forms; boxed_lcp behind it
+contact       ContactMode, impact, resolve_stick_slip: which joints rest, slip or meet a stop, and what ends that
+flow          Flow: one interval with every event in it; FastStep: the usual step without events
 integrators   RK4 and DOP853
-record        Log, run_of: from the loop to the Run
-audit         audit: the change of energy against the work of the channels, and the verdicts in words
-other_road    other_road: the motion against the torques by the engine that did not compute it
-metrics       metrics: errors, and torques and speeds against their limits
-stop_contacts StopContacts: joints that met their position stops, and for how long they leaned on them
-swing         free_swing: the arm without torque
+loops         the sampled and the continuous loop; Log and run_of: from the loop to the Run
+audit         audit: energy against the work of the channels; other_road: the motion by the other engine
+metrics       metrics: errors, torques and speeds against their limits, stops and for how long joints leaned on them
+elastic       arms with elastic joints
+environment   walls and pushes: external torques
+responses     what a loop made of a step and of chirps
 """

@@ -1,6 +1,7 @@
 """Friction of the simulated arm: set-valued with true stick, its smooth form, none, or a function of the caller.
 
-Boxed linear complementarity problem: the resisting force lies between bounds; at a bound the joint moves.
+What holds joints at rest is a boxed linear complementarity problem: the resisting force lies between bounds, and at a
+bound the joint moves.
 
     low <= f <= high,   w = b - M f,   f < high => w <= 0,   f > low => w >= 0
 

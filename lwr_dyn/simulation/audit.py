@@ -1,9 +1,5 @@
 """The audit of a run: its energy must be the work of the channels; its motion, by another engine, that of its torques.
 
-The energy is blind to what does no work; the residual of inverse dynamics (`other_road`) sees it.
-
-The residual of inverse dynamics: a run's motion against its torques, by the engine that did not compute it.
-
 Energy is blind to what does no work: a gyroscopic torque, a time column that is stretched. So at samples of the run the
 other engine moves the arm from (q_k, dq_k) through one interval h under the recorded torque, by the run's own method of
 integration, and its end (q', dq') is compared with sample k + 1:
@@ -118,7 +114,7 @@ def other_road(run: Run, most: int = JUDGED) -> OtherRoad | None:
     engine = None if run.setup is None else other_engine(run.setup.plant)
     if engine is None:
         return None
-    plain = uneventful(run, run.setup.options.continuous)
+    plain = uneventful(run, run.setup.loop.continuous)
     rows = plain[np.unique(np.linspace(0, plain.size - 1, min(most, plain.size)).astype(int))]
     if not rows.size:
         return None
@@ -139,7 +135,7 @@ def _largest_of(values: Array) -> float:
 def uneventful(run: Run, continuous: bool) -> Rows:
     """The intervals, by their first sample, in which the contact mode stays and the torque is known."""
     good = np.ones(len(run.t) - 1, dtype=bool)
-    reach, h = NODES if continuous else 0, 1.0 / run.setup.options.rate
+    reach, h = NODES if continuous else 0, 1.0 / run.setup.loop.rate
     for event in run.events:
         if event.kind != ACTIVE_FRICTION:
             k = event.t / h
@@ -156,7 +152,7 @@ class _Intervals:
 
     def __init__(self, run: Run, rows: Rows, dynamics: Dynamics) -> None:
         plant, self.rows, self.run, self.dynamics = run.setup.plant, rows, run, dynamics
-        self.options, self.model = run.setup.options, plant.friction
+        self.loop, self.model = run.setup.loop, plant.friction
         self.q, self.dq, self.after_q, self.after_dq = run.q[rows], run.dq[rows], run.q[rows + 1], run.dq[rows + 1]
         self.h = np.diff(run.t)[rows][:, None]
         self.at_limit = (self.q >= plant.upper) | (self.q <= plant.lower)
@@ -175,7 +171,7 @@ class _Intervals:
         start = np.concatenate([self.q, self.dq]).ravel()
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                end = self.options.integrator()(rates, 0.0, start, 1.0).reshape(2, k, n)
+                end = self.loop.integrator()(rates, 0.0, start, 1.0).reshape(2, k, n)
                 ddq, B, net = self.motion(self.q, self.dq, 0.0)
         except (ShapeError, np.linalg.LinAlgError):
             unknown = np.full((k, n), np.nan)
@@ -194,7 +190,7 @@ class _Intervals:
 
     def torque(self, s: float, nodes: int = NODES) -> Array:
         """The torque (k, n) at a share s of each interval; continuous: a polynomial through samples around it."""
-        if not self.options.continuous:
+        if not self.loop.continuous:
             return np.asarray(self.run.tau_applied[self.rows])
         nodes = min(nodes, len(self.run.t))
         first = np.clip(self.rows - (nodes // 2 - 1), 0, len(self.run.t) - nodes)
@@ -206,12 +202,12 @@ class _Intervals:
 
     def external(self, x: Array, v: Array, s: float) -> Array:
         """The plant's external torque (k, n) at a share s of each interval."""
-        act, times = self.run.setup.external, self.run.t[self.rows] + s * self.h[:, 0]
+        act, times = self.run.setup.loop.external, self.run.t[self.rows] + s * self.h[:, 0]
         return np.zeros_like(x) if act is None else np.array([act(*at) for at in zip(times, x, v, strict=True)])
 
     def uncertainties(self) -> tuple[float, float]:
         """Of the torque between samples [N m], by what two nodes less change; of the motion, h^2 B^-1 of that."""
-        if not self.options.continuous:
+        if not self.loop.continuous:
             return 0.0, 0.0
         torque = max(_largest_of(np.abs(self.torque(s) - self.torque(s, NODES - 2))) for s in (0.25, 0.5, 0.75))
         softest = np.abs(np.linalg.inv(self.dynamics.mass_matrix(self.q))).max()

@@ -1,4 +1,4 @@
-"""Joints at rest and joints that move: impacts at position stops, and which joints stick, slip, or leave a stop.
+"""Joints at rest and joints that move: impacts at stops, which joints stick, slip or leave a stop, and what ends that.
 
 A joint that meets its limit stops there without bounce. With J the rows of the joints at a limit, the impact is the
 boxed problem of `boxed_lcp` on their speeds: an impulse f that resists outward motion without bound and inward motion
@@ -12,8 +12,6 @@ Where static friction exceeds Coulomb's several answers may be right, and this r
 rest if it can. First every joint at rest is held by its static level. Those that it cannot hold slip, and resist with
 Coulomb's level only. What remains at rest is judged again, until no other joint slips. Where static friction equals
 Coulomb's there is one answer, and this is it.
-
-What may end a contact mode within an interval, as functions of time, and the search for the first that comes.
 """
 
 from collections.abc import Callable, Sequence

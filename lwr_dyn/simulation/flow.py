@@ -1,12 +1,9 @@
 """Integrates one interval and handles every event in it: impacts at stops, joints that stick or are released.
 
 The state is y = (q, dq, work of the motors, work of friction, memory of the controller); where external torques act,
-their work stands before the memory.
-
-The usual step of a sampled run, in which the contact mode stays: written for speed, refused where it may change.
-
-It is the method of `integrators.rk4` on the rates of `Flow`, to rounding. A step in which a joint may stop, turn round,
-start to slip or reach a limit is refused, and `Flow` computes it again.
+their work stands before the memory. The usual step of a sampled run, in which the contact mode stays, is written for
+speed (`FastStep`): the method of `integrators.rk4` on the rates of `Flow`, to rounding. A step in which a joint may
+stop, turn round, start to slip or reach a limit is refused, and `Flow` computes it again.
 """
 
 from collections.abc import Callable

@@ -1,8 +1,6 @@
 """The loops of a run: one for sampled controllers, with a fast path for the usual step, and one for continuous ones.
 
-Both fill a `Log` and raise `Diverged` where the state can no longer be followed.
-
-The `Log` that a loop fills, the `Run` built from it, and the error of a run that diverged.
+Both fill a `Log`, from which the `Run` is built, and raise `Diverged` where the state can no longer be followed.
 """
 
 from collections import deque
@@ -47,9 +45,9 @@ class Log:
         states = np.zeros((samples, 2, n))
         states[0] = setup.start
         command, applied = np.zeros((2, samples, n))
-        stop, works = np.zeros(samples), np.zeros((samples, 2 if setup.external is None else 3))
+        stop, works = np.zeros(samples), np.zeros((samples, 2 if setup.loop.external is None else 3))
         friction = None if setup.plant.friction.form == "none" else np.zeros((samples, n))
-        return cls(reference, states, command, applied, friction, stop, works, setup.options.continuous)
+        return cls(reference, states, command, applied, friction, stop, works, setup.loop.continuous)
 
     @property
     def t(self) -> Array:
@@ -94,9 +92,9 @@ def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
     events = [event for event in flow.events if event.t <= log.t[log.done - 1]]
     events += active_friction(log.t[done], dq, tau_friction)
     signals = {name: each[done] for name, each in log.signals.items()}
-    if setup.external is not None:
+    if setup.loop.external is not None:
         rows = zip(log.t[done].tolist(), q, dq, strict=True)
-        signals["tau_external"] = np.array([setup.external(*row) for row in rows], dtype=np.float64)
+        signals["tau_external"] = np.array([setup.loop.external(*row) for row in rows], dtype=np.float64)
     run = Run(
         t=log.t[done], q=q, dq=dq, q_ref=reference.q[done], dq_ref=reference.dq[done],
         tau_command=log.command[done], tau_applied=log.applied[done], tau_friction=tau_friction,
@@ -126,7 +124,7 @@ def active_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
 def divergence(k: int, command: Array, setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> DivergenceError:
     """The error of a run that cannot go on after sample k: when, which joint, and the run until then."""
     speed, arm = np.abs(log.states[k, 1]), setup.plant.arm
-    cap = TURN * setup.options.rate
+    cap = TURN * setup.loop.rate
     broken = np.flatnonzero(~np.isfinite(command))
     if broken.size:
         joint, fault, allowed = int(broken[0]), f"torque command {command[broken[0]]}", "finite torques"
@@ -198,14 +196,14 @@ def run_sampled(
 
     A step that the fast path, a `fast_step`, rejects is computed again by `Flow`.
     """
-    plant, options = setup.plant, setup.options
-    controller = delayed(sensed(setup.controller, log), options.delay)
-    n, h, effort = plant.n, 1 / options.rate, plant.effort
-    fast = fast_step(flow, h, options.substeps)
+    plant, loop = setup.plant, setup.loop
+    controller = delayed(sensed(setup.controller, log), loop.delay)
+    n, h, effort = plant.n, 1 / loop.rate, plant.effort
+    fast = fast_step(flow, h, loop.substeps)
     friction, signals = log.friction, log.signal_writer(setup.controller)
     work = log.works
     measure, shape, reference = setup.sensor(), (n,), log.reference
-    always_events = options.method != "rk4" or plant.friction.smooth is not None
+    always_events = loop.method != "rk4" or plant.friction.smooth is not None
     with_events = always_events or friction is not None or bool(plant.at_limit(log.states[0, 0]).any())
     if not with_events:
         flow.begin(_holding(np.zeros(n)), float(log.t[0]), _sampled_state(log, 0))

@@ -1,11 +1,8 @@
 """Figures of merit of a run: errors joint by joint, error of the tip, torques and speeds against their limits.
 
-The tip is placed by the joint positions alone: `RIGID` says so wherever one of its figures is shown.
-
-Joints that met their position stops in a run: how often, and for how long they rested there.
-
-A stop takes part in the motion, like a hand that holds the joint: the errors of such a run are not the controller's
-alone. `StopContacts.sentence` is the one place that puts it into words, for text, JSON, pages and tables.
+The tip is placed by the joint positions alone: `RIGID` says so wherever one of its figures is shown. A stop takes part
+in the motion, like a hand that holds the joint: the errors of a run that met one are not the controller's alone.
+`StopContacts.sentence` is the one place that puts it into words, for text, JSON, pages and tables.
 """
 
 from dataclasses import dataclass, fields

@@ -1,8 +1,6 @@
-"""The plant: the arm that is simulated, which need not be the one that the controller models.
+"""The plant, which need not be the arm that the controller models; external torques on it; the encoders that read it.
 
-External torques: what acts on the links from outside, as a function of time and state, checked at each call.
-
-Encoders: measured positions are rounded to counts and noisy; velocities are filtered differences of them.
+Measured positions are rounded to counts and noisy; velocities are filtered differences of them.
 """
 
 from collections.abc import Callable

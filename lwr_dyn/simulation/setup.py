@@ -1,7 +1,4 @@
-"""`prepare`: the arguments of `simulate`, checked, as a `Setup` that can be shown, kept and run.
-
-The options of a simulation, and the checks of reference, start and friction before a run begins.
-"""
+"""`Loop`: what closes a loop; `prepare`: arm, controller, reference and loop, checked, as a `Setup` that can be run."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -35,6 +32,9 @@ MOST_SAMPLES = 1e7
 
 METHODS = ("rk4", "dop853", "radau")
 
+ENCODERS = ("motor", "link")
+"""Sides of elastic joints."""
+
 GRID = 1e-9
 """Share of a step by which a duration may miss the grid of samples."""
 
@@ -42,33 +42,77 @@ STABLE = 2.7
 """Product of rate and step up to which RK4 is stable on the negative real axis (2.785)."""
 
 
-@dataclass(frozen=True, slots=True)
-class SimulationOptions:
-    """How a run is computed: `rate` [Hz] of samples, method, RK4 steps a sample, tolerance of the adaptive method."""
+def check_whole(name: str, value: Any, least: int, most: int | None = None) -> None:
+    """Raise `OptionError` unless `value` is a whole number in the range."""
+    if not (isinstance(value, int) and value >= least and (most is None or value <= most)):
+        raise OptionError(name, value, f"a whole number from {least} {'on' if most is None else f'to {most}'}")
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Loop:
+    """What closes a loop around an arm, a controller and a reference; each field as `lwr_dyn.simulate` explains it.
+
+    Raises
+    ------
+    OptionError
+        A field outside what is allowed, or that would do nothing beside the others.
+    """
 
     rate: float = 1000.0
     method: str = "rk4"
     substeps: int = 1
     rtol: float = 1e-12
     continuous: bool = False
+    engine: str | Dynamics = "pinocchio"
+    plant: Arm | None = None
+    payload: float = 0.0
+    payload_com: ArrayLike = (0.0, 0.0, 0.0)
+    payload_inertia: ArrayLike | None = None
+    friction: FrictionOption = "set-valued"
+    external: ExternalTorque | None = None
+    elasticity: JointElasticity | str | float | None = None
+    encoders: str = "motor"
+    encoder: Encoder | None = None
     saturate: bool = True
     position_limits: bool = True
     allow_unphysical: bool = False
     seed: int = 0
-    delay: int = 0  # samples from a command to its torque
+    delay: int = 0
+    loop: str | None = None
+    duration: float | None = None
+    q0: ArrayLike | None = None
+    dq0: ArrayLike | None = None
+    meta: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         for name in ("rate", "rtol"):
             value = getattr(self, name)
             if not (isinstance(value, float | int) and isfinite(value) and value > 0.0):
                 raise OptionError(name, value, "a number above 0")
-        if self.method not in METHODS:
-            raise OptionError("method", repr(self.method), ", ".join(METHODS))
+        for name, rows in (("method", METHODS), ("encoders", ENCODERS)):
+            if getattr(self, name) not in rows:
+                raise OptionError(name, repr(getattr(self, name)), ", ".join(rows))
         for name, least, most in (("substeps", 1, MOST_SUBSTEPS), ("seed", 0, None), ("delay", 0, MOST_DELAY)):
-            value = getattr(self, name)
-            if not (isinstance(value, int) and value >= least and (most is None or value <= most)):
-                end = "on" if most is None else f"to {most}"
-                raise OptionError(name, value, f"a whole number from {least} {end}")
+            check_whole(name, getattr(self, name), least, most)
+        for name, is_given in (("method", self.method == "radau"), ("encoders", self.encoders != ENCODERS[0])):
+            if is_given and self.elasticity is None:
+                raise OptionError(name, "would do nothing with rigid joints", "with elastic joints")
+
+    def check(self, controller: Controller) -> None:
+        """A continuous run needs a controller without hidden memory, the true state, no delay; raises `OptionError`."""
+        if not self.continuous:
+            if self.encoder is not None:
+                self.encoder.velocity_filter(self.rate)  # raises where it is too slow for the rate
+            return
+        if self.delay:
+            raise OptionError("delay", f"{self.delay} samples in a continuous run", "0, or a sampled run")
+        if self.encoder is not None:
+            raise OptionError("encoder", "given for a continuous run", "a sampled run: an encoder is read at instants")
+        if hasattr(controller, "reset") and not isinstance(controller, WithMemory):
+            raise OptionError(
+                "continuous", "with a controller that remembers between calls",
+                "a sampled run, or a controller with `torque_and_rate` and `memory_size`",
+            )  # fmt: skip
 
     def integrator(self) -> Integrator:
         """The method."""
@@ -85,6 +129,35 @@ class SimulationOptions:
         if self.delay > steps:
             raise OptionError("delay", f"{self.delay} samples in a run of {steps}", "a delay shorter than the run")
         return np.arange(steps + 1) / self.rate
+
+    def loaded(self, arm: Arm) -> Arm:
+        """An arm with the payload, if there is any."""
+        if self.payload == 0.0:
+            return arm
+        return arm_with_payload(arm, self.payload, self.payload_com, self.payload_inertia)
+
+    @property
+    def load(self) -> dict[str, Any] | None:
+        """The payload as JSON values."""
+        if self.payload == 0.0:
+            return None
+        com, inertia = (
+            None if x is None else np.asarray(x, dtype=float).tolist() for x in (self.payload_com, self.payload_inertia)
+        )
+        return {"mass": float(self.payload), "com": com, "inertia": inertia}
+
+    @property
+    def engine_name(self) -> str:
+        """The plant's engine."""
+        own: Any = self.engine
+        return own if isinstance(own, str) else str(getattr(own, "name", type(own).__name__))
+
+
+OPTIONS = (
+    "rate", "method", "substeps", "rtol", "continuous", "saturate", "position_limits", "allow_unphysical", "seed",
+    "delay",
+)  # fmt: skip
+"""Fields of a `Loop` that stand under "options" in the record of a run."""
 
 
 def sampled_reference(reference: Reference, t: Array, n: int) -> Motion:
@@ -112,20 +185,7 @@ def start_state(plant: Plant, motion: Motion, q0: ArrayLike | None, dq0: ArrayLi
     return np.array([q, dq])
 
 
-def check_continuous(controller: Controller, encoder: object, delay: int = 0) -> None:
-    """A continuous run needs a controller without hidden memory, the true state, no delay; raises `OptionError`."""
-    if delay:
-        raise OptionError("delay", f"{delay} samples in a continuous run", "0, or a sampled run")
-    if encoder is not None:
-        raise OptionError("encoder", "given for a continuous run", "a sampled run: an encoder is read at instants")
-    if hasattr(controller, "reset") and not isinstance(controller, WithMemory):
-        raise OptionError(
-            "continuous", "with a controller that remembers between calls",
-            "a sampled run, or a controller with `torque_and_rate` and `memory_size`",
-        )  # fmt: skip
-
-
-def friction_rate(plant: Plant, q: Array, options: SimulationOptions) -> float:
+def friction_rate(plant: Plant, q: Array, loop: Loop) -> float:
     """Fastest rate at which friction brakes [1/s], the largest eigenvalue of B(q)^-1 diag(slope), where a run begins.
 
     Raises `OptionError` where RK4's step is too long for it: the motion would grow instead of coming to rest.
@@ -134,16 +194,13 @@ def friction_rate(plant: Plant, q: Array, options: SimulationOptions) -> float:
     if not slope.any():
         return 0.0
     rate = float(np.linalg.eigvals(np.linalg.solve(plant.ungated.mass_matrix(q), np.diag(slope))).real.max())
-    step = 1.0 / (options.rate * options.substeps)
-    if options.method == "rk4" and rate * step > STABLE:
-        need = ceil(rate / options.rate / STABLE)
+    step = 1.0 / (loop.rate * loop.substeps)
+    if loop.method == "rk4" and rate * step > STABLE:
+        need = ceil(rate / loop.rate / STABLE)
         other = ", or friction set-valued" if form == "smooth" else ""
         fault = f"{form}, brakes at up to {rate:.4g} 1/s, too fast for RK4 steps of {step:.3g} s"
         raise OptionError("friction", fault, f"substeps from {need} on, method dop853{other}")
     return rate
-
-
-ENCODERS = ("motor", "link")
 
 
 def arm_record(arm: Arm) -> dict[str, Any]:
@@ -168,120 +225,59 @@ class Setup:
     reference: Reference
     motion: Motion  # the reference at every sample
     start: Array  # (2, n), q and dq at t = 0
-    options: SimulationOptions
-    encoder: Encoder | None
-    engine: str
-    payload: Mapping[str, Any] | None
+    loop: Loop
+    elasticity: JointElasticity | None  # of the plant; None for rigid joints
     friction_rate: float  # fastest rate at which friction brakes at the start [1/s]
-    note: Mapping[str, Any]
-    external: ExternalTorque | None = None
-    elasticity: JointElasticity | None = None  # of the plant; None for rigid joints
-    encoders: str = ENCODERS[0]  # the side of elastic joints that the controller's q and dq are of
-    loop: str | None = None  # the row of `LOOPS` that was asked for
     __repr__ = short_repr
 
     def sensor(self) -> Sensor:
         """A fresh sensor for one run."""
-        if self.encoder is None:
+        loop = self.loop
+        if loop.encoder is None:
             return lambda q, dq: (q, dq)
         q0, dq0 = self.start
-        return self.encoder.sensor(q0, dq0, self.motion.t.size, self.options.rate, self.options.seed)
+        return loop.encoder.sensor(q0, dq0, self.motion.t.size, loop.rate, loop.seed)
 
     def record(self) -> dict[str, Any]:
         """The setup as JSON values."""
-        friction, reference = self.plant.friction, self.reference
+        loop, friction, reference, elasticity = self.loop, self.plant.friction, self.reference, self.elasticity
         return {
-            **arm_record(self.arm), "plant": arm_record(self.plant.arm), "payload": self.payload,
-            "controller": describe(self.controller), "engine": self.engine,
+            **arm_record(self.arm), "plant": arm_record(self.plant.arm), "payload": loop.load,
+            "controller": describe(self.controller), "engine": loop.engine_name,
             "reference": {
                 "name": getattr(reference, "name", type(reference).__name__), "duration": float(reference.duration),
                 "about": dict(getattr(reference, "about", {})),
             },
-            "options": asdict(self.options), "encoder": None if self.encoder is None else asdict(self.encoder),
+            "options": {name: getattr(loop, name) for name in OPTIONS},
+            "encoder": None if loop.encoder is None else asdict(loop.encoder),
             "friction": friction.form != "none", "friction_law": {**friction.record(), "rate": self.friction_rate},
-            "external": None if self.external is None else describe(self.external),
-            "elasticity": None if self.elasticity is None else {
-                "stiffness": self.elasticity.stiffness.tolist(), "damping": self.elasticity.damping.tolist(),
-                "source": self.elasticity.source, "encoders": self.encoders,
+            "external": None if loop.external is None else describe(loop.external),
+            "elasticity": None if elasticity is None else {
+                "stiffness": elasticity.stiffness.tolist(), "damping": elasticity.damping.tolist(),
+                "source": elasticity.source, "encoders": loop.encoders,
             },
-            "seed": self.options.seed, "loop": self.loop, "versions": versions(), "note": dict(self.note),
+            "seed": loop.seed, "loop": loop.loop, "versions": versions(), "note": dict(loop.meta or {}),
         }  # fmt: skip
 
     def __str__(self) -> str:
         return json_text(self.record())
 
 
-def _elastic(
-    arm: Arm, option: JointElasticity | str | float | None, encoders: str, method: str
-) -> JointElasticity | None:
-    if encoders not in ENCODERS:
-        raise OptionError("encoders", repr(encoders), ", ".join(ENCODERS))
-    for name, given in (("method", method == "radau"), ("encoders", encoders != ENCODERS[0])):
-        if given and option is None:
-            raise OptionError(name, "would do nothing with rigid joints", "with elastic joints")
-    return chosen_elasticity(arm, option)
-
-
-def prepare(
-    arm: Arm,
-    controller: Controller,
-    reference: Reference,
-    *,
-    rate: float = 1000.0,
-    method: str = "rk4",
-    substeps: int = 1,
-    rtol: float = 1e-12,
-    continuous: bool = False,
-    engine: str | Dynamics = "pinocchio",
-    plant: Arm | None = None,
-    payload: float = 0.0,
-    payload_com: ArrayLike = (0.0, 0.0, 0.0),
-    payload_inertia: ArrayLike | None = None,
-    friction: FrictionOption = "set-valued",
-    external: ExternalTorque | None = None,
-    elasticity: JointElasticity | str | float | None = None,
-    encoders: str = "motor",
-    encoder: Encoder | None = None,
-    saturate: bool = True,
-    position_limits: bool = True,
-    allow_unphysical: bool = False,
-    seed: int = 0,
-    delay: int = 0,
-    loop: str | None = None,
-    duration: float | None = None,
-    q0: ArrayLike | None = None,
-    dq0: ArrayLike | None = None,
-    meta: Mapping[str, Any] | None = None,
-) -> Setup:
-    """The setup of a run, checked; parameters and errors as of `lwr_dyn.simulation.simulate.simulate`."""
+def prepare(arm: Arm, controller: Controller, reference: Reference, loop: Loop) -> Setup:
+    """The setup of a run, checked; errors as of `lwr_dyn.simulate`."""
     arm_argument(arm)
-    options = SimulationOptions(
-        rate, method, substeps, rtol, continuous, saturate, position_limits, allow_unphysical, seed, delay
-    )
     if not callable(controller):
         raise OptionError("controller", repr(controller), "a function f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau")
     if not hasattr(reference, "sample"):
         raise OptionError("reference", repr(reference), "a Reference, with `sample(t)` and `duration`")
-    simulated, load = arm if plant is None else plant, None
-    if payload != 0.0:
-        simulated = arm_with_payload(simulated, payload, payload_com, payload_inertia)
-        com = np.asarray(payload_com, dtype=float).tolist()
-        inertia = None if payload_inertia is None else np.asarray(payload_inertia, dtype=float).tolist()
-        load = {"mass": float(payload), "com": com, "inertia": inertia}
-    chosen, elastic = chosen_friction(simulated, friction), _elastic(simulated, elasticity, encoders, method)
-    simulated_plant = plant_of(simulated, engine, chosen, saturate, position_limits, allow_unphysical)
-    if continuous:
-        check_continuous(controller, encoder, delay)
-    times = options.times(reference.duration if duration is None else duration)
-    motion = sampled_reference(reference, times, simulated_plant.n)
-    start = read_only(start_state(simulated_plant, motion, q0, dq0))
-    if external is not None:
-        checked_external(external, simulated_plant.n)(0.0, start[0], start[1])
-    if encoder is not None:
-        encoder.velocity_filter(rate)  # raises where it is too slow for the rate
-    return Setup(
-        arm, simulated_plant, controller, reference, motion, start, options, encoder,
-        engine if isinstance(engine, str) else getattr(engine, "name", type(engine).__name__),
-        load, 0.0 if elastic else friction_rate(simulated_plant, start[0], options), dict(meta or {}),
-        external, elastic, encoders, loop,
-    )  # fmt: skip
+    simulated = loop.loaded(arm if loop.plant is None else loop.plant)
+    friction, elasticity = chosen_friction(simulated, loop.friction), chosen_elasticity(simulated, loop.elasticity)
+    plant = plant_of(simulated, loop.engine, friction, loop.saturate, loop.position_limits, loop.allow_unphysical)
+    loop.check(controller)
+    times = loop.times(reference.duration if loop.duration is None else loop.duration)
+    motion = sampled_reference(reference, times, plant.n)
+    start = read_only(start_state(plant, motion, loop.q0, loop.dq0))
+    if loop.external is not None:
+        checked_external(loop.external, plant.n)(0.0, start[0], start[1])
+    rate = 0.0 if elasticity else friction_rate(plant, start[0], loop)
+    return Setup(arm, plant, controller, reference, motion, start, loop, elasticity, rate)

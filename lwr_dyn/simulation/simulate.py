@@ -1,6 +1,6 @@
 """`simulate`: an arm, a controller and a reference become a `Run` that records its setup and its audit.
 
-Free swing: no motor drives or brakes the arm, so without friction and stops its energy stays constant.
+`free_swing` is a run without torque: without friction and stops its energy stays constant.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from lwr_dyn.simulation.arm_friction import FrictionOption
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import Diverged, Log, Progress, divergence, run_continuous, run_of, run_sampled
 from lwr_dyn.simulation.plant import Encoder, ExternalTorque, checked_external
-from lwr_dyn.simulation.setup import Setup, prepare
+from lwr_dyn.simulation.setup import Loop, Setup, prepare
 
 LOOPS: Registry[Callable[[Setup, Progress | None], Run]] = Registry(
     "loop",
@@ -140,13 +140,14 @@ def simulate(
     DivergenceError
         As `run_setup`.
     """
-    setup = prepare(
-        arm, controller, reference, rate=rate, method=method, substeps=substeps, rtol=rtol, continuous=continuous,
-        engine=engine, plant=plant, payload=payload, payload_com=payload_com, payload_inertia=payload_inertia,
-        friction=friction, external=external, elasticity=elasticity, encoders=encoders, encoder=encoder,
-        saturate=saturate, position_limits=position_limits, allow_unphysical=allow_unphysical, seed=seed, delay=delay,
-        loop=loop, duration=duration, q0=q0, dq0=dq0, meta=meta,
+    closed = Loop(
+        rate=rate, method=method, substeps=substeps, rtol=rtol, continuous=continuous, engine=engine, plant=plant,
+        payload=payload, payload_com=payload_com, payload_inertia=payload_inertia, friction=friction,
+        external=external, elasticity=elasticity, encoders=encoders, encoder=encoder, saturate=saturate,
+        position_limits=position_limits, allow_unphysical=allow_unphysical, seed=seed, delay=delay, loop=loop,
+        duration=duration, q0=q0, dq0=dq0, meta=meta,
     )  # fmt: skip
+    setup = prepare(arm, controller, reference, closed)
     with shown_progress("simulating", terminal=False) as report:
         return run_setup(setup, report if progress is None else progress)
 
@@ -169,20 +170,21 @@ def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
         A loop that does not fit the setup, or that does not exist.
     """
     usual = "rigid" if setup.elasticity is None else "elastic"
-    if {setup.loop, usual} == {"rigid", "elastic"}:
-        raise OptionError("loop", repr(setup.loop), f"{usual}, as the joints are, or compiled")
-    return LOOPS.load(setup.loop or usual)(setup, progress)
+    asked = setup.loop.loop
+    if {asked, usual} == {"rigid", "elastic"}:
+        raise OptionError("loop", repr(asked), f"{usual}, as the joints are, or compiled")
+    return LOOPS.load(asked or usual)(setup, progress)
 
 
 def run_rigid(setup: Setup, progress: Progress | None = None) -> Run:
     """As `run_setup`, of rigid joints."""
-    plant, options = setup.plant, setup.options
-    external = None if setup.external is None else checked_external(setup.external, plant.n)
-    flow, log, meta = Flow(plant, options.integrator(), external), Log.blank(setup), setup.record()
+    plant, loop = setup.plant, setup.loop
+    external = None if loop.external is None else checked_external(loop.external, plant.n)
+    flow, log, meta = Flow(plant, loop.integrator(), external), Log.blank(setup), setup.record()
     reset(setup.controller)
     try:
         with np.errstate(over="ignore", invalid="ignore"):
-            (run_continuous if options.continuous else run_sampled)(setup, flow, log, progress)
+            (run_continuous if loop.continuous else run_sampled)(setup, flow, log, progress)
     except Diverged as end:
         raise divergence(end.k, end.command, setup, log, flow, meta) from None
     return run_of(setup, log, flow, meta)
@@ -267,9 +269,10 @@ def free_swing(
     pose = joint_array("q0", np.full(arm.n, start.offset) if q0 is None else q0, arm.n)
     speed = np.full(arm.n, start.speed) if dq0 is None else dq0
     stay = Standstill(pose, float(duration))
-    setup = prepare(arm, no_torque, stay, q0=pose, dq0=speed, method=method, position_limits=position_limits, **options)
+    loop = Loop(q0=pose, dq0=speed, method=method, position_limits=position_limits, **options)
+    setup = prepare(arm, no_torque, stay, loop)
     none = np.zeros(arm.n)
     largest = float(np.abs(setup.plant.dynamics.forward_dynamics(pose, none, none)).max())
     equilibrium = largest <= EQUILIBRIUM and not setup.start[1].any()
     note = {"case": case, "title": start.title, "acceleration_at_rest": largest, "equilibrium": bool(equilibrium)}
-    return run_setup(replace(setup, note=note))
+    return run_setup(replace(setup, loop=replace(loop, meta=note)))

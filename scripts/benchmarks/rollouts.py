@@ -27,6 +27,7 @@ from lwr_dyn.codegen.rollouts.kernel import RolloutSource, rollout_kernel, rollo
 from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.codegen.rollouts.loop_setup import loop_setup
 from lwr_dyn.codegen.rollouts.rollouts import plan_of, task_of
+from lwr_dyn.simulation.setup import Loop
 from lwr_dyn.simulation.simulate import simulate
 
 RUNS, SECONDS, OPEN_RUNS = 256, 14.0, 4
@@ -100,7 +101,8 @@ def mujoco_rollout(case: RolloutCase, seconds: float) -> Call:
 
 def scalar_kernel(case: RolloutCase, seconds: float) -> tuple[Call, RolloutSource, RolloutSource]:
     """One run by scalar code, from the parameters on; the sources of the kernels of one run and of a block."""
-    setup, form = loop_setup(case.arm, case.law, case.reference, duration=seconds), law_form(case.law, case.arm)
+    loop, form = Loop(friction="none", duration=seconds), law_form(case.law, case.arm)
+    setup = loop_setup(case.arm, case.law, case.reference, loop)
     given = {"inertia": case.inertia[:1]}
     plan = plan_of(setup, form, given)
     kernel, sources = rollout_kernel(plan, lanes=1), [rollout_source(plan, lanes) for lanes in (1, lanes_of("float64"))]

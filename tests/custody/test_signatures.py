@@ -4,6 +4,7 @@ import inspect
 import re
 import subprocess
 import sys
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 
@@ -11,12 +12,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.pages.replay.replay_page import replay_html
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "lwr_dyn"
 OF_FACTORIES = {"controller", "margins", "reference"}
 """Their options are those of the row or the page that is chosen, so they cannot be listed."""
+LOOP_OF_ROLLOUTS = {"rate", "substeps", "plant", "saturate", "position_limits", "delay", "encoder", "seed", "duration"}
+"""What rollouts take as `simulate` does."""
 
 
 @pytest.mark.parametrize("name", sorted(set(lwr_dyn.__all__) - {"Run"}))
@@ -35,7 +38,10 @@ def test_wrapped_functions_have_the_options_of_what_they_call():
         return {p.name: p.default for p in inspect.signature(function).parameters.values() if p.name not in left_out}
 
     assert options(lwr_dyn.replay, ("path",)) == options(replay_html, ("arms", "live"))
-    assert options(lwr_dyn.simulate, ("progress",)) == options(prepare)
+    own = ("arm", "controller", "reference", "progress")
+    assert options(lwr_dyn.simulate, own) == {field.name: field.default for field in fields(Loop)}
+    many, one = options(lwr_dyn.rollouts), options(lwr_dyn.simulate)
+    assert {name for name in many.keys() & one.keys() if many[name] == one[name]} >= LOOP_OF_ROLLOUTS
 
 
 USER_SCRIPT = """

@@ -7,7 +7,7 @@ from lwr_dyn.foundation.errors import DivergenceError
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.loops import Log, active_friction
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop, prepare
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.sample_runs import StandStill, one_joint
 
@@ -17,7 +17,7 @@ def pushed(t, q, dq, q_ref, dq_ref, ddq_ref):
 
 
 def setup(friction="none", **options):
-    return prepare(one_joint(), pushed, StandStill(np.zeros(1), 0.003), friction=friction, **options)
+    return prepare(one_joint(), pushed, StandStill(np.zeros(1), 0.003), Loop(friction=friction, **options))
 
 
 def test_a_blank_log_has_the_start_and_nothing_else():

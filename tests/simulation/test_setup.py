@@ -19,7 +19,7 @@ from lwr_dyn.model.arm import arm_with_scaled_inertia
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import prepare, versions
+from lwr_dyn.simulation.setup import Loop, prepare, versions
 from lwr_dyn.simulation.simulate import free_swing, no_torque, simulate
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
@@ -157,7 +157,7 @@ class TestDivergence:
 
 def test_a_setup_is_its_record_and_may_have_another_plant():
     heavy = arm_with_scaled_inertia(lwr(), 1.5)
-    setup = prepare(lwr(), no_torque, joint_waves(0.1), plant=heavy, payload=1.0, meta={"task": "waves"})
+    setup = prepare(lwr(), no_torque, joint_waves(0.1), Loop(plant=heavy, payload=1.0, meta={"task": "waves"}))
     record = json.loads(str(setup))
     assert record == json.loads(json.dumps(setup.record()))
     assert (record["robot"], record["options"]["rate"], record["note"]) == ("lwr4plus", 1000.0, {"task": "waves"})
@@ -168,12 +168,12 @@ def test_a_setup_is_its_record_and_may_have_another_plant():
 
 
 def test_the_start_cannot_be_changed_and_sensors_are_fresh():
-    setup = prepare(lwr(), no_torque, joint_waves(0.1), encoder=Encoder.of_bits(12), seed=3)
+    setup = prepare(lwr(), no_torque, joint_waves(0.1), Loop(encoder=Encoder.of_bits(12), seed=3))
     with pytest.raises(ValueError, match="read-only"):
         setup.start[0, 0] = 1.0
     q, dq = setup.start
     first, second = setup.sensor(), setup.sensor()
     assert first is not second
     np.testing.assert_array_equal(first(q, dq)[0], second(q, dq)[0])
-    exact = prepare(lwr(), no_torque, joint_waves(0.1)).sensor()
+    exact = prepare(lwr(), no_torque, joint_waves(0.1), Loop()).sensor()
     np.testing.assert_array_equal(exact(q, dq), setup.start)  # without an encoder it is the true state

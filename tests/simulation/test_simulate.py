@@ -12,7 +12,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop, prepare
 from lwr_dyn.simulation.simulate import run_setup, simulate
 from tests.simulation.sample_runs import (
     MIDDLE,
@@ -95,7 +95,9 @@ def test_the_run_file_records_its_origin(tmp_path):
 
 
 def test_a_setup_can_be_shown_run_again_and_stays_with_its_run(tmp_path):
-    setup = prepare(lwr(), controllers()["pid"], joint_waves(0.05), payload=1.5, encoder=Encoder(1e-5, 1e-6), seed=2)
+    setup = prepare(
+        lwr(), controllers()["pid"], joint_waves(0.05), Loop(payload=1.5, encoder=Encoder(1e-5, 1e-6), seed=2)
+    )
     runs = [run_setup(setup), run_setup(setup)]
     np.testing.assert_array_equal(runs[0].q, runs[1].q)
     assert runs[0].setup is setup

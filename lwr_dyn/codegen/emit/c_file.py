@@ -1,11 +1,8 @@
 """A file of C99 and its header: provenance, guards, the functions, a self-test behind #ifdef.
 
-Operations -> C99: one function each, no allocation, no globals, every operation a statement of its own.
-
-One operation a statement keeps compilers from contracting a product and a sum, so that results have the same bits
-everywhere (gcc contracts across statements where -ffp-contract=fast or its own dialect asks for it).
-
-A program at the end of an emitted file that compares each function with its test vectors.
+Each function allocates nothing and has no globals; every operation is a statement of its own, which keeps compilers
+from contracting a product and a sum, so that results have the same bits everywhere (gcc contracts across statements
+where -ffp-contract=fast or its own dialect asks for it). The self-test compares each function with its test vectors:
 
 cc -O2 -std=c99 -DLWR4PLUS_SELF_TEST lwr4plus.c -lm -o self_test && ./self_test
 """

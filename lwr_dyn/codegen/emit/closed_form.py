@@ -1,10 +1,7 @@
 """Closed-form inverse kinematics as C and JavaScript: S-R-S arms with an arm angle, six joints with a spherical wrist.
 
-Numbers are double in every file, also beside functions of float.
-
-The self-test of closed-form inverse kinematics in C: a few poses, and the branches that Python finds.
-
-Test vectors of closed-form inverse kinematics for other languages: a few calls, and what Python finds.
+Numbers are double in every file, also beside functions of float. Self-test and test vectors are a few calls, and what
+Python finds.
 """
 
 import math

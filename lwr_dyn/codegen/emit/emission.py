@@ -1,12 +1,7 @@
-"""The functions of an arm that go into one file, with what all of them share: prefix, number type, sine and cosine.
+"""The functions of an arm for one file, and what all of them share: names, the comment at the top, test vectors.
 
-Names of C and JavaScript from names of arms and files.
-
-What stands at the top of an emitted file: the arm and its source, what wrote it, what its numbers mean.
-
-Test vectors: a few states, and what each function gives there by another way than the emitted code.
-
-The expected numbers are what CasADi's virtual machine gives, with the sine and cosine of the C library.
+The comment says which arm and source, what wrote it, what its numbers mean. The expected numbers of the test vectors
+are what CasADi's virtual machine gives, with the sine and cosine of the C library.
 """
 
 import json

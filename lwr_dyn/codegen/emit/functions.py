@@ -1,6 +1,4 @@
-"""What can be emitted for an arm: each function with its arguments, units and result, and as a function on symbols.
-
-A function on symbols as operations in order, each once, with the places where results are stored.
+"""What can be emitted for an arm: each function with arguments, units and result, on symbols and as operations.
 
 Sines and cosines are the project's own polynomials ("own": the same bits on every machine that does not contract
 products and sums) or calls of the language's library ("libm").

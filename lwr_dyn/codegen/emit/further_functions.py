@@ -1,12 +1,8 @@
-"""The torque regressor by its distinct numbers, and the map from them to all of it.
+"""Functions beside those of a batch: the regressor by its distinct numbers, friction, and control laws as one step.
 
-Of n x 10 n numbers about half are always 0, and many others are equal up to their sign.
-
-Friction of the joints as functions of their speeds: with a jump at rest, and smooth.
-
-Control laws as one function: the torque at a sample, and the memory of the next, by the kernel form of a controller.
-
-The measured state, the reference and the gains are arguments; the law's model is the arm with its own constants.
+Of the regressor's n x 10 n numbers about half are always 0, and many others are equal up to their sign. A law's step is
+the torque at a sample and the memory of the next, by its kernel form: measured state, reference and gains are
+arguments, the law's model is the arm with its own constants.
 """
 
 import math
@@ -233,7 +229,7 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
     Parameters
     ----------
     controller : Controller
-        One of `rollouts.law_forms.LAW_FORMS`, plain or with friction compensation around it.
+        One of `law_forms.LAW_FORMS`, plain or with friction compensation around it.
     arm : Arm
         The arm as the controller knows it.
     name : str
@@ -248,7 +244,7 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
     Raises
     ------
     NoKernelFormError, OptionError, MissingDataError
-        As `rollouts.law_forms.law_form`.
+        As `law_forms.law_form`.
     """
     form, n = law_form(controller, arm), arm.n
     widths = {x: n for x in JOINT}

@@ -1,14 +1,10 @@
 """An arm's functions as one JavaScript file: a plain script that defines one name, or an ES module.
 
-Both hold the same object: `robot.NAME(arguments..., out)` fills and returns `out`; without it, it makes one.
-
-Operations -> JavaScript: one function each, over arrays of numbers; names of temporaries are used again.
-
-V8 compiles a function to machine code only while its bytecode is below a bound, and each name costs some: a temporary
+Both hold the same object: `robot.NAME(arguments..., out)` fills and returns `out`; without it, it makes one. V8
+compiles a function to machine code only while its bytecode is below a bound, and each name costs some: a temporary
 takes the name of one that no later operation reads, and a function with more than `LARGEST` operations is written as
-several, each with a part of the results. Sine and cosine of one angle are one call of `sincos` (`javascript_shared`).
-
-What emitted JavaScript functions share: sine and cosine with the bits of the C code, powers of two by their bits.
+several, each with a part of the results. Sine and cosine of one angle are one call, with the bits of the C code; so are
+powers of two.
 """
 
 import json

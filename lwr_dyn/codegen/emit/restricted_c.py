@@ -1,12 +1,10 @@
 """Texts in a small part of C, as C with an arm's constants and as JavaScript: one text, two languages.
 
 The part: functions on double and int, local arrays of a fixed size, for, while, if, ?:, functions of <math.h>. In
-JavaScript local arrays are made once, beside the function, so that a call makes none.
-
-Sine, cosine, arctangent and arccosine as functions of a text: products, sums and quotients in a fixed order.
-
-So inverse kinematics has the same bits on every machine. Of angles up to 1.6e6 rad; atan2 errs by at most 1.6 units in
-the last place, acos by 2, sine and cosine by 3e-16.
+JavaScript local arrays are made once, beside the function, so that a call makes none. Sine, cosine, arctangent and
+arccosine are functions of a text too, products, sums and quotients in a fixed order, so inverse kinematics has the same
+bits on every machine: for angles up to 1.6e6 rad; atan2 errs by at most 1.6 units in the last place, acos by 2, sine
+and cosine by 3e-16.
 """
 
 import re

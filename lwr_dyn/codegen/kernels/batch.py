@@ -1,11 +1,8 @@
-"""Batch dynamics: an arm's functions over rows of states, by compiled kernels.
+"""Batch dynamics: an arm's functions over rows of states, by compiled kernels; and the engine "kernels" on them.
 
-Results are new arrays, or written to `out`. A state with a value that is not finite gives a row of NaN and a
-`NotFiniteWarning` with its index; all other states are computed.
-
-Checks the arguments of a batch and turns them into rows that a kernel can step through, if possible uncopied.
-
-The engine "kernels": generated code behind the same gate and the same protocol as the other engines.
+Arguments become rows that a kernel can step through, if possible uncopied. Results are new arrays, or written to `out`.
+A state with a value that is not finite gives a row of NaN and a `NotFiniteWarning` with its index; all other states are
+computed.
 """
 
 import warnings

@@ -1,12 +1,9 @@
-"""Operations that few functions need, as straight-line code: choices, exponential, tanh, logarithm, whole numbers.
+"""Sine, cosine, exponential, tanh, logarithm, choices and whole numbers as straight-line code, without a branch.
 
-Each is exact to a few 1e-16, of float64 alone. Polynomials are near-minimax (Chebyshev), fitted with mpmath; powers of
-two are made and taken apart by their bits (`straight_line.OPERATIONS`).
-
-Sine and cosine without a branch: x = m pi + r, then polynomials in r^2 over |r| <= pi/2.
-
-sin x = (-1)^m sin r, cos x = (-1)^m cos r; pi is subtracted in three parts (Cody and Waite), so that m times the first
-is exact. Polynomials are near-minimax (Chebyshev), fitted with mpmath when a kernel is generated.
+Sine and cosine: x = m pi + r, then polynomials in r^2 over |r| <= pi/2; sin x = (-1)^m sin r, cos x = (-1)^m cos r. Pi
+is subtracted in three parts (Cody and Waite), so that m times the first is exact. The others are exact to a few 1e-16,
+of float64 alone; powers of two are made and taken apart by their bits (`straight_line.OPERATIONS`). Polynomials are
+near-minimax (Chebyshev), fitted with mpmath when a kernel is generated.
 """
 
 from collections.abc import Callable, Sequence

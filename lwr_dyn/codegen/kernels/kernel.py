@@ -1,11 +1,10 @@
-"""One compiled function: already loaded, from the cache, or built now.
+"""A compiled function: of this process, from the cache on disk, or built now.
 
-Compiled kernels on disk: one file each, written whole or not at all, its keyed digest checked before it is run.
-
-Machine code is run only from a folder and a file that belong to this user and that no other can write, and only when it
-was signed with this user's key (`key`, mode 0600, in the user's own cache folder): what came from elsewhere is built
-again. Two processes that compile the same kernel write the same file, each under a temporary name and then renamed; a
-killed process leaves at most a temporary file, which is deleted later. A damaged file is built again.
+A kernel on disk is one file, written whole or not at all, its keyed digest checked before it is run. Machine code is
+run only from a folder and a file that belong to this user and that no other can write, and only when it was signed with
+this user's key (`key`, mode 0600, in the user's own cache folder): what came from elsewhere is built again. Two
+processes that compile the same kernel write the same file, each under a temporary name and then renamed; a killed
+process leaves at most a temporary file, which is deleted later. A damaged file is built again.
 """
 
 from __future__ import annotations
@@ -18,10 +17,11 @@ import os
 import secrets
 import stat
 import tempfile
+import threading
 import time
 import warnings
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields
 from importlib.metadata import version
@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernels.kernel_spec import KernelInterface, KernelSpec, function_shape
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
@@ -197,9 +198,10 @@ class Kernel:
         return list(pairwise(edges))
 
     def _part(self, arguments: list[int], out: int, start: int, stop: int) -> int:
-        buffer = np.empty(self.interface.buffer * self.dtype.itemsize + _ALIGNMENT, dtype=np.uint8)
-        address = buffer.__array_interface__["data"][0]
-        return int(self.code.call(*arguments, out, address + -address % _ALIGNMENT, start, stop))
+        buffer, place = aligned(self.interface.buffer * self.dtype.itemsize)
+        invalid = int(self.code.call(*arguments, out, place, start, stop))
+        del buffer
+        return invalid
 
 
 def _pool(threads: int) -> ThreadPoolExecutor:
@@ -210,6 +212,43 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 MAKERS = ("numba", "llvmlite", "mpmath")
 """Packages on which the machine code depends; mpmath finds the polynomials of sin, cos, exp and log."""
+
+_codes: dict[str, Any] = {}
+
+_building = threading.Lock()
+
+
+def address(array: NDArray[Any]) -> int:
+    """Where the numbers of an array begin in memory."""
+    return int(array.__array_interface__["data"][0])
+
+
+def aligned(size: int) -> tuple[NDArray[np.uint8], int]:
+    """Memory for `size` bytes, and the address in it at which a vector may begin."""
+    memory = np.empty(size + _ALIGNMENT, dtype=np.uint8)
+    return memory, address(memory) + -address(memory) % _ALIGNMENT
+
+
+def cache_name(kind: str, text: Iterable[str]) -> str:
+    """Name of a kernel in the cache, from all on which it depends."""
+    return f"{kind}-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+
+
+def kept_code(key: str, source: Callable[[], str], inputs: int) -> Any:
+    """The `LoadedCode` of that key: of this process, from the cache, or built now from the source."""
+    from lwr_dyn.codegen.kernels.machine_code import compiled, load
+
+    with _building:
+        if key not in _codes:
+            kept = read_cache(key)
+            symbol = None if kept is None else kept[0].get("symbol")
+            if kept is None or not isinstance(symbol, str):
+                code, symbol = compiled(source())
+                write_cache(key, {"symbol": symbol}, code)
+            else:
+                code = kept[1]
+            _codes[key] = load(code, symbol, inputs)
+        return _codes[key]
 
 
 def require_packages() -> None:
@@ -224,7 +263,7 @@ def key_of(spec: KernelSpec, function: str) -> str:
     from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
 
     text = [spec.digest(function), *host_cpu(), str(lanes_of(spec.dtype)), *map(version, MAKERS)]
-    return f"{function}-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+    return cache_name(function, text)
 
 
 def kernel_of(spec: KernelSpec, function: str) -> Kernel:

@@ -1,9 +1,8 @@
-"""The functions of a batch, and the specification of their kernels: arm data, inputs, number type; its digest.
+"""The functions of a batch, and the specification of their kernels: arm, inputs, number type, options; its digest.
 
-The quantities that a kernel may take as inputs instead of constants, as arrays.
-
-The torque is linear in the ten inertial parameters of each link (Siciliano et al., Robotics, section 7.2.2), so a
-kernel does not divide by a mass and accepts any values, such as base parameters from identification (a mass of 0).
+Inputs are quantities that a kernel takes as arrays instead of constants. The torque is linear in the ten inertial
+parameters of each link (Siciliano et al., Robotics, section 7.2.2), so a kernel does not divide by a mass and accepts
+any values, such as base parameters from identification (a mass of 0).
 """
 
 import hashlib

@@ -1,26 +1,18 @@
 """The recursions that kernels are generated from: inverse dynamics, and B by composite bodies, in the axes' own frames.
 
-A body is its ten inertial parameters about the origin of its joint's frame (`parameters.PER_LINK`): no product with a
-mass, no centre of mass. Scalars are those of `lwr_dyn.model.spatial`; a literal 0.0 forms no operation. The readable
-recursion is `lwr_dyn.dynamics.recursion`, with which these agree.
+A body is its ten inertial parameters about the origin of its joint's frame (`kernel_spec`): no product with a mass, no
+centre of mass. Scalars are those of `lwr_dyn.model.spatial`; a literal 0.0 forms no operation. The readable recursion
+is `lwr_dyn.dynamics.recursion`, with which these agree.
+
+The frames have z on the joints' axes and are slid along them until few lengths remain between one and the next: joints
+whose axes meet share an origin (the LWR's shoulder and wrist), so that a chain with seven joints keeps two shifts. The
+motion and the torques are those of the source's frames. Parameters on which the torque depends only together are folded
+into base parameters once, so that most masses and many moments are zero in the recursion.
 
 References
 ----------
 Featherstone, *Rigid Body Dynamics Algorithms* (2008), table 5.1 (recursive Newton-Euler), table 6.2 (composite rigid
-body); Khalil, Dombre, *Modeling, Identification and Control of Robots* (2002), section 9.5 (first moments).
-
-Frames with z on the joints' own axes, slid along them until few lengths remain between one frame and the next.
-
-Kernels are generated in these frames: joints whose axes meet share an origin (the LWR's shoulder and wrist), so that a
-chain with seven joints keeps two shifts. The motion and the torques are those of the source's frames.
-
-Base parameters of a chain for its kernels: the torque depends on the inertial parameters through these alone.
-
-The dependent ones are folded into them once, when the kernel is generated, so that most masses and many moments are
-zero in its recursion.
-
-References
-----------
+body); Khalil, Dombre, *Modeling, Identification and Control of Robots* (2002), section 9.5 (first moments);
 Gautier, Khalil, "Direct calculation of minimum set of inertial parameters of serial robots", IEEE T-RA 6 (1990).
 """
 

@@ -1,20 +1,36 @@
 """The loop around the step of inverse kinematics: W starts at once, each in a lane of its own that is refilled.
 
 Of many poses each lane takes one, and its starts one after the other. A single pose gets all lanes, and its solution is
-that of the first start in order that ends in one; so both ways give the same solution.
+that of the first start in order that ends in one; so both ways give the same solution. A lane takes a pose, begins a
+start, judges a step and writes its row.
 
-What one lane of the kernel of inverse kinematics does: takes a pose, begins a start, judges a step, writes its row.
-
-The buffer `b` and the settings `s` are those of `pose_layout`; n joints, W lanes.
+Buffer `b`, rows of W lanes, for n joints: q (n), T (12), repair, flag, next q (n), the measures of the step; then the
+state of the lane, its nearest miss (n), the position that solutions shall be near to (n). Settings `s`: number of
+starts, whether to move angles by whole turns, whether the arm is redundant, n; lower, upper, middle, turning (n each);
+the starts.
 """
 
 from typing import Any
 
 from numba import carray, cfunc, njit, types
 
-from lwr_dyn.codegen.kernels import pose_kernel as pose_layout
-from lwr_dyn.codegen.kernels.pose_kernel import ALL, CODE, HEAD, MEASURES, MISS, PLACE, POSE, START, STATE, STEPS
 from lwr_dyn.kinematics.pose_solver import FOUND, INVALID, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE
+
+POSE, MEASURES, STATE = 12, 4, 9
+"""Rows of T, of the measures and of the state."""
+
+AT, START, STEPS, ALL, CODE, MISS, PLACE = range(STATE - 2)
+"""The state of a lane: its pose (-1: none), its start, steps of the start and of the pose, the outcome of the nearest
+miss, how far it misses, and its three measures."""
+
+HEAD = 4
+"""Settings before those of the joints."""
+
+
+def buffer_size(n: int, lanes: int) -> int:
+    """Numbers in the buffer for n joints."""
+    return (4 * n + POSE + 2 + MEASURES + STATE) * lanes
+
 
 _SQUARE = TOLERANCE**2
 
@@ -313,7 +329,7 @@ def _is_working(b: Any, n: int, W: int) -> bool:
 def pose_kernel(body: Any, W: int) -> Any:
     """The compiled loop around a step `body` of W lanes."""
     number = types.CPointer(types.float64)
-    row, buffer_size = (number, types.int64), jit(pose_layout.buffer_size)
+    row, room = (number, types.int64), jit(buffer_size)
     signature = types.int64(*row, *row, *row, number, number, types.int64, types.int64)
 
     @cfunc(signature, error_model="numpy")  # type: ignore[untyped-decorator]
@@ -323,7 +339,7 @@ def pose_kernel(body: Any, W: int) -> Any:
         s = carray(s_, (s_step,), types.float64)
         n = int(s[3])  # not a constant: numba would compile every function of a lane again for it
         x = carray(T_, (16,), types.float64), T_step, carray(q0_, (n,), types.float64), q0_step
-        b, out = carray(b_, (buffer_size(n, W),), types.float64), carray(out_, (n + TAIL,), types.float64)
+        b, out = carray(b_, (room(n, W),), types.float64), carray(out_, (n + TAIL,), types.float64)
         for i in range(len(b)):
             b[i] = 0.0
         next_or_best, opened = _first_starts(b, n, W, s, x, out, start, stop), False

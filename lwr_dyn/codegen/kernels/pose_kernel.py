@@ -1,33 +1,23 @@
-"""The search for one solution as a kernel, compiled for an arm when first used and kept: the row "kernel".
+"""The search for one solution of a pose, by a kernel compiled for an arm when first used: the row "kernel".
 
-Where the kernel of inverse kinematics keeps its numbers: rows of W lanes in its buffer, and its settings.
-
-Buffer: q (n), T (12), repair, flag, next q (n), the measures of the step; then the state of the lane, its nearest miss
-(n), the position that solutions shall be near to (n). Settings: number of starts, whether to move angles by whole
-turns, whether the arm is redundant, n; lower, upper, middle, turning (n each); the starts.
-
-The last steps to a pose by Newton's method, where the search by damped least squares has come near and stays there.
-
-Where an arm is stretched and its axes are aligned at once, the pose error is a definite quadratic form of q, with
-coefficients that differ by a thousand and more: J falls with the error, and steps by J alone go to and fro across a
-narrow valley. The second derivatives see the valley. With E = |e|^2 / 2 (Newton's method on it falls by a constant
-factor a step there, whatever the coefficients are):
+The last steps, where the search by damped least squares has come near and stays there, are Newton's method: where an
+arm is stretched and its axes are aligned at once, the pose error is a definite quadratic form of q, with coefficients
+that differ by a thousand and more. J falls with the error, and steps by J alone go to and fro across a narrow valley.
+The second derivatives see the valley. With E = |e|^2 / 2:
 
     dE/dq = -J^T e,    d2E/dq_i dq_j = J_i . J_j - e_p . (z_i x Jv_j) - e_r . (z_i x z_j) / 2    for i <= j
 
 up to |e|^2, with z_i the axis of joint i (0 where it slides). Eigenvalues count by their magnitude: no way to a saddle.
 """
 
-import hashlib
 import threading
 from collections.abc import Callable
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lwr_dyn.codegen.kernels.kernel import read_cache, require_packages, write_cache
+from lwr_dyn.codegen.kernels.kernel import address, aligned, cache_name, kept_code, require_packages
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_search import pose_error, with_turns
@@ -35,22 +25,6 @@ from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TO
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import pose_array
-
-POSE, MEASURES, STATE = 12, 4, 9
-"""Rows of T, of the measures and of the state."""
-
-AT, START, STEPS, ALL, CODE, MISS, PLACE = range(STATE - 2)
-"""The state of a lane: its pose (-1: none), its start, steps of the start and of the pose, the outcome of the nearest
-miss, how far it misses, and its three measures."""
-
-HEAD = 4
-"""Settings before those of the joints."""
-
-
-def buffer_size(n: int, lanes: int) -> int:
-    """Numbers in the buffer for n joints."""
-    return (4 * n + POSE + 2 + MEASURES + STATE) * lanes
-
 
 _STEPS, _LONGEST, _LEAST, _SETTLED = 60, 0.3, 1e-15, 1e-3
 """Steps at most; the longest [rad or m]; the least eigenvalue, above the rounding of J^T J; at a minimum of E above 0
@@ -95,38 +69,33 @@ _CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
 """E of a miss that Newton's method shall finish; where that miss is a minimum of E, the ends of this many starts are
 taken up too, to this E."""
 
-_ALIGNMENT = 64
-
 _FLOAT = np.dtype(np.float64)
-
-_loaded: dict[str, Any] = {}
 
 
 class _Desk(threading.local):
     """The numbers of one call, at the same addresses in every call of a thread: pose, q0, row, the kernel's buffer."""
 
-    def __init__(self, n: int, lanes: int, full: Array, once: Array) -> None:
-
+    def __init__(self, n: int, room: int, full: Array, once: Array) -> None:
         self.T, self.q0, self.row = np.zeros((4, 4)), np.zeros(n), np.zeros(n + TAIL)
-        self.buffer, place = _aligned(buffer_size(n, lanes))
-        T, q0, row = _address(self.T), _address(self.q0), _address(self.row)
-        self.cold = (T, 16, q0, -1, _address(full), len(full), row, place, 0, 1)
-        self.given = (T, 16, q0, n, _address(full), len(full), row, place, 0, 1)
-        self.once = (T, 16, q0, n, _address(once), len(once), row, place, 0, 1)
+        self.buffer, place = aligned(room * _FLOAT.itemsize)
+        T, q0, row = address(self.T), address(self.q0), address(self.row)
+        self.cold = (T, 16, q0, -1, address(full), len(full), row, place, 0, 1)
+        self.given = (T, 16, q0, n, address(full), len(full), row, place, 0, 1)
+        self.once = (T, 16, q0, n, address(once), len(once), row, place, 0, 1)
 
 
 class KernelSearch:
-    """The search of one arm, by its kernel."""
+    """The search of one arm, by its kernel, whose buffer has `room` numbers."""
 
-    __slots__ = ("_call", "_chain", "_desk", "_full", "_lanes", "_once", "_ranges", "n")
+    __slots__ = ("_call", "_chain", "_desk", "_full", "_once", "_ranges", "_room", "n")
 
-    def __init__(self, chain: Chain, ranges: SearchRanges, call: Callable[..., int], lanes: int) -> None:
-        self.n, self._call, self._lanes, self._chain, self._ranges = chain.n, call, lanes, chain, ranges
+    def __init__(self, chain: Chain, ranges: SearchRanges, call: Callable[..., int], room: int) -> None:
+        self.n, self._call, self._room, self._chain, self._ranges = chain.n, call, room, chain, ranges
         joints = (ranges.lower, ranges.upper, ranges.middle, ranges.turning)
         redundant = float(self.n > 6)
         self._full = np.concatenate([(len(ranges.starts), 1.0, redundant, self.n), *joints, ranges.starts.ravel()])
         self._once = np.concatenate([(1.0, 0.0, redundant, self.n), *joints])
-        self._desk = _Desk(self.n, lanes, self._full, self._once)
+        self._desk = _Desk(self.n, room, self._full, self._once)
 
     def one(self, T: Any, q0: Any, restart: bool) -> Array:
         """As `PoseSearch.one`; raises `ShapeError`."""
@@ -153,16 +122,12 @@ class KernelSearch:
 
     def _rows(self, T: Array, q0: Array | None, restart: bool) -> Array:
         """The kernel's rows."""
-
-        T, out, settings = (
-            np.ascontiguousarray(T),
-            np.empty((len(T), self.n + TAIL)),
-            self._full if restart else self._once,
-        )
+        T, out = np.ascontiguousarray(T), np.empty((len(T), self.n + TAIL))
+        settings = self._full if restart else self._once
         first, step = (out, -1) if q0 is None else (np.ascontiguousarray(q0), self.n)
-        kept, place = _aligned(buffer_size(self.n, self._lanes))
-        given = _address(T), 16, _address(first), step, _address(settings), len(settings)
-        self._call(*given, _address(out), place, 0, len(T))
+        kept, place = aligned(self._room * _FLOAT.itemsize)
+        given = address(T), 16, address(first), step, address(settings), len(settings)
+        self._call(*given, address(out), place, 0, len(T))
         del kept
         return out
 
@@ -187,41 +152,21 @@ def _half(row: Array) -> float:
     return float(row[1 - TAIL] / 2.0 + 1.0 - row[3 - TAIL])
 
 
-def _address(array: NDArray[Any]) -> int:
-    return int(array.__array_interface__["data"][0])
-
-
-def _aligned(numbers: int) -> tuple[Any, int]:
-    """Memory for that many numbers, and the address in it at which a vector may begin."""
-    memory = np.empty(numbers * _FLOAT.itemsize + _ALIGNMENT, dtype=np.uint8)
-    return memory, _address(memory) + -_address(memory) % _ALIGNMENT
-
-
 def kernel_search(arm: Arm, limits: bool, starts: int, seed: int) -> KernelSearch:
     """The row "kernel" of `POSE_SEARCHES`; raises `MissingPackageError`."""
     require_packages()
     from lwr_dyn.codegen.kernels.machine_code import lanes_of
+    from lwr_dyn.codegen.kernels.pose_driver import buffer_size
 
-    return KernelSearch(arm.chain, search_ranges(arm, limits, starts, seed), _kernel(arm).call, lanes_of("float64"))
+    room = buffer_size(arm.n, lanes_of("float64"))
+    return KernelSearch(arm.chain, search_ranges(arm, limits, starts, seed), _kernel(arm).call, room)
 
 
 def _kernel(arm: Arm) -> Any:
-    """The arm's loaded kernel: from this process, from the cache, or built now."""
-    from lwr_dyn.codegen.kernels.machine_code import compiled, load
+    """The arm's kernel."""
     from lwr_dyn.codegen.kernels.pose_source import pose_source
 
-    key = _key(arm)
-    if key not in _loaded:
-        kept = read_cache(key)
-        symbol = None if kept is None else kept[0].get("symbol")
-        if kept is None or not isinstance(symbol, str):
-            ranges = search_ranges(arm, True, 1, 0)
-            code, symbol = compiled(pose_source(arm.name, arm.chain, ranges))
-            write_cache(key, {"symbol": symbol}, code)
-        else:
-            code = kept[1]
-        _loaded[key] = load(code, symbol, inputs=3)
-    return _loaded[key]
+    return kept_code(_key(arm), lambda: pose_source(arm.name, arm.chain, search_ranges(arm, True, 1, 0)), inputs=3)
 
 
 def _key(arm: Arm) -> str:
@@ -233,4 +178,4 @@ def _key(arm: Arm) -> str:
     text = [f"generator {GENERATOR}", *(link.kind.value for link in arm.chain.links)]
     text += [np.asarray(x, dtype=np.float64).tobytes().hex() for x in numbers]
     text += [*host_cpu(), str(lanes_of("float64")), version("numba"), version("llvmlite")]
-    return f"pose-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+    return cache_name("pose", text)

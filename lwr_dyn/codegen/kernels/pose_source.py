@@ -1,6 +1,6 @@
-"""Generates the Python source of an arm's kernel of inverse kinematics: its step, and the loop around it.
+"""Generates the Python source of an arm's kernel of inverse kinematics: its step, as straight-line code.
 
-One step of inverse kinematics as straight-line code: from q towards the pose T of the flange.
+From q towards the pose T of the flange:
 
     e = [p_T - p; 2 sin(theta/2) u],    E = |e|^2 / 2,    damping = 0.1 E + 1e-12
     dq = pull + J^T (J J^T + damping)^-1 (e - J pull),    scaled to |dq| <= 1 rad
@@ -17,10 +17,9 @@ import numpy as np
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_source import body_lines
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
-from lwr_dyn.codegen.kernels.pose_kernel import POSE
+from lwr_dyn.codegen.kernels.pose_driver import POSE
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
-from lwr_dyn.codegen.kernels.symbolic_dynamics import column, scalars
-from lwr_dyn.codegen.kernels.symbolic_functions import ldl_factor, ldl_solve
+from lwr_dyn.codegen.kernels.symbolic_functions import column, ldl_factor, ldl_solve, scalars
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_solver import SearchRanges

@@ -1,10 +1,8 @@
 """How results of a batch lie in memory, and which entries of a matrix are computed and stored at all.
 
-The nodes of straight-line code, and what is done to them once all are known: reciprocals, the unused dropped.
-
-Memory of large results: what an array leaves when its last view is gone serves the next one of the same size.
-
-The system clears every page of new memory: for 40 MB that takes three times as long as the kernel that fills it.
+Once all nodes of straight-line code are known, quotients become products with reciprocals and the unused are dropped.
+Memory of a large result serves the next one of its size when its last view is gone: the system clears every page of new
+memory, which for 40 MB takes three times as long as the kernel that fills it.
 """
 
 from collections import Counter

@@ -1,17 +1,10 @@
-"""The loop "compiled" of `simulate`: one run as a kernel, every sample kept, with the same record and audit.
+"""The loop "compiled" of `simulate`: one run as a scalar kernel that keeps every sample, with record and audit.
 
-It repeats the usual loop of rigid joints to rounding; what it lacks (stops, true stick, ...) it refuses by name. Two
-loops cannot agree for long where rounding grows: in a free swing, and under an encoder with a resolution, which leaves
-the arm alone between two counts.
-
-What the loop "compiled" lacks, refused by name before a run, and where a run comes to it.
-
-Generates the Python source of the scalar kernel that keeps every sample of one run, for `compiled_loop`.
-
-A compiled kernel that keeps every sample of one run: from the cache, or built now.
+It repeats the usual loop of rigid joints to rounding; what it lacks (stops, true stick, ...) it refuses by name, before
+the run or where the run comes to it. Two loops cannot agree for long where rounding grows: in a free swing, and under
+an encoder with a resolution, which leaves the arm alone between two counts.
 """
 
-import hashlib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel import MAKERS, read_cache, require_packages, write_cache
-from lwr_dyn.codegen.kernels.machine_code import compiled, host_cpu, load
+from lwr_dyn.codegen.kernels.kernel import MAKERS, address, cache_name, kept_code, require_packages
+from lwr_dyn.codegen.kernels.machine_code import host_cpu
 from lwr_dyn.codegen.rollouts.kernel import body_text, row_width
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
 from lwr_dyn.codegen.rollouts.step import GAIN, GENERATOR, MOST_DELAY, Slots, StepPlan, steps
@@ -35,7 +28,7 @@ from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, RatingWarning
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.model.arm import Arm, arm_with_payload
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.flow import Flow
@@ -51,13 +44,13 @@ SAME = 1e-9
 
 def check_setup(setup: Setup) -> None:
     """Raise `OptionError` for what the loop does not have, and name it."""
-    options, friction, encoder = setup.options, setup.plant.friction.form, setup.encoder
-    own_encoder = encoder is not None and type(encoder).sensor is not Encoder.sensor
+    loop, friction = setup.loop, setup.plant.friction.form
+    own_encoder = loop.encoder is not None and type(loop.encoder).sensor is not Encoder.sensor
     lacking = {
-        "elastic joints": setup.elasticity is not None, "external torques": setup.external is not None,
-        "a controller at every moment": options.continuous, f"method {options.method}": options.method != "rk4",
+        "elastic joints": setup.elasticity is not None, "external torques": loop.external is not None,
+        "a controller at every moment": loop.continuous, f"method {loop.method}": loop.method != "rk4",
         STICK: friction == "set-valued", "friction by a function": friction == "given",
-        f"a delay of {options.delay} samples (at most {MOST_DELAY})": options.delay > MOST_DELAY,
+        f"a delay of {loop.delay} samples (at most {MOST_DELAY})": loop.delay > MOST_DELAY,
         "an encoder with a sensor of its own": own_encoder,
     }  # fmt: skip
     for what in (name for name, is_asked in lacking.items() if is_asked):
@@ -78,7 +71,7 @@ def _check_engine(setup: Setup) -> None:
 
 def refuse_ends(setup: Setup, log: Log) -> None:
     """Raise `OptionError` where a joint came to its stop, or the kernel could not follow the motion; with the time."""
-    step = 1.0 / (setup.options.rate * setup.options.substeps)
+    step = 1.0 / (setup.loop.rate * setup.loop.substeps)
     most = (sincos("float64").most_half_turns - 1) * np.pi
     q, dq = np.moveaxis(log.states, 1, 0)
     with np.errstate(invalid="ignore"):
@@ -182,8 +175,6 @@ def _kept(slots: Slots, columns: dict[str, slice], names: Sequence[str], width: 
 
 REPORTS = 100
 
-_loaded: dict[str, Any] = {}
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WholeKernel:
@@ -200,7 +191,7 @@ class WholeKernel:
         common : (slots,) array
             The numbers of the run, its first state among them.
         reference : (samples, width) array
-            As `step_source.row_width` says.
+            As `kernel.row_width` says.
         report : callable, optional
             Called with the share that is done, about a hundred times.
         """
@@ -208,7 +199,7 @@ class WholeKernel:
         out = np.empty((samples, columns[AFTER[-1]].stop))
         block = np.empty(self.slots.size + 1)
         size = samples if report is None else max(1, samples // REPORTS)
-        arguments = [_address(common), 0, _address(reference), samples, _address(out), _address(block)]
+        arguments = [address(common), 0, address(reference), samples, address(out), address(block)]
         for first in range(0, samples, size):
             last = min(first + size, samples)
             self.code.call(*arguments, first, last)
@@ -217,32 +208,16 @@ class WholeKernel:
         return {name: out[:, place] for name, place in columns.items()}
 
 
-def _address(array: Array) -> int:
-    return int(array.__array_interface__["data"][0])
-
-
 def whole_key_of(plan: StepPlan) -> str:
     """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
     text = [plan.digest, "whole", *host_cpu(), version("casadi"), *map(version, MAKERS)]
-    return f"rollout-whole-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+    return cache_name("rollout-whole", text)
 
 
 def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
     require_packages()
-    key = whole_key_of(plan)
-    if key not in _loaded:
-        _loaded[key] = _machine_code(plan, key)
-    return WholeKernel(plan.slots, _loaded[key])
-
-
-def _machine_code(plan: StepPlan, key: str) -> Any:
-    kept = read_cache(key)
-    if kept is not None and isinstance(kept[0].get("symbol"), str):
-        return load(kept[1], kept[0]["symbol"], len(INPUTS))
-    code, symbol = compiled(whole_source(plan).text)
-    write_cache(key, {"symbol": symbol}, code)
-    return load(code, symbol, len(INPUTS))
+    return WholeKernel(plan.slots, kept_code(whole_key_of(plan), lambda: whole_source(plan).text, len(INPUTS)))
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
@@ -254,7 +229,7 @@ def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
     Raises
     ------
     OptionError
-        What the kernel does not have: see `loop_limits`; signals that the law's form does not give; a joint that meets
+        What the kernel does not have: see `check_setup`; signals that the law's form does not give; a joint that meets
         its stop, or a motion that cannot be followed, with the time.
     NoKernelFormError
         A controller without a kernel form.
@@ -265,21 +240,19 @@ def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
     known, form = _arm_and_form(setup)
     plan = _plan(setup, known, form)
     kept = whole_kernel(plan).run(_common(setup, plan), _table(setup, plan), progress)
-    log, flow, meta = _log(setup, kept), Flow(setup.plant, setup.options.integrator()), setup.record()
+    log, flow, meta = _log(setup, kept), Flow(setup.plant, setup.loop.integrator()), setup.record()
     refuse_ends(setup, log)
     log.signals |= _signals(setup, form, kept["memory"])
-    flow.evaluations = 4 * setup.options.substeps * (log.done - 1)
+    flow.evaluations = 4 * setup.loop.substeps * (log.done - 1)
     return run_of(setup, log, flow, meta)
 
 
 def _arm_and_form(setup: Setup) -> tuple[Arm, LawForm]:
     """The arm that the controller knows, and its form: the setup's own arm, that with the payload, or the plant."""
-    arms, load = [setup.arm], setup.payload
-    if load is not None:
-        with warnings.catch_warnings(action="ignore", category=RatingWarning):  # said when the plant was made
-            arms.append(arm_with_payload(setup.arm, load["mass"], load["com"], load["inertia"]))
+    with warnings.catch_warnings(action="ignore", category=RatingWarning):  # said when the plant was made
+        loaded = setup.loop.loaded(setup.arm)
     faults = []
-    for arm in (*arms, setup.plant.arm):
+    for arm in dict.fromkeys((setup.arm, loaded, setup.plant.arm)):
         try:
             return arm, law_form(setup.controller, arm)
         except NoKernelFormError as fault:
@@ -288,18 +261,18 @@ def _arm_and_form(setup: Setup) -> tuple[Arm, LawForm]:
 
 
 def _plan(setup: Setup, known: Arm, form: LawForm) -> StepPlan:
-    options, encoder, friction = setup.options, setup.encoder, setup.plant.friction
+    loop, encoder, friction = setup.loop, setup.loop.encoder, setup.plant.friction
     return StepPlan(
-        known, setup.plant.arm, form, options.rate, options.substeps,
+        known, setup.plant.arm, form, loop.rate, loop.substeps,
         friction_width=None if friction.form == "none" else SMOOTH_SPEED,
-        pole=None if encoder is None else encoder.velocity_filter(options.rate).pole,
-        noise="none" if encoder is None or encoder.noise == 0.0 else "table", most_delay=options.delay, whole=True,
+        pole=None if encoder is None else encoder.velocity_filter(loop.rate).pole,
+        noise="none" if encoder is None or encoder.noise == 0.0 else "table", most_delay=loop.delay, whole=True,
     )  # fmt: skip
 
 
 def _common(setup: Setup, plan: StepPlan) -> Array:
     """The numbers of the run, in the kernel's slots."""
-    plant, encoder = setup.plant, setup.encoder
+    plant, encoder = setup.plant, setup.loop.encoder
     values: Mapping[str, ArrayLike] = {
         "q": setup.start[0], "dq": setup.start[1], "memory": plan.form.start(), "effort": plant.effort,
         "armature": armature_of(plant.arm.chain), "lower": plant.lower, "upper": plant.upper, "delay": plan.most_delay,
@@ -324,10 +297,10 @@ def _friction(setup: Setup) -> Array:
 
 def _table(setup: Setup, plan: StepPlan) -> Array:
     """Rows of the reference, of a tip that no result needs, and of noise."""
-    motion, n = setup.motion, setup.plant.n
+    motion, n, encoder = setup.motion, setup.plant.n, setup.loop.encoder
     parts = [motion.q, motion.dq, motion.ddq, np.zeros((motion.t.size, plan.slots.widths["tip"]))]
-    if plan.noise == "table" and setup.encoder is not None:
-        parts.append(setup.encoder.noise_of(motion.t.size, n, setup.options.seed))
+    if plan.noise == "table" and encoder is not None:
+        parts.append(encoder.noise_of(motion.t.size, n, setup.loop.seed))
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 

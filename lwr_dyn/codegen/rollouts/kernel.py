@@ -1,6 +1,4 @@
-"""A compiled rollout kernel: loaded, from the cache on disk, or built now; and its runs over threads.
-
-Generates the Python source of a rollout kernel: the driver over blocks of W runs, around the step's straight line.
+"""A rollout kernel: the source of its driver over blocks of W runs, its machine code, and its runs over threads.
 
 A block holds W lanes of every slot. Numbers of a run that are not given for each are copied from a common row, so the
 same kernel serves whatever varies; the rows of a reference are shared, or picked lane by lane.
@@ -8,8 +6,6 @@ same kernel serves whatever varies; the rows of a reference are shared, or picke
 
 from __future__ import annotations
 
-import hashlib
-import threading
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -19,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel import MAKERS, read_cache, require_packages, write_cache
+from lwr_dyn.codegen.kernels.kernel import MAKERS, address, aligned, cache_name, kept_code, require_packages
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
-from lwr_dyn.codegen.kernels.machine_code import compiled, host_cpu, lanes_of, load
+from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 from lwr_dyn.codegen.rollouts.step import FIGURES, GENERATOR, SAMPLE, Slots, Step, StepPlan, steps
 from lwr_dyn.foundation.arrays import Array
@@ -169,19 +165,13 @@ def body_text(plan: StepPlan, step: Step, name: str, lanes: int) -> tuple[str, i
 BLOCK = 64
 """Runs that a thread takes at once; a whole number of blocks of lanes."""
 
-_ALIGNMENT = 64
-
-_loaded: dict[str, RolloutKernel] = {}
-
-_building = threading.Lock()
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Task:
     """What a kernel computes.
 
     `common` (slots,) and `given` (runs, values) are numbers of a run; `places` (values,) the slots of the latter.
-    `reference` (references, samples, width) has rows as `step_source.row_width` says, `which` (runs,) picks one for
+    `reference` (references, samples, width) has rows as `row_width` says, `which` (runs,) picks one for
     each run.
     """
 
@@ -235,7 +225,7 @@ class RolloutKernel:
         left = deque(range(0, runs, BLOCK))
 
         def work() -> None:
-            desk = np.empty((self.slots.size + 1) * self.lanes * 8 + _ALIGNMENT, dtype=np.uint8)
+            _memory, desk = aligned((self.slots.size + 1) * self.lanes * 8)
             trace = np.empty((BLOCK, task.samples)) if task.quantiles else np.empty((1, 1))
             while left:
                 try:
@@ -259,22 +249,17 @@ class RolloutKernel:
                 other.result()
         return out
 
-    def _block(self, task: Task, out: Computed, desk: Any, trace: Array, first: int, last: int) -> None:
-        place = _address(desk)
+    def _block(self, task: Task, out: Computed, desk: int, trace: Array, first: int, last: int) -> None:
         record, kept = (out.figures, 0) if out.record is None else (out.record, out.record.shape[1])
         pairs = {
-            "common": (_address(task.common), int(bool(task.quantiles))),
-            "given": (_address(task.given), task.given.shape[1]), "places": (_address(task.places), task.samples),
-            "reference": (_address(task.reference), len(task.reference)),
-            "which": (_address(task.which), max(task.stride, 1)), "record": (_address(record), kept),
-            "trace": (_address(trace), 0), "noise": (task.seed, task.first_run),
+            "common": (address(task.common), int(bool(task.quantiles))),
+            "given": (address(task.given), task.given.shape[1]), "places": (address(task.places), task.samples),
+            "reference": (address(task.reference), len(task.reference)),
+            "which": (address(task.which), max(task.stride, 1)), "record": (address(record), kept),
+            "trace": (address(trace), 0), "noise": (task.seed, task.first_run),
         }  # fmt: skip
         arguments = [x for name in INPUTS for x in pairs[name]]
-        self.code.call(*arguments, _address(out.figures), place + -place % _ALIGNMENT, first, last)
-
-
-def _address(array: Any) -> int:
-    return int(array.__array_interface__["data"][0])
+        self.code.call(*arguments, address(out.figures), desk, first, last)
 
 
 def room_for_record(runs: int, kept: int, width: int) -> Array:
@@ -289,7 +274,7 @@ def room_for_record(runs: int, kept: int, width: int) -> Array:
 def key_of(plan: StepPlan, lanes: int) -> str:
     """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
     text = [plan.digest, str(lanes), *host_cpu(), version("casadi"), *map(version, MAKERS)]
-    return f"rollout-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
+    return cache_name("rollout", text)
 
 
 def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
@@ -299,20 +284,5 @@ def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """
     require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    key = key_of(plan, wide)
-    with _building:
-        if key not in _loaded:
-            _loaded[key] = _made(plan, wide, key)
-    return _loaded[key]
-
-
-def _made(plan: StepPlan, lanes: int, key: str) -> RolloutKernel:
-    slots, kept = plan.slots, read_cache(key)
-    symbol = None if kept is None else kept[0].get("symbol")
-    if kept is None or not isinstance(symbol, str):
-        source = rollout_source(plan, lanes)
-        code, symbol = compiled(source.text)
-        write_cache(key, {"symbol": symbol, "operations": source.operations, "fused": source.fused}, code)
-    else:
-        code = kept[1]
-    return RolloutKernel(slots, lanes, plan.plant.n, plan.digest, load(code, symbol, inputs=len(INPUTS)))
+    code = kept_code(key_of(plan, wide), lambda: rollout_source(plan, wide).text, len(INPUTS))
+    return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)

@@ -1,16 +1,14 @@
-"""The error of a controller that kernels cannot take.
+"""The kernel form of a controller: its torque on symbols, its memory, and its gains as values of a run.
 
-What a kernel needs of a controller: its torque on symbols, its memory, and its gains as values of a run.
-
-Kernel forms of what stands around a law: friction compensation on the reference or on the measured speed.
-
-Whether a controller acts as its kernel form: torques at a few states, with the memory of both.
-
-The kernel form of a controller, checked against the controller; which controllers have one.
+A joint law is written over any scalar (`control.paper_laws`): its form is the controller itself with symbols in place
+of its gains and model. The laws of Slotine and Li, whose regressor is not on symbols, have forms of their own; friction
+compensation stands around any form. A form is compared with its controller at a few states before it is used: the
+controller may be of another arm.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any, Protocol
 
@@ -22,11 +20,16 @@ from lwr_dyn.codegen.kernels.kernel_spec import FRICTION
 from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicModel
 from lwr_dyn.codegen.rollouts.symbolic_plant import friction_column, friction_models, friction_table
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
+from lwr_dyn.control.laws.motor_side import MotorSidePD
+from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.control.protocol import Controller, Wrapped, label_of, reset
+from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import ZERO
 
 
 class NoKernelFormError(OptionError):
@@ -47,10 +50,9 @@ def finite_limits(effort: ArrayLike) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawInputs:
-    """What a law is given at a sample, as columns: measured state, reference, memory and gains.
+    """What a law is given at a sample, as columns; `parameters` by the names of `LawForm.parameters`, in C order.
 
-    `memory` (m,) is that of this sample; `parameters` holds a column for each name of `LawForm.parameters`, values in C
-    order; `h` is the time between samples [s].
+    `memory` (m,) is that of this sample; `h` is the time between samples [s].
     """
 
     q: Column
@@ -82,7 +84,7 @@ class LawForm(Protocol):
     def digest(self) -> str:
         """Text of all else on which `torque` depends: variants and switches, not the values of the parameters.
 
-        A change of the code of `torque` raises `rollouts.step.GENERATOR`, so that kernels on disk are made again.
+        A change of the code of `torque` raises `step.GENERATOR`, so that kernels on disk are made again.
         """
 
     def values(self) -> Mapping[str, Array]:
@@ -98,18 +100,104 @@ class LawForm(Protocol):
         """The controller that acts so on these values, with `arm` as the arm that it knows: for a run by `simulate`."""
 
 
+@dataclass(frozen=True, slots=True)
+class JointLaw:
+    """A kind of joint law, `takes`: its gains, attributes (n,), and the parameters that switch its equations."""
+
+    takes: Any
+    gains: tuple[str, ...] = ("Kp", "Kd")
+    switches: tuple[str, ...] = ()
+
+    def of(self, law: Any, arm: Arm) -> "JointForm":
+        """The form of a controller."""
+        return JointForm(law, self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointForm:
+    """The form of a joint law: the controller itself, with other gains and another model."""
+
+    law: Any
+    kind: JointLaw
+
+    @property
+    def name(self) -> str:
+        """The controller's name."""
+        return str(self.law.name)
+
+    @property
+    def memory(self) -> int:
+        """Numbers kept: an integral a joint, or none."""
+        return int(getattr(self.law, "memory_size", 0))
+
+    @property
+    def parameters(self) -> Mapping[str, tuple[int, ...]]:
+        """The gains by their names; "law_effort" are the torque limits that the law knows [N m]."""
+        return {name: value.shape for name, value in self.values().items()}
+
+    @property
+    def digest(self) -> str:
+        """The name, and the switches."""
+        switches = (f"{name}={self.law.parameters[name]}" for name in self.kind.switches)
+        return " ".join((self.name, *switches))
+
+    def values(self) -> Mapping[str, Array]:
+        """The controller's gains and limits."""
+        values = {name: getattr(self.law, _ATTRIBUTES.get(name, name)) for name in self.kind.gains}
+        return {name: finite_limits(value) if name in _ATTRIBUTES else value for name, value in values.items()}
+
+    def start(self) -> Array:
+        """An integral starts at zero."""
+        return np.zeros(self.memory)
+
+    def torque(self, model: SymbolicModel, x: LawInputs) -> tuple[Column, Column]:
+        """See `LawForm`."""
+        is_weightless = not getattr(self.law, "gravity", True)
+        law = self._with(x.parameters, replace(model, pull=ZERO) if is_weightless else model)
+        state = (x.q, x.dq, x.q_ref, x.dq_ref, x.ddq_ref)
+        if not self.memory:
+            return law(0.0, *state), casadi.SX.zeros(0)
+        tau, rate = law.torque_and_rate(x.memory, *state)
+        return tau, x.memory + x.h * rate
+
+    def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
+        """See `LawForm`."""
+        dynamics = dynamics_of(arm)
+        law: Controller = self._with(values, ungated(dynamics), dynamics)
+        return law
+
+    def _with(self, gains: Mapping[str, Any], model: Any, dynamics: Dynamics | None = None) -> Any:
+        law = copy(self.law)
+        reset(law)
+        for name in self.kind.gains:
+            setattr(law, _ATTRIBUTES.get(name, name), gains[name])
+        if law._model is not None:
+            law._model, law._dynamics = model, dynamics
+        return law
+
+
+_ATTRIBUTES = {"law_effort": "_effort"}
+"""Where a law keeps a gain that has another name."""
+
+PD_GRAVITY = JointLaw(PDGravity, switches=("velocity_error",))
+
+PID_LAW = JointLaw(PID, ("Kp", "Ki", "Kd", "tracking_time", "law_effort"), ("velocity_error", "gravity"))
+
+INVERSE_DYNAMICS = JointLaw(InverseDynamics, switches=("feedforward", "gravity"))
+
+MOTOR_PD = JointLaw(MotorSidePD, switches=("feedforward",))
+"""As it acts on rigid joints: no spring, no torque feedback."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionForm:
-    """tau = inner's + tau_f(dq_ref), or tau_f(dq): `control.laws.friction_compensation`."""
+    """tau = inner's + tau_f(dq_ref), or tau_f(dq), `FrictionCompensation`; no Stribeck curve (`OptionError`)."""
 
     law: FrictionCompensation
     inner: LawForm
 
-    @classmethod
-    def of(cls, law: FrictionCompensation, inner: LawForm) -> "FrictionForm":
-        """The form of a wrapper around a law of this form; raises `OptionError` for a Stribeck curve."""
-        friction_table(law.models)
-        return cls(law, inner)
+    def __post_init__(self) -> None:
+        friction_table(self.law.models)  # refuses a Stribeck curve
 
     @property
     def name(self) -> str:
@@ -244,20 +332,20 @@ def differences(
     return off, share
 
 
-_JOINT, _PASSIVE = "lwr_dyn.codegen.rollouts.joint_law_forms", "lwr_dyn.codegen.rollouts.passivity_law_forms"
+_JOINT, _PASSIVE = "lwr_dyn.codegen.rollouts.law_forms", "lwr_dyn.codegen.rollouts.passivity_law_forms"
 
 LAW_FORMS: Registry[Any] = Registry(
     "kernel_form",
     {
-        "pd-gravity": Row(f"{_JOINT}:PDGravityForm", "both forms of damping", extra="batch"),
-        "pid": Row(f"{_JOINT}:PIDForm", "with its integral as memory", extra="batch"),
-        "inverse-dynamics": Row(f"{_JOINT}:InverseDynamicsForm", "with every switch", extra="batch"),
-        "motor-pd": Row(f"{_JOINT}:MotorSidePDForm", "as it acts on rigid joints", extra="batch"),
+        "pd-gravity": Row(f"{_JOINT}:PD_GRAVITY", "both forms of damping", extra="batch"),
+        "pid": Row(f"{_JOINT}:PID_LAW", "with its integral as memory", extra="batch"),
+        "inverse-dynamics": Row(f"{_JOINT}:INVERSE_DYNAMICS", "with every switch", extra="batch"),
+        "motor-pd": Row(f"{_JOINT}:MOTOR_PD", "as it acts on rigid joints", extra="batch"),
         "adaptive": Row(f"{_PASSIVE}:AdaptiveForm", "of a load or all links, with friction if adapted", extra="batch"),
         "robust": Row(f"{_PASSIVE}:RobustForm", "the robust term as a load", extra="batch"),
     },
 )
-"""By the controller's name: a class with `takes`, the controllers' class, and `of(controller, arm) -> LawForm`."""
+"""By the controller's name: what has `takes`, the controllers' class, and `of(controller, arm) -> LawForm`."""
 
 WORDS = ("friction", "friction-measured")
 """Of wrappers around a law that have a form too."""
@@ -292,7 +380,7 @@ def law_form(controller: Controller, arm: Arm) -> LawForm:
 def unchecked_form(controller: Controller, arm: Arm) -> LawForm:
     """`law_form` without a look at the torque: for more controllers of a kind whose first was checked."""
     if type(controller) is FrictionCompensation:
-        return FrictionForm.of(controller, unchecked_form(controller.inner, arm))
+        return FrictionForm(controller, unchecked_form(controller.inner, arm))
     name = str(getattr(controller, "name", ""))
     if isinstance(controller, Wrapped) or name not in LAW_FORMS.names:
         raise _without(controller)

@@ -1,10 +1,10 @@
 """The loop that rollouts share, checked as `simulate` checks it: arms, references at every sample, options.
 
-References that are sampled once for many calls: following a path in space takes longer than a hundred runs of it.
+References are sampled once for many calls: following a path in space takes longer than a hundred runs of it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from math import isfinite
 from typing import Any
@@ -13,7 +13,6 @@ import numpy as np
 
 from lwr_dyn.codegen.rollouts.philox import MOST_SEED
 from lwr_dyn.codegen.rollouts.run_parameters import mass_matrices
-from lwr_dyn.codegen.rollouts.step import MOST_DELAY
 from lwr_dyn.codegen.rollouts.symbolic_plant import check_friction, friction_table
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.foundation.arrays import Array
@@ -24,7 +23,7 @@ from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.run import Motion, Reference
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop, prepare
 
 _KEPT = 16
 """Motions of each reference, references, and tables that are kept."""
@@ -73,23 +72,19 @@ FRICTIONS = ("none", "smooth")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopSetup:
-    """What all runs share: see `rollouts` for the fields. `motions` are the references at all samples."""
+    """What all runs share: `motions` are the references at all samples; `loop` has the friction and the duration."""
 
     arm: Arm
-    plant: Arm
     controller: Controller
     references: tuple[Reference, ...]
     motions: tuple[Motion, ...]
-    rate: float
-    substeps: int
-    friction: str
+    loop: Loop
     friction_width: float
-    saturate: bool
-    position_limits: bool
-    delay: int
-    encoder: Encoder | None
-    seed: int
-    duration: float
+
+    @property
+    def plant(self) -> Arm:
+        """The arm that is simulated."""
+        return self.arm if self.loop.plant is None else self.loop.plant
 
     @property
     def samples(self) -> int:
@@ -108,61 +103,42 @@ class LoopSetup:
     def record(self) -> dict[str, Any]:
         """The options as JSON values."""
         names = ("rate", "substeps", "friction", "saturate", "position_limits", "delay", "seed", "duration")
-        width = {} if self.friction == "none" else {"friction_width": self.friction_width}
+        width = {} if self.loop.friction == "none" else {"friction_width": self.friction_width}
         references = [str(getattr(each, "name", type(each).__name__)) for each in self.references]
-        encoder = None if self.encoder is None else asdict(self.encoder)
-        return {name: getattr(self, name) for name in names} | width | {"references": references, "encoder": encoder}
+        encoder = None if self.loop.encoder is None else asdict(self.loop.encoder)
+        return (
+            {name: getattr(self.loop, name) for name in names} | width | {"references": references, "encoder": encoder}
+        )
 
 
 def loop_setup(
     arm: Arm,
     controller: Controller,
     reference: Reference | Sequence[Reference],
-    *,
-    rate: float = 1000.0,
-    substeps: int = 1,
-    plant: Arm | None = None,
-    friction: str = "none",
+    loop: Loop,
     friction_width: float = SMOOTH_SPEED,
-    saturate: bool = True,
-    position_limits: bool = True,
-    delay: int = 0,
-    encoder: Encoder | None = None,
-    seed: int = 0,
-    duration: float | None = None,
 ) -> LoopSetup:
-    """The loop, checked as `simulate` checks it; parameters and errors as of `rollouts`."""
+    """The loop, checked as `simulate` checks it; errors as of `rollouts`, whose friction is "none" or "smooth"."""
     references = tuple(reference) if isinstance(reference, Sequence) else (reference,)
     for each in references:
         if not hasattr(each, "sample"):
             raise OptionError("reference", repr(each), "a Reference, with `sample(t)` and `duration`, or several")
-    known = tuple(known_reference(each) for each in references)
-    simulated = arm if plant is None else plant
     if not references:
         raise OptionError("reference", "an empty sequence", "a reference, or several")
-    _check_friction(simulated, friction, friction_width)
-    if not (isinstance(delay, int) and 0 <= delay <= MOST_DELAY):
-        raise OptionError("delay", delay, f"a whole number from 0 to {MOST_DELAY}")
+    _check_friction(arm if loop.plant is None else loop.plant, loop.friction, friction_width)
+    encoder = loop.encoder
     if encoder is not None and type(encoder).sensor is not Encoder.sensor:
         raise OptionError("encoder", f"{type(encoder).__name__}, with a sensor of its own", "an Encoder")
-    long = max(float(each.duration) for each in references) if duration is None else duration
-    setups = [
-        prepare(
-            arm, controller, each, rate=rate, substeps=substeps, plant=plant, friction="none", encoder=encoder,
-            saturate=saturate, position_limits=position_limits, seed=seed, delay=delay, duration=long,
-        )
-        for each in known
-    ]  # fmt: skip
-    if seed > MOST_SEED:
-        raise OptionError("seed", seed, "a whole number below 2^64")
-    return LoopSetup(
-        arm, simulated, controller, references, tuple(setup.motion for setup in setups), rate, substeps,
-        "smooth" if friction == "smooth" else "none", friction_width, saturate, position_limits, delay, encoder, seed,
-        long,
-    )  # fmt: skip
+    long = max(float(each.duration) for each in references) if loop.duration is None else loop.duration
+    free = replace(loop, friction="none", duration=long)
+    motions = tuple(prepare(arm, controller, known_reference(each), free).motion for each in references)
+    if loop.seed > MOST_SEED:
+        raise OptionError("seed", loop.seed, "a whole number below 2^64")
+    own = replace(free, friction="smooth") if loop.friction == "smooth" else free
+    return LoopSetup(arm, controller, references, motions, own, friction_width)
 
 
-def _check_friction(plant: Arm, friction: str, width: float) -> None:
+def _check_friction(plant: Arm, friction: Any, width: float) -> None:
     if friction not in (*FRICTIONS, "set-valued"):
         raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
     if friction == "set-valued" and any(plant.friction_models()):
@@ -176,7 +152,7 @@ def _check_friction(plant: Arm, friction: str, width: float) -> None:
 
 def check_starts(setup: LoopSetup, given: Mapping[str, Array]) -> None:
     """Raise `OptionError` for a run that starts outside the position limits."""
-    if not (setup.position_limits and "q0" in given):
+    if not (setup.loop.position_limits and "q0" in given):
         return
     q0, lower, upper = given["q0"], setup.plant.lower, setup.plant.upper
     for run, joint in np.argwhere((q0 < lower) | (q0 > upper))[:1].tolist():
@@ -191,10 +167,10 @@ def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:
     The mass matrix is that of each run's plant, where the first reference begins.
     """
     own = given.get("friction")
-    if setup.friction != "smooth":
+    if setup.loop.friction != "smooth":
         if own is not None:
-            raise OptionError("friction", f"{setup.friction!r} with a parameter friction", "'smooth'")
+            raise OptionError("friction", f"{setup.loop.friction!r} with a parameter friction", "'smooth'")
         return
     tables = friction_table(setup.plant.friction_models()) if own is None else own
     B = mass_matrices(setup.plant.chain, setup.motions[0].q[0], given)
-    check_friction(B, tables, setup.friction_width, setup.rate, setup.substeps)
+    check_friction(B, tables, setup.friction_width, setup.loop.rate, setup.loop.substeps)

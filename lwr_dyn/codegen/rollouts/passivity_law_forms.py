@@ -1,11 +1,12 @@
-"""The torque with two velocities of Slotine and Li on symbols, and its power by parameters that a law adds.
+"""Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if adapted), and robust.
+
+Their torque with two velocities, and its power by parameters that a law adds:
 
     B(q) ddq_r + C(q, dq) dq_r + g(q) = tau(q, (dq + dq_r)/2, ddq_r) - tau_0(q, (dq - dq_r)/2, 0)
 
 with tau the torque of inverse dynamics and tau_0 without gravity: C dq is quadratic in dq, its polar form is C(q, u) w
-(`control.laws.adaptive`). Rotors count as armature ddq_r.
-
-Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if adapted), and robust.
+(`control.laws.adaptive`). Rotors count as armature ddq_r. The controllers get the same from Pinocchio's regressor, of
+numbers alone: hence two texts, compared by `law_forms.check_form`.
 """
 
 import hashlib
@@ -19,10 +20,17 @@ from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernels.kernel_spec import in_parent_frame
 from lwr_dyn.codegen.kernels.lean_recursion import axis_frames
-from lwr_dyn.codegen.kernels.symbolic_dynamics import scalars
+from lwr_dyn.codegen.kernels.symbolic_functions import scalars
 from lwr_dyn.codegen.rollouts.law_forms import Column, LawInputs, finite_limits
 from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel
-from lwr_dyn.control.laws.adaptive import FRICTION_WIDTH, PER_LINK, AdaptedParameters, Adaptive, SlotineLiRegressor
+from lwr_dyn.control.laws.adaptive import (
+    FRICTION_WIDTH,
+    PER_LINK,
+    AdaptedParameters,
+    Adaptive,
+    SlotineLiRegressor,
+    sliding,
+)
 from lwr_dyn.control.laws.robust import Robust
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -36,23 +44,18 @@ Bodies = Sequence[Sequence[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sliding:
-    """A state with two velocities, as columns (n,)."""
+    """A state with two velocities, s = dq - dq_r and a = ddq_r - k s, as columns (n,)."""
 
     q: Any
     dq: Any
     dq_r: Any
-    ddq_r: Any
-
-    @property
-    def s(self) -> Any:
-        """s = dq - dq_r."""
-        return self.dq - self.dq_r
+    s: Any
+    a: Any
 
     @classmethod
-    def of(cls, x: Any, omega_n: Any) -> "Sliding":
-        """dq_r = dq_ref + Lambda (q_ref - q) and ddq_r - k s, with Lambda = k = omega_n, of `LawInputs`."""
-        dq_r = x.dq_ref + omega_n * (x.q_ref - x.q)
-        return cls(x.q, x.dq, dq_r, x.ddq_ref + omega_n * (x.dq_ref - x.dq - (x.dq - dq_r)))
+    def of(cls, x: LawInputs, omega_n: Any) -> "Sliding":
+        """Of what a law is given, with Lambda = k = omega_n."""
+        return cls(x.q, x.dq, *sliding(omega_n, x.q, x.dq, x.q_ref, x.dq_ref, x.ddq_ref))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +95,7 @@ class AddedBodies:
         return out
 
     def torque(self, model: SymbolicModel, at: Sliding, theta: Any) -> Any:
-        """B ddq_r + C(q, dq) dq_r + g with theta added, (n,) [N m]."""
+        """B a + C(q, dq) dq_r + g with theta added, (n,) [N m]."""
         added = self.bodies(casadi.mtimes(self._constants, theta))
         both = [[add(a, b) for a, b in zip(*pair, strict=True)] for pair in zip(model.bodies, added, strict=True)]
         return _polar(model, both, at)
@@ -112,7 +115,7 @@ class AddedBodies:
 
 def _polar(model: SymbolicModel, bodies: Bodies, at: Sliding) -> Any:
     half = 0.5 * (at.dq + at.dq_r)
-    return model.torque(bodies, at.q, half, at.ddq_r) - model.torque(bodies, at.q, half - at.dq_r, None, gravity=False)
+    return model.torque(bodies, at.q, half, at.a) - model.torque(bodies, at.q, half - at.dq_r, None, gravity=False)
 
 
 LOAD = len(PER_LINK)
@@ -227,7 +230,7 @@ class AdaptiveForm:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RobustForm:
-    """The law of `laws.robust`: the load in the middle of its set and the robust term are one load on the arm."""
+    """The law of `control.laws.robust`: the load in the middle of its set and the robust term are one load."""
 
     law: Robust
     middle: Array

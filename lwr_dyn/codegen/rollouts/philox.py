@@ -1,12 +1,11 @@
 """Random numbers by counting: Philox 4x32-10 turns (run, sample, block) and a seed into numbers, in any order.
 
 A sequential generator gives numbers that depend on what was drawn before. Here the numbers of a run are a function of
-its number alone: they are the same whatever the batch, the thread, or the place in a block.
+its number alone: they are the same whatever the batch, the thread, or the place in a block. `CountedEncoder` has the
+noise of a rollout, so that `simulate` repeats one run of many.
 
 Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011, section 3.3 (Philox);
 Box, Muller, "A note on the generation of random normal deviates", Ann. Math. Stat. 29 (1958).
-
-An encoder whose noise is that of a rollout: `simulate` with it repeats one run of many.
 """
 
 from dataclasses import dataclass

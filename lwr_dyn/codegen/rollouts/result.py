@@ -111,10 +111,10 @@ def checked_quantiles(quantiles: Sequence[float]) -> tuple[float, ...]:
 def metrics_of_computed(
     setup: LoopSetup, slots: Slots, computed: Computed, quantiles: Sequence[float]
 ) -> tuple[dict[str, Array], list[str]]:
-    """Metrics of all runs, and the flag of each in words (`result.FLAGS`)."""
+    """Metrics of all runs, and the flag of each in words (`FLAGS`)."""
     places = {name: [p - slots.first(FIGURES[0]) for p in slots.places(name)] for name in FIGURES}
     rows = {name: computed.figures[:, at] for name, at in places.items()}
-    samples, rate = setup.samples, setup.rate
+    samples, rate = setup.samples, setup.loop.rate
     late = rows["violation"][:, 0]
     with np.errstate(invalid="ignore"):
         metrics = {
@@ -132,10 +132,10 @@ def metrics_of_computed(
 
 
 def _flags(setup: LoopSetup, rows: Mapping[str, Array]) -> list[str]:
-    speed = min(TURN * setup.rate, LARGEST * setup.rate * setup.substeps)
+    speed = min(TURN * setup.loop.rate, LARGEST * setup.loop.rate * setup.loop.substeps)
     angle = (sincos("float64").most_half_turns - 1) * np.pi
     met = {
-        STOP: (rows["margin"] <= 0.0).any(axis=1) & setup.position_limits,
+        STOP: (rows["margin"] <= 0.0).any(axis=1) & setup.loop.position_limits,
         NOT_FINITE: rows["trouble"][:, 0] != 0.0,
         OUT_OF_RANGE: (rows["speed_worst"] > speed).any(axis=1) | (rows["angle_worst"][:, 0] > angle**2),
     }

@@ -1,11 +1,10 @@
 """`rollouts`: many runs of one closed loop at once, with parameters of their own, reduced to metrics on the way.
 
-From the parameters of runs to what a kernel takes: its plan, the row that all runs share, and values of each run.
-
-One run of many again, whole, by `simulate`: the plant, the law and the noise that the kernel had.
+A single run can be had again, whole, by `simulate`, with the plant, the law and the noise that the kernel had.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,8 +26,8 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import arm_record
-from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.setup import Loop, arm_record, check_whole, prepare
+from lwr_dyn.simulation.simulate import run_setup
 
 DIRECT = {
     "armature": "armature", "friction": "friction", "effort": "effort", "q0": "q", "dq0": "dq", "delay": "delay",
@@ -39,30 +38,30 @@ DIRECT = {
 
 def plan_of(setup: LoopSetup, form: LawForm, given: Mapping[str, Array]) -> StepPlan:
     """The plan: it depends on which parameters are given, not on their values."""
-    has_encoder = setup.encoder is not None or "resolution" in given or "noise" in given
-    encoder = setup.encoder or DEFAULT_ENCODER
+    loop, encoder = setup.loop, setup.loop.encoder or DEFAULT_ENCODER
+    has_encoder = loop.encoder is not None or "resolution" in given or "noise" in given
     is_noisy = has_encoder and (encoder.noise > 0.0 or "noise" in given)
     return StepPlan(
-        setup.arm, setup.plant, form, float(setup.rate), setup.substeps,
+        setup.arm, setup.plant, form, float(loop.rate), loop.substeps,
         varies_plant="inertia" in given or "payload" in given,
         varies_model="model_inertia" in given or "model_payload" in given,
-        friction_width=setup.friction_width if setup.friction == "smooth" else None,
-        pole=encoder.velocity_filter(setup.rate).pole if has_encoder else None,
+        friction_width=setup.friction_width if loop.friction == "smooth" else None,
+        pole=encoder.velocity_filter(loop.rate).pole if has_encoder else None,
         noise="philox" if is_noisy else "none",
-        most_delay=MOST_DELAY if setup.delay or "delay" in given else 0,
+        most_delay=MOST_DELAY if loop.delay or "delay" in given else 0,
     )  # fmt: skip
 
 
 def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float | None) -> Array:
     """The numbers of a run without parameters of its own, (slots,)."""
     plant, form, motion = setup.plant, plan.form, setup.motions[0]
-    encoder = setup.encoder or DEFAULT_ENCODER
+    encoder = setup.loop.encoder or DEFAULT_ENCODER
     values = {
         **STARTS, "q": motion.q[0], "dq": motion.dq[0], "memory": form.start(), "armature": armature_of(plant.chain),
         "effort": _cut(setup, plant.effort), "rating": finite_limits(plant.effort), "lower": plant.lower,
         "upper": plant.upper,
         "tolerance": np.inf if tolerance is None else tolerance**2, "last": setup.samples - 1.0,
-        "delay": float(setup.delay), "resolution": encoder.resolution, "noise": encoder.noise,
+        "delay": float(setup.loop.delay), "resolution": encoder.resolution, "noise": encoder.noise,
         **{GAIN + name: value for name, value in form.values().items()},
     }  # fmt: skip
     if plan.friction_width is not None:
@@ -77,7 +76,7 @@ def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float 
 
 def _cut(setup: LoopSetup, effort: Array) -> Array:
     """The torques at which commands are cut."""
-    return finite_limits(effort if setup.saturate else np.full_like(effort, np.inf))
+    return finite_limits(effort if setup.loop.saturate else np.full_like(effort, np.inf))
 
 
 def task_of(
@@ -106,7 +105,7 @@ def task_of(
         common_row(setup, plan, slots, tolerance),
         np.ascontiguousarray(np.hstack(rows)) if rows else np.zeros((runs, 0)),
         np.array(places, dtype=np.float64), setup.table(), np.ascontiguousarray(which, dtype=np.float64),
-        setup.seed, first_run, stride, quantiles,
+        setup.loop.seed, first_run, stride, quantiles,
     )  # fmt: skip
 
 
@@ -121,7 +120,7 @@ def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form:
     ----------
     setup : LoopSetup
     row : mapping
-        One run's parameters by the names of `run_parameters.parameter_shapes`.
+        One run's parameters by the names of `parameter_shapes`.
     number : int
         Of the run, for the noise.
     form : LawForm, optional
@@ -133,9 +132,9 @@ def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form:
     DivergenceError, OptionError
         As `simulate`.
     """
-    plant = arm_of_run(setup.plant, row)
-    friction = None
-    if setup.friction == "smooth":
+    loop, plant = setup.loop, arm_of_run(setup.plant, row)
+    friction = loop.friction
+    if friction == "smooth":
         table = row.get("friction")
         table = friction_table(setup.plant.friction_models()) if table is None else table.reshape(5, plant.n)
         friction = friction_function(table, setup.friction_width)
@@ -143,20 +142,18 @@ def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form:
     if form is not None and any(name in form.parameters or name.startswith("model_") for name in row):
         values = {name: row.get(name, value) for name, value in form.values().items()}
         controller = form.controller(arm_of_run(setup.arm, row, "model_"), values)
-    return simulate(
-        setup.arm, controller, setup.references[int(row.get("reference", 0))], rate=setup.rate,
-        substeps=setup.substeps, plant=plant, friction="none" if friction is None else friction,
-        encoder=encoder_of_run(setup, row, number), saturate=setup.saturate, position_limits=setup.position_limits,
-        allow_unphysical=True, seed=setup.seed, delay=int(row.get("delay", setup.delay)), duration=setup.duration,
-        q0=row.get("q0"), dq0=row.get("dq0"), progress=lambda share: None,
+    own = replace(
+        loop, plant=plant, friction=friction, encoder=encoder_of_run(setup, row, number), allow_unphysical=True,
+        delay=int(row.get("delay", loop.delay)), q0=row.get("q0"), dq0=row.get("dq0"),
     )  # fmt: skip
+    return run_setup(prepare(setup.arm, controller, setup.references[int(row.get("reference", 0))], own))
 
 
 def encoder_of_run(setup: LoopSetup, row: Mapping[str, Array], number: int) -> CountedEncoder | None:
     """The encoder of a run with its noise; None for the true state."""
-    if setup.encoder is None and not {"resolution", "noise"} & row.keys():
+    if setup.loop.encoder is None and not {"resolution", "noise"} & row.keys():
         return None
-    base = setup.encoder or DEFAULT_ENCODER
+    base = setup.loop.encoder or DEFAULT_ENCODER
     resolution, noise = (float(np.asarray(row.get(name, getattr(base, name)))) for name in ("resolution", "noise"))
     return CountedEncoder(resolution, noise, base.cutoff_hz, run=number)
 
@@ -198,7 +195,7 @@ def rollouts(
     arm : Arm
         As the law knows it; also the plant unless `plant` is given.
     controller : Controller or str
-        One with a kernel form (`rollouts.law_forms.LAW_FORMS`), or its name as `make_controller` takes it.
+        One with a kernel form (`law_forms.LAW_FORMS`), or its name as `make_controller` takes it.
     reference : Reference or sequence of them
         Of several, the parameter "reference" (runs,) picks one for each run; shorter ones rest at their end.
     runs : int, optional
@@ -237,13 +234,14 @@ def rollouts(
     for name, value, least in (("record", record, 0), ("threads", threads, 1), ("first_run", first_run, 0)):
         if not (isinstance(value, int) and least <= value <= MOST_FIRST_RUN):
             raise OptionError(name, value, f"a whole number from {least} on")
+    check_whole("delay", delay, 0, MOST_DELAY)
     if tolerance is not None and not (np.isfinite(tolerance) and tolerance > 0.0):
         raise OptionError("tolerance", tolerance, "a length above 0, in m")
-    setup = loop_setup(
-        arm, law, reference, rate=rate, substeps=substeps, plant=plant, friction=friction, delay=delay,
-        friction_width=friction_width, saturate=saturate, position_limits=position_limits, encoder=encoder, seed=seed,
-        duration=duration,
+    loop = Loop(
+        rate=rate, substeps=substeps, plant=plant, friction=friction, saturate=saturate, encoder=encoder, seed=seed,
+        position_limits=position_limits, delay=delay, duration=duration,
     )  # fmt: skip
+    setup = loop_setup(arm, law, reference, loop, friction_width)
     form, shares = law_form(law, arm), checked_quantiles(quantiles)
     shapes = parameter_shapes(arm.n, form.parameters)
     count, given = run_parameters(parameters or {}, runs, shapes, len(setup.references))

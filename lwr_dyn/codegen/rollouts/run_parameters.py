@@ -1,10 +1,7 @@
-"""The parameters that differ from run to run: their names and shapes, and arrays of any accepted form made whole.
+"""The parameters that differ from run to run: names, shapes and what is allowed; arms of runs, and rows for kernels.
 
-What the gains of a law may be where they differ from run to run: the rules of the controllers' own constructors.
-
-Arms of single runs from rows of parameters, and rows of parameters as what kernels take.
-
-A load is a point mass at its centre in the flange's frame, as `model.arm.arm_with_payload` without an inertia.
+Gains obey the rules of the controllers' own constructors. A load is a point mass at its centre in the flange's frame,
+as `model.arm.arm_with_payload` without an inertia.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,16 +1,9 @@
 """One sample of a closed loop on symbols, as one straight line: reading, law, delay, saturation, figures, RK4 substeps.
 
 The state before the sample is judged (figures, trouble), then moved to the next; a driver calls the step k + 1 times,
-the last only for its figures. The laws of `simulate` are repeated in its order: encoder, controller, delay, saturation.
-
-The numbers of one run by name: rows of lanes in a kernel's block.
-
-What a step adds to the figures of its run: sums, largest and smallest values over the samples, on symbols.
-
-Encoder and delay of a run as casadi expressions: what stands between the true state and the law, and behind it.
-
-They repeat `simulation.plant.Encoder` with `control.velocity.FilteredDifference`, and the delay of
-`simulation.loops`, number for number.
+the last only for its figures. The laws of `simulate` are repeated in its order: encoder (`simulation.plant.Encoder`
+with `control.velocity.FilteredDifference`, number for number), controller, delay (`simulation.loops`), saturation. The
+numbers of one run stand by name in rows of lanes of a kernel's block (`Slots`).
 """
 
 import hashlib
@@ -26,6 +19,7 @@ from lwr_dyn.codegen.rollouts.law_forms import LawForm, LawInputs
 from lwr_dyn.codegen.rollouts.philox import words_of
 from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel
 from lwr_dyn.codegen.rollouts.symbolic_plant import SymbolicPlant
+from lwr_dyn.control.protocol import saturate
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import Vector
 
@@ -95,7 +89,7 @@ STARTS = dict.fromkeys(FIGURES, 0.0) | {"margin": float("inf"), "violation": flo
 
 
 def figures(x: Mapping[str, Any], tip: Vector, command: Any, applied: Any) -> dict[str, Any]:
-    """The figures after a sample, from those before it (in `x`, by `slots.FIGURES`) and the sample's numbers.
+    """The figures after a sample, from those before it (in `x`, by `FIGURES`) and the sample's numbers.
 
     Largest values keep their first argument where a number is NaN, and `trouble` says so.
     """
@@ -319,7 +313,7 @@ def _sample(plan: StepPlan, x: Mapping[str, Any]) -> dict[str, Any]:
     given = LawInputs(seen_q, seen_dq, q_ref, dq_ref, ddq_ref, x["memory"], gains, 1.0 / plan.rate)
     command, memory = plan.form.torque(model, given)
     command, commands = late_command(command, x["commands"], x["delay"], x["sample"])
-    applied = casadi.fmax(casadi.fmin(command, x["effort"]), -x["effort"])
+    applied = saturate(command, x["effort"])
     plant = _plant(plan, x)
     out = {
         **figures(x, plant.tip(plant.positions(x["q"])), command, applied), "memory": memory, "encoder": encoder,

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from lwr_dyn.codegen.kernels import lean_recursion as lean
 from lwr_dyn.codegen.kernels.kernel_spec import in_parent_frame, inertial_parameters
 from lwr_dyn.codegen.kernels.lean_recursion import AxisFrame, axis_frames, base_matrix, parameter_map
-from lwr_dyn.codegen.kernels.symbolic_dynamics import column, scalars
-from lwr_dyn.codegen.kernels.symbolic_functions import ldl_factor, ldl_solve
+from lwr_dyn.codegen.kernels.symbolic_functions import column, ldl_factor, ldl_solve, scalars
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import ZERO, Vector, add, multiply
@@ -119,11 +118,11 @@ class SymbolicModel:
         """Number of joints."""
         return len(self.frames)
 
-    def inverse_dynamics(self, q: Any, dq: Any, ddq: Any, gravity: bool = True) -> Any:
-        """B ddq + C dq + g as a column; None for a joint vector of zeros; g left out with `gravity` False."""
-        return self.torque(self.bodies, q, dq, ddq, gravity)
+    def inverse_dynamics(self, q: Any, dq: Any, ddq: Any) -> Any:
+        """B ddq + C dq + g as a column; None for a joint vector of zeros."""
+        return self.torque(self.bodies, q, dq, ddq)
 
-    def gravity(self, q: Any) -> Any:
+    def gravity_vector(self, q: Any) -> Any:
         """g(q) as a column."""
         return self.torque(self.bodies, q, None, None)
 

@@ -1,13 +1,12 @@
-"""The simulated arm on symbols: its dynamics with friction, its tip, and a step of RK4 under a held torque.
+"""The simulated arm on symbols: its dynamics with smooth friction, its tip, and a step of RK4 under a held torque.
 
-Sine and cosine of an angle near one whose sine and cosine are known: what a stage of RK4 needs of its angles.
-
-Smooth friction of plant and laws on symbols, as tables (5, n), and how stiff it is for RK4.
+Sine and cosine of a stage's angles come by series from those of the start, which is near. Friction is a table (5, n),
+rows as `kernel_spec.FRICTION`:
 
     tau_f = offset + F_c tanh(dq / width) + F_v dq,   F_c and F_v those of the direction of dq
 
 as `model.friction.smooth_friction`. It has no stick: a joint under a load F below break-away creeps at about
-width F / F_c. Rows of a table are those of `kernel_spec.FRICTION`.
+width F / F_c.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,7 +17,7 @@ from typing import Any, NamedTuple
 import casadi
 import numpy as np
 
-from lwr_dyn.codegen.kernels.symbolic_dynamics import scalars
+from lwr_dyn.codegen.kernels.symbolic_functions import scalars
 from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicAngle, SymbolicModel
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
@@ -157,7 +156,7 @@ class SymbolicPlant:
 
     @classmethod
     def of(cls, chain: Chain, x: Mapping[str, Column], varies: bool, friction_width: float | None) -> "SymbolicPlant":
-        """With the slots `x` of `rollouts.step.CONSTANTS`: armature, kept parameters where they vary, friction."""
+        """With the slots `x` of `step.CONSTANTS`: armature, kept parameters where they vary, friction."""
         model = SymbolicModel.of(chain, x["plant"] if varies else None, x["armature"])
         if friction_width is None:
             return cls(chain, model, None)

@@ -1,4 +1,4 @@
-"""One joint's factor of B_ii as control values: a convex combination of them gives the function, so they bound it.
+"""B_ii as control values on boxes of the joints: a convex combination of them gives the function, so they bound it.
 
 Along a turning joint B_ii is a trigonometric polynomial of degree 2. On an interval of half-width w, with
 S = sin((w - t)/2) / sin w and R = sin((w + t)/2) / sin w for t from -w to w, it is homogeneous of degree 4:
@@ -12,8 +12,6 @@ References
 ----------
 Pena, "Shape preserving representations for trigonometric curves", CAGD 14 (1997); Garloff, "The Bernstein algorithm",
 Interval Computations 2 (1993), for bounds by boxes.
-
-B_ii as a table of values at the nodes of every joint that moves it, and its control values on every first box.
 """
 
 from collections.abc import Iterator

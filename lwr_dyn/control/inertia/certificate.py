@@ -1,10 +1,8 @@
-"""Boxes halved, depth first, until no box can hold more than what is known already.
+"""The proven upper bound of B_ii over the joint box: boxes are halved until none can hold more than what is known.
 
 A box is its control values, a flat array with the last joint fastest. The largest bounds the function on the box; those
 at corners are values of the function. A box whose bound is not above the threshold is done; any other is halved along
 the joint whose control values bend most.
-
-The proven upper bound of B_ii over the joint box, beside the value that the search found.
 """
 
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ convex parabola, largest at an end. The search climbs coordinate by coordinate w
 corner of a 90 deg lattice (thinned where it has more than `LATTICE_MOST`) and from seeded random starts. Climbs along
 long flat ridges end early: the best that did not end in the best value are refined by L-BFGS-B before one of them
 is called another maximum.
-
-Maxima of B_ii(q), the inertia seen at a joint: along one joint, and local.
 """
 
 import itertools

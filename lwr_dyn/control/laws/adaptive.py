@@ -26,7 +26,9 @@ fixed law does. Near rest `linear_feedback` judges these, with the adaptation in
 Source: Slotine, Li, "On the adaptive control of robot manipulators", Int. J. Robotics Research 6(3) (1987), eqs. 9 to
 13; Siciliano et al., section 8.5.4.
 
-The regressor of Slotine and Li: torques with two velocities are linear in the inertial parameters too.
+Regressor
+---------
+Torques with two velocities are linear in the inertial parameters too.
 
     Y(q, dq, dq_r, ddq_r) pi = B(q) ddq_r + C(q, dq) dq_r + g(q)        (rotors left out)
 
@@ -38,13 +40,9 @@ C(q, u) w = h((u + w)/2) - h((u - w)/2). Both the torque and its regressor follo
 Columns are ten a link in the frame of its joint, as Pinocchio has them: (m, m c_x, m c_y, m c_z, I_xx, I_xy, I_yy,
 I_xz, I_yz, I_zz) about the origin of the frame [kg, kg m, kg m^2]; the last ten take whatever is fixed to the flange.
 
-Source: Slotine, Li, "On the adaptive control of robot manipulators", Int. J. Robotics Research 6(3) (1987); the polar
-form is that of any quadratic function.
-
-What the adaptive law adapts: the ten parameters of what the flange carries, or those of all links; gains and bounds.
-
-Gains are scaled by the unit of the parameter: g for a mass [kg], g (0.1 m)^2 for a first moment [kg m], g (0.1 m)^4 for
-a second moment [kg m^2]. One gain for all ten makes the second moments, whose torques are small, ruin the loop.
+Adapted are the ten parameters of what the flange carries, or those of all links. Gains are scaled by the unit of the
+parameter: g for a mass [kg], g (0.1 m)^2 for a first moment [kg m], g (0.1 m)^4 for a second moment [kg m^2]. One gain
+for all ten makes the second moments, whose torques are small, ruin the loop.
 """
 
 from collections.abc import Mapping
@@ -64,6 +62,13 @@ from lwr_dyn.model.friction import FRICTIONLESS
 
 PER_LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """The parameters of a link, in the order of the columns."""
+
+
+def sliding(omega_n: Any, q: Any, dq: Any, q_ref: Any, dq_ref: Any, ddq_ref: Any) -> tuple[Any, Any, Any]:
+    """dq_r, s and a (n,) each, with Lambda = k = omega_n; of arrays, or of columns of symbols."""
+    dq_r = dq_ref + omega_n * (q_ref - q)
+    s = dq - dq_r
+    return dq_r, s, ddq_ref + omega_n * (dq_ref - dq - s)
 
 
 class SlotineLiRegressor:
@@ -294,10 +299,7 @@ class Adaptive:
         self, memory: Array, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array
     ) -> tuple[Array, Array]:
         """Torques (n,) [N m] with the parameters `memory` (m,), and their rates (m,) [per s]."""
-        Lambda, first = self.omega_n, self._bodies
-        dq_r = dq_ref + Lambda * (q_ref - q)
-        s = dq - dq_r
-        a = ddq_ref + Lambda * (dq_ref - dq - s)
+        first, (dq_r, s, a) = self._bodies, sliding(self.omega_n, q, dq, q_ref, dq_ref, ddq_ref)
         Y = self._regressor(q, dq, dq_r, a)
         columns = self.adapted.columns(Y)
         tau = Y @ self._parameters + self._armature * a + columns @ memory[:first]

@@ -1,12 +1,12 @@
-"""Friction compensation for any law: the torque that friction takes is added to what the law asks for.
+"""Friction compensation for any law, and hand guiding, which carries a share of the friction.
+
+Compensation adds the torque that friction takes to what the law asks for:
 
     tau = law + tau_f(dq_ref)    on the reference velocity ("LAW+friction"), or
     tau = law + tau_f(dq)        on the measured velocity ("LAW+friction-measured"),
 
 with tau_f(v) = offset + F_c(v) tanh(v / width) + F_v v, F_c and F_v [N m, N m s/rad] those of the direction of v.
 
-Stability
----------
 On the reference velocity it is a feed-forward: a function of time, bounded, so a stable loop stays stable for any error
 of the friction model, whatever sampling or delay; what a wrong model costs is an error of the motion. Where the torque
 is at its limit it takes a share of what is left for feedback. It adds nothing where the reference rests.
@@ -20,9 +20,9 @@ form at rest (no friction in the plant) has the negative damping in it and is un
 Source: Olsson, Astrom, Canudas de Wit, Gafvert, Lischinsky, "Friction models and friction compensation", European
 Journal of Control 4 (1998), section 5.
 
-Friction that is assumed: Coulomb's, as a share of the torque limits.
-
-Hand guiding: the arm carries its own weight and a share of its friction, and a hand moves it.
+Hand guiding
+------------
+The arm carries its own weight and a share of its friction, and a hand moves it.
 
     tau = g(q) + share tau_friction(dq) - d B(q) dq
 

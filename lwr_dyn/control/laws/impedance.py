@@ -1,10 +1,12 @@
-"""The torque that moves a compliant arm along its reference without cancelling its own dynamics (PD+).
+"""Impedance: the arm as springs and dampers along its reference, its own dynamics kept and not cancelled (PD+).
 
-Joint impedance: every joint a spring and a damper about its reference, the arm's own inertia is kept.
+Joint impedance
+---------------
+Every joint a spring and a damper about its reference, the arm's own inertia is kept.
 
     tau = B(q) ddq_ref + C(q, dq) dq_ref + g(q) + K (q_ref - q) + D(q) (dq_ref - dq)
 
-D(q) = 2 xi Q S Q^T from B = Q Q^T, K = Q S^2 Q^T (`damping_design`): every mode of the arm in this pose is damped by
+D(q) = 2 xi Q S Q^T from B = Q Q^T, K = Q S^2 Q^T (`control.gains`): every mode of the arm in this pose is damped by
 xi, also where B changes from pose to pose, and no gain of one joint spoils that of another.
 
 Stability, in continuous time, rigid, with the exact model: with e = q_ref - q the storage V = (de^T B de + e^T K e) /
@@ -19,13 +21,15 @@ elastic joints (the statement then holds for the motor side alone).
 Sources: Paden, Panja, Int. J. Control 47 (1988) (PD+); Hogan, J. Dyn. Sys. Meas. Control 107 (1985) (impedance);
 Albu-Schaeffer, Ott, Hirzinger, IJRR 26 (2007) (damping design). SI units.
 
-Cartesian impedance: the tip is a spring and a damper in space about its reference, the rest of the arm another one.
+Cartesian impedance
+-------------------
+The tip is a spring and a damper in space about its reference, the rest of the arm another one.
 
     tau = B ddq_ref + C dq_ref + g + J^T (K e + D (v_ref - J dq)) + N B (w^2 (q_ref - q) + d (dq_ref - dq))
     e = (p_ref - p, log3(R_ref R^T)),   K = diag(k_x, k_y, k_z, k_r, k_r, k_r),   N = 1 - J^T Jbar^T
 
 in axes of the base, at the arm's flange, or at the tool point of an arm with a tool. The pose p_ref, R_ref and its
-speed v_ref are those of the joint reference. D = 2 xi Q S Q^T from Lambda = Q Q^T, K = Q S^2 Q^T (`damping_design`). N
+speed v_ref are those of the joint reference. D = 2 xi Q S Q^T from Lambda = Q Q^T, K = Q S^2 Q^T (`control.gains`). N
 is the dynamically consistent projector: J B^-1 N = 0, so the posture spring (w, d) accelerates the tip in no pose.
 Settled, the arm answers a force f at the tip with K e = -f exactly, at any deflection. An arm with six joints has N =
 0.

@@ -1,26 +1,7 @@
-"""Any law on the motor side of elastic joints, with the deflection under gravity taken off ("LAW+motor-side").
+"""PD on the motor side of elastic joints, with feed-forward and torque feedback; and any law on the motor side.
 
-    tau = law(theta - g(q_ref) / K, dtheta, reference)
-
-The law is given the motors' angles and speeds in place of the links', whatever the plant's encoders read, less what
-gravity bends the gears at the reference: at rest on the reference the law sees no error. The rest of the deflection,
-(M ddq + C dq)/K, is seen as an error of position while the arm moves.
-
-Stability
----------
-Motor and feedback stand on the same side of the spring, so PD forms stay passive in continuous time (collocated; see
-`motor_side_pd`). For laws that cancel the dynamics of the rigid arm no proof is known; their linear form was stable in
-continuous time wherever it was tried. g(q_ref)/K is a function of the reference alone and cannot make a loop unstable;
-a wrong K or g moves the arm by its error. Sampling and delay take away what they take from fast rotors: a law with B(q)
-in front of its damping (inverse dynamics) asks the rotor B_m to follow the torque for heavy links, and at 1 kHz loses
-stability in a part of the joint box. Torque limits leave a region around the reference.
-
-On a rigid arm (`readings.theta is readings.q`), and where nothing is sensed, the law is given q and dq as they are.
-
-Source: De Luca, Book, "Robots with flexible elements", in Siciliano, Khatib, *Handbook of Robotics* (2008), chapter 13.
-
-PD on the motor side of elastic joints, with gravity or the whole reference torque fed forward, and torque feedback.
-
+PD on the motor side
+--------------------
 With theta, dtheta of the motors (seen at the joints), joint torque tau_J = K (theta - q) + D (dtheta - dq), rotors B_m:
 
     u   = tau_d + (B_m / r) ddq_d + Kp (theta_d - theta) + Kd (dtheta_d - dtheta),   theta_d = q_d + tau_d / K
@@ -31,8 +12,6 @@ and the term of the rotors is left out. dtheta_d = dq_d + d(tau_d / K)/dt by the
 ddtheta_d only ddq_d is taken. Torque feedback makes rotors feel r times lighter: B_m ddtheta + tau_J = tau becomes
 (B_m / r) ddtheta + tau_J = u.
 
-Stability
----------
 Continuous, exact model, torques unlimited: at a constant q_d the equilibrium q = q_d, theta = theta_d is globally
 asymptotically stable for every Kd > 0 if dg/dq + (1/Kp + 1/K)^-1 is positive definite at all poses: Kp in series with K
 exceeds |dg/dq| (`static_margin`). Motor, spring and links are passive, so a wrong K, B or g moves the equilibrium only;
@@ -49,9 +28,27 @@ On a rigid arm there is no spring: theta = q, and the law is u with 1/K = 0 and 
 Sources: Tomei, IEEE Trans. Automatic Control 36 (1991) 1208, PD with g(q_d); for torque feedback Ott, Albu-Schaeffer,
 Kugi, Hirzinger, IEEE Trans. Robotics 24 (2008) 416, and Albu-Schaeffer, Ott, Hirzinger, Int. J. Robotics Research 26
 (2007) 23.
+
+Any law ("LAW+motor-side")
+--------------------------
+    tau = law(theta - g(q_ref) / K, dtheta, reference)
+
+The law is given the motors' angles and speeds in place of the links', whatever the plant's encoders read, less what
+gravity bends the gears at the reference: at rest on the reference the law sees no error. The rest of the deflection,
+(M ddq + C dq)/K, is seen as an error of position while the arm moves.
+
+Motor and feedback stand on the same side of the spring, so PD forms stay passive in continuous time (collocated; see
+above). For laws that cancel the dynamics of the rigid arm no proof is known; their linear form was stable in
+continuous time wherever it was tried. g(q_ref)/K is a function of the reference alone and cannot make a loop unstable;
+a wrong K or g moves the arm by its error. Sampling and delay take away what they take from fast rotors: a law with B(q)
+in front of its damping (inverse dynamics) asks the rotor B_m to follow the torque for heavy links, and at 1 kHz loses
+stability in a part of the joint box. Torque limits leave a region around the reference.
+
+On a rigid arm (`readings.theta is readings.q`), and where nothing is sensed, the law is given q and dq as they are.
+
+Source: De Luca, Book, "Robots with flexible elements", in Siciliano, Khatib, *Handbook of Robotics* (2008), chapter 13.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any, cast
 
@@ -117,8 +114,8 @@ class MotorSidePD:
     """
 
     __slots__ = (
-        "Kd", "Kp", "_bend", "_bend_rate", "_compliance", "_dynamics", "_excess", "_gravity", "_inverse", "_readings",
-        "_t", "feedforward", "lighter", "rotor", "stiffness",
+        "Kd", "Kp", "_bend", "_bend_rate", "_compliance", "_dynamics", "_excess", "_model", "_readings", "_t",
+        "feedforward", "lighter", "rotor", "stiffness",
     )  # fmt: skip
 
     name = "motor-pd"
@@ -142,9 +139,7 @@ class MotorSidePD:
         if lighter > 1.0 and not (self.rotor > 0.0).all():
             raise OptionError("lighter", lighter, "1 where a rotor has no inertia")
         self.feedforward, self.lighter = feedforward, float(lighter)
-        self._dynamics, raw = dynamics, ungated(dynamics)
-        self._inverse: Callable[[Array, Array, Array], Array] = raw.inverse_dynamics
-        self._gravity: Callable[[Array], Array] = raw.gravity_vector
+        self._dynamics, self._model = dynamics, ungated(dynamics)
         self._compliance = 1.0 / self.stiffness
         self._excess = self.rotor * (1.0 - 1.0 / self.lighter)
         self.reset()
@@ -197,7 +192,9 @@ class MotorSidePD:
         return self(np.nan, q, dq, q_ref, dq_ref, ddq_ref), NO_MEMORY
 
     def _forward(self, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
-        return self._inverse(q_ref, dq_ref, ddq_ref) if self.feedforward else self._gravity(q_ref)
+        model = self._model
+        tau: Array = model.inverse_dynamics(q_ref, dq_ref, ddq_ref) if self.feedforward else model.gravity_vector(q_ref)
+        return tau
 
     def linear_feedback(self, q: Array) -> LinearFeedback:
         """See `Linearised`: on the motor side, with torque feedback r - 1; what is fed forward is constant at rest."""

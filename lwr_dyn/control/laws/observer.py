@@ -1,4 +1,6 @@
-"""Momentum observer: the torque of external forces from the torques of the motors, without measuring accelerations.
+"""Momentum observer beside any controller ("LAW+observer"): the torque of external forces, without accelerations.
+
+Its estimate and its collision flag are signals of a run.
 
 With the momentum p = B(q) dq the equations of motion are dp/dt = tau + tau_ext + b, b = C(q, dq)^T dq - g(q), since
 dB/dt = C + C^T. The estimate r (n,) [N m; N of a sliding joint] follows tau_ext as a first-order low-pass of gain K_O
@@ -25,8 +27,6 @@ links without the rotors, which stand on the other side of the spring.
 Source: De Luca, Mattone, "Sensorless robot collision detection and hybrid force/motion control", ICRA 2005, eqs. 8 to
 12; De Luca, Albu-Schaeffer, Haddadin, Hirzinger, IROS 2006; Haddadin, De Luca, Albu-Schaeffer, "Robot collisions: a
 survey", IEEE Trans. Robotics 33 (2017), section IV. The discrete form follows from them by integration over a sample.
-
-A momentum observer beside any controller, "LAW+observer": its estimate and collision flag as signals of a run.
 """
 
 from collections.abc import Mapping

@@ -32,7 +32,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from lwr_dyn.control.gains import OMEGA_N, LinearFeedback, NaturalFrequency
-from lwr_dyn.control.laws.adaptive import LENGTH, PER_LINK, SlotineLiRegressor
+from lwr_dyn.control.laws.adaptive import LENGTH, PER_LINK, SlotineLiRegressor, sliding
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array
@@ -97,10 +97,7 @@ class Robust:
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array) -> Array:
         """Tau (n,) [N m]."""
-        Lambda = self.omega_n
-        dq_r = dq_ref + Lambda * (q_ref - q)
-        s = dq - dq_r
-        a = ddq_ref + Lambda * (dq_ref - dq - s)
+        dq_r, s, a = sliding(self.omega_n, q, dq, q_ref, dq_ref, ddq_ref)
         Y = self._regressor(q, dq, dq_r, a)
         load = Y[:, -len(PER_LINK) :]
         z = self.scale * (s @ load)

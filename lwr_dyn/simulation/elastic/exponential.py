@@ -7,24 +7,17 @@ Exponential Rosenbrock-Euler: with J the slopes of f at the start of the step,
 which is exact where the motion is linear: springs and dampers of any stiffness cost and err no more than soft ones.
 phi_1 comes out of the exponential of [[J, f], [0, 0]] for an eighth of the step, which is then applied eight times.
 What is left, f(y) - f(y_0) - J (y - y_0) on that path, grows with t^2; its effect is added by trapezoids between the
-eight nodes, which makes the method one of order 3 for the links' motion.
+eight nodes, which makes the method one of order 3 for the links' motion. The exponential itself is Taylor's series of
+degree 16 and repeated squaring, a third of SciPy's time: terms in blocks of four take six products (Paterson and
+Stockmeyer), exact to rounding for norms up to `REACH`; larger matrices are halved until they are there.
+
+`ElasticStep`, `ElasticFlow` and `OneSide` fit it to the loop of rigid joints, which then moves 2n coordinates (q,
+theta) under torques (0, tau).
 
 References
 ----------
 M. Hochbruck, A. Ostermann, "Exponential integrators", Acta Numerica 19 (2010), section 2.4.
-
-The exponential of a small matrix by Taylor's series of degree 16 and repeated squaring: a third of SciPy's time.
-
-Sixteen terms in blocks of four take six products (Paterson and Stockmeyer); they are exact to rounding for norms up to
-`REACH`, and larger matrices are halved until they are there.
-
-References
-----------
 A. H. Al-Mohy, N. J. Higham, "Computing the action of the matrix exponential", SIAM J. Sci. Comput. 33 (2011), sec. 3.
-
-What the sampled loop of rigid joints needs for elastic ones: its fast step, its flow of events, and its controller.
-
-The loop itself is that of `lwr_dyn.simulation`: it moves 2n coordinates (q, theta) under torques (0, tau).
 """
 
 from dataclasses import dataclass, field

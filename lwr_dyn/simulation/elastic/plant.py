@@ -1,24 +1,15 @@
 """The plant with elastic joints: 2n coordinates, friction on the motors' side, position stops on the links' side.
 
-The reduced model of an arm with elastic joints: links and rotors, joined by springs and dampers.
+The reduced model: links and rotors, joined by springs and dampers.
 
     M(q) ddq + C(q, dq) dq + g(q) = s,   B ddtheta + s + tau_friction(dtheta) = tau,
     s = K (theta - q) + D (dtheta - dq)
 
 M is the mass matrix of the links with the motors' masses, without the rotors' inertia B = k_r^2 I_m, which is seen at
-the joints. The one assumption is that the rotors' kinetic energy is that of their own spin; `full_model` is without it.
-
-References
-----------
-M. W. Spong, "Modeling and control of elastic joint robots", J. Dyn. Syst. Meas. Control 109 (1987).
-
-The full model of an arm with elastic joints: rotors also turn with the links that carry them.
-
-Rotor i sits on link i - 1 and spins with k_i dtheta_i about the axis z_i, so its kinetic energy has the product
+the joints. Its one assumption is that the rotors' kinetic energy is that of their own spin. The full model is without
+it: rotor i sits on link i - 1 and spins with k_i dtheta_i about the axis z_i, so its kinetic energy has the product
 
     I_i k_i dtheta_i (z_i . omega_{i-1}) = dq^T S(q) dtheta,   S_ki = I_i k_i z_k . z_i  for k < i,
-
-which the reduced model leaves out:
 
     M ddq + S ddtheta + h + C dq + g = s,      h_k = c_kji dq_j dtheta_i - c_jki dq_j dtheta_i
     B ddtheta + S^T ddq + m + s = tau,         m_i = c_kji dq_k dq_j,
@@ -29,6 +20,7 @@ the joint has no products, nor has a sliding joint that moves one.
 
 References
 ----------
+M. W. Spong, "Modeling and control of elastic joint robots", J. Dyn. Syst. Meas. Control 109 (1987).
 A. De Luca, W. Book, "Robots with flexible elements", *Springer Handbook of Robotics*, 2nd ed. (2016), section 11.1.2.
 """
 
@@ -244,10 +236,10 @@ def elastic_plant(setup: Setup) -> ElasticPlant:
     """
     plant, elasticity = setup.plant, setup.elasticity
     assert elasticity is not None
-    if setup.engine not in ENGINES.names:
-        raise OptionError("engine", f"{setup.engine} with elastic joints", ", ".join(ENGINES.names))
+    if setup.loop.engine_name not in ENGINES.names:
+        raise OptionError("engine", f"{setup.loop.engine_name} with elastic joints", ", ".join(ENGINES.names))
     full = getattr(plant.ungated, "rotors", "armature") == "full"
-    links = "pinocchio" if full else setup.engine  # the recursion is written to be read, not to be fast
+    links = "pinocchio" if full else setup.loop.engine_name  # the recursion is written to be read, not to be fast
     model = (FullElasticDynamics if full else ElasticDynamics)(plant.arm, elasticity, links)
     _check_rotors(setup, model)
     free = np.full(plant.arm.n, np.inf)
@@ -271,21 +263,21 @@ def _check_rotors(setup: Setup, model: ElasticDynamics) -> None:
 
     Held for T it lets the rotor swing up where T 2 omega_n B_ii > 2 B_m: faster than B_m / (B_ii T) nothing works.
     """
-    arm, rate = setup.plant.arm, setup.options.rate
+    arm, rate = setup.plant.arm, setup.loop.rate
     bare = np.flatnonzero(model.rotor <= 0.0)
     if bare.size:
         raise MissingDataError(arm.name, f"rotor inertia of {arm.joint_names[bare[0]]}", "elastic joints")
     B = setup.plant.ungated.mass_matrix(setup.start[0])
     rigid, fastest = np.diagonal(B), fastest_on_motors(rate, model.rotor, B)
     j = int(np.argmin(fastest))
-    if fastest[j] >= SLOWEST or setup.options.allow_unphysical:
+    if fastest[j] >= SLOWEST or setup.loop.allow_unphysical:
         return
     fault = (
         f"rotor of {model.rotor[j]:.2g} kg m^2 before {rigid[j]:.3g} kg m^2, too light for elastic joints: held for "
         f"{1 / rate:.2g} s, damping on the motors' side shakes it from {fastest[j]:.2g} rad/s on"
     )
     need = ceil(SLOWEST * rigid[j] / model.rotor[j])
-    if setup.encoders == "link":
+    if setup.loop.encoders == "link":
         warnings.warn(f"{arm.joint_names[j]}: {fault}", RatingWarning, stacklevel=2)
         return
     allowed = f"a reading with heavier rotors, a rate from {need} Hz on (steps of {1 / need:.2g} s), or "

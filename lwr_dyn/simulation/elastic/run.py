@@ -1,23 +1,21 @@
 """`run_elastic`: a sampled run of an arm with elastic joints, with its record and its audit.
 
-Radau IIA of order 5, one or several steps an interval: the second road of elastic joints, and their events.
+Events, and steps that the exponential refuses, are moved by Radau IIA of order 5: stiffly accurate and L-stable, so
+stiff springs and dampers cost nothing. Its slopes are differences of the rates, so it follows any contact mode. Work
+that the motion does not feel is summed with the stages' weights.
 
-Stiffly accurate and L-stable, so stiff springs and dampers cost nothing. Its slopes are differences of the rates, so it
-follows any contact mode. Work that the motion does not feel is summed with the stages' weights.
-
-References
-----------
-E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., section IV.5, Table 5.6.
-
-An elastic run moved again by another engine and another method: Newton-Euler links, Radau IIA 5.
-
-At samples of the run the state (q, theta, dq, dtheta) is followed through one interval under the recorded torque, and
-its end is compared with the next sample:
+The audit of every run moves it again by another engine and this method. At samples of the run the state
+(q, theta, dq, dtheta) is followed through one interval under the recorded torque, and its end is compared with the next
+sample:
 
     residual = M(q) (dq_{k+1} - dq') / h,  B (dtheta_{k+1} - dtheta') / h [N m],   gap = |q_{k+1} - q'|, ... [rad]
 
 Intervals with an event, and those in which a link leans on a stop, are left out. A motor at rest stays there, and what
 has to hold it is compared with the recorded friction.
+
+References
+----------
+E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., section IV.5, Table 5.6.
 """
 
 from collections.abc import Callable, Mapping
@@ -172,8 +170,8 @@ class _ElasticIntervals:
         x, dx = (np.hstack(pair) for pair in ((run.q, run.signals["theta"]), (run.dq, run.signals["dtheta"])))
         self.x, self.dx, self.after_x, self.after_dx = x[rows], dx[rows], x[rows + 1], dx[rows + 1]
         self.t, self.h = run.t[rows], np.diff(run.t)[rows][:, None]
-        self.substeps = run.setup.options.substeps
-        self.tau, self.recorded, self.external = run.tau_applied[rows], run.tau_friction[rows], run.setup.external
+        self.substeps = run.setup.loop.substeps
+        self.tau, self.recorded, self.external = run.tau_applied[rows], run.tau_friction[rows], run.setup.loop.external
         still = (self.dx == 0.0) & (self.after_dx == 0.0) & (self.x == self.after_x) & plant.friction.directional
         self.moves = ~still
         self.frictions = [_friction(plant, d, a, s) for d, a, s in zip(self.dx, self.after_dx, still, strict=True)]
@@ -284,16 +282,16 @@ def run_elastic(setup: Setup, progress: Progress | None = None) -> Run:
     DivergenceError
         As `run_setup`.
     """
-    options = setup.options
-    if options.continuous:
+    loop = setup.loop
+    if loop.continuous:
         raise OptionError("continuous", "with elastic joints", "a sampled run")
-    if options.method not in METHODS:
-        raise OptionError("method", f"{options.method} with elastic joints", "rk4 (an exponential step), radau")
+    if loop.method not in METHODS:
+        raise OptionError("method", f"{loop.method} with elastic joints", "rk4 (an exponential step), radau")
     plant = elastic_plant(setup)
     log, wide = _wide(setup, plant)
-    flow = ElasticFlow(plant, radau(4 * plant.arm.n, options.substeps), wide.external)
+    flow = ElasticFlow(plant, radau(4 * plant.arm.n, loop.substeps), wide.loop.external)
     meta = setup.record()
-    meta["options"] = {**meta["options"], "method": METHODS[options.method]}
+    meta["options"] = {**meta["options"], "method": METHODS[loop.method]}
     reset(setup.controller)
     try:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -307,10 +305,11 @@ def _wide(setup: Setup, plant: ElasticPlant) -> tuple[Log, Setup]:
     """The setup for 2n coordinates, with its log; in its first state the springs carry the arm."""
     model, (q, dq) = plant.model, setup.start
     theta = q + model.links.bias_torque(q, dq) / model.stiffness
-    external = None if setup.external is None else _on_links(setup.external, plant.arm.n)
-    wide = replace(setup, plant=plant, start=read_only([[*q, *theta], [*dq, *dq]]), external=external)
+    loop = setup.loop
+    pushed = replace(loop, external=None if loop.external is None else _on_links(loop.external, plant.arm.n))
+    wide = replace(setup, plant=plant, start=read_only([[*q, *theta], [*dq, *dq]]), loop=pushed)
     log = Log.blank(wide)
-    return log, replace(wide, controller=OneSide(setup.controller, model, setup.encoders, log))
+    return log, replace(wide, controller=OneSide(setup.controller, model, loop.encoders, log))
 
 
 def _on_links(external: ExternalTorque, n: int) -> ExternalTorque:
@@ -327,9 +326,9 @@ def _run_of(setup: Setup, plant: ElasticPlant, log: Log, flow: ElasticFlow, meta
     damped = np.cumsum([0.0, *flow.damped])[:done]
     signals = {name: each[:done] for name, each in log.signals.items()}
     signals |= {"theta": theta, "dtheta": dtheta, "torque_sensor": model.gear_torque(x, dx)}
-    if setup.external is not None:
+    if setup.loop.external is not None:
         rows = zip(log.t[:done].tolist(), q, dq, strict=True)
-        signals["tau_external"] = np.array([setup.external(*row) for row in rows], dtype=np.float64)
+        signals["tau_external"] = np.array([setup.loop.external(*row) for row in rows], dtype=np.float64)
     reference = log.reference
     run = Run(
         t=log.t[:done], q=q, dq=dq, q_ref=reference.q[:done], dq_ref=reference.dq[:done],
@@ -381,5 +380,5 @@ def _divergence(
     fault = f"torque command {end.command[broken[0]]}" if broken.size else f"{speeds.max():.3g} rad/s"
     t, name = float(log.t[end.k]), plant.arm.joint_names[joint]
     run = _run_of(setup, plant, log, flow, {**meta, "diverged": {"t": t, "joint": name, "found": fault}})
-    allowed = f"finite torques, less than a turn a sample ({TURN * setup.options.rate:.4g} rad/s)"
+    allowed = f"finite torques, less than a turn a sample ({TURN * setup.loop.rate:.4g} rad/s)"
     return DivergenceError(t, name, fault, allowed, run)

@@ -1,12 +1,13 @@
-"""A push at a point of the arm: a force with a direction in the base and a course over time.
+"""A push at a point of the arm, and a compliant wall that its tip touches: external torques.
+
+A push is a force with a direction in the base and a course over time, with two continuous derivatives, so that a step
+of the simulation keeps its order:
 
     tau_external = J(q)^T f s(t),   s = 0, smoothly up over `rise`, 1, smoothly down, 0,
 
-with J the Jacobian (3, n) of the point. J^T f is the weight of a unit mass at the point where
-gravity is -f.
-The course has two continuous derivatives, so that a step of the simulation keeps its order.
+with J the Jacobian (3, n) of the point: J^T f is the weight of a unit mass at the point where gravity is -f.
 
-A compliant wall that the tip of an arm touches: Hunt and Crossley's contact, with Coulomb's friction along it.
+A wall is Hunt and Crossley's contact, with Coulomb's friction along it:
 
     f_n = k depth^m (1 + c d depth/dt), cut at 0: a wall does not pull
     f_t = -mu f_n v_t / sqrt(v_t^2 + v_s^2)

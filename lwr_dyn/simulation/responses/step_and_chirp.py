@@ -1,6 +1,6 @@
-"""What a loop made of steps: rise, overshoot, settling, joint by joint, from a run of the task `step`.
+"""What a loop made of steps and chirps, joint by joint: what `simulate` says of the tasks `step` and `chirp`.
 
-What a loop made of chirps: frequency response and bandwidth, joint by joint, from a run of the task `chirp`.
+Of a step rise, overshoot and settling; of a chirp the frequency response and its bandwidth:
 
     H(f) = sum Y U* / sum |U|^2        coherence = |sum Y U*|^2 / (sum |Y|^2 sum |U|^2)
 
@@ -11,8 +11,6 @@ tells of noise, friction or torques that were cut.
 References
 ----------
 Pintelon, Schoukens, System Identification: A Frequency Domain Approach, section 2.
-
-Responses to steps and chirps in words: what `lwr-dyn simulate` prints below a run, and its JSON.
 """
 
 import math

@@ -15,7 +15,7 @@ from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.model.arm import Arm, si_value
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import SimulationOptions
+from lwr_dyn.simulation.setup import Loop
 from lwr_dyn.studies.sweep.read_parameters import blamed, checked_parameters, read_parameters
 from lwr_dyn.studies.sweep.sampling import FEW, METHODS
 from lwr_dyn.studies.sweep.sweep_study import (
@@ -141,8 +141,8 @@ def _with_loop(table: Fields, study: SweepStudy, arm: Arm) -> SweepStudy:
     return study
 
 
-def _options(study: SweepStudy) -> SimulationOptions:
-    return SimulationOptions(rate=study.loop["rate"], substeps=study.loop["substeps"])
+def _options(study: SweepStudy) -> Loop:
+    return Loop(rate=study.loop["rate"], substeps=study.loop["substeps"])
 
 
 def _sampled(whole: Fields, table: Fields, study: SweepStudy) -> SweepStudy:

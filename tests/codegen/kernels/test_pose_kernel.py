@@ -80,7 +80,7 @@ def test_without_the_packages_of_kernels_pinocchio_searches(monkeypatch):
 def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
     arm = arm_named("kr30ha")
     first = lwr_dyn.ik_solver(arm, search="kernel")
-    monkeypatch.setattr(pose_kernel, "_loaded", {})
+    monkeypatch.setattr("lwr_dyn.codegen.kernels.kernel._codes", {})
     monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_source.pose_source", None)
     T = lwr_dyn.forward_kinematics(arm, np.full(6, 0.3))
     assert np.array_equal(lwr_dyn.ik_solver(arm, search="kernel")(T), first(T))

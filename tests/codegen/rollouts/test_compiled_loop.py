@@ -16,7 +16,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop, prepare
 from lwr_dyn.simulation.simulate import run_setup, simulate
 
 STATES = 1e-12
@@ -127,7 +127,7 @@ def test_torques_are_cut_at_the_limits_unless_saturation_is_off():
 
 def test_progress_is_reported_and_changes_nothing():
     arm, shares = lwr(), []
-    setup = prepare(arm, lwr_dyn.controller("pd-gravity", arm), later(arm), loop="compiled")
+    setup = prepare(arm, lwr_dyn.controller("pd-gravity", arm), later(arm), Loop(loop="compiled"))
     whole = run_setup(setup)
     part = run_compiled(setup, shares.append)
     assert len(shares) > 50

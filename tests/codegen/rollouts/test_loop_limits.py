@@ -12,7 +12,7 @@ from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.model.run import Motion
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop, prepare
 from lwr_dyn.simulation.simulate import simulate
 
 
@@ -74,7 +74,7 @@ def test_what_is_lacking_is_refused_by_name(what):
 def test_what_there_is_passes():
     controller = lwr_dyn.controller("pd-gravity", lwr())
     options = {"delay": 8, "encoder": Encoder(1e-4, 1e-5, 50.0), "substeps": 3, "engine": "newton-euler"}
-    check_setup(prepare(lwr(), controller, still(), **options))
+    check_setup(prepare(lwr(), controller, still(), Loop(**options)))
 
 
 def test_a_stop_is_said_with_joint_and_time():

@@ -11,7 +11,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction, smooth_friction
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED, chosen_friction
 from lwr_dyn.simulation.plant import plant_of
-from lwr_dyn.simulation.setup import SimulationOptions, friction_rate
+from lwr_dyn.simulation.setup import Loop, friction_rate
 from tests.slips import uncaught
 
 WAM = lwr_dyn.load("wam7")
@@ -41,7 +41,7 @@ def check_stiffness(module):
     plant = plant_of(WAM, "pinocchio", chosen_friction(WAM, "smooth"))
     q = np.linspace(-0.5, 0.5, 7)
     table, B = friction_parameters(WAM), plant.ungated.mass_matrix(q)
-    options = SimulationOptions(rate=1e6)
+    options = Loop(rate=1e6)
     rate = friction_rate(plant, q, options)
     tables = np.array([0.5 * table, table, 0.0 * table])
     rates = module.check_friction(B, tables, SMOOTH_SPEED, 1e6, 1)

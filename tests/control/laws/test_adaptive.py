@@ -106,7 +106,7 @@ def check_linear_form(module):
 
 
 SLIPS = [
-    ("dq_r = dq_ref + Lambda", "dq_r = dq_ref - Lambda"),
+    ("dq_r = dq_ref + omega_n", "dq_r = dq_ref - omega_n"),
     ("s = dq - dq_r", "s = dq_r - dq"),
     ("(dq_ref - dq - s)", "(dq_ref - dq + s)"),
     ("rate = -self._gains * slope", "rate = self._gains * slope"),

@@ -65,9 +65,9 @@ def check_linear_form(module):
 
 
 SLIPS = [
-    ("dq_r = dq_ref + Lambda", "dq_r = dq_ref - Lambda"),
-    ("s = dq - dq_r", "s = dq_r - dq"),
-    ("(dq_ref - dq - s)", "(dq_ref - dq + s)"),
+    ("sliding(self.omega_n, q, dq,", "sliding(-self.omega_n, q, dq,"),
+    ("self._regressor(q, dq, dq_r, a)", "self._regressor(q, dq, dq, a)"),
+    ("self.scale * (s @ load)", "self.scale * (-s @ load)"),
     ("self._armature * a -", "self._armature * ddq_ref -"),
     ("self._armature * a - load", "self._armature * a + load"),
     ("(self.rho / size) * self.scale * z", "(self.rho / size) * z"),

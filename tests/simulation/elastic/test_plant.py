@@ -10,7 +10,7 @@ from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning
 from lwr_dyn.simulation.arm_friction import ArmFriction, chosen_friction
 from lwr_dyn.simulation.elastic.plant import elastic_plant, motor_friction
-from lwr_dyn.simulation.setup import prepare
+from lwr_dyn.simulation.setup import Loop, prepare
 from tests.simulation.elastic.elastic_arms import FRICTION, law, physical
 from tests.simulation.sample_runs import joint_waves
 
@@ -18,7 +18,7 @@ COMPUTED = lwr_dyn.load("lwr4plus")
 
 
 def setup(arm=None, **options):
-    return prepare(arm or physical(), law(), joint_waves(), elasticity="file", **options)
+    return prepare(arm or physical(), law(), joint_waves(), Loop(elasticity="file", **options))
 
 
 def test_sides():
@@ -54,7 +54,7 @@ def test_a_joint_without_a_rotor_is_refused():
 
 def test_an_engine_of_ones_own_is_refused():
     with pytest.raises(OptionError, match="engine: own with elastic joints; allowed: pinocchio, newton-euler"):
-        elastic_plant(replace(setup(), engine="own"))
+        elastic_plant(replace(setup(), loop=replace(setup().loop, engine="own")))
 
 
 @pytest.mark.parametrize("form", ["set-valued", "smooth", "none"])

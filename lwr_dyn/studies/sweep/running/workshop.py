@@ -19,6 +19,8 @@ from lwr_dyn.control.protocol import Controller
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import DivergenceError, LwrDynError
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
+from lwr_dyn.simulation.setup import Loop
 from lwr_dyn.studies.sweep.rollout_arguments import controller_of_run, rollout_arguments
 from lwr_dyn.studies.sweep.running.chunk_file import encoded
 from lwr_dyn.studies.sweep.running.cluster import WorkerVersionError, refuse_other_versions
@@ -139,7 +141,9 @@ class SimulatedRows:
         refuse_changed(workshop.study)
         rest = {path: x for path, x in values.items() if not path.startswith(OF_LAW)}
         arguments = rollout_arguments(workshop.study, text, rest)
-        self.loop = {name: value for name, value in arguments.items() if name not in _NOT_OF_LOOP}
+        given = {name: value for name, value in arguments.items() if name not in _NOT_OF_LOOP}
+        self.friction_width = given.pop("friction_width", SMOOTH_SPEED)
+        self.loop = Loop(**{"friction": "none", **given})
         self.file, self.by_row = spec_of_study(workshop.study, text).base, len(rest) < len(values)
         self._setup: tuple[int, LoopSetup] | None = None
         shapes = parameter_shapes(workshop.arm.n)
@@ -155,7 +159,7 @@ class SimulatedRows:
                 refuse_changed(at.study)
             else:
                 controller = at.controller(self.text)
-            self._setup = place, loop_setup(at.arm, controller, at.references, **self.loop)
+            self._setup = place, loop_setup(at.arm, controller, at.references, self.loop, self.friction_width)
         return self._setup[1]
 
     def row(self, i: int) -> dict[str, Array]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.codegen.rollouts import law_forms
-from lwr_dyn.codegen.rollouts.joint_law_forms import InverseDynamicsForm, PIDForm
+from lwr_dyn.codegen.rollouts.law_forms import INVERSE_DYNAMICS, PID_LAW
 from lwr_dyn.codegen.rollouts.passivity_law_forms import AdaptiveForm
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.foundation.errors import OptionError
@@ -17,16 +17,16 @@ FRICTION = tuple(JointFriction(Direction(2.0 + i, 0.5), Direction(1.0, 0.2 + i),
 
 def check_law(module):
     for measured in (False, True):
-        for name, kind in (("inverse-dynamics", InverseDynamicsForm), ("pid", PIDForm)):
+        for name, kind in (("inverse-dynamics", INVERSE_DYNAMICS), ("pid", PID_LAW)):
             inner = made(name)
             law = FrictionCompensation(inner, FRICTION, 0.5, measured)  # so wide that the speeds show its shape
-            form = module.FrictionForm.of(law, kind.of(inner, ARM))
+            form = module.FrictionForm(law, kind.of(inner, ARM))
             check_beside(form, law, {"law_effort": 50.0})
     adaptive = made("adaptive")
-    wrapped = module.FrictionForm.of(FrictionCompensation(adaptive, FRICTION), AdaptiveForm.of(adaptive, ARM))
+    wrapped = module.FrictionForm(FrictionCompensation(adaptive, FRICTION), AdaptiveForm.of(adaptive, ARM))
     assert wrapped.signals(np.zeros((3, 10))).keys() == {"adapted_payload"}
     assert not hasattr(form, "signals")
-    assert form.digest != module.FrictionForm.of(replace_measured(law), form.inner).digest
+    assert form.digest != module.FrictionForm(replace_measured(law), form.inner).digest
 
 
 def replace_measured(law):
@@ -55,6 +55,6 @@ def test_a_stribeck_curve_is_refused():
     falling = JointFriction(*(Direction(1.0, 0.1, 2.0, 0.05),) * 2)
     inner = made("inverse-dynamics")
     with pytest.raises(OptionError, match="friction of joint 3: a Stribeck curve; allowed: in kernels Coulomb"):
-        law_forms.FrictionForm.of(
-            FrictionCompensation(inner, (*FRICTION[:2], falling, *FRICTION[3:])), InverseDynamicsForm.of(inner, ARM)
+        law_forms.FrictionForm(
+            FrictionCompensation(inner, (*FRICTION[:2], falling, *FRICTION[3:])), INVERSE_DYNAMICS.of(inner, ARM)
         )

@@ -40,9 +40,7 @@ def test_every_gain_of_every_form_has_a_rule_or_none_is_needed():
     for name in LAW_FORMS.names:
         law = made(name, adapt_friction=True) if name == "adaptive" else made(name)
         form = LAW_FORMS.load(name).of(law, ARM)
-        names |= (
-            form.parameters.keys() | FrictionForm.of(FrictionCompensation(law, ARM.friction), form).parameters.keys()
-        )
+        names |= form.parameters.keys() | FrictionForm(FrictionCompensation(law, ARM.friction), form).parameters.keys()
     assert names - RULES.keys() == {"scale", "middle_load", "friction_start"}
     assert RULES.keys() <= names
 

@@ -1,4 +1,4 @@
-"""Options of a simulation: the grid of samples, the start, and what is refused before a run begins."""
+"""The record of what closes a loop: the grid of samples, the start, and what is refused before a run begins."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,7 @@ from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.plant import Encoder, plant_of
 from lwr_dyn.simulation.setup import (
     STABLE,
-    SimulationOptions,
-    check_continuous,
+    Loop,
     friction_rate,
     sampled_reference,
     start_state,
@@ -37,13 +36,13 @@ def slider(friction="none", **limits):
 )
 def test_a_value_outside_what_is_allowed(option, message):
     with pytest.raises(OptionError) as fault:
-        SimulationOptions(**option)
+        Loop(**option)
     assert str(fault.value) == message
 
 
 @pytest.mark.parametrize(("duration", "samples"), [(0.1, 101), (0.1 + 1e-13, 101), (0.1001, 102), (1e-9, 2)])
 def test_samples_are_on_the_grid_and_the_last_is_not_before_the_end(duration, samples):
-    t = SimulationOptions(rate=1000.0).times(duration)
+    t = Loop(rate=1000.0).times(duration)
     assert t.size == samples
     np.testing.assert_array_equal(t, np.arange(samples) / 1000.0)
     assert t[-1] >= duration * (1 - 1e-9)
@@ -52,9 +51,9 @@ def test_samples_are_on_the_grid_and_the_last_is_not_before_the_end(duration, sa
 def test_durations_that_cannot_be_sampled():
     for duration in (0.0, -1.0, np.inf, np.nan):
         with pytest.raises(OptionError, match=r"duration: .*; allowed: a number above 0, in s"):
-            SimulationOptions().times(duration)
+            Loop().times(duration)
     with pytest.raises(OptionError, match=r"1000 samples a second over 10001 s; allowed: at most 1e\+07 samples"):
-        SimulationOptions().times(10001.0)
+        Loop().times(10001.0)
 
 
 def test_the_integrator_is_that_of_the_method_with_its_substeps():
@@ -62,9 +61,9 @@ def test_the_integrator_is_that_of_the_method_with_its_substeps():
         return -y
 
     y = np.ones(1)
-    three = SimulationOptions(substeps=3).integrator()(rates, 0.0, y, 1.0)
+    three = Loop(substeps=3).integrator()(rates, 0.0, y, 1.0)
     np.testing.assert_array_equal(three, rk4(3)(rates, 0.0, y, 1.0))
-    adaptive = SimulationOptions(method="dop853", rtol=1e-10).integrator()(rates, 0.0, y, 1.0)
+    adaptive = Loop(method="dop853", rtol=1e-10).integrator()(rates, 0.0, y, 1.0)
     assert 0.0 < abs(adaptive[0] - np.exp(-1.0)) < 1e-9 < abs(three[0] - np.exp(-1.0))
 
 
@@ -87,11 +86,12 @@ def test_continuous_runs_take_controllers_that_keep_no_hidden_memory():
             """It has a state that no integrator sees."""
 
     for name in ("pid", "pd-gravity"):
-        check_continuous(controllers()[name], None)
+        Loop(continuous=True).check(controllers()[name])
     with pytest.raises(OptionError, match="encoder: given for a continuous run"):
-        check_continuous(controllers()["pid"], Encoder.of_bits(12))
+        Loop(continuous=True, encoder=Encoder.of_bits(12)).check(controllers()["pid"])
     with pytest.raises(OptionError, match="continuous: with a controller that remembers between calls"):
-        check_continuous(Remembers(), None)
+        Loop(continuous=True).check(Remembers())
+    Loop().check(Remembers())
 
 
 def test_the_rate_of_viscous_friction_is_that_of_a_braked_mass_and_bounds_the_step_of_rk4():
@@ -99,17 +99,17 @@ def test_the_rate_of_viscous_friction_is_that_of_a_braked_mass_and_bounds_the_st
     plant = slider("set-valued", viscous=damping, coulomb=0.0)
     stiff = slider("smooth", viscous=damping, coulomb=1000.0)
     q = np.zeros(1)
-    assert friction_rate(slider(), q, SimulationOptions()) == 0.0
-    assert friction_rate(plant, q, SimulationOptions()) == pytest.approx(damping / mass)
-    rate = friction_rate(stiff, q, SimulationOptions(method="dop853"))
+    assert friction_rate(slider(), q, Loop()) == 0.0
+    assert friction_rate(plant, q, Loop()) == pytest.approx(damping / mass)
+    rate = friction_rate(stiff, q, Loop(method="dop853"))
     need = int(np.ceil(rate / 1000.0 / STABLE))
-    assert friction_rate(stiff, q, SimulationOptions(substeps=need)) == rate
+    assert friction_rate(stiff, q, Loop(substeps=need)) == rate
     with pytest.raises(OptionError, match=f"smooth, .*substeps from {need} on, method dop853, or friction set"):
-        friction_rate(stiff, q, SimulationOptions(substeps=need - 1))
+        friction_rate(stiff, q, Loop(substeps=need - 1))
 
 
 def test_a_delay_longer_than_the_run_is_refused():
-    options = SimulationOptions(delay=5)
+    options = Loop(delay=5)
     assert options.times(0.005).size == 6
     with pytest.raises(OptionError, match="delay: 5 samples in a run of 4; allowed: a delay shorter than the run"):
         options.times(0.004)
