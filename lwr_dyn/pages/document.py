@@ -10,9 +10,9 @@ from itertools import groupby
 from numbers import Real
 
 from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Part, Section
+from lwr_dyn.foundation.number_text import raised
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.pages.figures.figure import raised
 from lwr_dyn.pages.markup import Html, element, joined
 from lwr_dyn.pages.replay.look import font_faces, look_css
 from lwr_dyn.pages.replay.replay_page import fill_template, replay_policy, resource_text

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from lwr_dyn.pages.figures.figure import raised
+from lwr_dyn.foundation.number_text import raised
 
 
 class Html(str):

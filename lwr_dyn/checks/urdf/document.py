@@ -21,6 +21,7 @@ from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement, XmlFaultError, expan
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
+from lwr_dyn.foundation.number_text import number_text
 from lwr_dyn.model.spatial import turn_about
 
 FindingSeverity = Literal["error", "warning", "note"]
@@ -87,15 +88,6 @@ class UrdfFinding:
             "column": self.place.column, "subject": self.subject, "what": self.what, "why": self.why,
             "sure": self.sure, "instead": self.instead, "cause": self.cause,
         }  # fmt: skip
-
-
-def number_text(value: float) -> str:
-    """A number in six digits, as short as it can be.
-
-    >>> number_text(0.1 + 0.2), number_text(-0.0)
-    ('0.3', '0')
-    """
-    return f"{value + 0.0:.6g}"
 
 
 def vector_text(values: Array) -> str:

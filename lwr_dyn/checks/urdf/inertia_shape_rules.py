@@ -12,11 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import FindingSeverity, Sureness, UrdfDocument, UrdfFinding, number_text, vector_text
+from lwr_dyn.checks.urdf.document import FindingSeverity, Sureness, UrdfDocument, UrdfFinding, vector_text
 from lwr_dyn.checks.urdf.judgement import NAMED, NOTED, Judgement, judgements
 from lwr_dyn.checks.urdf.undoings import Undoing, off_centre
 from lwr_dyn.checks.urdf.xml_tree import Place
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.number_text import number_text
 
 MASS, SHAPES = "mass", "shapes"
 

@@ -11,13 +11,13 @@ from lwr_dyn.checks.urdf.document import (
     UrdfFinding,
     has_mass,
     heavier_beyond,
-    number_text,
     tag_text,
     vector_text,
     welded_mass,
 )
 from lwr_dyn.checks.urdf.elements import InertialElement, LinkElement
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.number_text import number_text
 
 ROUNDING = 1e-9
 """Smallest principal moment, relative to the largest, that rounding explains."""

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, number_text, tag_text, vector_text
+from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, tag_text, vector_text
 from lwr_dyn.checks.urdf.elements import JointElement, OriginElement
 from lwr_dyn.checks.urdf.schema_rules import nearest
+from lwr_dyn.foundation.number_text import number_text
 
 
 def unknown_links(document: UrdfDocument) -> Iterator[UrdfFinding]:

@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from lwr_dyn.arms.urdf.elements import DRAWN_HERE
-from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, UrdfDocument, UrdfFinding, number_text, vector_text
+from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, UrdfDocument, UrdfFinding, vector_text
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement, ShapeElement
 from lwr_dyn.checks.urdf.hulls import OTHER_FORMAT, REMOTE, Hull, depth, directions, gap, mesh_path
 from lwr_dyn.checks.urdf.inertia_shape_rules import misscaled
 from lwr_dyn.checks.urdf.judgement import bodies_of
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.number_text import number_text
 from lwr_dyn.model.spatial import turn_about
 
 

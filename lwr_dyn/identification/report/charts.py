@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.number_text import short
 from lwr_dyn.model.friction import Direction, JointFriction
-from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length, short
+from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length
 from lwr_dyn.pages.plotting.drawn_panel import tick_marks
 from lwr_dyn.pages.plotting.line_plane import band_path, dots_path, grid_path, line_path, plane_html
 

@@ -16,6 +16,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in
+from lwr_dyn.foundation.number_text import short
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.motion.motion_result import MotionIdentification, motion_document
 from lwr_dyn.identification.motion.validation import Validation
@@ -35,7 +36,6 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.transmission import Transmission
-from lwr_dyn.pages.figures.figure import short
 from lwr_dyn.pages.replay.replay_page import resource_text
 
 MOST_ROWS = 12_000

@@ -9,6 +9,7 @@ import numpy as np
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.document import Note, Section
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.number_text import short
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free_cells, log_evidence
@@ -26,7 +27,6 @@ from lwr_dyn.identification.slips.printed_cells import (
 from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport, checked_deviation
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.pages.figures.figure import short
 
 AGREES, OFF, HIDDEN, FAINT = "agrees", "off", "no motion shows it", "hardly shown by this log"
 """States of a cell."""

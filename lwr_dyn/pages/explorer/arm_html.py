@@ -12,6 +12,7 @@ import numpy as np
 
 from lwr_dyn.arms.urdf.model_files import UNSOURCED, quantity_sources
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.number_text import written_out
 from lwr_dyn.model.arm import Arm, Joint, Source
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
@@ -21,9 +22,6 @@ from lwr_dyn.pages.explorer.page_data import (
     position_text,
     slider_ranges,
 )
-
-_DIGITS = 6
-"""Significant digits in a table; the source shows all of them."""
 
 _MOST_CELLS = 12
 """Cells of the source that one number lists: a link of an assembly may come from a hundred."""
@@ -72,7 +70,7 @@ def joint_columns(arm: Arm) -> tuple[NumberColumn, ...]:
             revolute = joint.kind is JointKind.REVOLUTE
             si = sliding if not revolute else turning.replace("deg", "rad")
             mine = None if value is None else np.degrees(value) if is_angle and revolute else value
-            text = "" if mine is None else number_text(mine) + ("" if revolute else f" {sliding}")
+            text = "" if mine is None else written_out(mine) + ("" if revolute else f" {sliding}")
             sources = quantity_sources(arm, f"{joint.name}.{part}")
             cells.append(NumberCell(f"{joint.name}, {title}", text, f"{value!r} {si}", sources))
         out.append(NumberColumn(title, turning, tuple(cells)))
@@ -117,7 +115,7 @@ def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...
 def _cell(
     heading: str, values: Array, unit: str, sources: tuple[Source, ...], how: str = "", scale: float = 1.0
 ) -> NumberCell:
-    text = ", ".join(number_text(scale * float(x)) for x in values)
+    text = ", ".join(written_out(scale * float(x)) for x in values)
     return NumberCell(heading, text, f"{', '.join(repr(float(x)) for x in values)} {unit}", sources, how)
 
 
@@ -206,16 +204,6 @@ def _value(value: object) -> str:
 def _list(rows: Iterable[tuple[str, str]], mono: str = "") -> str:
     cells = (f"<dt>{escape(a)}<dd{' class=mono' if a == mono else ''}>{escape(b)}" for a, b in rows)  # HTML ends them
     return f"<dl>{''.join(cells)}</dl>"
-
-
-def number_text(x: float) -> str:
-    """Six significant digits, no exponent for what a table can show."""
-    if x == 0.0:
-        return "0"
-    text = f"{x:.{_DIGITS}g}"
-    if "e" in text and 1e-9 <= abs(x) < 1e9:
-        text = f"{x:.{max(0, _DIGITS - 1 - int(np.floor(np.log10(abs(x)))))}f}".rstrip("0").rstrip(".")
-    return text
 
 
 _LISTED = 400

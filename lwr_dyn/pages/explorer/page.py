@@ -22,6 +22,7 @@ from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.codegen.kernels.kernel import require_packages
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import write_file
+from lwr_dyn.foundation.number_text import written_out
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import Pose, to_rpy
@@ -30,7 +31,6 @@ from lwr_dyn.pages.explorer.arm_html import (
     changed_pieces,
     joint_columns,
     link_columns,
-    number_text,
     tables,
     template,
 )
@@ -73,7 +73,7 @@ def _numbers(arm: Arm) -> dict[str, str]:
     for link, body in zip(arm.chain.links, arm.bodies(), strict=True):
         if body is not None and not body.unknown:
             entries = [body.inertia_com[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-            out[f"{link.link}, xx, yy, zz, xy, xz, yz, kg m²"] = ", ".join(number_text(float(x)) for x in entries)
+            out[f"{link.link}, xx, yy, zz, xy, xz, yz, kg m²"] = ", ".join(written_out(float(x)) for x in entries)
     for name, pose in frames.items():
         out |= _frame_texts(name, pose)
     return out
@@ -82,8 +82,8 @@ def _numbers(arm: Arm) -> dict[str, str]:
 def _frame_texts(name: str, pose: Pose) -> dict[str, str]:
     angles = np.degrees(to_rpy(pose.rotation))
     return {
-        f"{name}, origin x, y, z, mm": ", ".join(number_text(1000.0 * float(x)) for x in pose.position),
-        f"{name}, roll, pitch, yaw, deg": ", ".join(number_text(float(x)) for x in angles),
+        f"{name}, origin x, y, z, mm": ", ".join(written_out(1000.0 * float(x)) for x in pose.position),
+        f"{name}, roll, pitch, yaw, deg": ", ".join(written_out(float(x)) for x in angles),
     }
 
 

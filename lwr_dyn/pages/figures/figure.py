@@ -5,7 +5,6 @@ the data: their range, a few round ticks, and numbers as short texts.
 """
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,6 +14,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.number_text import short, true_minus
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 GREY = 7
@@ -225,7 +225,7 @@ class Axis:
         ticks = [tick / 10.0**power for tick in self.ticks]
         step = min((b - a for a, b in pairwise(ticks)), default=1.0)
         decimals = next((d for d in range(12) if abs(step * 10**d - round(step * 10**d)) < 1e-6 * step * 10**d), 12)
-        return tuple(_signed(f"{tick + 0.0:.{decimals}f}") for tick in ticks)
+        return tuple(true_minus(f"{tick + 0.0:.{decimals}f}") for tick in ticks)
 
 
 def axis_of(values: Array, most: int = 4, padding: float = _PADDING) -> Axis:
@@ -298,38 +298,3 @@ def apart(shares: Sequence[float], least: float) -> list[float]:
         places.append(max(share, places[-1] + least) if places else share)
     beyond = max(0.0, places[-1] - 1.0) if places else 0.0
     return [place - beyond for place in places]
-
-
-def short(value: float, digits: int = 3) -> str:
-    """A number with a few significant digits and a true minus; far from 1 as a power of ten.
-
-    >>> short(-0.000331), short(40.24), short(2.4e-7), short(0.0), short(1e-5)
-    ('\u22120.000331', '40.2', '2.4\u00b710\u207b\u2077', '0', '10\u207b\u2075')
-    """
-    if value == 0.0 or 1e-4 <= abs(value) < 1e5:
-        return _signed(f"{float(f'{value:.{digits}g}'):.10f}".rstrip("0").rstrip("."))
-    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    power = power_of_ten(int(exponent))
-    return _signed(power if mantissa == "1" else f"{mantissa}\u00b7{power}")
-
-
-def power_of_ten(exponent: int) -> str:
-    """A power of ten with its exponent raised."""
-    return f"10{str(exponent).translate(_RAISED)}"
-
-
-def raised(text: str) -> str:
-    """Text with the exponents 0 to 4 of units raised.
-
-    >>> raised("kg m^2 s^-1")
-    'kg m\u00b2 s\u207b\u00b9'
-    """
-    return re.sub(r"\^(-?[0-4])", lambda found: found[1].translate(_RAISED), text)
-
-
-_RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
-
-
-def _signed(text: str) -> str:
-    return text.replace("-", "\u2212")

@@ -10,6 +10,7 @@ from html import escape
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.number_text import short
 from lwr_dyn.pages.figures.figure import (
     GREY,
     NEAR_LEVEL,
@@ -24,7 +25,6 @@ from lwr_dyn.pages.figures.figure import (
     frequency_axis,
     logarithmic_axis,
     round_length,
-    short,
 )
 from lwr_dyn.pages.plotting.line_plane import extremes, grid_path, places, plane_html
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun

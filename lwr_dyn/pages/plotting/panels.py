@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lwr_dyn.pages.figures.figure import Figure, apart, raised, round_length, short
+from lwr_dyn.foundation.number_text import raised, short
+from lwr_dyn.pages.figures.figure import Figure, apart, round_length
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
 from lwr_dyn.pages.replay.look import tokens
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun

@@ -10,8 +10,8 @@ Behind each printed number is a popover, which needs no script, with its place i
 import re
 from collections.abc import Iterator, Sequence, Set
 
+from lwr_dyn.foundation.number_text import raised, short
 from lwr_dyn.foundation.tables import Table
-from lwr_dyn.pages.figures.figure import raised, short
 from lwr_dyn.pages.markup import Html, anchor, element, grid, joined
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.case import LedgerEntry

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.pages.figures.figure import Axis, Figure, apart, power_of_ten, raised, round_length, short
+from lwr_dyn.foundation.number_text import power_of_ten, raised, short
+from lwr_dyn.pages.figures.figure import Axis, Figure, apart, round_length
 from lwr_dyn.pages.markup import Html, anchor, element, joined
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
 from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_svg

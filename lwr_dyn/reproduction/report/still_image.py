@@ -9,8 +9,8 @@ import numpy as np
 
 from lwr_dyn.arms.urdf.geometry import floor_height
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.number_text import short
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.pages.figures.figure import short
 from lwr_dyn.pages.markup import Html, element
 from lwr_dyn.pages.plotting.drawn_panel import run_ink
 from lwr_dyn.pages.replay.replay_page import RATE

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.foundation.number_text import short
 from lwr_dyn.foundation.tables import Table
-from lwr_dyn.pages.figures.figure import short
 from lwr_dyn.studies.sweep.intervals import IntervalEstimate, QuantileEstimate, ShareEstimate
 from lwr_dyn.studies.sweep.outwards import OutwardSearch
 from lwr_dyn.studies.sweep.summary import CUT, TORNADO, ControllerFigures, MetricFigures, SweepSummary

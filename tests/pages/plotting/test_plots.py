@@ -11,7 +11,8 @@ import pytest
 from matplotlib.colors import to_rgba
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series, short
+from lwr_dyn.foundation.number_text import short
+from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
 from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, torque_figure
 from lwr_dyn.pages.plotting.panels import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes, save_figure
