@@ -1,7 +1,4 @@
-"""Torque against prediction: a row a joint with what was measured, what the fit predicts, and below what is left.
-
-Friction maps: what is left of the torques without the bodies, over speed, and the friction fitted to it.
-"""
+"""Charts of the report: torques against their prediction with what is left, and friction over speed with the fit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
