@@ -2,7 +2,7 @@
 
 sweep_study        SweepStudy: values of its runs, its digest; its arm, references and controllers
 read_study         the study of a TOML file, read strictly
-read_parameters    its `[[parameter]]` tables; StudyFields: a table that refuses with the file and the field
+read_parameters    its `[[parameter]]` tables, and whether what varies exists in the arm, the controllers, the task
 vocabulary         what can be varied, by path; the metrics of a run, by name
 sampling           VariedParameter: how values are distributed; grid, Sobol, Latin hypercube, random, Saltelli
 rollout_arguments  values of the paths as keywords of `lwr_dyn.rollouts`, for one controller
