@@ -9,7 +9,6 @@ import pytest
 
 from lwr_dyn.cli import main
 from lwr_dyn.foundation.errors import RatingWarning
-from lwr_dyn.foundation.registry import Row
 
 
 def test_every_command_has_help(lwr_dyn_command):
@@ -38,13 +37,6 @@ def test_blas_has_one_thread_unless_told_otherwise(given, used):
     environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"} | given
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment)
     assert done.stdout.splitlines()[-1] == used
-
-
-def test_a_row_whose_package_is_absent_is_not_listed(lwr_dyn_command, monkeypatch):
-    monkeypatch.setitem(main.COMMANDS.rows, "dream", Row("lwr_dyn.dream:command", "Of a package that is absent."))
-    assert "dream" in main.COMMANDS.names
-    code, out, _ = lwr_dyn_command("--help")
-    assert (code, "dream" in out, "simulate" in out) == (0, False, True)
 
 
 @pytest.mark.parametrize(
