@@ -234,7 +234,7 @@ def look_at_loop(m: RunningProgram, frame: StackFrame, at: int) -> None:
     if watch is None:
         frame.watched[frame.at] = LoopWatch(now, _kept_state(m))
         return
-    watch.end_pass(now, _place(m))
+    watch.end_pass(now, _place(m) if now - watch.began > SAME else None)
     if watch.compares and watch.kept.is_same(_head(m), _tables(m)):
         if now - watch.kept.time - watch.ticked <= SAME:
             _look_again(m, watch)
