@@ -7,13 +7,14 @@ from pathlib import Path
 
 import click
 
-from lwr_dyn.cli.options import load_robot, print_json, robot_options
+from lwr_dyn.cli.options import load_robot, robot_options, show
 from lwr_dyn.codegen.emit.emission import EmittedArm
 from lwr_dyn.codegen.kernels.kernel import require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, kernel_spec
+from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import cache_folder, check_writable, write_files
-from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.foundation.tables import Heading, Table, aligned
 from lwr_dyn.model.arm import Arm
 
 
@@ -71,7 +72,7 @@ def command(
 
         click.echo(generate(spec, emit).text, nl=False)
         return
-    _print_costs(spec, as_json)
+    show(costs(spec), as_json)
 
 
 def _names(text: str) -> list[str]:
@@ -116,17 +117,23 @@ def _print_written(emitted: EmittedArm, asked: str, joined: str) -> None:
         click.echo(f"left out: {name}: {why.removeprefix(f'{name}: ')}")
 
 
-def _print_costs(spec: KernelSpec, as_json: bool) -> None:
+def costs(spec: KernelSpec) -> Document:
+    """The functions of a batch and their operations a state."""
     from lwr_dyn.codegen.kernels.kernel_source import generate
 
-    interfaces = {name: generate(spec, name).interface for name in FUNCTIONS}
-    if as_json:
-        records = [
-            {"name": name, "operations": x.operations, "fused": x.fused, "inputs": list(x.inputs), "result": x.width}
-            for name, x in interfaces.items()
-        ]
-        print_json({"robot": spec.name, "dtype": spec.dtype, "cache": str(cache_folder()), "functions": records})
-        return
-    rows = [(n, str(x.operations), str(x.fused), FUNCTIONS[n].formula) for n, x in interfaces.items()]
-    click.echo(f"{spec.name}, {spec.dtype}; kept in {cache_folder()}")
-    click.echo(aligned(rows, ("function", "operations", "with fused multiply-add", "gives")))
+    headings = (
+        Heading("function", key="name"), Heading("operations", key="operations", says="Of one state."),
+        Heading("with fused multiply-add", key="fused", says="The same where a product and a sum count as one."),
+        Heading("gives", key=None), Heading(key="inputs", says="Names of its inputs, joint vectors first."),
+        Heading(key="result", says="Numbers stored for one state."),
+    )  # fmt: skip
+    made = [(name, shape, generate(spec, name).interface) for name, shape in FUNCTIONS.items()]
+    rows = [(name, x.operations, x.fused, shape.formula, x.inputs, x.width) for name, shape, x in made]
+    cache = str(cache_folder())
+    facts = [
+        Fact("robot", spec.name, "Name of the robot."), Fact("dtype", spec.dtype, "Of all numbers."),
+        Fact("cache", cache, "Folder in which compiled functions are kept."),
+    ]  # fmt: skip
+    table = Table("", headings, rows, key="functions", says="The functions of a batch.")
+    title = f"{spec.name}, {spec.dtype}; kept in {cache}"
+    return Document(title, "", [Section("", [table])], "lwr-dyn kernels", "kernels", facts)
