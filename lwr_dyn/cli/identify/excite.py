@@ -6,7 +6,7 @@ from typing import Any
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, robot_options, show
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.excitation.design import (
@@ -18,8 +18,6 @@ from lwr_dyn.identification.excitation.design import (
     check_rate,
     check_target,
     design_excitation,
-    excitation_record,
-    excitation_text,
     noise_of_joints,
     write_excitation,
 )
@@ -89,11 +87,8 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         )  # fmt: skip
     if out is not None:
         write_excitation(out, found, given["rate"])
-    if given["as_json"]:
-        print_json(excitation_record(found))
-        return
-    click.echo(excitation_text(found))
-    if out is not None:
+    show(found.document, given["as_json"])
+    if out is not None and not given["as_json"]:
         click.echo(f"wrote {out}{_next(out, robot, reading=reading, tip=tip, lock=locks, payload=given['payload'])}")
 
 

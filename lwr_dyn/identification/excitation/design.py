@@ -1,10 +1,10 @@
-"""Design of a motion that excites the base parameters of an arm: `design_excitation`; as text, record and file."""
+"""Design of a motion that excites the base parameters of an arm: `design_excitation`; as a document and as a file."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
 from lwr_dyn.foundation.column_files import table_bytes
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.foundation.files import check_writable, write_file
 from lwr_dyn.foundation.tables import Heading, Table
@@ -37,7 +38,7 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import friction_torque
-from lwr_dyn.model.run import Motion, Run, short_repr
+from lwr_dyn.model.run import Motion, Run, repr_html, short_repr
 from lwr_dyn.simulation.setup import arm_record
 
 DURATION, HARMONICS, STARTS = 10.0, 5, 2
@@ -76,7 +77,12 @@ class Excitation:
     """What the column is and which links are not held against it; empty without one."""
     check_rate: float
     """[Hz] At which limits and distances were checked: 1 kHz, less for more than 200 s."""
-    __repr__ = short_repr
+    __repr__, _repr_html_ = short_repr, repr_html
+
+    @property
+    def document(self) -> Document:
+        """The result for people and programs."""
+        return _document(self)
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "noise", "position_use", "speed_use", "torque_use")
@@ -214,24 +220,47 @@ KINDS |= {name: "tensors" for name in ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """The kind of a column of a body; columns of joints are their own kind."""
 
 
-def excitation_text(found: Excitation) -> str:
-    """Head lines, how the limits are used, and the parameters that are known least."""
+def _document(found: Excitation) -> Document:
+    """What the motion shows, how it uses the limits, and the parameters that are known least."""
     arm, motion, score = found.arm, found.motion, found.score
     clear = f"at least {found.clear:.3f} m between {found.nearest}" if found.nearest else "nothing to keep clear of"
-    lines = [
+    facts = [
+        Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
+        Fact("duration", motion.duration, "s."), Fact("harmonics", len(motion.sines), "Of one over the duration."),
+        Fact("objective", found.objective, "What was minimised.", kind=Literal["d", "cond"]),
+        Fact("noise", found.noise, "Standard deviation of each joint's torque."),
+        Fact("seconds", found.seconds, "Time of the search."),
+    ]  # fmt: skip
+    whole = Section("", [
+        Fact("d", score.d, "-log det of the weighted information of one row, per base parameter.",
+             "-log det of the information per parameter",
+             format=lambda d: f"{d:.3f} ({len(score.sigma)} base parameters)"),
+        Fact("mean_sigma", score.mean_sigma, "Geometric mean of the sigmas of the base parameters.",
+             "geometric mean of their sigmas", "(SI)", ".3g"),
+        Fact("condition", score.condition, "Condition number of the regressor, its columns scaled to length 1.",
+             "condition number of the scaled columns", "", ".2f"),
+        Fact("check_rate", found.check_rate, "Of the instants at which limits and distances are checked, Hz."),
+        Fact("clearance", found.clear,
+             "Least distance at the instants of the check beyond the radii; null without obstacles.",
+             f"checked at {_check_rate(motion.duration)}", format=lambda _: clear),
+        Fact("nearest", found.nearest, "Between what."),
+        Note(found.column, bool(found.column)),
+    ])  # fmt: skip
+    series = Section("", [
+        Fact("centre", motion.centre), Fact("sines", motion.sines), Fact("cosines", motion.cosines),
+    ], "series",
+        "q = centre + sum sines / (k w) sin(k w t) - cosines / (k w) cos(k w t), w = 2 pi / duration.")  # fmt: skip
+    starts = [(one.value, one.clear, one.seconds) for one in found.starts]
+    searched = Table("", (
+        Heading(key="value", says="The objective; of cond the log."),
+        Heading(key="clearance", says="Less what is kept.", kind=float), Heading(key="seconds"),
+    ), starts, key="starts", says="Where the search ended from each random motion.")  # fmt: skip
+    title = (
         f"{arm.name}, reading {arm.reading}: {motion.duration:g} s at rest at both ends, {len(motion.sines)} harmonics"
-        f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s",
-        f"-log det of the information per parameter: {score.d:.3f} ({len(score.sigma)} base parameters)",
-        f"geometric mean of their sigmas: {score.mean_sigma:.3g} (SI)",
-        f"condition number of the scaled columns: {score.condition:.2f}",
-        f"checked at {_check_rate(motion.duration)}: {clear}",
-        *([found.column] if found.column else []),
-        "",
-        use_table(found).text(),
-        "",
-        sigma_table(found).text(),
-    ]
-    return "\n".join(lines)
+        f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s"
+    )
+    parts = [whole, series, Section("", [use_table(found)]), Section("", [sigma_table(found), _parameters(found)])]
+    return Document(title, "", [*parts, Section("", [searched])], "lwr-dyn excite", "excitation", facts)
 
 
 def _check_rate(duration: float) -> str:
@@ -246,10 +275,15 @@ def use_table(found: Excitation) -> Table:
     for j, link in enumerate(found.arm.chain.links):
         factor, unit = (180.0 / np.pi, "deg") if link.kind is JointKind.REVOLUTE else (1.0, "m")
         low, high = factor * q[:, j].min(), factor * q[:, j].max()
-        use = [_percent(x[j]) for x in (found.position_use, found.speed_use, found.torque_use)]
+        use = [x[j] for x in (found.position_use, found.speed_use, found.torque_use)]
         rows.append((link.joint, f"{low:.4g} to {high:.4g} {unit}", *use))
-    head = ("joint", "from, to", "position", "speed", "torque")
-    return Table("Use of the arm's limits", head, rows, without_friction(found.arm))
+    head = [Heading("joint"), Heading("from, to", key=None)]
+    head += [Heading(name, format=_percent, kind=float) for name in ("position", "speed", "torque")]
+    says = (
+        "Shares of the arm's own limits that are used; null where a limit is unknown. Torques have the friction that "
+        "the arm's file gives, none where it gives none."
+    )
+    return Table("Use of the arm's limits", head, rows, without_friction(found.arm), "joints", says)
 
 
 def without_friction(arm: Arm) -> str:
@@ -283,21 +317,13 @@ def own_values(found: Excitation) -> Any:
     return found.columns.base().of(found.columns.own(found.arm))
 
 
-def excitation_record(found: Excitation) -> dict[str, Any]:
-    """The result as JSON values."""
-    arm, motion, score = found.arm, found.motion, found.score
-    rows = zip(score.names, found.columns.base().statements(), own_values(found), score.sigma, strict=True)
-    uses = zip(arm.joint_names, found.position_use, found.speed_use, found.torque_use, strict=True)
-    return {
-        "robot": arm.name, "reading": arm.reading, "duration": motion.duration, "harmonics": len(motion.sines),
-        "objective": found.objective, "d": score.d, "condition": score.condition, "mean_sigma": score.mean_sigma,
-        "noise": found.noise, "clearance": found.clear, "check_rate": found.check_rate,
-        "nearest": found.nearest, "seconds": found.seconds,
-        "series": {"centre": motion.centre, "sines": motion.sines, "cosines": motion.cosines},
-        "joints": [{"joint": j, "position": p, "speed": v, "torque": t} for j, p, v, t in uses],
-        "parameters": [{"name": n, "combination": s, "table": own, "sigma": x} for n, s, own, x in rows],
-        "starts": [{"value": one.value, "clearance": one.clear, "seconds": one.seconds} for one in found.starts],
-    }  # fmt: skip
+def _parameters(found: Excitation) -> Table:
+    rows = zip(found.score.names, found.columns.base().statements(), own_values(found), found.score.sigma, strict=True)
+    return Table("", (
+        Heading(key="name"), Heading(key="combination", says="Of the parameters of links and joints."),
+        Heading(key="table", says="Its value in the arm's table."),
+        Heading(key="sigma", says="What noise leaves of it."),
+    ), [*rows], key="parameters", says="The base parameters.")  # fmt: skip
 
 
 def _percent(share: float) -> str:
