@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import click
 import numpy as np
@@ -12,17 +13,28 @@ from lwr_dyn.cli.options import (
     OptionRule,
     given_elasticity,
     load_robot,
-    print_json,
     refuse_unused,
     robot_options,
+    show,
 )
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
-from lwr_dyn.design.gain_search import PEAK, MarginGains, certificates, certified, check_margin, margin_gains
-from lwr_dyn.design.loop_judgement import LoopCase, judge_of_gains
+from lwr_dyn.design.gain_search import (
+    PEAK,
+    CertificateRecord,
+    MarginGains,
+    MarginRecord,
+    certificates,
+    certified,
+    check_margin,
+    margin_gains,
+)
+from lwr_dyn.design.loop_judgement import LoopCase, SampledGains, judge_of_gains
+from lwr_dyn.design.sampled_stability import StabilityRecord
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.registry import REQUIRED, options_of
-from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.transmission import chosen_elasticity
@@ -41,7 +53,18 @@ RULES = tuple(
     OptionRule(name, lambda given: given["margin"] is not None, "with --margin") for name in ("task", "elastic")
 )
 RULES += (OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),)
-HEAD = ("joint", "b [kg m^2]", "Kp [N m/rad]", "Kd [N m s/rad]", "where (deg; * any)")
+HEADINGS = (
+    Heading("joint"),
+    Heading("b", "kg m^2", ".6g", says="Largest inertia, kg m^2 (kg for a sliding joint)."),
+    Heading("Kp", "N m/rad", ".6g", says="N m/rad (N/m)."),
+    Heading("Kd", "N m s/rad", ".6g", says="N m s/rad (N s/m)."),
+    Heading("where (deg; * any)", key=None),
+    Heading(key="q", says="Where it is: joint positions, rad (m for sliding joints)."),
+    Heading(key="free", says="Whether a joint does not change it there when moved alone."),
+    Heading(key="search", says="How the maximum was searched."),
+    Heading(key="certificate", says="What is proven of it; null without the extra batch.",
+            kind=CertificateRecord | None),
+)  # fmt: skip
 """Units of turning joints; sliding ones are in kg, N/m, N s/m and m."""
 
 
@@ -93,35 +116,45 @@ def command(
         sampled = judge(arm, gains)
         kept = search(gains) if search is not None else None
         proven = certificates(arm, maxima)
-    if as_json:
-        bounds = [None] * arm.n if proven is None else [x.to_json() for x in proven]
-        records = [
-            {"joint": arm.joint_names[w.joint], "b": w.value, "q": w.q, "free": list(w.free), "search": w.statement()}
-            | {"certificate": bounds[w.joint], "Kp": gains.Kp[w.joint], "Kd": gains.Kd[w.joint]}
-            for w in maxima
-        ]
-        about = {"robot": arm.name, "reading": arm.reading, "omega_n": omega_n, "xi": xi}
-        print_json({**about, "joints": records, "sampled": sampled.record, "margin": kept and kept.record()})
-        return
-    click.echo(
-        f"{arm.name}, reading {arm.reading}: max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
-    )
+    show(document(arm, gains, maxima, proven, sampled, kept), as_json)
+
+
+def document(
+    arm: Arm,
+    gains: Gains,
+    maxima: Sequence[InertiaMaximum],
+    proven: Sequence[Any] | None,
+    sampled: SampledGains,
+    kept: MarginGains | None,
+) -> Document:
+    """The largest inertias with their gains, what sampling does to them, and the frequencies that keep a margin."""
+    omega_n, xi = gains.omega_n, gains.xi
+    facts = [
+        Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
+        Fact("omega_n", omega_n, "Natural frequency, rad/s."), Fact("xi", xi, "Damping ratio."),
+    ]  # fmt: skip
+    bounds = [None] * arm.n if proven is None else [x.to_json() for x in proven]
     rows = [
-        (
-            arm.joint_names[w.joint],
-            f"{w.value:.6g}",
-            f"{gains.Kp[w.joint]:.6g}",
-            f"{gains.Kd[w.joint]:.6g}",
-            places(arm, w),
-        )
+        (arm.joint_names[w.joint], w.value, gains.Kp[w.joint], gains.Kd[w.joint], places(arm, w), w.q, w.free,
+         w.statement(), bounds[w.joint])
         for w in maxima
-    ]
-    click.echo(aligned(rows, HEAD))
-    for line in searched(arm, maxima) if proven is None else certified(arm, proven):
-        click.echo(line)
-    click.echo(f"\n{sampled.table.text()}")
-    if kept is not None:
-        click.echo(f"\n{kept.table.text()}")
+    ]  # fmt: skip
+    found = Table("", HEADINGS, rows, key="joints", says="Joint by joint.")
+    sections = [
+        Section("", [found, Note(searched(arm, maxima) if proven is None else certified(arm, proven))]),
+        Section("", [
+            sampled.table,
+            Fact("sampled", sampled.record, "The sampled loop at rest, controller by controller.",
+                 kind=dict[str, StabilityRecord]),
+        ]),
+        Section("", [
+            *([] if kept is None else [kept.table]),
+            Fact("margin", kept and kept.record(), "With --margin: the largest omega_n of each controller that keeps "
+                 "|S_ii| within the limit; null without.", kind=MarginRecord | None),
+        ]),
+    ]  # fmt: skip
+    head = f"max B_ii over the joint box, omega_n = {omega_n:g} rad/s, xi = {xi:g}"
+    return Document(f"{arm.name}, reading {arm.reading}: {head}", "", sections, "lwr-dyn gains", "gains", facts)
 
 
 def _margin_search(

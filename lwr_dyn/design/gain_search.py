@@ -53,14 +53,39 @@ CLIMBS, CLIMBED = 3, 0.005
 class TunedRecord(TypedDict):
     """`TunedFrequency.to_json`."""
 
-    omega_n: Annotated[float, "Natural frequency, rad/s."]
-    peak: Annotated[float, "Largest |S_ii| with it."]
+    omega_n: Annotated[float, "Natural frequency, rad/s; null where none keeps it."]
+    peak: Annotated[float, "Largest |S_ii| with it; null where the loop is unstable."]
     limit: Annotated[float, "The peak that was asked for."]
     case: Annotated[str, "The plant on which a larger omega_n fails."]
     q: Annotated[list[float], "The pose there, rad or m."]
     joint: Annotated[int, "The joint there, from 1."]
     poses: Annotated[int, "How many poses were looked at."]
     at_most: Annotated[bool, "Whether the largest omega_n that was tried keeps it already."]
+
+
+class ControllerRecord(TunedRecord):
+    """The same of a controller by name."""
+
+    controller: str
+
+
+class MarginRecord(TypedDict):
+    """`MarginGains.record`."""
+
+    limit: Annotated[float, "Of |S_ii|."]
+    where: Annotated[str, "The poses, in words."]
+    controllers: Annotated[list[ControllerRecord], "One a controller and plant."]
+
+
+class CertificateRecord(TypedDict):
+    """`InertiaCertificate.to_json`."""
+
+    value: Annotated[float, "The largest that was met, kg m^2 (kg)."]
+    upper: Annotated[float, "No position in the box has more, kg m^2 (kg)."]
+    gap: Annotated[float, "(upper - value) / value."]
+    boxes: Annotated[int, "How many were bounded."]
+    allowance: Annotated[float, "The part of upper for rounding, kg m^2 (kg)."]
+    left_out: Annotated[float, "The part of upper for joints that hardly matter, kg m^2 (kg)."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

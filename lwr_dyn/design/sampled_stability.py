@@ -5,7 +5,7 @@ What a share of drawn poses says of the whole box stands as an interval beside i
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +86,23 @@ Loops = Callable[[Array], RestingLoop]
 """Poses q (k, n) -> the loops there."""
 
 
+class StabilityRecord(TypedDict):
+    """`SampledStability.to_json`."""
+
+    rate: Annotated[float, "Hz."]
+    delay: Annotated[int, "Samples."]
+    velocity_cutoff_hz: Annotated[float | None, "Of the filter of the velocities; null without."]
+    poses: Annotated[int, "How many were looked at."]
+    unstable: Annotated[int, "Those at which a deviation grows."]
+    share: Annotated[float, "Of the poses that are unstable."]
+    standard_error: Annotated[float, "Of the share, as that of the whole box."]
+    worst: Annotated[list[float], "The worst pose found, rad (m for sliding joints)."]
+    radius: Annotated[float, "Factor on a small deviation a sample there."]
+    least_rate: Annotated[float | None, "From this rate on, Hz, it holds at all of them; null where none does."]
+    unknown_limits: Annotated[list[str], "Joints without limits, taken as half a turn to both sides."]
+    holds: Annotated[bool, "Whether no unstable pose was found."]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SampledStability:
     """How many of `poses` are unstable at rest, and the worst pose that was found, there or by search from there."""
@@ -140,12 +157,12 @@ class SampledStability:
         """Of `share`, as that of the whole box: sqrt(p (1 - p) / N)."""
         return float(np.sqrt(self.share * (1.0 - self.share) / self.poses))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> StabilityRecord:
         """The result as JSON values."""
         return {
             "rate": self.sampling.rate, "delay": self.sampling.delay, "velocity_cutoff_hz": self.sampling.cutoff_hz,
             "poses": self.poses, "unstable": self.unstable, "share": self.share,
-            "standard_error": self.standard_error, "worst": self.worst, "radius": self.radius,
+            "standard_error": self.standard_error, "worst": self.worst.tolist(), "radius": self.radius,
             "least_rate": self.least_rate, "unknown_limits": list(self.unknown_limits), "holds": self.holds,
         }  # fmt: skip
 
