@@ -14,8 +14,8 @@ from lwr_dyn.arms.urdf.model_files import model_stem
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.checks.engines.engine import ENGINES, is_installed
 from lwr_dyn.checks.engines.losses import as_urdf
-from lwr_dyn.checks.engines.survey import ModelReport, markdown, matrix, record, survey, text
-from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.checks.engines.survey import ModelReport, document, markdown, matrix, survey
+from lwr_dyn.cli.options import OneOf, load_robot, robot_options, show
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import Report, progress
@@ -49,12 +49,10 @@ def command(
     chosen = engines or ENGINES.names
     with progress("loading models into the engines") as report:
         reports = list(_all(chosen, report)) if robot == "all" else [_one(robot, reading, tip, locks, chosen)]
-    if as_json:
-        print_json({"models": [record(each) for each in reports]})
-    elif as_markdown:
+    if as_markdown:
         click.echo(markdown(matrix(reports)))
     else:
-        click.echo("\n\n\n".join(map(text, reports)))
+        show(document(reports), as_json)
 
 
 def _one(

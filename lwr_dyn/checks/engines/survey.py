@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, NotRequired, TypedDict
 
 import numpy as np
 
@@ -44,6 +44,7 @@ from lwr_dyn.checks.engines.losses import (
     shapes_loss,
 )
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import read_bytes, write_file
 from lwr_dyn.foundation.tables import Heading, Table
@@ -232,16 +233,56 @@ def notes(report: ModelReport) -> list[str]:
     return [*lines, f"all formats: {report.unwritten}"] if report.unwritten else lines
 
 
-def text(report: ModelReport) -> str:
-    """Everything on one model."""
-    parts = [agreement_table(report).text()] if any(x.agreement for x in report.engines) else []
-    parts += [loss_table(report).text()] if loss_table(report).rows else []
-    parts += ["\n".join(lines) for lines in (kept_lines(report), notes(report)) if lines]
-    return "\n\n".join(parts)
+class FeatureRecord(TypedDict):
+    """What an engine makes of a feature."""
+
+    feature: str
+    verdict: str
+    torque: Annotated[float, "That is then wrong, N m (N)."]
+    relative: Annotated[float, "Its share of ours."]
+    detail: str
+    restored_by: Annotated[str, "Empty where nothing that was tried does."]
+
+
+class EngineRecord(TypedDict):
+    """An engine; without the differences where it does not load the file."""
+
+    engine: str
+    note: Annotated[str, "Why it is missing, refuses the file, or takes it only in part; else empty."]
+    mass: NotRequired[Annotated[float, "Of the links that it moves, kg."]]
+    absolute: NotRequired[Annotated[dict[str, float], "Largest difference from ours, by quantity; kg m^2, N m, m."]]
+    relative: NotRequired[Annotated[dict[str, float], "The same over our largest value."]]
+    features: list[FeatureRecord]
+
+
+class ModelRecord(TypedDict):
+    """A model file."""
+
+    file: str
+    unwritten: Annotated[str, "What the arm has and no format holds."]
+    engines: list[EngineRecord]
+
+
+def document(reports: Sequence[ModelReport]) -> Document:
+    """Everything on some models."""
+    sections = [Section("", parts) for report in reports for parts in _parts(report)]
+    models = [record(report) for report in reports]
+    fact = Fact("models", models, "File by file, what each engine makes of it.", kind=list[ModelRecord])
+    return Document("", "", sections, "lwr-dyn parity", "parity", [fact])
+
+
+def _parts(report: ModelReport) -> list[list[Table | Note]]:
+    agreed = any(x.agreement for x in report.engines)
+    return [
+        [replace(agreement_table(report), when=agreed)],
+        [loss_table(report)],
+        [Note(kept_lines(report))],
+        [Note(notes(report))],
+    ]
 
 
 def record(report: ModelReport) -> dict[str, Any]:
-    """The same for programs."""
+    """A model for programs."""
     return {
         "file": report.file,
         "unwritten": report.unwritten,
