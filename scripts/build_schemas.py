@@ -66,15 +66,19 @@ def compare() -> Document:
 EXAMPLES: Mapping[str, Callable[[], Document]] = {
     "compare": compare,
     "conventions": printed("conventions wam7"),
+    "excite": printed("excite lwr4plus --reading physical --starts 1 --duration 5"),
+    "gains": printed("gains lwr4plus"),
     "identify motion": motion,
+    "kernels": printed("kernels kr30ha"),
     "margins": printed("margins lwr4plus --reading physical --q-deg 0,30,0,-60,0,30,0"),
+    "parity": printed("parity wam7 --engine pinocchio"),
+    "sensitivity": printed("sensitivity kr30ha --task joint-move --poses 5 --rate 100"),
 }
 """Command -> a document of it that has all its parts."""
 
 BY_HAND = frozenset({
-    "check", "dh", "excite", "fk", "gains", "identify-elastic", "identify-friction", "identify-payload",
-    "identify-table", "ik", "kernels", "krl-check", "krl-diff", "krl-run", "lint", "list", "parity", "reproduce",
-    "sensitivity", "simulate", "sweep", "tune",
+    "check", "dh", "fk", "identify-elastic", "identify-friction", "identify-payload", "identify-table", "ik",
+    "krl-check", "krl-diff", "krl-run", "lint", "list", "reproduce", "simulate", "sweep", "tune",
 })  # fmt: skip
 """Schemas that are not generated yet: what their commands print is no document."""
 

@@ -1,15 +1,13 @@
 """`lwr-dyn sensitivity`: one task under all readings of a robot, controllers on one and plants on another."""
 
 from pathlib import Path
-from typing import Any
 
 import click
-import numpy as np
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import readings
-from lwr_dyn.checks.sensitivity.analysis import POSES, Sensitivity, errors_text, notes, result_tables, sensitivity
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.checks.sensitivity.analysis import POSES, sensitivity
+from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
@@ -31,10 +29,7 @@ def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, 
     arms = _arms(robots)
     with progress("simulating") as report:
         result = sensitivity(arms, task, rate=rate, poses=poses, progress=report)
-    if as_json:
-        print_json(_record(result))
-    else:
-        click.echo(_text(result))
+    show(result.document, as_json)
 
 
 def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
@@ -51,33 +46,3 @@ def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
     if len(arms) < 2:
         raise OptionError("robots", f"{robots[0]} has one reading", "a robot with several readings, or several robots")
     return arms
-
-
-def _text(result: Sensitivity) -> str:
-    gravity, gains, *errors, survivors = (table.text() for table in result_tables(result))
-    head = f"{', '.join(result.names)}: {result.study.task.about}"
-    return "\n\n".join([head, gravity, gains, "\n".join([errors_text(result), *errors, *notes(result)]), survivors])
-
-
-def _record(result: Sensitivity) -> dict[str, Any]:
-    first, *_ = result.statics.values()
-    statics = {
-        name: {"gravity_largest": np.abs(s.gravity).max(axis=0), "b": s.b, "Kp": s.gains.Kp, "Kd": s.gains.Kd}
-        | {"gravity_difference": s.gravity_off(first)}
-        for name, s in result.statics.items()
-    }
-    runs = [
-        {"controller": r.controller, "model": r.model, "plant": r.plant, "rate": r.rate, "fault": r.fault}
-        | {"metrics": None if r.metrics is None else r.metrics.to_json()}
-        for r in result.runs
-    ]
-    conclusions = [
-        {"text": c.text, "survives": c.survives, "share": c.share, "verdict": c.verdict()}
-        | {"holds": [{"case": list(key), "holds": held} for key, held in c.holds.items()]}
-        for c in result.conclusions
-    ]
-    task = result.study.task
-    return {
-        "readings": list(result.names), "joints": list(result.joints), "task": task.name, "about": task.about,
-        "rate": result.rate, "poses": result.poses, "statics": statics, "runs": runs, "conclusions": conclusions,
-    }  # fmt: skip

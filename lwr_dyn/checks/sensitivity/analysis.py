@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Annotated, TypedDict
 
 import numpy as np
 
@@ -17,10 +18,12 @@ from lwr_dyn.checks.sensitivity.closed_loops import (
 )
 from lwr_dyn.checks.sensitivity.study_tasks import SimulatedTask, simulated_task
 from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.simulation.metrics import RIGID
+from lwr_dyn.model.run import repr_html
+from lwr_dyn.simulation.metrics import RIGID, MetricsRecord
 from lwr_dyn.trajectory.motion_profile import positive_number
 
 POSES = 500
@@ -46,6 +49,13 @@ class Sensitivity:
     statics: Mapping[str, Statics]
     runs: tuple[ClosedLoopResult, ...]
     conclusions: tuple[Conclusion, ...]
+
+    _repr_html_ = repr_html
+
+    @property
+    def document(self) -> Document:
+        """The result for people and programs."""
+        return _document(self)
 
     def tip_rms_mm(self, controller: str) -> Array:
         """RMS errors of the tip [mm], a row per model, a column per plant; NaN where a simulation failed."""
@@ -126,10 +136,71 @@ TINY = 1e-12
 """Below this a torque or inertia is rounding."""
 
 
-def result_tables(result: Sensitivity) -> list[Table]:
-    """All tables, in the order in which they are read."""
-    errors = (error_table(result, name) for name in result.study.labels.values())
-    return [gravity_table(result), gains_table(result), *errors, survival(result)]
+class StaticsRecord(TypedDict):
+    """`Statics` in a record, one number a joint."""
+
+    gravity_largest: Annotated[list[float], "Largest |g_i| over the poses, N m (N)."]
+    b: Annotated[list[float], "max B_ii over the joint box, kg m^2 (kg)."]
+    Kp: Annotated[list[float], "N m/rad (N/m)."]
+    Kd: Annotated[list[float], "N m s/rad (N s/m)."]
+    gravity_difference: Annotated[list[float], "Largest difference to g of the first reading, N m (N)."]
+
+
+class CaseRecord(TypedDict):
+    """Whether a conclusion holds in one case."""
+
+    case: Annotated[list[str], "Model and plant, or the one reading."]
+    holds: Annotated[bool | None, "Null where a simulation failed."]
+
+
+RUN = (
+    Heading(key="controller"), Heading(key="model", says="The controller's reading."),
+    Heading(key="plant", says="The simulated reading."),
+    Heading(key="rate", says="Samples a second: more than wanted where the loop would chatter."),
+    Heading(key="fault", says="Why there is none; empty where there is one."),
+    Heading(key="metrics", says="Errors and uses of limits; null without a run.", kind=MetricsRecord | None),
+)  # fmt: skip
+CONCLUSION = (
+    Heading(key="text"), Heading(key="survives", says="Whether it holds in every case."),
+    Heading(key="share", says="Of the cases in which it holds."), Heading(key="verdict", says="The same in words."),
+    Heading(key="holds", says="Case by case.", kind=list[CaseRecord]),
+)  # fmt: skip
+
+
+def _document(result: Sensitivity) -> Document:
+    """Gravity torques, inertias and gains, errors of every pair, conclusions."""
+    first, *_ = result.statics.values()
+    task = result.study.task
+    statics = {
+        name: {"gravity_largest": np.abs(s.gravity).max(axis=0), "b": s.b, "Kp": s.gains.Kp, "Kd": s.gains.Kd,
+               "gravity_difference": s.gravity_off(first)}
+        for name, s in result.statics.items()
+    }  # fmt: skip
+    runs = [
+        (r.controller, r.model, r.plant, r.rate, r.fault, None if r.metrics is None else r.metrics.to_json())
+        for r in result.runs
+    ]
+    cases = [
+        (c.text, c.survives, c.share, c.verdict(), [{"case": [*k], "holds": held} for k, held in c.holds.items()])
+        for c in result.conclusions
+    ]
+    facts = [
+        Fact("readings", [*result.names], "Names of the readings, or files."), Fact("joints", [*result.joints]),
+        Fact("task", task.name), Fact("about", task.about, "The task in words."),
+        Fact("rate", result.rate, "Samples a second that are wanted."),
+        Fact("poses", result.poses, "Where gravity torques are compared."),
+        Fact("statics", statics, "By reading.", kind=dict[str, StaticsRecord]),
+    ]  # fmt: skip
+    errors = [error_table(result, name) for name in result.study.labels.values()]
+    sections = [
+        Section("", [gravity_table(result)]), Section("", [gains_table(result)]),
+        Section("", [Note(errors_text(result)), *errors, Note(notes(result)),
+                     Table("", RUN, runs, key="runs", says="Each controller on each plant.")]),
+        Section("", [survival(result), Table("", CONCLUSION, cases, key="conclusions",
+                                             says="What a paper concludes, and whether it survives.")]),
+    ]  # fmt: skip
+    title = f"{', '.join(result.names)}: {task.about}"
+    return Document(title, "", sections, "lwr-dyn sensitivity", "sensitivity", facts)
 
 
 def gravity_table(result: Sensitivity) -> Table:
