@@ -10,6 +10,7 @@ import json
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -63,8 +64,32 @@ def compare() -> Document:
     return lwr_dyn.compare(*runs).document
 
 
+def krl_check() -> Document:
+    """A program."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "made.src"
+        path.write_text("DEF made()\n$TOOL = $NULLFRAME\nEND\n", encoding="utf-8")
+        return printed(f"krl check {path} --no-motion")()
+
+
+def krl_diff() -> Document:
+    """Two states of a program."""
+    with TemporaryDirectory() as folder:
+        before, after = (Path(folder) / f"{name}.src" for name in ("before", "after"))
+        for path, speed in ((before, 10), (after, 20)):
+            path.write_text(f"DEF {path.stem}()\n$VEL_AXIS[1] = {speed}\nEND\n", encoding="utf-8")
+        return printed(f"krl diff {before} {after}")()
+
+
 EXAMPLES: Mapping[str, Callable[[], Document]] = {
+    "check": printed("check lwr4plus"),
     "compare": compare,
+    "dh": printed("dh kr30ha --convention modified"),
+    "fk": printed("fk kr30ha --axes-deg A2=-90,A3=90"),
+    "krl check": krl_check,
+    "krl diff": krl_diff,
+    "lint": printed("lint wam7"),
+    "list": printed("list"),
     "conventions": printed("conventions wam7"),
     "excite": printed("excite lwr4plus --reading physical --starts 1 --duration 5"),
     "gains": printed("gains lwr4plus"),
@@ -77,8 +102,8 @@ EXAMPLES: Mapping[str, Callable[[], Document]] = {
 """Command -> a document of it that has all its parts."""
 
 BY_HAND = frozenset({
-    "check", "dh", "fk", "identify-elastic", "identify-friction", "identify-payload", "identify-table", "ik",
-    "krl-check", "krl-diff", "krl-run", "lint", "list", "reproduce", "simulate", "sweep", "tune",
+    "identify-elastic", "identify-friction", "identify-payload", "identify-table", "ik",
+    "krl-run", "reproduce", "simulate", "sweep", "tune",
 })  # fmt: skip
 """Schemas that are not generated yet: what their commands print is no document."""
 

@@ -1,14 +1,15 @@
 """`lwr-dyn check`: every check of one robot's model and file; exit 1 when one fails."""
 
 import sys
-from typing import Any
 
 import click
 
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict
+from lwr_dyn.checks.urdf.document import UrdfRecord
 from lwr_dyn.checks.urdf.reports import file_verdict
-from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, print_json, robot_options
+from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, robot_options, show
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
@@ -39,10 +40,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     with progress(f"checking {robot}"):
         report = None if loaded is None else check_arm(*loaded)
     holds = all(part.holds for part in written) and (report is None or report.holds)
-    if as_json:
-        print_json(_record(report, robot, written, left) | {"holds": holds})
-    else:
-        click.echo(left[-1]) if report is None else _print_table(report, robot, written)
+    show(_document(report, robot, written, left, holds), as_json)
     sys.exit(0 if holds else 1)
 
 
@@ -51,22 +49,27 @@ def _wants_a_chain(fault: UrdfError) -> bool:
     return fault.element in ("tip", "chain") or (fault.element.startswith("joint ") and "<" not in fault.element)
 
 
-def _record(report: CheckReport | None, robot: str, written: list[FileVerdict], left: list[str]) -> dict[str, Any]:
-    record: dict[str, Any] = {"robot": robot, "reading": None, "verdicts": [], "not_judged": [], "notes": left}
-    if report is not None:
-        record |= {"robot": report.robot, "reading": report.reading, "verdicts": report.table().record()}
-        record |= {"not_judged": list(report.not_judged), "notes": [*left, *report.notes]}
-    return record | ({"findings": [x for part in written for x in part.records]} if written else {})
-
-
-def _print_table(report: CheckReport, robot: str, written: list[FileVerdict]) -> None:
-    click.echo(report.table().text())
-    for line in report.not_judged:
-        click.echo(f"not judged: {line}")
-    for note in report.notes:
-        click.echo(f"note: {note}")
+def _document(
+    report: CheckReport | None, robot: str, written: list[FileVerdict], left: list[str], holds: bool
+) -> Document:
+    """The checks, and what stands in the file; without a report the file alone was judged."""
+    found = CheckReport(robot, "", ()) if report is None else report
+    urdf = ends_in(robot, ".urdf", ".xacro")
     as_written = "" if all(part.holds for part in written) else "; the file as written fails"
-    further = (
-        f". Next: lwr-dyn urdf {robot} --out arm.urdf" if report.holds and not ends_in(robot, ".urdf", ".xacro") else ""
-    )
-    click.echo(report.summary() + as_written + further)
+    further = f". Next: lwr-dyn urdf {robot} --out arm.urdf" if found.holds and not urdf else ""
+    facts = [
+        Fact("robot", found.robot, "Name of the robot."),
+        Fact("reading", found.reading if report else None, "Its reading; null of a file that is no arm.",
+             kind=str | None),
+    ]  # fmt: skip
+    checks = Section("", [
+        found.table(),
+        Note(found.not_judged, key="not_judged", says="What no verdict is about, and why.", before="not judged: "),
+        Note(left, key="notes"),
+        Note(found.notes, key="notes", says="What could not be checked, and why.", before="note: "),
+        Note(found.summary() + as_written + further, report is not None),
+        Fact("holds", holds, "Whether all hold; the exit code is 0 then."),
+    ])  # fmt: skip
+    findings = Fact("findings", [x for part in written for x in part.records], "Faults of a URDF, each with its place.",
+                    kind=list[UrdfRecord])  # fmt: skip
+    return Document("", "", [checks, Section("", [findings], there=bool(written))], "lwr-dyn check", facts=facts)

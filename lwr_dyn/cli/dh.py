@@ -1,14 +1,16 @@
 """`lwr-dyn dh`: any arm as a Denavit-Hartenberg table, or as a data file that loads again."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, TypedDict
 
 import click
 import numpy as np
 
 from lwr_dyn.arms.export.data_file import data_file_text
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
-from lwr_dyn.cli.options import OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import OneOf, load_robot, robot_options, show
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
 from lwr_dyn.foundation.tables import Heading, Table
@@ -41,27 +43,52 @@ def command(
         click.echo(f"wrote {out}; next: lwr-dyn check {out}")
         return
     tables = [dh_table(arm, c) for c in Convention if convention in (None, c.value)]
-    if as_json:
-        print_json({"robot": arm.name, "reading": arm.reading, "tables": [_record(arm, table) for table in tables]})
-        return
-    click.echo("\n\n".join(_text(arm, table) for table in tables))
+    show(_document(arm, tables), as_json)
 
 
-def _text(arm: Arm, table: DHTable) -> str:
-    lines = [
-        _table(arm, table).text(),
-        f"base: DH frame 0 {_placed(table.base, 'in the base')}",
-        f"flange: {_placed(table.flange, f'in DH frame {arm.n}')}",
-    ]
-    left = residual(table, arm)
-    lines.append(f"flange by the table against the model: {left.metres:.1e} m, {left.radians:.1e} rad")
-    if any(row.beta for row in table.rows):
-        plain = residual(table.without_beta(), arm)
-        lines.append(
-            "beta, a turn about y after alpha: these axes are almost parallel, and DH alone would put their common "
-            f"normal more than 100 m away; without beta {plain.metres:.1e} m, {plain.radians:.1e} rad"
-        )
-    return "\n".join(lines)
+class RowRecord(TypedDict):
+    """A joint's row; its coordinate is added to theta_offset (to d, if it slides)."""
+
+    joint: str
+    kind: Annotated[Literal["revolute", "prismatic"], "Whether it turns or slides."]
+    a: Annotated[float, "m."]
+    alpha: Annotated[float, "rad."]
+    beta: Annotated[float, "A turn about y after alpha, rad; 0 in most tables."]
+    d: Annotated[float, "m."]
+    theta_offset: Annotated[float, "rad."]
+
+
+class TableRecord(TypedDict):
+    """An arm in one convention."""
+
+    convention: Annotated[Literal["standard", "modified"], "Of Denavit and Hartenberg."]
+    rows: list[RowRecord]
+    base: Annotated[list[list[float]], "DH frame 0 in the base, 4 x 4, metres."]
+    flange: Annotated[list[list[float]], "The flange in the last DH frame, 4 x 4, metres."]
+    residual_m: Annotated[float, "Flange by the table against the model, m."]
+    residual_rad: Annotated[float, "The same in angle, rad."]
+
+
+def _document(arm: Arm, tables: Sequence[DHTable]) -> Document:
+    records = [_record(arm, table) for table in tables]
+    facts = [
+        Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
+        Fact("tables", records, "One a convention.", kind=list[TableRecord]),
+    ]  # fmt: skip
+    return Document("", "", [Section("", _parts(arm, table)) for table in tables], "lwr-dyn dh", facts=facts)
+
+
+def _parts(arm: Arm, table: DHTable) -> list[Table | Fact | Note]:
+    left, turned = residual(table, arm), any(row.beta for row in table.rows)
+    plain = residual(table.without_beta(), arm) if turned else left
+    return [
+        _table(arm, table),
+        Fact(None, f"DH frame 0 {_placed(table.base, 'in the base')}", head="base"),
+        Fact(None, _placed(table.flange, f"in DH frame {arm.n}"), head="flange"),
+        Fact(None, f"{left.metres:.1e} m, {left.radians:.1e} rad", head="flange by the table against the model"),
+        Note("beta, a turn about y after alpha: these axes are almost parallel, and DH alone would put their common "
+             f"normal more than 100 m away; without beta {plain.metres:.1e} m, {plain.radians:.1e} rad", turned),
+    ]  # fmt: skip
 
 
 def _table(arm: Arm, table: DHTable) -> Table:

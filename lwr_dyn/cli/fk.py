@@ -4,12 +4,13 @@ import click
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, robot_options, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
-from lwr_dyn.krl.robot.kuka_pose import kuka_units
+from lwr_dyn.krl.robot.kuka_pose import FlangeRecord, kuka_units
 from lwr_dyn.model.arm import Arm, from_degrees, positions
 from lwr_dyn.model.chain import JointKind, names_of_ends
 from lwr_dyn.model.spatial import to_rpy
@@ -43,27 +44,36 @@ def command(
         return
     arm = load_robot(robot, reading, tip, locks)
     q = _positions(arm, q_si, q_deg, axes_deg)
-    pose = forward_kinematics(arm, q)
-    at = pose[:3, :3] @ fixed_array("--point", point, (3,)) + pose[:3, 3]
-    outside, kuka = _outside(arm, q), kuka_units(arm)
-    if as_json:
-        record = {"robot": arm.name, "reading": arm.reading, "q": q, "T": pose, "position": pose[:3, 3]}
-        record |= {"rpy": to_rpy(pose[:3, :3]), "point": list(point), "point_in_base": at, "outside": outside}
-        print_json(record | {"kuka": kuka.record(q) if kuka else None})
-        return
+    show(_document(arm, q, fixed_array("--point", point, (3,))), as_json)
+
+
+def _document(arm: Arm, q: Array, point: Array) -> Document:
+    """The flange at q (n,), and a point (3,) of it, in the base."""
+    pose, kuka = forward_kinematics(arm, q), kuka_units(arm)
+    at, outside = pose[:3, :3] @ point + pose[:3, 3], _outside(arm, q)
+    degenerate = kuka.note(pose) if kuka else None
     first, last = names_of_ends(arm.installation)
-    click.echo(f"{arm.name}, reading {arm.reading}: {last} in {first}, metres")
-    for row in pose:
-        click.echo("  " + " ".join(f"{round(x, 8) + 0.0:12.8f}" for x in row))
     rpy = " ".join(f"{round(x, 6) + 0.0:.6f}" for x in np.degrees(to_rpy(pose[:3, :3])))
-    click.echo(f"position  {_triple(pose[:3, 3])} m")
-    click.echo(f"rpy       {rpy} deg")
-    if any(point):
-        click.echo(f"point     {_triple(at)} m  ({last} {', '.join(f'{x:g}' for x in point)})")
-    if kuka:
-        click.echo(f"KUKA      {kuka.line(q)}  (mm, deg)")
-    for line in filter(None, (*outside, kuka and kuka.note(pose))):
-        click.echo(f"note: {line}")
+    facts = [
+        Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
+        Fact("q", q, "Joint positions, rad (m for sliding joints)."), Fact("T", pose, "Pose, 4 x 4, metres."),
+        Fact("position", pose[:3, 3], "Metres."), Fact("rpy", to_rpy(pose[:3, :3]), "Roll, pitch, yaw, rad."),
+        Fact("point", point, "In the flange or tool frame, metres."),
+        Fact("point_in_base", at, "The same point in the base, metres."),
+        Fact("outside", outside, "Joints beyond their limits, and by how much.", kind=list[str]),
+        Fact("kuka", kuka.record(q) if kuka else None, "In KUKA's units; null for an arm without KUKA's axes A1 to A6.",
+             kind=FlangeRecord | None),
+    ]  # fmt: skip
+    shown = Section("", [
+        Note(["  " + " ".join(f"{round(x, 8) + 0.0:12.8f}" for x in row) for row in pose]),
+        Note([f"position  {_triple(pose[:3, 3])} m", f"rpy       {rpy} deg"]),
+        Note(f"point     {_triple(at)} m  ({last} {', '.join(f'{x:g}' for x in point)})", bool(point.any())),
+        Note(f"KUKA      {kuka.line(q)}  (mm, deg)" if kuka else ()),
+        Note(outside, before="note: "),
+        Note(degenerate or "", bool(degenerate), before="note: "),
+    ])  # fmt: skip
+    return Document(f"{arm.name}, reading {arm.reading}: {last} in {first}, metres", "", [shown], "lwr-dyn fk",
+                    facts=facts)  # fmt: skip
 
 
 def _symbolic_text(robot: str, reading: str | None) -> str:

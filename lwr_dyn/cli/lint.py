@@ -1,7 +1,7 @@
 """`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file; exit 1 when there are some."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,12 @@ import click
 from lwr_dyn.arms.loading import xacro_arguments
 from lwr_dyn.arms.papers.catalog import robots
 from lwr_dyn.checks.tables.rules import lint, sheet_of_file, sheets_of_robot
-from lwr_dyn.checks.tables.sheet import Finding, Sheet
-from lwr_dyn.checks.urdf.lint import LintReport, explanation
+from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetRecord
+from lwr_dyn.checks.urdf.document import UrdfRecord
+from lwr_dyn.checks.urdf.lint import explanation
 from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 
 _OF_URDFS = {
@@ -67,7 +69,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     holds = not counted and all(report.holds(of_urdfs["strict"]) for report in reports)
     if as_json:
         records = [f.record() for f in findings] + [f.record() for report in reports for f in report.findings]
-        print_json({"files": list(files), "findings": records, "holds": holds, **_remarks(reports)})
+        show(_document(files, records, holds, {report.file: list(report.remarks) for report in reports}), as_json)
     else:
         print_reports(reports, of_urdfs["everything"], of_urdfs["github"])
         for finding in findings:
@@ -81,9 +83,15 @@ def _say(line: str) -> None:
     click.echo(line, err=True)
 
 
-def _remarks(reports: Sequence[LintReport]) -> dict[str, Any]:
-    """What could not be judged, by file."""
-    return {"not_judged": {report.file: list(report.remarks) for report in reports}} if reports else {}
+def _document(files: Sequence[str], records: list[Any], holds: bool, remarks: Mapping[str, list[str]]) -> Document:
+    """For programs; people get each finding where it stands."""
+    return Document("", "", [Section("", [
+        Fact("files", list(files), "As given."),
+        Fact("findings", records, "Faults, each with its place.", kind=list[SheetRecord | UrdfRecord]),
+        Fact("holds", holds, "Whether it holds; the exit code is 0 then."),
+    ]), Section("", [
+        Fact("not_judged", remarks, "Of URDFs: file -> what no verdict is about, and why.", kind=dict[str, list[str]]),
+    ], there=bool(remarks))], "lwr-dyn lint")  # fmt: skip
 
 
 def _sheets(name: str) -> tuple[Sheet, ...]:

@@ -1,12 +1,15 @@
 """`lwr-dyn list`: the robots, their readings, and where their numbers come from."""
 
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, TypedDict
 
 import click
 
 from lwr_dyn.arms.papers.catalog import open_paper, robots
-from lwr_dyn.cli.options import print_json
-from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.arms.papers.schema import Paper
+from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.document import Document, Note, Section
+from lwr_dyn.foundation.tables import Heading, Table
 
 
 @click.command("list")
@@ -18,35 +21,58 @@ def command(robot: str | None, as_json: bool) -> None:
     A reading is one way to understand the tables: as printed, as the authors computed, or as the arm most likely is.
     Unsure? Take the default.
     """
-    entries = [_entry(name) for name in (robots() if robot is None else (robot,))]
-    if as_json:
-        print_json({"robots": entries})
-        return
-    if robot is None:
-        rows = [(e["name"], str(e["joints"]), e["title"], ", ".join(e["readings"])) for e in entries]
-        click.echo(aligned(rows, ("robot", "joints", "title", "readings (default first)")))
-        click.echo(f"where its numbers come from: lwr-dyn list {entries[0]['name']}")
-        return
-    for e in entries:
-        click.echo(f"{e['name']}: {e['document']['title']} ({e['document']['origin']})")
-        for name, about in e["readings"].items():
-            click.echo(f"  {name}: {about}")
-        for name, column in e["columns"].items():
-            click.echo(f"    {name:<20} {column['kind']:<10} {column['where']}")
+    show(_document([open_paper(name) for name in (robots() if robot is None else (robot,))], robot is None), as_json)
 
 
-def _entry(robot: str) -> dict[str, Any]:
-    paper = open_paper(robot)
-    return {
-        "name": paper.name,
-        "title": paper.title,
-        "joints": paper.n,
-        "document": dict(paper.document),
-        "default_reading": paper.reading.name,
-        "readings": {name: paper.readings[name].about for name in paper.reading_names},
-        "errata": {e.id: {"where": e.where, "printed": e.printed, "read_as": e.read_as} for e in paper.errata},
-        "columns": {
-            name: {"kind": c.kind, "where": c.where, "unit": sorted(set(c.unit)), "note": c.note}
-            for name, c in paper.columns.items()
-        },
+class ErratumRecord(TypedDict):
+    """A slip of the print."""
+
+    where: Annotated[str, "Page, table or equation."]
+    printed: str
+    read_as: str
+
+
+class ColumnRecord(TypedDict):
+    """A column of the tables."""
+
+    kind: Annotated[str, "printed, computed, datasheet, fitted, estimated or assumed."]
+    where: Annotated[str, "Page, table or equation."]
+    unit: Annotated[list[str], "Units of its cells."]
+    note: str
+
+
+COLUMNS = (
+    Heading("robot", key="name"), Heading("joints", key="joints", says="How many."), Heading("title", key="title"),
+    Heading("", key="document", says="Who published it, when and where.", kind=dict),
+    Heading("", key="default_reading", says="The arm most likely."),
+    Heading("readings (default first)", "", ", ".join, "readings", "Reading -> what it is.", dict[str, str]),
+    Heading("", key="errata", says="Slips of the print that are proven or read otherwise.",
+            kind=dict[str, ErratumRecord]),
+    Heading("", key="columns", says="Each column of the tables: page, kind and unit.", kind=dict[str, ColumnRecord]),
+)  # fmt: skip
+
+
+def _document(papers: Sequence[Paper], brief: bool) -> Document:
+    """A row a robot; or all of one, column by column."""
+    table = Table("", COLUMNS, [_row(paper) for paper in papers], key="robots", says="One a robot.", when=brief)
+    next_one = Note(f"where its numbers come from: lwr-dyn list {papers[0].name}", brief)
+    return Document("", "", [Section("", [table, next_one, Note([*_details(papers[0])], not brief)])], "lwr-dyn list")
+
+
+def _row(paper: Paper) -> tuple[Any, ...]:
+    readings = {name: paper.readings[name].about for name in paper.reading_names}
+    errata = {e.id: {"where": e.where, "printed": e.printed, "read_as": e.read_as} for e in paper.errata}
+    columns = {
+        name: {"kind": c.kind, "where": c.where, "unit": sorted(set(c.unit)), "note": c.note}
+        for name, c in paper.columns.items()
     }
+    document = dict(paper.document)
+    return paper.name, paper.n, paper.title, document, paper.reading.name, readings, errata, columns
+
+
+def _details(paper: Paper) -> Iterator[str]:
+    yield f"{paper.name}: {paper.document['title']} ({paper.document['origin']})"
+    for name in paper.reading_names:
+        yield f"  {name}: {paper.readings[name].about}"
+    for name, column in paper.columns.items():
+        yield f"    {name:<20} {column.kind:<10} {column.where}"

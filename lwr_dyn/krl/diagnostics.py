@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, NoReturn, TypeAlias
+from typing import Annotated, Any, Literal, NoReturn, TypeAlias, TypedDict
 
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
@@ -45,6 +45,18 @@ class Diagnostic:
         """As one JSON object."""
         rest = {key: getattr(self, key) for key in ("severity", "code", "message", "hint")}
         return {**asdict(self.position), **rest}
+
+
+class DiagnosticRecord(TypedDict):
+    """`Diagnostic.to_json`."""
+
+    file: str
+    line: int
+    column: int
+    severity: Annotated[Severity, "error, warning or note."]
+    code: Annotated[str, "Stable; it can be looked up."]
+    message: str
+    hint: Annotated[str, "A way to mend it; empty where none is known."]
 
 
 def sorted_diagnostics(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

@@ -85,10 +85,11 @@ def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
     """
     headings = (
         Heading("check", key="name"),
-        Heading("value", format=".3g"),
-        Heading("bound"),
-        Heading("tolerance", format=".3g"),
-        Heading("unit"),
-        Heading("verdict", format=lambda holds: "holds" if holds else "FAILS", key="holds"),
+        Heading("value", "", ".3g", "value", "In `unit` where there is one."),
+        Heading("bound", key="bound", says="What the tolerance is of the value.", kind=Bound),
+        Heading("tolerance", "", ".3g", "tolerance", "What the value is held against."),
+        Heading("unit", key="unit"),
+        Heading("verdict", "", lambda holds: "holds" if holds else "FAILS", "holds", "Whether it holds."),
     )
-    return Table(title, headings, [(v.name, v.value, v.bound, v.tolerance, v.unit, v.holds) for v in verdicts])
+    rows = [(v.name, v.value, v.bound, v.tolerance, v.unit, v.holds) for v in verdicts]
+    return Table(title, headings, rows, "", "verdicts", "The checks.")

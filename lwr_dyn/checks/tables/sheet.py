@@ -8,7 +8,7 @@ import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypedDict
 
 from lwr_dyn.foundation.errors import FaultError
 from lwr_dyn.model.printed_number import PrintedNumber, printed_number
@@ -236,6 +236,22 @@ class Finding:
             "place": self.place, "cells": list(self.cells), "printed": self.printed, "suspected": self.suspected,
             "sentence": self.sentence, "numbers": dict(self.numbers), "known": list(self.known),
         }  # fmt: skip
+
+
+class SheetRecord(TypedDict):
+    """`Finding.record`: a suspected fault of a table, with its cells."""
+
+    rule: str
+    severity: Annotated[str, "error, warning or note."]
+    sure: Annotated[str, "certain or how likely."]
+    file: str
+    place: Annotated[str, "In words."]
+    cells: Annotated[list[str], "All cells that it is about: table, row (from 1), column."]
+    printed: str
+    suspected: Annotated[str, "What is expected instead."]
+    sentence: str
+    numbers: Annotated[dict[str, Any], "The numbers that show it."]
+    known: Annotated[list[str], "Errata of the file that are about these cells."]
 
 
 SEPARATORS = ",;\t|"

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypedDict
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -88,6 +88,22 @@ class UrdfFinding:
             "column": self.place.column, "subject": self.subject, "what": self.what, "why": self.why,
             "sure": self.sure, "instead": self.instead, "cause": self.cause,
         }  # fmt: skip
+
+
+class UrdfRecord(TypedDict):
+    """`UrdfFinding.record`: a fault in a URDF, with its place."""
+
+    code: Annotated[str, "The rule."]
+    severity: Annotated[str, "error, warning or note."]
+    file: str
+    line: int
+    column: int
+    subject: Annotated[str, "The link, joint or element."]
+    what: str
+    why: str
+    sure: Annotated[str, "certain or how likely."]
+    instead: Annotated[str, "What to write; empty where nothing can be said."]
+    cause: Annotated[str, "The slip of many findings, such as masses in g; empty for one alone."]
 
 
 def vector_text(values: Array) -> str:

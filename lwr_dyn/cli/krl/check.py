@@ -1,18 +1,20 @@
 """`lwr-dyn krl check`: the diagnostics of a program."""
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated, TypedDict
 
 import click
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.foundation.tables import aligned
-from lwr_dyn.krl.checks.static_checks import check_project, totals
-from lwr_dyn.krl.diagnostics import Diagnostic, has_no_error, summary
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.krl.checks.static_checks import CheckedFile, check_project, totals
+from lwr_dyn.krl.diagnostics import Diagnostic, DiagnosticRecord, has_no_error, summary
 from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.program import load_project
 from lwr_dyn.krl.running.program_run import check_program
@@ -38,11 +40,8 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
         arm = None if no_motion else shared.arm(program)
         machine = None if arm is None else shared.machine(arm)
         diagnostics = check_program(program, arm, machine, shared.inputs, shared.cell)
-    if as_json:
-        print_json({"file": file, "holds": has_no_error(diagnostics), "diagnoses": [d.to_json() for d in diagnostics]})
-    else:
-        _print_all(Path(file).parent, diagnostics)
-        click.echo(f"{file}: {summary(diagnostics)}")
+    folder, whole = Path(file).parent, f"{file}: {summary(diagnostics)}"
+    show(_document(file, folder, diagnostics, (), [Note(whole)]), as_json)
     sys.exit(0 if has_no_error(diagnostics) else 1)
 
 
@@ -51,21 +50,51 @@ def _check_folder(folder: str, names: tuple[str, ...], as_json: bool) -> None:
         files = check_project(load_project(folder).with_known(known_names(names)))
     diagnostics = [d for x in files for d in x.diagnostics]
     numbers = totals(files)
-    if as_json:
-        of_files = [{"file": x.name, "lines": x.lines, **x.counts} for x in files]
-        record = {"file": folder, "holds": has_no_error(diagnostics), "files": of_files, "totals": numbers}
-        print_json({**record, "diagnoses": [d.to_json() for d in diagnostics]})
-    else:
-        _print_all(Path(folder), diagnostics)
-        rows = [(x.name, *map(str, x.counts.values())) for x in files if x.diagnostics]
-        if rows:
-            click.echo(aligned(rows, ("file", *files[0].counts)))
-        counts = "{files} files, {lines} lines; {without_error} of {programs} programs without an error"
-        click.echo(f"{folder}: {summary(diagnostics)}; {counts.format(**numbers)}")
+    counts = "{files} files, {lines} lines; {without_error} of {programs} programs without an error"
+    rows = [(x.name, *x.counts.values()) for x in files if x.diagnostics]
+    more: list[Part] = [
+        Table("", [Heading("file"), *map(Heading, files[0].counts)], rows),
+        Note(f"{folder}: {summary(diagnostics)}; {counts.format(**numbers)}"),
+    ]
+    show(_document(folder, Path(folder), diagnostics, files, more), as_json)
     sys.exit(0 if has_no_error(diagnostics) else 1)
 
 
-def _print_all(folder: Path, diagnostics: Iterable[Diagnostic]) -> None:
-    """Each with a position that editors and terminals can open."""
-    for diagnostic in diagnostics:
-        click.echo(f"{folder}/{diagnostic}" if folder != Path() else str(diagnostic))
+class FileRecord(TypedDict):
+    """A file of a folder with its counts."""
+
+    file: str
+    lines: int
+    errors: int
+    warnings: int
+    notes: int
+
+
+class TotalsRecord(TypedDict):
+    """`totals`."""
+
+    files: int
+    lines: int
+    programs: Annotated[int, "Files that are .src or .sub."]
+    without_error: Annotated[int, "Programs of which no error is known."]
+    errors: int
+    warnings: int
+    notes: int
+
+
+def _document(
+    file: str, folder: Path, found: Sequence[Diagnostic], files: Sequence[CheckedFile], more: Sequence[Part]
+) -> Document:
+    """A program or a folder; each diagnostic with a position that editors and terminals can open."""
+    facts = [
+        Fact("file", file, "The program or the folder."),
+        Fact("holds", has_no_error(found), "Whether it holds; the exit code is 0 then."),
+        Fact("diagnoses", [d.to_json() for d in found], "In the order of the lines.", kind=list[DiagnosticRecord]),
+    ]  # fmt: skip
+    of_folder = Section("", [
+        Fact("files", [{"file": x.name, "lines": x.lines, **x.counts} for x in files],
+             "Of a folder: each file with its counts.", kind=list[FileRecord]),
+        Fact("totals", totals(files), "Of a folder; programs are .src and .sub files.", kind=TotalsRecord),
+    ], there=bool(files))  # fmt: skip
+    lines = [f"{folder}/{one}" if folder != Path() else str(one) for one in found]
+    return Document("", "", [Section("", [Note(lines), *more]), of_folder], "lwr-dyn krl check", facts=facts)

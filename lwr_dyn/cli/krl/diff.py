@@ -2,11 +2,12 @@
 
 import sys
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import click
 
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.krl.comparing import FileComparison, compare
 
@@ -24,16 +25,72 @@ def diff(before: str, after: str, as_json: bool) -> None:
     with progress("comparing"):
         files = compare(before, after)
     same = not any(file.kind in ("changed", "added", "removed") for file in files)
-    if as_json:
-        print_json({"same": same, "summary": _summary(files), "files": [_record(x) for x in files if x.kind != "same"]})
-    else:
-        for file in files:
-            for line in _lines(file):
-                click.echo(line)
-        click.echo(
-            ", ".join(f"{what} {count}" for what, count in _summary(files).items() if count) or "no file differs"
-        )
+    show(_document(files, same), as_json)
     sys.exit(0 if same else 1)
+
+
+class AxisRecord(TypedDict):
+    """An axis of a point that moved."""
+
+    axis: str
+    change: Annotated[float, "Later minus earlier [deg, mm]."]
+
+
+class PointRecord(TypedDict):
+    """A point that moved."""
+
+    name: str
+    line: int
+    moved_mm: Annotated[float | None, "[mm] null where it is not a pose."]
+    turned_deg: Annotated[float | None, "[deg]"]
+    axes_deg: Annotated[list[AxisRecord], "Axes that changed."]
+    others: Annotated[list[str], "What else of it changed, such as Status and Turn."]
+
+
+class ValueRecord(TypedDict):
+    """A value that changed."""
+
+    name: str
+    before: Annotated[str | None, "Null where it was added."]
+    after: Annotated[str | None, "Null where it was removed."]
+
+
+class LineRecord(TypedDict):
+    """A line of a routine."""
+
+    line: int
+    text: str
+
+
+class RoutineRecord(TypedDict):
+    """A routine whose logic changed."""
+
+    routine: str
+    kind: Annotated[str, "changed, added or removed."]
+    removed: list[LineRecord]
+    added: list[LineRecord]
+
+
+class FileRecord(TypedDict):
+    """A file of either state."""
+
+    file: str
+    kind: Annotated[str, "changed, added, removed, or layout: only comments and layout differ."]
+    configuration: Annotated[bool, "Whether it is no program."]
+    points: list[PointRecord]
+    values: list[ValueRecord]
+    routines: list[RoutineRecord]
+
+
+def _document(files: Sequence[FileComparison], same: bool) -> Document:
+    counts = _summary(files)
+    return Document("", "", [Section("", [
+        Fact("same", same, "Whether nothing but layout and comments differs; the exit code is 0 then."),
+        Note([line for file in files for line in _lines(file)]),
+        Note(", ".join(f"{what} {count}" for what, count in counts.items() if count) or "no file differs"),
+        Fact("summary", counts, "How many of each kind."),
+        Fact("files", [_record(x) for x in files if x.kind != "same"], "Those that differ.", kind=list[FileRecord]),
+    ])], "lwr-dyn krl diff")  # fmt: skip
 
 
 def _summary(files: Sequence[FileComparison]) -> dict[str, int]:

@@ -13,7 +13,7 @@ KUKA's units for the commands `fk` and `ik`: mm and deg, Status and Turn.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 
@@ -158,6 +158,25 @@ def with_status_and_turn(
         existing = ", ".join(f"S {S} T {T}" for S, T in sorted(set(pairs))) or "none: the pose has no solution"
         raise OptionError("Status, Turn", f"no solution has {wanted}", existing)
     return chosen
+
+
+class PoseRecord(TypedDict):
+    """`pose_record`."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    a_deg: Annotated[float, "About z, then b about y, then c about x."]
+    b_deg: float
+    c_deg: float
+    s: Annotated[int | None, "Status; null of a pose alone."]
+    t: Annotated[int | None, "Turn; null of a pose alone."]
+
+
+class FlangeRecord(PoseRecord):
+    """`KukaUnits.record`."""
+
+    axes_deg: Annotated[dict[str, float], "Axis -> deg."]
 
 
 @dataclass(frozen=True, slots=True)
