@@ -1,7 +1,7 @@
 """Arms from names and files, and arms as files.
 
-loading  `load`: a robot by name or file, with its mount and tool
-papers   data files, one a paper
-urdf     URDF out and in
-export   DH tables, data files, MJCF
+export   Any arm as a Denavit-Hartenberg table, as a data file and as MJCF, the same motion and torque to rounding
+loading  From a name or a file to an arm, on its mount and with its tool; what a run records of that finds it again
+papers   Data files: one TOML file per paper or data sheet, read strictly, corrected by errata, turned into an Arm
+urdf     Arm to URDF and SRDF with the source of every number, and foreign URDFs back to Arm
 """

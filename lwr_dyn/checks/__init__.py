@@ -1,10 +1,12 @@
 """Checks of published tables and of robots' files; each finding has its place and its reason.
 
-arm          verdicts on one arm: identities, agreement of the roads, feasibility
-datasheet    an arm against its maker's data sheet
-urdf         faults in URDF files
-tables       faults in tables of numbers that show without a model
-conventions  the conventions under which a table can be read
-sensitivity  one task under all readings of a robot
-engines      what other engines make of a model file
+arm          Checks of an arm: each gives a verdict, a value against a tolerance
+conventions  The conventions of a table that states none: every reading, ranked, and what decides it
+datasheet    An arm against the data sheet of its maker
+engines      What engines make of a model file, measured by loading it: Pinocchio, MuJoCo, Drake, PyBullet, yourdfpy
+sensitivity  The same task under all readings of a robot: what depends on the reading, and which conclusions hold
+             under all
+tables       Faults in tables of numbers that need no model to be seen
+urdf         Faults in URDF files: each link, joint and shape as written, with its place, the reason and what to write
+             instead
 """

@@ -1,6 +1,7 @@
 """Code generated for one arm: functions over rows of states, whole closed loops, and files of C and JavaScript.
 
-kernels   batch dynamics and the search for a pose, compiled in the process and kept on disk
-rollouts  closed loops of many runs at once
-emit      an arm's functions and laws as C or JavaScript
+emit      Code for other machines: an arm's functions as one file of C or JavaScript that needs nothing else
+kernels   Generated code for one arm: batch dynamics and inverse kinematics on symbols, simplified, written, compiled
+rollouts  Rollouts: whole closed loops of many runs at once, in one kernel generated for arm and law, reduced on the
+          way
 """

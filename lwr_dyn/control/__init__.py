@@ -1,10 +1,10 @@
 """Controllers, their gains, and the worst-case inertia that the gains are computed from.
 
-protocol     Controller, WithMemory: the interface that a simulation expects; Wrapped: what stands around a controller
-controllers  CONTROLLERS, make_controller: controllers by name, from a user's Python file, or from the texts of a study
-paper_laws   PDGravity, PID, InverseDynamics, on arrays and on symbols
-gains        gains of a second-order loop, damping by modes, and a controller near rest as matrices
-velocity     FilteredDifference: velocity from an encoder
-laws         laws beyond the paper
-inertia      the largest inertia seen at a joint, proven
+controllers  Controllers by name, from a Python file of one's own, or from the texts of a study
+gains        Gains of a second-order loop, the damping of an impedance, and a controller near rest as matrices
+inertia      The largest inertia seen at a joint over its box, and the proof that there is none larger
+laws         Control laws beyond the paper: they join the registries of controllers and of wrappers
+paper_laws   The paper's laws: PD with gravity compensation and PID, joint by joint, and inverse dynamics
+protocol     The interface of a controller: it is called with the state and the reference, and returns torques
+velocity     Velocity from an encoder: the difference of two samples, smoothed by a first-order low-pass
 """

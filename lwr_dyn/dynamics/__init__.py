@@ -1,10 +1,12 @@
 """Rigid-body dynamics of an arm by two roads: Pinocchio on the URDF, and Newton-Euler on the source's frames.
 
-protocol          `Dynamics`: what every engine offers; `UngatedDynamics` for loops; `Gated`: the shape gate
-engines           `dynamics_of`, and the registry of engines
-pinocchio_engine  road A; the only module that imports Pinocchio
-newton_euler      road B: B, C, g and U from the recursion
-recursion         the Newton-Euler recursion, for numbers and symbols
-regressor         torques as a linear function of the inertial parameters; those that a source may leave open
-symbolic          equations of motion and DH matrices in letters
+engines           The engines of an arm's dynamics, by name
+newton_euler      Road B: B, C and g from the recursion, as in the LWR 4+ paper
+pinocchio_engine  Road A: the only module that imports Pinocchio. The model is built from the URDF text; rotors enter
+                  as `armature`
+protocol          What an engine of rigid-body dynamics offers: `Dynamics` behind the shape gate, `UngatedDynamics`
+                  for loops
+recursion         Road B: the paper's Newton-Euler recursion, by hand, on the native chain
+regressor         Regressor of an arm: joint torques are linear in the ten inertial parameters of every link
+symbolic          Equations of motion and DH matrices in SymPy
 """

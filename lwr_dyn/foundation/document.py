@@ -8,7 +8,7 @@ last two in `lwr_dyn.pages.document`) are written from it. NumPy is not imported
         Fact(key, value, head)     a line `head: value`, a tile of the page, a key of the record
         Table(title, headings, rows, key=)   aligned rows, a list of objects in the record
         Note(text, when)           a sentence that stands where its condition holds; with a key a list of texts
-        Figure(draw)               on the page only, drawn when the page is written
+        PageFigure(draw)           on the page only, drawn when the page is written
 
 What has no `head` is recorded and not shown; what has no `key` is shown and not recorded.
 
@@ -73,7 +73,7 @@ class Note:
 
 
 @dataclass(frozen=True, slots=True)
-class Figure:
+class PageFigure:
     """What only a page shows: `draw()` gives its HTML; style and scripts stand once in the page."""
 
     draw: Callable[[], str]
@@ -81,7 +81,7 @@ class Figure:
     scripts: Callable[[], str] | None = None
 
 
-Part = Fact | Table | Note | Figure
+Part = Fact | Table | Note | PageFigure
 
 
 @dataclass(frozen=True, slots=True)

@@ -74,12 +74,12 @@ class Marked(float):
 MARKS = {"best": " *", "bad": " !"}
 
 
-class Cell(str):
+class CellText(str):
     """The text of a cell, cut after so many letters, with the value that it shows."""
 
     value: Any
 
-    def __new__(cls, text: str, value: Any, cut: int = 0) -> "Cell":
+    def __new__(cls, text: str, value: Any, cut: int = 0) -> "CellText":
         """The cell."""
         out = super().__new__(cls, f"{text[: cut - 3]}..." if cut and len(text) > cut else text)
         out.value = value
@@ -149,12 +149,12 @@ class Table:
         return with_error(value, error)
 
     def shown(self, page: bool = False) -> "Table":
-        """What people see of it, as `Cell`s: columns for people; in text, not those for pages, and few rows."""
+        """What people see of it, as `CellText`s: columns for people; in text, not those for pages, and few rows."""
         kept = [i for i, h in enumerate(self.columns) if h.is_shown and (page or not h.page)]
         heads = [replace(self.columns[i], format="", sigma="") for i in kept]
         cut = [0 if page else h.cut for h in heads]
         rows = [
-            [Cell(cells[i], row[i], letters) for i, letters in zip(kept, cut, strict=True)]
+            [CellText(cells[i], row[i], letters) for i, letters in zip(kept, cut, strict=True)]
             for cells, row in zip(self.cells, self.rows, strict=True)
         ]
         return replace(self, headings=heads, rows=rows[: None if page else self.most])

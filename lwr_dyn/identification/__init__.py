@@ -1,15 +1,16 @@
 """Parameters of an arm from its logs (`lwr-dyn identify`).
 
-logs            recordings: read, put on an even clock, taken from motors or simulated
-regression      torques as columns times parameters, base parameters, least squares with covariance
-friction        friction per joint and direction from runs at constant speed
-bodies          bodies that have estimated parameters, near a table; proofs that none have
-log_faults      columns of the wrong sign, order or unit; cut torques, joints that never move
-excitation      motions to run and log (`lwr-dyn excite`)
-motion          inertial and friction parameters from any motion
-payload         the ten parameters of a load in the hand
-elastic_joints  springs and dampers of gears, where both encoders are logged
-slips           a table against logs: repairs that explain the difference
-fitted          a fitted arm as a data file or a URDF
-report          the result as one HTML file
+bodies          Bodies that have the estimated parameters, or a proof that none do
+elastic_joints  Springs, dampers, rotors, friction and links from logs with the encoders of both sides of the gears
+excitation      Motions that excite the parameters of an arm (`lwr-dyn excite`)
+fitted          A fitted arm as a model that every command takes (`lwr-dyn identify motion ... --out`): a data file,
+                or a URDF
+friction        Friction per joint and direction from runs at constant speed (`lwr-dyn identify friction`)
+log_faults      Faults of logs, recognised and named; logs made ready for a regression
+logs            Logs of a moving arm: read, checked, written, and taken from simulated runs
+motion          Inertial and friction parameters from any motion (`lwr-dyn identify motion`)
+payload         The ten inertial parameters of a load in an arm's hand (`lwr-dyn identify payload`)
+regression      Linear regression on the torques of an arm
+report          The report of an identification as one HTML page
+slips           Slips of a table, traced by a log
 """

@@ -1,13 +1,17 @@
 """Kinematics of an arm: poses, Jacobians, inverse kinematics, arm angle.
 
-forward       poses, joint axes, geometric Jacobian and its rate
-arm_geometry  the geometry of S-R-S arms, read off their axes
-inverse       `inverse_kinematics` of one pose, the registry of its solvers, and the numeric one for any arm
-solution      the problem, the solvers' interface, `InverseResult`
-srs           S-R-S arms in closed form; `follow`: joint motion along a path with its exact derivatives
-srs_margins   their joint-limit margins over the arm angle, and the best angle of a pose
-arm_angle     a smooth arm angle along a path that maximises the joint-limit margin
-pose_solver   `ik_solver`: one solution of a pose, fast
-pose_search   its search on Pinocchio
-six_joints    closed forms of six joints
+arm_angle     A smooth arm angle along a path that maximises the smallest joint-limit margin
+arm_geometry  The geometry of arms with a closed form of inverse kinematics, read off their axes at q = 0: S-R-S arms
+forward       Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate
+inverse       Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a
+              numeric search
+pose_search   The search for one solution on Pinocchio, where no kernel can be compiled
+pose_solver   One solution for a flange pose, fast: `solve(T, q0)`. All solutions: `kinematics.inverse`
+six_joints    Closed forms of six-joint arms, reached through the registry of solvers
+solution      Inverse kinematics of one pose: the problem, the solver's interface, the result with its solutions in
+              order
+srs           Closed-form inverse kinematics of an S-R-S arm for a flange pose, an arm angle psi and one of eight
+              branches
+srs_margins   Joint-limit margins of an S-R-S arm over the arm angle, and the arm angles at which a margin is kept, in
+              closed form
 """

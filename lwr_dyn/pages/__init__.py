@@ -1,11 +1,13 @@
 """What people see in a browser or a notebook: replay, pictures, results.
 
-document  a `foundation.document.Document` as a page and in a notebook
-markup    HTML from records
-still     `arm_still`: a picture of an arm, and of a run's path
-replay    meshcat, and runs as one file
-figures   what is drawn of runs
-plotting  figures drawn by Matplotlib and as HTML
-notebook  how results show themselves; `lwr_dyn.plot`
-explorer  `lwr_dyn.show`
+document  A document as a page, one HTML file that needs no network, and as a notebook shows it
+explorer  An arm in the browser: sliders, frames, centres of mass, inertia ellipsoids, limits, and the source of each
+          number
+figures   What is drawn, described once for pages and pictures
+markup    HTML from records: an element or a table at a time; text is escaped unless it is `Html` already
+notebook  Results in a notebook; the core works without
+plotting  Figures as pictures: PNG and SVG by Matplotlib, and HTML
+replay    Runs in 3D, as one file or live
+still     A picture of an arm: its cylinders drawn by ray casting, with the paths of runs over them where that is
+          asked
 """

@@ -9,7 +9,7 @@ from html import escape
 from itertools import groupby
 from numbers import Real
 
-from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Part, Section
+from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Part, Section
 from lwr_dyn.foundation.number_text import raised
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.foundation.version import VERSION
@@ -60,7 +60,7 @@ def document_html(
 def page_html(document: Document) -> str:
     """One file that needs no network."""
     shown = document.there
-    figures = [part for one in shown for part in one.parts if isinstance(part, Figure)]
+    figures = [part for one in shown for part in one.parts if isinstance(part, PageFigure)]
     said = [document.verdict, *(line for one in shown[:1] for line in _notes(one.parts) if not one.title)]
     main = [
         element("h1", document.title),
@@ -99,8 +99,8 @@ def _card(section: Section) -> Html | None:
             tables = [one.shown(page=True) for one in parts if isinstance(one, Table) and one.is_shown]
             sides = [element("div", table_html(one), class_=_width(one)) for one in tables]
             inside.append(element("div", sides, class_="pairs") if sides else None)
-        elif kind is Figure:
-            inside += [Html(one.draw()) for one in parts if isinstance(one, Figure)]
+        elif kind is PageFigure:
+            inside += [Html(one.draw()) for one in parts if isinstance(one, PageFigure)]
         elif section.title:
             inside += [element("p", line, class_="note") for line in _notes(parts)]
     body = joined(filter(None, inside))

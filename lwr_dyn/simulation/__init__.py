@@ -1,16 +1,22 @@
 """Closed loops in time: plant, friction, stops, sensors, integrators, the audit, and figures of merit.
 
-simulate      simulate, run_setup, free_swing: a closed loop as a Run; the registry of loops
-setup         Loop, what closes a loop; Setup and prepare: a simulation whose options are all checked
-plant         Plant, the arm that is simulated; ExternalTorque on its links; Encoder, what the controller sees
-arm_friction  ArmFriction: set-valued friction with true stick, and its smooth forms; boxed_lcp behind it
-contact       ContactMode, impact, resolve_stick_slip: which joints rest, slip or meet a stop, and what ends that
-flow          Flow: one interval with every event in it; FastStep: the usual step without events
-integrators   RK4 and DOP853
-loops         the sampled and the continuous loop; Log and run_of: from the loop to the Run
-audit         audit: energy against the work of the channels; other_road: the motion by the other engine
-metrics       metrics: errors, torques and speeds against their limits, stops and for how long joints leaned on them
-elastic       arms with elastic joints
-environment   walls and pushes: external torques
-responses     what a loop made of a step and of chirps
+arm_friction  Friction of the simulated arm: set-valued with true stick, its smooth form, none, or a function of the
+              caller
+audit         The audit of a run: its energy must be the work of the channels; its motion, by another engine, that of
+              its torques
+contact       Joints at rest and joints that move: impacts at stops, which joints stick, slip or leave a stop, and
+              what ends that
+elastic       Arms with elastic joints: a spring and a damper between the motor side and the link side of every gear
+flow          Integrates one interval and handles every event in it: impacts at stops, joints that stick or are
+              released
+integrators   From a state to the state after a step: Runge-Kutta of order 4 in fixed steps, and an adaptive reference
+loops         The loops of a run: one for sampled controllers, with a fast path for the usual step, and one for
+              continuous ones
+metrics       Figures of merit of a run: errors joint by joint, error of the tip, torques and speeds against their
+              limits
+plant         The plant, which need not be the arm that the controller models; external torques on it; the encoders
+              that read it
+setup         `Loop`: what closes a loop; `prepare`: arm, controller, reference and loop, checked, as a `Setup` that
+              can be run
+simulate      `simulate`: an arm, a controller and a reference become a `Run` that records its setup and its audit
 """

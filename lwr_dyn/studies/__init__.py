@@ -1,5 +1,5 @@
 """Many closed loops side by side.
 
-compare  controllers x plants: one table, figures, a page
-sweep    runs with parameters that vary, here or on a Dask cluster; gains for a stated aim
+compare  Runs side by side: `lwr_dyn.compare`, and `lwr-dyn compare` with its page
+sweep    Studies of many closed loops: what is varied, and what it does to the metrics
 """

@@ -1,10 +1,13 @@
 """Motion along time and space: profiles, paths, poses along a path, and references for the joints.
 
-motion_profile  MotionProfile: s(t) with its derivatives; constant speed, quintic, trapezoids of speed
-timings         profiles of a whole path by name; bounded jerk; corners rounded
-path            Path: lines and arcs end to end, its corners and bends
-csv_rows        rows of CSV files of poses or joint positions, in SI
-pose_path       orientations along a path; TimedPosePath
-references      references for the joints of an arm, by name
-cartesian       lines and waypoints of the tip of any arm
+cartesian       Cartesian tasks of any arm: lines and waypoint files in space, followed joint position by joint
+                position
+csv_rows        Rows of CSV files of poses or joint positions: a line of column names with units, then numbers, in SI
+motion_profile  Motion profiles: a scalar s(t) with its exact derivatives, as polynomials in time from knot to knot
+path            A path in space: lines and arcs end to end, with the length travelled as its one parameter, and its
+                joints
+pose_path       Poses along a path: a path in space, an orientation along it, and a motion profile that says when
+references      References for the joints of an arm: moves in joint space, and paths of poses through inverse
+                kinematics
+timings         How a path in space is travelled in a given time: motion profiles by name, and corners rounded
 """

@@ -72,6 +72,25 @@ def test_no_own_module_is_imported_for_types_alone():
     assert {name: own for name, names in hiding.items() if (own := {n for n in names if n.startswith("lwr_dyn")})} == {}
 
 
+def children(package: Path) -> set[str]:
+    """Modules and sub-packages of a package."""
+    modules = {path.stem for path in package.glob("*.py") if path.stem not in ("__init__", "__main__")}
+    return modules | {path.parent.name for path in package.glob("*/__init__.py")}
+
+
+def index(package: Path) -> set[str]:
+    """The names that begin a row of the index in a package's docstring: `name  what lives there`."""
+    text = ast.get_docstring(parsed(package / "__init__.py")) or ""
+    return set(re.findall(r"^([a-z_0-9]+) {2,}\S", text, re.MULTILINE))
+
+
+@pytest.mark.parametrize(
+    "package", sorted(path.parent for path in PACKAGE.glob("*/**/__init__.py")), ids=lambda p: p.name
+)
+def test_the_index_of_a_package_names_what_is_there(package):
+    assert index(package) == children(package)
+
+
 def test_a_class_name_has_one_meaning():
     places = defaultdict(list)
     for path in modules():

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, NotRequired, TypedDict
 import pytest
 from jsonschema import Draft202012Validator
 
-from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section, type_of
+from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section, type_of
 from lwr_dyn.foundation.tables import Heading, Marked, Table, json_text
 
 
@@ -34,7 +34,7 @@ def made(there: bool = True) -> Document:
         Note(["a", "b"], key="notes", says="Rests on.", before="note: "), table,
     ])  # fmt: skip
     more = Section("Load", [Fact("mass", 2.0, "kg.", "mass", "kg"), Fact("hidden", [1, 2])], "load", "The load.", there)
-    page = Section("Only there", [Fact("area", 3, head="area"), Figure(lambda: "<b>drawn</b>")], page=True)
+    page = Section("Only there", [Fact("area", 3, head="area"), PageFigure(lambda: "<b>drawn</b>")], page=True)
     return Document("Title", "Verdict", [first, more, page], "lwr-dyn made", facts=[Fact("robot", "r", "Its name.")])
 
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section
+from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section
 from lwr_dyn.foundation.tables import Heading, Marked, Table
 from lwr_dyn.pages import document
 from lwr_dyn.pages.document import POLICY, document_html, notebook_html, page_html
@@ -39,7 +39,7 @@ def found(**more) -> Document:
     )
     rows = [("a <1>", "good", 1.5), ("b", "bad", Marked(-0.1, "bad"))]
     facts = Fact("mass", 2.0, "Of <it>.", "mass", "kg")
-    figure = Figure(lambda: "<svg></svg>", ".own {}", lambda: "<script>own()</script>\n")
+    figure = PageFigure(lambda: "<svg></svg>", ".own {}", lambda: "<script>own()</script>\n")
     sections = [Section("", [Note("at < rest"), facts]), Section("Card", [Table("T", columns, rows), figure], **more)]
     return Document("A & b", "all holds", sections, "lwr-dyn made", "margins")
 

@@ -1,6 +1,8 @@
 """Any arm as a Denavit-Hartenberg table, as a data file and as MJCF, the same motion and torque to rounding.
 
-dh_table   `dh_table`: the rows of an arm in either convention, its bodies in those frames, what rows cannot carry
-data_file  `data_file_text`: the TOML of such a table, which loads again as the same arm
-mjcf       `mjcf_text`: MuJoCo's format
+data_file  An arm as a data file: a DH table in SI with its bodies, limits, rotors and friction; it loads as the same
+           arm
+dh_table   The Denavit-Hartenberg table of any serial arm, in either convention, computed from its joint axes
+mjcf       Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF
+           lacks
 """

@@ -1,10 +1,11 @@
 """Data files: one TOML file per paper or data sheet, read strictly, corrected by errata, turned into an Arm.
 
-catalog       robots, readings, open_paper: robots by name; the template of a new arm
-reader        parse_paper: TOML text to a Paper, the errata of its reading applied
-schema        tables, columns and units of a file; Paper, Column, Erratum, Reading
-columns       one row per joint, with unit and source
-plausibility  signs, order and symmetry of the numbers
-solids        drawn cylinders, and the bodies estimated from them
-assembly      arm_from_paper: Paper to Arm, with rotors, motor map, gains and friction
+assembly  Paper -> Arm: columns in SI become DH rows, bodies, rotors, friction and limits; each quantity keeps its
+          cells
+catalog   Data files: the robots that come with the package, by name, and the template of a user's own arm
+columns   Columns of a data file: one row per joint, finite numbers, units of the right quantity, a source
+reader    The strict reader: TOML text -> `Paper`. An unknown, missing, misspelt or non-finite entry raises, with its
+          place
+schema    The schema of a data file: tables, columns, shapes, the records that the reader returns, and units
+solids    The solids of a drawn arm, and the bodies estimated from them where a source gives only a total mass
 """

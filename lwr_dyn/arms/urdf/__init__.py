@@ -1,10 +1,13 @@
 """Arm to URDF and SRDF with the source of every number, and foreign URDFs back to Arm.
 
-writer       urdf_text: the URDF, and the source of each number in it
-model_files  model_files: all files of an arm; provenance_text: the sidecar of sources; the rotors' SRDF
-geometry     primitives: default shapes of an arm without a drawing
-elements     elements and numbers of the files
-reader       read_urdf: a foreign URDF as an Arm
-parse        XML of foreign files, checked
-tree         its links, and which of its chains is the arm
+elements     Elements of a URDF, each number with its source, and what all written files share: numbers, comments,
+             header
+geometry     Default shapes of an arm without a drawing: cylinders along its joints
+model_files  All files of an arm: URDF, SRDF with the rotors, MJCF, and the sidecar with the source of every number
+parse        URDF file -> parsed URDF by yourdfpy, after checks of our own, with one error that names the faulty
+             element
+reader       Reads a foreign URDF as an Arm: the chain from root to tip, fixed links merged
+tree         The link tree of a URDF: parents, fixed joints, path from root to tip, and the layout that an arm keeps
+             of it
+writer       Arm -> URDF text, together with the source of every number in it
 """

@@ -1,10 +1,18 @@
 """The conventions of a table that states none: every reading, ranked, and what decides it.
 
-ranking        `rank_readings` -> `RankedReadings`; `decisions`: what decides each choice
-ranking_text   the result in words
-printed_table  the printed cells, the conventions they leave open, the bodies of each choice
-evidence       what is published beside the table
-hypotheses     one choice of conventions for a whole table: frames, repeated links
-candidates     readings of a hypothesis and their order; single wrong cells
-search         bodies that give the published numbers
+candidates        Candidate readings of a hypothesis, in their order; links that are read otherwise than the rest
+                  count as exceptions
+cell_corrections  Single wrong cells, where no reading of a table gives the published numbers
+evidence          What a source publishes beside its table: numbers derived from it, a second set of tensors, poses,
+                  repeated links
+hypotheses        Hypotheses about a whole table: one choice of conventions, with every body that each link can then
+                  be
+printed_table     A table as its source prints it, the conventions that it leaves open, and the bodies that follow
+                  from each choice
+ranking           Ranks the readings of a table that states no conventions: by frames, published numbers, bodies,
+                  repeated links
+ranking_text      Ranked readings as sentences and tables: what each criterion gives and decides, and what nothing
+                  decides
+search            Which bodies of the links give the published numbers: a search from the flange inward, one link at a
+                  time
 """

@@ -11,15 +11,8 @@ from typing import Annotated, TypedDict
 
 import numpy as np
 
-from lwr_dyn.checks.conventions.candidates import (
-    SIGNIFICANT,
-    Candidate,
-    CellCorrection,
-    best_mirror_miss,
-    candidates,
-    cell_corrections,
-    ranked,
-)
+from lwr_dyn.checks.conventions.candidates import SIGNIFICANT, Candidate, best_mirror_miss, candidates, ranked
+from lwr_dyn.checks.conventions.cell_corrections import CellCorrection, cell_corrections
 from lwr_dyn.checks.conventions.evidence import Evidence
 from lwr_dyn.checks.conventions.hypotheses import (
     FramesFinding,

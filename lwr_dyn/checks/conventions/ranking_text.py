@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.checks.conventions.candidates import Candidate, CellCorrection, best_mirror_miss, candidates
+from lwr_dyn.checks.conventions.candidates import Candidate, best_mirror_miss, candidates
+from lwr_dyn.checks.conventions.cell_corrections import CellCorrection
 from lwr_dyn.checks.conventions.evidence import DerivedNumber, Evidence
 from lwr_dyn.checks.conventions.hypotheses import TableHypothesis
 from lwr_dyn.checks.conventions.printed_table import PrintedTable

@@ -1,16 +1,31 @@
 """Faults in URDF files: each link, joint and shape as written, with its place, the reason and what to write instead.
 
+document             A URDF as written: links, joints and their places, what a joint moves and how links hang
+                     together; its findings
+elements             Links and joints of a URDF, each number as written; what cannot be read is None and has a finding
+                     of its own
+hulls                Convex hulls of bodies, and the meshes that they are made of
+inertia_shape_rules  Rules of mass, centre of mass and inertia against the shapes of the link, and masses as far as
+                     they can be believed
+inertial_rules       Rules of inertials that need no shape: missing, zero, negative, impossible, a stand-in, in grams
+                     or millimetres
+joint_rules          Rules of joints: limits, axes, origins, angles that look like degrees, and the tree that they
+                     make
+judgement            Each link's inertial held against the convex hull of its own shapes, with the slip that explains
+                     what is odd
+lint                 A URDF judged by every rule: the findings with their severity, without those that the user
+                     ignores
+reports              What `lwr-dyn lint` makes of URDFs: the files of folders, findings grouped by cause, and their
+                     outputs
+schema_rules         Rules of the format: the outermost element, names, tags, attributes, numbers
+shape_rules          Rules of the shapes: files that are not there or cannot be read, scales, sizes, units; bodies
+                     that do not meet
+static_rules         Rules of statics: efforts against the weight that the joints hold
+undoings             Faults undone: each odd tensor or centre is tried as if one named slip had been made, and put
+                     right
+xml_tree             XML text as elements that know their place: by expat, without namespaces, as urdfdom and Drake
+                     read a URDF
+
     from lwr_dyn.checks.urdf.lint import lint_file
     for finding in lint_file("arm.urdf").findings: print(finding.place, finding.level, finding.message)
-
-lint                 `lint_file`: a file judged by every rule; `RULES`
-reports              findings grouped by cause; text, SARIF, annotations; what `lwr-dyn lint` does with URDFs
-xml_tree, elements   XML with places, also through macros; links and joints as written
-document             `UrdfDocument`: the file's links, joints and poses; `UrdfFinding`
-schema_rules, joint_rules, inertial_rules
-                     rules that need no shape
-shape_rules, inertia_shape_rules, static_rules
-                     rules that hold the file against the hulls of its shapes, and efforts against weights
-hulls, judgement, undoings
-                     the hulls, each link held against its own, the slip that explains what is odd
 """

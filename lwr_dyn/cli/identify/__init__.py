@@ -1,11 +1,12 @@
 """The subcommands of `lwr-dyn identify`, one file each, and `lwr-dyn excite`.
 
-group        the group with its subcommands
-log_options  options that they share; logs from files, of motors too; warnings, faults and the exit code
-friction     from runs at constant speed
-motion       from any motion
-table        a table against logs
-payload      a load in the hand
-elastic      springs and dampers of gears
-excite       a motion to run and log
+elastic      `lwr-dyn identify elastic`: springs and dampers of gears from logs of both their sides
+excite       `lwr-dyn excite`: a motion whose torques say most of an arm's parameters
+friction     `lwr-dyn identify friction`: friction from runs at constant speed
+group        `lwr-dyn identify`: parameters of an arm from its logs
+log_options  What the subcommands of `lwr-dyn identify` share: options of logs and motors, logs from files, faults,
+             exit codes
+motion       `lwr-dyn identify motion`: friction, base parameters and bodies from any motion
+payload      `lwr-dyn identify payload`: a load in the hand from any motion
+table        `lwr-dyn identify table`: a table against logs, cell by cell, and its slips traced
 """

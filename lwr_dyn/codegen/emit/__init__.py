@@ -1,10 +1,14 @@
 """Code for other machines: an arm's functions as one file of C or JavaScript that needs nothing else.
 
-functions          what can be emitted: arguments with units, result, the function on symbols, its operations in order
-further_functions  the regressor by its distinct numbers; friction of the joints; control laws as one step
-emission           the functions of an arm for one file: names, the comment at the top, test vectors; the languages
-c_file             C99: file, header and self-test
-javascript_file    a plain script or an ES module
-closed_form        inverse kinematics from the templates branches_*.c, with its test vectors
-restricted_c       a small part of C -> C with an arm's constants, and JavaScript
+c_file             A file of C99 and its header: provenance, guards, the functions, a self-test behind #ifdef
+closed_form        Closed-form inverse kinematics as C and JavaScript: S-R-S arms with an arm angle, six joints with a
+                   spherical wrist
+emission           The functions of an arm for one file, and what all of them share: names, the comment at the top,
+                   test vectors
+functions          What can be emitted for an arm: each function with arguments, units and result, on symbols and as
+                   operations
+further_functions  Functions beside those of a batch: the regressor by its distinct numbers, friction, and control
+                   laws as one step
+javascript_file    An arm's functions as one JavaScript file: a plain script that defines one name, or an ES module
+restricted_c       Texts in a small part of C, as C with an arm's constants and as JavaScript: one text, two languages
 """

@@ -1,15 +1,28 @@
 """Generated code for one arm: batch dynamics and inverse kinematics on symbols, simplified, written, compiled.
 
-batch                `BatchDynamics`, `batch_dynamics`: functions over rows of states; the engine "kernels"
-kernel_spec          the functions of a batch, what can be an input of them; `KernelSpec`, the arm and its options
-lean_recursion       the recursions that are traced, in the joints' own axes, on base parameters
-symbolic_functions   all functions of a batch on symbols
-straight_line        expressions -> `StraightLineCode`, each operation once
-elementary           sine, cosine, exponential, ... without a branch
-result_form          how results lie in memory, and which entries are stored at all
-kernel_source        straight-line code -> Python source over blocks of states
-lowering, transposes  numba intrinsics: the body as vector instructions, rows to lanes and back
-machine_code         source -> object code -> a function in memory
-kernel               `Kernel`: of this process, from the cache on disk, or compiled now
-pose_kernel          the search for one solution of a pose; pose_source its step, pose_driver the loop around it
+batch               Batch dynamics: an arm's functions over rows of states, by compiled kernels; and the engine
+                    "kernels" on them
+elementary          Sine, cosine, exponential, tanh, logarithm, choices and whole numbers as straight-line code,
+                    without a branch
+kernel              A compiled function: of this process, from the cache on disk, or built now
+kernel_source       Generates the Python source of a kernel: a block of W states is copied to a buffer, the code works
+                    on its lanes
+kernel_spec         The functions of a batch, and the specification of their kernels: arm, inputs, number type,
+                    options; its digest
+lean_recursion      The recursions that kernels are generated from: inverse dynamics, and B by composite bodies, in
+                    the axes' own frames
+lowering            Lowers the body of a kernel, a straight-line loop over lanes, to LLVM vector instructions
+machine_code        From the source of a kernel to machine code for this processor, and machine code as a function to
+                    call
+pose_driver         The loop around the step of inverse kinematics: W starts at once, each in a lane of its own that
+                    is refilled
+pose_kernel         The search for one solution of a pose, by a kernel compiled for an arm when first used: the row
+                    "kernel"
+pose_source         Generates the Python source of an arm's kernel of inverse kinematics: its step, as straight-line
+                    code
+result_form         How results of a batch lie in memory, and which entries of a matrix are computed and stored at all
+straight_line       Straight-line code: a symbolic function as a list of additions, products and quotients, each
+                    computed once
+symbolic_functions  The functions of a batch on symbols: the lean recursion traced as CasADi expressions
+transposes          W x W transposes in registers, between rows of states and lanes of a block
 """

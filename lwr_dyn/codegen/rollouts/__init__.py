@@ -1,12 +1,28 @@
 """Rollouts: whole closed loops of many runs at once, in one kernel generated for arm and law, reduced on the way.
 
-rollouts            `rollouts`, the front door; a single run again by `simulate`
-loop_setup          the loop that all runs share, checked; run_parameters what differs from run to run
-law_forms           controllers in the form that kernels take; passivity_law_forms those of Slotine and Li
-symbolic_model      an arm's dynamics on symbols; symbolic_plant with friction, tip and a step of RK4
-philox              the encoders' noise, by counting; philox_code as vector instructions
-step                one sample as a straight line on the slots of a run: encoder, law, delay, figures, motion
-kernel              the driver over blocks of runs, compiled, kept and run
-result              `Rollouts`: metrics from sums and extremes, or from a `Run`; runs that `simulate` computes
-compiled_loop       `run_compiled`: one run with every sample, the loop "compiled" of `simulate`
+compiled_loop        The loop "compiled" of `simulate`: one run as a scalar kernel that keeps every sample, with
+                     record and audit
+kernel               A rollout kernel: the source of its driver over blocks of W runs, its machine code, and its runs
+                     over threads
+law_forms            The kernel form of a controller: its torque on symbols, its memory, and its gains as values of a
+                     run
+loop_setup           The loop that rollouts share, checked as `simulate` checks it: arms, references at every sample,
+                     options
+passivity_law_forms  Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if
+                     adapted), and robust
+philox               Random numbers by counting: Philox 4x32-10 turns (run, sample, block) and a seed into numbers, in
+                     any order
+philox_code          The numbers of `philox` as vector instructions: the driver of a kernel fills slots of its block
+                     with them
+result               What rollouts give: metrics of every run, flags, and each run again, whole, by `simulate`
+rollouts             `rollouts`: many runs of one closed loop at once, with parameters of their own, reduced to
+                     metrics on the way
+run_parameters       The parameters that differ from run to run: names, shapes and what is allowed; arms of runs, and
+                     rows for kernels
+step                 One sample of a closed loop on symbols, as one straight line: reading, law, delay, saturation,
+                     figures, RK4 substeps
+symbolic_model       An arm's dynamics on symbols: the lean recursion on bodies that are constants, base parameters or
+                     symbols
+symbolic_plant       The simulated arm on symbols: its dynamics with smooth friction, its tip, and a step of RK4 under
+                     a held torque
 """

@@ -1,6 +1,9 @@
 """Bodies that have the estimated parameters, or a proof that none do.
 
-possible_bodies  a body's ten parameters as a 4 x 4 matrix; two proofs that no bodies have given base parameters
-body_prior       how far bodies, rotors and friction are from a table: a log-det distance; what is known for certain
-consistent       the fit whose every link is a body, and the weight of the table that a log favours
+body_prior       What a table says of the parameters before any log: how far bodies and rotors are from it, as a log-
+                 det distance
+consistent       The physically consistent fit: bodies that explain the torques and are as near to the table as the
+                 log allows
+possible_bodies  Whether bodies exist that have the identified base parameters: two tests, each of which proves that
+                 none do
 """

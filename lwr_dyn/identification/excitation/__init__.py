@@ -1,7 +1,10 @@
 """Motions that excite the parameters of an arm (`lwr-dyn excite`).
 
-objectives     Fourier series at rest at both ends; how much their torques say of the parameters, with gradient
-motion_limits  what positions, speeds and torques a motion may use; distances from floor, column and own links
-motion_design  the search from random starts, and whether there is room for any motion
-design         design_excitation; the motion as document and file
+design         Design of a motion that excites the base parameters of an arm: `design_excitation`; as a document and
+               as a file
+motion_design  The search for one motion: starts, the best of them searched further, and what its check asks to be
+               done again
+motion_limits  What a motion may use of an arm's positions, speeds and torques, and how near it comes to floor, column
+               and itself
+objectives     Fourier motions that begin and end at rest, and how much their torques say of the base parameters
 """

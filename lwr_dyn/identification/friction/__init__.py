@@ -1,6 +1,8 @@
 """Friction per joint and direction from runs at constant speed (`lwr-dyn identify friction`).
 
-friction_map       stretches of constant speed, one FrictionPoint each; what the arm's model takes out of its torques
-direction_fit      Coulomb, viscous and Stribeck friction of one direction
-identify_friction  identify_friction: all joints of all logs, as figure, text and record
+direction_fit      One direction of a friction map -> parameters: viscous and Coulomb by linear least squares,
+                   Stribeck by nonlinear
+friction_map       The friction-velocity map: one point for every cruise, the averages of velocity and torque over it
+identify_friction  Friction of an arm from constant-velocity runs, as the WAM paper identifies it; as figure, text and
+                   record
 """

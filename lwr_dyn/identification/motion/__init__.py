@@ -1,7 +1,9 @@
 """Inertial and friction parameters from any motion (`lwr-dyn identify motion`).
 
-- `motion_fit`: identify_motion: samples, base parameters, bodies, validation
-- `motion_result`: MotionRule, how parameters are taken; MotionIdentification, what was found, as a document
-- `identifiable`: identified or not, known only together, from the log or the table; swings that would identify more
-- `validation`: what is left of torques that a fit did not see; whether residuals are white
+identifiable   Which parameters logs identify, which of them only together, why the others not, and which motion would
+motion_fit     Identification from any motion: base parameters by least squares, bodies near the table, judged on
+               other motions
+motion_result  What a fit to any motion found, for programs and people: what is identified and what cannot be, bodies,
+               and what is left of torques that it did not see
+validation     How well a fit predicts torques that it has not seen, and whether what it leaves is white noise
 """

@@ -1,9 +1,14 @@
 """Linear regression on the torques of an arm.
 
-torque_columns  torques as columns times parameters: bodies, rotors, friction
-samples         instants of logs: states from positions alone, torques as measured
-least_squares   weighted and Huber estimates with covariance; base parameters; normal equations by their eigenvectors
-information     normal equations summed over a log, weighted with the noise of every joint or group of equations
-instrumental    instrumental variables, for logs without a filter; noise of slow sums
-stribeck        Stribeck speeds by a bounded search, and how well they are known
+information     What logs say of the base parameters: weighted least squares with the noise of every joint, and what
+                they leave open
+instrumental    Instrumental variables for logs without a filter: columns of the motion that was commanded stand in
+                for noisy ones
+least_squares   Linear least squares: base parameters, normal equations by their eigenvectors, weighted and robust
+                estimates
+samples         Instants of logs as the regression takes them: states from positions alone, torques as they were
+                measured
+stribeck        Stribeck speeds: the one nonlinear parameter of friction, by a bounded search with all others linear
+torque_columns  Torques of an arm as columns times parameters: bodies of one geometry, rotor and friction of each
+                joint
 """

@@ -13,7 +13,7 @@ import numpy as np
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section
+from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in
 from lwr_dyn.foundation.number_text import short
@@ -204,14 +204,16 @@ def _drawn(result: MotionIdentification) -> tuple[DrawnFit, DrawnMotion]:
 def figure_sections(drawn: DrawnMotion) -> list[Section]:
     """The motion in 3D with the links before and after, torques against their prediction, friction over speed."""
     units = [UNITS[link.kind] for link in drawn.arm.chain.links]
-    stage = Figure(
+    stage = PageFigure(
         lambda: stage_html(drawn.recordings), resource_text("report.css", PACKAGE),
         lambda: stage_scripts(stage_data(drawn.arm, drawn.recordings, drawn.before, drawn.after)),
     )  # fmt: skip
     return [
         Section("The motion, and the links before and after", [Note(ELLIPSOIDS), stage, link_table(drawn)], page=True),
-        Section("Torque against prediction", [Figure(lambda: _torques_html(drawn, [u[1] for u in units]))], page=True),
-        Section("Friction", [Note(DOTS), Figure(lambda: friction_maps_html(
+        Section(
+            "Torque against prediction", [PageFigure(lambda: _torques_html(drawn, [u[1] for u in units]))], page=True
+        ),
+        Section("Friction", [Note(DOTS), PageFigure(lambda: friction_maps_html(
             drawn.speed, drawn.friction_torque, drawn.friction, drawn.friction_before, drawn.friction_at, tuple(units)
         ))], page=True),
     ]  # fmt: skip

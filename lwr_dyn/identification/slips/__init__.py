@@ -1,8 +1,13 @@
 """Slips of a table, traced by a log.
 
-printed_cells  the cells as the source prints them, the parameters they stand for, which of them motions show
-repairs        the slips that hands make, undone
-hypotheses     a table with repairs, judged by a log in which friction is free
-trace          the fewest repairs with which a table meets a log; one factor on all bodies, which is no slip
-slip_tables    every cell against the log; text, record and the card of a page
+hypotheses     A table with repairs, judged by a log: chi^2, and the evidence that weighs a free value against a
+               stated slip
+printed_cells  The inertial cells of a table as its source prints them, and the parameters of the torques that they
+               stand for
+repairs        The slips that hands make in tables of inertias, undone: every table that one repair of a given one
+               yields
+slip_tables    A table against a log: what each cell would be if it alone were wrong; its slips as text, record, card
+               of a page
+trace          Slips of a table traced by a log: the fewest repairs with which the table meets it, and what have the
+               same effect
 """

@@ -1,5 +1,7 @@
 """Closed forms of six-joint arms, reached through the registry of solvers.
 
-spherical_wrist  six joints with a spherical wrist: geometry, all branches, in batches
-snapped_arms     three parallel axes; rounded or calibrated numbers, polished on the arm; the package EAIK
+snapped_arms     Further six-joint arms: rounded or calibrated numbers, three parallel axes, and what the package EAIK
+                 solves
+spherical_wrist  Closed-form inverse kinematics of six-joint arms with a spherical wrist: eight branches for each
+                 pose, in batches
 """

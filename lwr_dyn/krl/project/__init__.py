@@ -1,6 +1,6 @@
 """A program: its files, the names they declare, and which of them a routine sees.
 
-project   modules that see one another, and the names that they declare
-program   one module with all that it sees; reads files and folders
-scope     the names that a routine sees
+program  A program: one module of a project, with all the names that it sees; and how files and folders become one
+project  A project: modules that see one another, as a KUKA controller sees them, and the names that they declare
+scope    The names that a routine sees
 """

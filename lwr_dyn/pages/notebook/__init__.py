@@ -1,5 +1,5 @@
 """Results in a notebook; the core works without.
 
-forms  arm, run, checks, inverse kinematics, reproduction, identification as small HTML
-plot   `lwr_dyn.plot`: a picture that any notebook draws
+forms  Results as one or two kilobytes of HTML, which a notebook shows in place of their text
+plot   `lwr_dyn.plot`: a picture of runs that any notebook draws, and that `simulate --plot` writes
 """

@@ -1,6 +1,9 @@
 """Figures as pictures: PNG and SVG by Matplotlib, and HTML.
 
-drawn_panel  a panel ready to draw: numbers, colours by name, axes, limits near and far, errors magnified; as HTML
-panels       a figure's heading and panels drawn by Matplotlib
-plots        `save_figure`, `figure_bytes`; pictures of sampled loops
+drawn_panel  A panel of a figure, ready to draw: its curves as numbers with their colours, and axes that follow the
+             data
+line_plane   A plane of lines and dots as HTML: SVG that stretches with the page, every text is text of the page
+panels       One figure's heading and panels, drawn by Matplotlib: names instead of legends, gauges for far limits,
+             scale bars
+plots        Figures and pictures of sampled loops -> PNG and SVG by Matplotlib, which is imported when one is drawn
 """

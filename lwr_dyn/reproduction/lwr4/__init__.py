@@ -1,4 +1,7 @@
-"""The LWR-IV exercise recomputed."""
+"""The LWR-IV exercise recomputed.
+
+study  The LWR-IV exercise recomputed: the seven matrices, the wrist centre by both routes, the tool point
+"""
 
 from lwr_dyn.reproduction.papers import Study
 

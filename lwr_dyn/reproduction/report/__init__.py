@@ -1,8 +1,11 @@
 """A report as one HTML file that loads nothing and can be read without a script.
 
-content      the records that a page shows, from `Page` down to `ReportCell`
-page         `write_report`, `report_html`: the whole page, with runs and figures for the scripts beside this file
-blocks       every number as a square and as a line with its residual; errata, checks, sections, files
-figure_html  a figure as HTML and SVG
-still_image  the 3D view as a picture before it starts
+blocks       Errata, checks, sections and files of a report as HTML that is readable without scripts
+content      The content of a report page as plain records, without HTML
+figure_html  A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of
+             the page
+page         A report as one HTML file: text, tables and figures are HTML and SVG; scripts add the 3D replay, cursors
+             and zoom
+still_image  A still of the 3D view before it starts, under the paths of the runs as SVG in their colours; the runs in
+             numbers
 """

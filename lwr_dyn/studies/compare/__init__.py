@@ -1,8 +1,10 @@
 """Runs side by side: `lwr_dyn.compare`, and `lwr-dyn compare` with its page.
 
-comparison    `RunComparison`: the table of the runs, its records, its figures, its page
-compared_run  one of its runs: what it is compared by, and a run from a time on
-plants        what a controller can be confronted with: payload, other masses, friction, ...
-study         controllers x plants, simulated, in several processes if wanted
-pair_page     any two of the runs replayed side by side, chosen from lists
+compared_run  `ComparedRun`: a run of a comparison with its figures of merit, and whether its loop kept still
+comparison    `RunComparison`: several runs of one reference as a table, records and figures; refuses runs that differ
+              in more
+pair_page     Any two runs of a comparison replayed side by side: two lists to choose from, in one file that needs no
+              network
+plants        Plants by name: each is the arm of the controllers' model, changed in one thing that they do not know of
+study         Controllers x plants: every controller on every plant, on one reference, in one process or several
 """

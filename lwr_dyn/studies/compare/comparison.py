@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lwr_dyn.design.gain_search import TunedRecord
-from lwr_dyn.foundation.document import Document, Fact, Figure, Note, Section
+from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.tables import Heading, Marked, Table
@@ -243,7 +243,7 @@ def _title(run: Run) -> str:
 def comparison_html(compared: RunComparison) -> str:
     """The page; the same runs give the same text."""
     nearest = Section("", [Note(_nearest(compared))])
-    charts = [Section(plant, [Figure(partial(_charts, runs))]) for plant, runs in compared.plants.items()]
+    charts = [Section(plant, [PageFigure(partial(_charts, runs))]) for plant, runs in compared.plants.items()]
     document = compared.document
     return page_html(replace(document, sections=[nearest, *document.sections, *charts]))
 

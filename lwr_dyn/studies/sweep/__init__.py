@@ -1,19 +1,32 @@
 """Studies of many closed loops: what is varied, and what it does to the metrics.
 
-sweep_study        SweepStudy: values of its runs, its digest; its arm, references and controllers
-read_study         the study of a TOML file, read strictly
-read_parameters    its `[[parameter]]` tables, and whether what varies exists in the arm, the controllers, the task
-vocabulary         what can be varied, by path; the metrics of a run, by name
-sampling           VariedParameter: how values are distributed; grid, Sobol, Latin hypercube, random, Saltelli
-rollout_arguments  values of the paths as keywords of `lwr_dyn.rollouts`, for one controller
-running            runs in chunks: threads, processes, a Dask cluster; a folder that a killed sweep goes on from
-summary            what a study found, for each controller
-intervals          quantiles and shares over runs with their intervals
-influence          what each parameter does to a metric: a tornado, Sobol indices
-outwards           how far a parameter alone goes before a limit breaks
-summary_text       the summary as text, tables and JSON values
-report_page        the summary as one HTML file; what comes of a finished sweep: page and worst runs
-charts             the charts of that page
-gain_search        differential evolution under one bound; what gains are worth on runs not seen
-tune               gains for a stated aim, as text and JSON values
+charts             The charts of a study's page as HTML: how a metric is distributed, what each parameter does, lines
+                   of runs
+gain_search        A search for gains: differential evolution of SciPy, a whole generation at once, under one bound
+influence          How much a metric follows each varied parameter: the numbers of a tornado, and Sobol indices of a
+                   Saltelli design
+intervals          Confidence intervals that assume nothing of a distribution: of a quantile by order statistics, of a
+                   share
+outwards           Which parameter breaks a limit first: each alone is moved from its nominal value to the ends of its
+                   range
+read_parameters    The `[[parameter]]` tables of a study: a path, its distribution, and whether arm, controllers and
+                   task have it
+read_study         Reads a study's file: TOML, strict; what is wrong is one line with the file and the field
+report_page        The report of a study as one HTML file, and what comes of a finished sweep: figures, page, and the
+                   worst runs
+rollout_arguments  From values of a study's paths to the keywords of `lwr_dyn.rollouts`: plants, and one of its
+                   controllers
+running            Runs of a study in chunks: on threads, processes or a cluster, killed and resumed, in a folder of
+                   results
+sampling           What the runs of a study are: points of the unit cube, and from them values by the inverse
+                   distribution
+summary            What a study found: for each controller its quantiles, shares inside the limits, influences, and
+                   the worst runs
+summary_text       A summary for people and programs: numbers with their intervals, tables for the terminal, a record
+                   for `--json`
+sweep_study        A study: which loops, what is varied, how many runs; and its arm, references and controllers, built
+                   when needed
+tune               `tune`: gains for a stated aim, found on some runs of a study and judged on others; as text and
+                   JSON values
+vocabulary         What a study can vary, by path, and the metrics of its runs, by name
 """

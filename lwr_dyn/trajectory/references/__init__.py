@@ -1,9 +1,12 @@
 """References for the joints of an arm: moves in joint space, and paths of poses through inverse kinematics.
 
-references           REFERENCES: references by name; violations of the position limits
-joint_moves          JointReference: point to point, LSPB moves, standing still
-excitations          steps and chirps
-pose_path_reference  PosePathReference: a timed pose path with an arm angle
-recorded_motion      a motion from a CSV file
-ist                  the path IST of the LWR 4+ paper
+excitations          The tasks `step` and `chirp`: positions that a loop is asked for, of one joint or of each in turn
+ist                  The IST path of the LWR 4+ paper: its points as printed, the path through them, its timing; and
+                     `ist-clear`
+joint_moves          Moves in joint space: point to point by quintics, LSPB moves of all joints together, and standing
+                     still
+pose_path_reference  A reference for the joints from a timed pose path, the arm's inverse kinematics and an arm angle
+recorded_motion      The task `csv`: a motion that a person brings, through its rows by a spline of degree 5 in time
+references           References for the joints by name, as `simulate --task` takes them, and the position limits that
+                     they keep
 """

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.conventions.candidates import shortest_between
+from lwr_dyn.checks.conventions.cell_corrections import shortest_between
 from lwr_dyn.checks.conventions.printed_table import CellChange
 from lwr_dyn.checks.conventions.ranking import rank_readings
 from lwr_dyn.foundation.errors import MissingDataError
