@@ -1,7 +1,7 @@
 """The conventions of a table that states none: every reading, ranked, and what decides it.
 
-candidates        Candidate readings of a hypothesis, in their order; links that are read otherwise than the rest
-                  count as exceptions
+candidates        Candidate readings of a hypothesis, in their order; a link read otherwise than the rest counts as an
+                  exception
 cell_corrections  Single wrong cells, where no reading of a table gives the published numbers
 evidence          What a source publishes beside its table: numbers derived from it, a second set of tensors, poses,
                   repeated links
