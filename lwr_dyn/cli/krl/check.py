@@ -60,7 +60,7 @@ def _check_folder(folder: str, names: tuple[str, ...], as_json: bool) -> None:
     sys.exit(0 if has_no_error(diagnostics) else 1)
 
 
-class FileRecord(TypedDict):
+class CheckedFileRecord(TypedDict):
     """A file of a folder with its counts."""
 
     file: str
@@ -93,7 +93,7 @@ def _document(
     ]  # fmt: skip
     of_folder = Section("", [
         Fact("files", [{"file": x.name, "lines": x.lines, **x.counts} for x in files],
-             "Of a folder: each file with its counts.", kind=list[FileRecord]),
+             "Of a folder: each file with its counts.", kind=list[CheckedFileRecord]),
         Fact("totals", totals(files), "Of a folder; programs are .src and .sub files.", kind=TotalsRecord),
     ], there=bool(files))  # fmt: skip
     lines = [f"{folder}/{one}" if folder != Path() else str(one) for one in found]

@@ -71,7 +71,7 @@ class RoutineRecord(TypedDict):
     added: list[LineRecord]
 
 
-class FileRecord(TypedDict):
+class ChangedFileRecord(TypedDict):
     """A file of either state."""
 
     file: str
@@ -89,7 +89,9 @@ def _document(files: Sequence[FileComparison], same: bool) -> Document:
         Note([line for file in files for line in _lines(file)]),
         Note(", ".join(f"{what} {count}" for what, count in counts.items() if count) or "no file differs"),
         Fact("summary", counts, "How many of each kind."),
-        Fact("files", [_record(x) for x in files if x.kind != "same"], "Those that differ.", kind=list[FileRecord]),
+        Fact(
+            "files", [_record(x) for x in files if x.kind != "same"], "Those that differ.", kind=list[ChangedFileRecord]
+        ),
     ])], "lwr-dyn krl diff")  # fmt: skip
 
 
