@@ -71,7 +71,8 @@ def _row(paper: Paper) -> tuple[Any, ...]:
 
 
 def _details(paper: Paper) -> Iterator[str]:
-    yield f"{paper.name}: {paper.document['title']} ({paper.document['origin']})"
+    origin = paper.document.get("origin")
+    yield f"{paper.name}: {paper.document['title']}" + (f" ({origin})" if origin else "")
     for name in paper.reading_names:
         yield f"  {name}: {paper.readings[name].about}"
     for name, column in paper.columns.items():

@@ -1,6 +1,6 @@
 """A fifth paper: its own folder and its data file are all that it takes.
 
-A copy of the package gets a folder `reproduction/fifth` and a file `papers/fifth.toml`; no other file is touched.
+A copy of the package gets a folder `reproduction/fifth` and a file `arms/papers/fifth.toml`; no other file is touched.
 """
 
 import json
@@ -50,7 +50,7 @@ status = "proven"
 patch = [{ at = "results.conclusion.reach[0]", printed = "0.09", read = "0.9" }]
 """
 FILES = {
-    "papers/fifth.toml": DATA,
+    "arms/papers/fifth.toml": DATA,
     "reproduction/fifth/results.toml": """
 schema = 1
 paper = "fifth"

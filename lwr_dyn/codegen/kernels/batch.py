@@ -299,7 +299,7 @@ def batch_dynamics(
         forward dynamics.
     rotors : {"armature", "full", "none"}
     layout : {"rows", "padded", "blocks"}
-        "padded" begins every result on a whole vector; "blocks" gives (blocks, *shape, W): W states side by side.
+        "padded" begins every result on a whole vector; "blocks" gives `(blocks, ..., W)`: W states side by side.
     structure : {"dense", "compact"}
         "compact" stores the distinct values of a matrix once, constants never: (N, count), read by `entries`.
 

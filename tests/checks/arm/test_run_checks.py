@@ -2,18 +2,14 @@
 
 import inspect
 import types
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.checks.arm import run_checks
-from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.dynamics import newton_euler, pinocchio_engine, recursion
-from lwr_dyn.foundation.registry import Row
 from lwr_dyn.model.arm import Arm
 
 STATES = 20
@@ -127,16 +123,3 @@ def test_a_rotor_that_turns_the_other_way_round_in_the_full_model_is_seen():
     right = recursion.inverse_dynamics(links, gravity, *x, "full")
     # Z . (omega x Z) = 0: this term never reaches tau, which the paper's own projection shows
     assert np.allclose(twin.inverse_dynamics(links, gravity, *x, "full"), right, rtol=0, atol=1e-15)
-
-
-def always_fails(arm, paper):
-    return [Verdict(f"{paper.name} of {arm.name}", 1.0, 0.0, "1")]
-
-
-def test_a_row_adds_a_check_and_one_that_is_not_installed_is_noted(monkeypatch):
-    rows = {"mine": Row(f"{__name__}:always_fails", "mine"), "gone": Row("no_such_package.checks:verdicts", "gone")}
-    monkeypatch.setattr(run_checks, "CHECKS", replace(run_checks.CHECKS, rows=rows))
-    report = run_checks.check_arm(lwr_dyn.load("lwr4"), open_paper("lwr4"), states=STATES)
-    assert [v.name for v in report.verdicts if not v.holds] == ["lwr4 of lwr4"]
-    assert report.notes[0] == "gone not checked: no_such_package.checks is not installed"
-    assert run_checks.check_arm(lwr_dyn.load("lwr4"), states=STATES).holds
