@@ -211,8 +211,10 @@ def load(
 
     >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
     (7, 6)
-    >>> load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]}).installation.mount.on
-    'ceiling'
+    >>> import lwr_dyn
+    >>> arm = load("lwr4plus", mount="ceiling", tool={"xyz": [0, 0, 0.1]})
+    >>> lwr_dyn.forward_kinematics(arm, [0] * 7)[2, 3].round(3)
+    np.float64(-0.968)
     """
     return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args)[0]
 
