@@ -24,7 +24,7 @@ _PLACES = {
     "inverse_kinematics": "lwr_dyn.kinematics.inverse",
     "load": "lwr_dyn.arms.loading",
     "margins": "lwr_dyn.design.margins",
-    "plot": "lwr_dyn.pages.notebook.plot",
+    "plot": "lwr_dyn.pages.plotting.plots",
     "readings": "lwr_dyn.arms.papers.catalog",
     "reference": "lwr_dyn.trajectory.references.references",
     "replay": "lwr_dyn.pages.replay.replay_page",

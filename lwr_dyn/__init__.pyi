@@ -15,7 +15,7 @@ from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
 from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
 from lwr_dyn.model.run import Run as Run
 from lwr_dyn.pages.explorer.shown import show as show
-from lwr_dyn.pages.notebook.plot import plot as plot
+from lwr_dyn.pages.plotting.plots import plot as plot
 from lwr_dyn.pages.replay.replay_page import replay as replay
 from lwr_dyn.simulation.simulate import simulate as simulate
 from lwr_dyn.studies.compare.comparison import compare as compare

@@ -5,9 +5,10 @@ import sys
 import click
 
 from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.checks.arm.verdict import CheckReport, FileVerdict
+from lwr_dyn.checks.arm.verdict import CheckReport
 from lwr_dyn.checks.urdf.document import UrdfRecord
-from lwr_dyn.checks.urdf.reports import file_verdict
+from lwr_dyn.checks.urdf.lint import LintReport, lint_file
+from lwr_dyn.checks.urdf.reports import report_text
 from lwr_dyn.cli.options import given_xacro_args, load_robot_and_paper, robot_options, show
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import UrdfError
@@ -28,18 +29,18 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         loaded = load_robot_and_paper(robot, reading, tip, locks)
     except UrdfError as refused:
         fault = refused
-    written = [file_verdict(robot, given_xacro_args())] if ends_in(robot, ".urdf", ".xacro") else []
+    written = [lint_file(robot, xacro_args=given_xacro_args())] if ends_in(robot, ".urdf", ".xacro") else []
     left: list[str] = []
     if not as_json and written:
-        click.echo(written[0].text)
+        click.echo(report_text(written[0]))
     if fault is not None:
-        judged = written and (_wants_a_chain(fault) or not all(part.holds for part in written))
+        judged = written and (_wants_a_chain(fault) or not all(part.holds() for part in written))
         if tip is not None or locks or not judged:
             raise fault
         left.append(f"laws and roads skipped: {fault}")
     with progress(f"checking {robot}"):
         report = None if loaded is None else check_arm(*loaded)
-    holds = all(part.holds for part in written) and (report is None or report.holds)
+    holds = all(part.holds() for part in written) and (report is None or report.holds)
     show(_document(report, robot, written, left, holds), as_json)
     sys.exit(0 if holds else 1)
 
@@ -50,12 +51,12 @@ def _wants_a_chain(fault: UrdfError) -> bool:
 
 
 def _document(
-    report: CheckReport | None, robot: str, written: list[FileVerdict], left: list[str], holds: bool
+    report: CheckReport | None, robot: str, written: list[LintReport], left: list[str], holds: bool
 ) -> Document:
     """The checks, and what stands in the file; without a report the file alone was judged."""
     found = CheckReport(robot, "", ()) if report is None else report
     urdf = ends_in(robot, ".urdf", ".xacro")
-    as_written = "" if all(part.holds for part in written) else "; the file as written fails"
+    as_written = "" if all(part.holds() for part in written) else "; the file as written fails"
     further = f". Next: lwr-dyn urdf {robot} --out arm.urdf" if found.holds and not urdf else ""
     facts = [
         Fact("robot", found.robot, "Name of the robot."),
@@ -70,6 +71,6 @@ def _document(
         Note(found.summary() + as_written + further, report is not None),
         Fact("holds", holds, "Whether all hold; the exit code is 0 then."),
     ])  # fmt: skip
-    findings = Fact("findings", [x for part in written for x in part.records], "Faults of a URDF, each with its place.",
-                    kind=list[UrdfRecord])  # fmt: skip
+    records = [x.record() for part in written for x in part.findings]
+    findings = Fact("findings", records, "Faults of a URDF, each with its place.", kind=list[UrdfRecord])
     return Document("", "", [checks, Section("", [findings], there=bool(written))], "lwr-dyn check", facts=facts)

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
-from lwr_dyn.cli.options import OneOf, load_robot, robot_options, row_options, show
+from lwr_dyn.cli.options import Flag, OneOf, load_robot, robot_options, row_options, show
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -109,10 +108,8 @@ def _markdown(compared: RunComparison) -> str:
 
 
 def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
-    context = click.get_current_context()
-    for name in (param.name or "" for param in context.command.params):
-        typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
-        if typed and name not in ("robot", *OF_FILES):
+    for name in (param.name or "" for param in click.get_current_context().command.params):
+        if Flag(name, None).is_typed and name not in ("robot", *OF_FILES):
             raise OptionError(
                 f"--{name.replace('_', '-')}", "would do nothing here", "with a robot, not with run files"
             )

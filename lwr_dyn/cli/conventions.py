@@ -8,8 +8,8 @@ import click
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.checks.conventions.candidates import ReadingRecord
-from lwr_dyn.checks.conventions.evidence import Evidence, packaged_evidence, read_evidence
-from lwr_dyn.checks.conventions.printed_table import PrintedTable, printed_table
+from lwr_dyn.checks.conventions.evidence import packaged_evidence, read_evidence
+from lwr_dyn.checks.conventions.printed_table import printed_table
 from lwr_dyn.checks.conventions.ranking import DecisionRecord, RankedReadings, rank_readings
 from lwr_dyn.checks.conventions.ranking_text import judged_rankings, ranking_text
 from lwr_dyn.checks.datasheet.datasheet import ZeroReadings, ZeroRecord, zero_readings, zero_text
@@ -50,7 +50,8 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     if not kind and (zero is None or "inertial.inertia" in paper.columns):
         table = printed_table(paper)
         with progress("trying all readings"):
-            result = rank_readings(table, _evidence(robot, evidence, table))
+            known = packaged_evidence(robot, table) if evidence is None else read_evidence(evidence, table)
+            result = rank_readings(table, known)
     if evidence is not None and result is None:
         raise OptionError("--evidence", evidence, f"a robot whose inertias are printed; {paper.name} has none to read")
     show(document(robot, paper, result, zero), as_json)
@@ -60,10 +61,6 @@ def _own_kind(paper: Paper) -> str:
     """The kind of the tensors where no source prints them; empty otherwise."""
     column = paper.columns.get("inertial.inertia")
     return column.kind if column is not None and column.kind in ("estimated", "assumed") else ""
-
-
-def _evidence(robot: str, path: str | None, table: PrintedTable) -> Evidence:
-    return packaged_evidence(robot, table) if path is None else read_evidence(path, table)
 
 
 def document(robot: str, paper: Paper, result: RankedReadings | None, zero: ZeroReadings | None) -> Document:

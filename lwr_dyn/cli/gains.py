@@ -1,36 +1,20 @@
 """`lwr-dyn gains`: each joint's largest inertia, what is proven of it, and gains for a second-order loop."""
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import click
 import numpy as np
 
-from lwr_dyn.cli.margins import ELASTIC_HELP
-from lwr_dyn.cli.options import (
-    OneOf,
-    OptionRule,
-    given_elasticity,
-    load_robot,
-    refuse_unused,
-    robot_options,
-    show,
-)
+from lwr_dyn.cli import options
+from lwr_dyn.cli.options import ELASTIC_HELP, OneOf, OptionRule, given_elasticity, robot_options
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
-from lwr_dyn.design.gain_search import (
-    PEAK,
-    CertificateRecord,
-    MarginGains,
-    MarginRecord,
-    certificates,
-    certified,
-    check_margin,
-    margin_gains,
-)
-from lwr_dyn.design.loop_judgement import LoopCase, SampledGains, judge_of_gains
-from lwr_dyn.design.sampled_stability import StabilityRecord
+from lwr_dyn.design import gain_search
+from lwr_dyn.design.gain_search import PEAK, CertificateRecord, MarginGains, MarginRecord
+from lwr_dyn.design.loop_judgement import LoopCase, sampled_loops, stability_table
+from lwr_dyn.design.sampled_loop import Sampling
+from lwr_dyn.design.sampled_stability import SampledStability, StabilityRecord
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.registry import REQUIRED, options_of
@@ -105,18 +89,18 @@ def command(
 ) -> None:
     """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, where sampling makes
     the loop unstable, and with --margin the largest omega_n that keeps a margin."""
-    refuse_unused(RULES, {"margin": margin, "elastic": elastic})
+    options.refuse_unused(RULES, {"margin": margin, "elastic": elastic})
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
-    judge = judge_of_gains(rate, delay)
-    arm = load_robot(robot, reading, tip, locks)
+    sampling = Sampling(rate, delay)
+    arm = options.load_robot(robot, reading, tip, locks)
     search = None if margin is None else _margin_search(arm, margin, (rate, delay), task, elastic, encoders)
     with progress("searching the largest inertias"):
         maxima = worst_case_inertias(arm)
         gains = second_order_gains([w.value for w in maxima], omega_n, xi)
-        sampled = judge(arm, gains)
+        sampled = sampled_loops(arm, gains, sampling)
         kept = search(gains) if search is not None else None
-        proven = certificates(arm, maxima)
-    show(document(arm, gains, maxima, proven, sampled, kept), as_json)
+        proven = gain_search.certificates(arm, maxima)
+    options.show(document(arm, gains, maxima, proven, sampled, kept), as_json)
 
 
 def document(
@@ -124,7 +108,7 @@ def document(
     gains: Gains,
     maxima: Sequence[InertiaMaximum],
     proven: Sequence[Any] | None,
-    sampled: SampledGains,
+    sampled: Mapping[str, SampledStability],
     kept: MarginGains | None,
 ) -> Document:
     """The largest inertias with their gains, what sampling does to them, and the frequencies that keep a margin."""
@@ -139,12 +123,13 @@ def document(
          w.statement(), bounds[w.joint])
         for w in maxima
     ]  # fmt: skip
+    judged = {name: each.to_json() for name, each in sampled.items()}
     found = Table("", HEADINGS, rows, key="joints", says="Joint by joint.")
     sections = [
-        Section("", [found, Note(searched(arm, maxima) if proven is None else certified(arm, proven))]),
+        Section("", [found, Note(searched(arm, maxima) if proven is None else gain_search.certified(arm, proven))]),
         Section("", [
-            sampled.table,
-            Fact("sampled", sampled.record, "The sampled loop at rest, controller by controller.",
+            stability_table(arm, sampled),
+            Fact("sampled", judged, "The sampled loop at rest, controller by controller.",
                  kind=dict[str, StabilityRecord]),
         ]),
         Section("", [
@@ -164,7 +149,7 @@ def _margin_search(
 
     Raises before the search what options cannot be.
     """
-    check_margin(limit)
+    gain_search.check_margin(limit)
     cases = [LoopCase(*sampled)]
     if elastic is not None:
         elasticity = chosen_elasticity(arm, given_elasticity(elastic))
@@ -173,7 +158,7 @@ def _margin_search(
     if task is not None:
         reference = REFERENCES.make(task, arm)
         q = np.asarray(reference.sample(np.linspace(0.0, reference.duration, ON_TASK)).q)
-    return lambda gains: margin_gains(arm, limit, cases, gains, q)
+    return lambda gains: gain_search.margin_gains(arm, limit, cases, gains, q)
 
 
 def searched(arm: Arm, maxima: Sequence[InertiaMaximum]) -> list[str]:
@@ -196,6 +181,6 @@ def places(arm: Arm, worst: InertiaMaximum) -> str:
 
 
 def _joint_text(x: float, kind: JointKind) -> str:
-    if math.isnan(x):
+    if np.isnan(x):
         return "*"
     return f"{np.degrees(x):.0f}" if kind is JointKind.REVOLUTE else f"{x:.3g}"

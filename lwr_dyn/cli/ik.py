@@ -1,19 +1,21 @@
 """`lwr-dyn ik`: joint positions for a pose of the flange, all branches; exit 1 when there is none."""
 
 import sys
-from dataclasses import replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import Annotated, Any
 
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, print_json, robot_options
+from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, robot_options, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_words
-from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
-from lwr_dyn.krl.robot.kuka_pose import KukaUnits, kuka_units, pose_of_matrix, pose_record, rotation_of_abc
+from lwr_dyn.kinematics.solution import InverseResult, Solution, SolutionRecord, nearest_solution
+from lwr_dyn.krl.robot import kuka_pose
 from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.spatial import from_rpy
@@ -60,10 +62,8 @@ def command(
     result = inverse_kinematics(arm, pose, **options)
     kept = _selected(arm, result.solutions, given)
     result = replace(result, solutions=kept, outside=result.outside if kept == result.solutions else ())
-    if as_json:
-        print_json(_record(arm, pose, result))
-    elif result.solutions or result.outside:
-        _print_branches(arm, pose, result, every)
+    if as_json or result.solutions or result.outside:
+        show(_document(arm, pose, result, every), as_json)
     if result.status != "solved":
         click.echo(f"lwr-dyn: {_verdict(arm, pose, result, angle)}", err=True)
         sys.exit(1)
@@ -73,7 +73,7 @@ def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) 
     """The solutions with the Status and Turn that are given, and of these the one nearest to --from-deg."""
     s, t, start = given["status"], given["turn"], _start(arm, given)
     if s is not None or t is not None:
-        solutions = KukaUnits(arm).selected(solutions, s, t)
+        solutions = kuka_pose.KukaUnits(arm).selected(solutions, s, t)
     if start is None or not solutions:
         return solutions
     return (nearest_solution(solutions, start),)
@@ -97,7 +97,7 @@ def _pose(arm: Arm, given: dict[str, Any]) -> tuple[Array, bool]:
     angles_option = _one_of(given, *ANGLES)
     angles = fixed_array(angles_option, given[_key(angles_option)], (3,))
     if angles_option == "--abc-deg":
-        pose[:3, :3] = rotation_of_abc(angles.tolist())
+        pose[:3, :3] = kuka_pose.rotation_of_abc(angles.tolist())
     else:
         pose[:3, :3] = from_rpy(angles if angles_option == "--rpy" else np.radians(angles))
     return pose, True
@@ -133,47 +133,65 @@ def _verdict(arm: Arm, pose: Array, result: InverseResult, angle: float | None) 
     return f"{arm.name}: outside limits: {result.joint} by {excess:.6g} rad ({np.degrees(excess):.6g} deg){at}"
 
 
-def _print_branches(arm: Arm, pose: Array, result: InverseResult, every: bool) -> None:
+def _document(arm: Arm, pose: Array, result: InverseResult, every: bool) -> Document:
+    kuka, listed = kuka_pose.kuka_units(arm), (*result.solutions, *result.outside)
     turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
-    how = "all branches" if result.complete or result.turns_left_out else _how_found(result)
-    if result.arm_angle_intervals:
-        how += ", each at one arm angle"
-    if result.turns_left_out:
-        how += f"; {result.turns_left_out} copies whole turns apart, inside the limits too, are not listed"
-    units = "deg" if turning.all() else "deg (m for sliding joints)"
-    click.echo(f"{arm.name}, reading {arm.reading}: {how}; joints in {units}")
-    kuka, rows, widths = kuka_units(arm), [], [max(9, len(name)) for name in arm.joint_names]
-    listed = (*result.solutions, *result.outside)
     kept = listed if every or len(listed) <= MANY else _without_copies(listed, turning)
-    for solution in kept:
-        rows.append(
-            (
-                solution.branch or "-",
-                kuka.label(solution.q) if kuka else _arm_angle(solution),
-                " ".join(
-                    f"{x:{width}.4f}"
-                    for x, width in zip(
-                        np.where(turning, np.degrees(solution.q), solution.q) + 0.0, widths, strict=True
-                    )
-                ),
-                f"{_margin(arm, solution):.4f}",
-                solution.joint,
-                "inside" if solution.inside_limits else "OUTSIDE",
-                f"singular: {', '.join(solution.singular)}" if solution.singular else "",
-            )
-        )
-    label = "S, T" if kuka else "arm angle"
-    click.echo(aligned(rows, ("branch", label, " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at", "", "")))
-    if len(kept) < len(listed):
-        click.echo(f"and {len(listed) - len(kept)} copies of these, whole turns of joints apart: --all, --json")
-    if "wrist" in result.singular:
-        click.echo("note: singular wrist: such a solution is one of a family whose joints move and leave the flange")
-    note = kuka.note(pose) if kuka else None
-    if note is not None:
-        click.echo(f"note: {note}")
-    for branch, intervals in result.arm_angle_intervals.items():
-        text = ", ".join(f"{np.degrees(a):.4f} to {np.degrees(b):.4f}" for a, b in intervals)
-        click.echo(f"arm angle inside limits, {branch}: {text or 'none'}")
+    facts = [
+        Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
+        Fact("T", pose, "Pose, 4 x 4, metres."), *result.document.facts,
+        Fact("kuka", asdict(kuka_pose.pose_of_matrix(pose)) if kuka else None,
+             "The pose in KUKA's units; null for an arm without KUKA's axes A1 to A6.", kind=kuka_pose.KukaPose | None),
+        Fact("solutions", [_row(one, kuka) for one in result.solutions],
+             "Inside the limits, that with the largest margin first.", kind=list[BranchRecord]),
+        Fact("outside", [_row(one, kuka) for one in result.outside], "Outside the limits, that least outside first.",
+             kind=list[BranchRecord]),
+    ]  # fmt: skip
+    note, copies = kuka.note(pose) if kuka else None, len(listed) - len(kept)
+    angles = [
+        f"{branch}: {', '.join(f'{np.degrees(a):.4f} to {np.degrees(b):.4f}' for a, b in intervals) or 'none'}"
+        for branch, intervals in result.arm_angle_intervals.items()
+    ]
+    shown = Section("", [
+        _table(arm, kept, kuka, turning),
+        Note(f"and {copies} copies of these, whole turns of joints apart: --all, --json", copies > 0),
+        Note("singular wrist: such a solution is one of a family whose joints move and leave the flange",
+             "wrist" in result.singular, before="note: "),
+        Note(note or "", note is not None, before="note: "),
+        Note(angles, before="arm angle inside limits, "),
+    ])  # fmt: skip
+    units = "deg" if turning.all() else "deg (m for sliding joints)"
+    title = f"{arm.name}, reading {arm.reading}: {_how_found(result)}; joints in {units}"
+    return Document(title, "", [shown], "lwr-dyn ik", facts=facts)
+
+
+class BranchRecord(SolutionRecord):
+    """A solution, in KUKA's units too."""
+
+    kuka: Annotated[kuka_pose.FlangeRecord | None, "In KUKA's units; null for an arm without KUKA's axes A1 to A6."]
+
+
+def _row(solution: Solution, kuka: kuka_pose.KukaUnits | None) -> dict[str, Any]:
+    return {**solution.record, "kuka": kuka.record(solution.q) if kuka else None}
+
+
+def _table(arm: Arm, solutions: Sequence[Solution], kuka: kuka_pose.KukaUnits | None, turning: Array) -> Table:
+    """Angles in degrees."""
+    widths = [max(9, len(name)) for name in arm.joint_names]
+    heads = ("branch", "S, T" if kuka else "arm angle", " ".join(f"{n:>9}" for n in arm.joint_names), "margin", "at")
+    rows = []
+    for one in solutions:
+        shown = np.where(turning, np.degrees(one.q), one.q) + 0.0
+        turns = turning[arm.joint_names.index(one.joint)]
+        angle = "-" if one.arm_angle is None else f"{np.degrees(one.arm_angle):.4f}"
+        rows.append((
+            one.branch or "-", kuka.label(one.q) if kuka else angle,
+            " ".join(f"{x:{width}.4f}" for x, width in zip(shown, widths, strict=True)),
+            f"{np.degrees(one.margin) if turns else one.margin:.4f}", one.joint,
+            "inside" if one.inside_limits else "OUTSIDE",
+            f"singular: {', '.join(one.singular)}" if one.singular else "",
+        ))  # fmt: skip
+    return Table("", (*heads, "", ""), rows)
 
 
 def _without_copies(solutions: tuple[Solution, ...], turning: Array) -> tuple[Solution, ...]:
@@ -187,55 +205,13 @@ def _without_copies(solutions: tuple[Solution, ...], turning: Array) -> tuple[So
 
 def _how_found(result: InverseResult) -> str:
     if result.position_only:
-        return "one of mostly endlessly many solutions for the position"
-    if (*result.solutions, *result.outside)[0].branch:
-        return "branches of the nearest exact geometry, polished on the arm; not proven complete"
-    return "found numerically, not complete"
-
-
-def _arm_angle(solution: Solution) -> str:
-    """[deg]"""
-    return "-" if solution.arm_angle is None else f"{np.degrees(solution.arm_angle):.4f}"
-
-
-def _margin(arm: Arm, solution: Solution) -> float:
-    """[deg], or [m] for a sliding joint."""
-    kind = arm.chain.links[arm.joint_names.index(solution.joint)].kind
-    return float(np.degrees(solution.margin)) if kind is JointKind.REVOLUTE else solution.margin
-
-
-def _record(arm: Arm, pose: Array, result: InverseResult) -> dict[str, Any]:
-    kuka = kuka_units(arm)
-    return {
-        "robot": arm.name,
-        "reading": arm.reading,
-        "T": pose,
-        "status": result.status,
-        "complete": result.complete,
-        "turns_left_out": result.turns_left_out,
-        "joint": result.joint,
-        "excess": result.excess,
-        "distance": result.distance,
-        "turn_missed": result.turn,
-        "position_only": result.position_only,
-        "singular": list(result.singular),
-        "kuka": pose_record(pose_of_matrix(pose)) if kuka else None,
-        "solutions": [_row(arm, s) for s in result.solutions],
-        "outside": [_row(arm, s) for s in result.outside],
-        "arm_angle_intervals": dict(result.arm_angle_intervals),
-    }
-
-
-def _row(arm: Arm, solution: Solution) -> dict[str, Any]:
-    kuka = kuka_units(arm)
-    return {
-        "q": solution.q,
-        "branch": solution.branch or None,
-        "arm_angle": solution.arm_angle,
-        "margin": solution.margin,
-        "joint": solution.joint,
-        "inside_limits": solution.inside_limits,
-        "residual": solution.residual,
-        "singular": list(solution.singular),
-        "kuka": kuka.record(solution.q) if kuka else None,
-    }
+        how = "one of mostly endlessly many solutions for the position"
+    elif result.complete or result.turns_left_out:
+        how = "all branches"
+    elif any(one.branch for one in (*result.solutions, *result.outside)):
+        how = "branches of the nearest exact geometry, polished on the arm; not proven complete"
+    else:
+        how = "found numerically, not complete"
+    each = ", each at one arm angle" if result.arm_angle_intervals else ""
+    left = result.turns_left_out
+    return how + each + (f"; {left} copies whole turns apart, inside the limits too, are not listed" if left else "")

@@ -1,7 +1,5 @@
 """`lwr-dyn kernels`: functions of an arm as C or JavaScript; the generated source and the cost of a batch function."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +65,8 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
             raise OptionError(_OF_URDFS[name], "would do nothing here", "with a .urdf, a .xacro or a folder of these")
     sheets = [sheet for name in dict.fromkeys(files) if name not in urdfs for sheet in _sheets(name)]
     findings = [finding for sheet in sheets for finding in lint(sheet)]
-    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], _say, xacro_arguments(of_urdfs["xacro_args"]))
+    say, given = partial(click.echo, err=True), xacro_arguments(of_urdfs["xacro_args"])
+    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given)
     counted = [f for f in findings if f.counts]
     holds = not counted and all(report.holds(of_urdfs["strict"]) for report in reports)
     if as_json:
@@ -77,10 +79,6 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
         if sheets:
             click.echo(_summary(counted, len(findings) - len(counted), sheets))
     sys.exit(0 if holds else 1)
-
-
-def _say(line: str) -> None:
-    click.echo(line, err=True)
 
 
 def _document(files: Sequence[str], records: list[Any], holds: bool, remarks: Mapping[str, list[str]]) -> Document:
@@ -104,13 +102,9 @@ def _sheets(name: str) -> tuple[Sheet, ...]:
 
 
 def _summary(counted: Sequence[Finding], notes: int, sheets: Sequence[Sheet]) -> str:
+    """How many cells print a number (with none, nothing was examined), and what is wrong with them."""
+    columns = [c for s in sheets for table in s.tables for c in (*table.columns, *table.values.values())]
+    total = sum(n is not None for column in columns for n in column.numbers)
     known = sum(bool(f.known) for f in counted)
-    total = sum(map(_numbers, sheets))
     errata = f", {known} of them known as errata" if known else ""
     return f"{total} numbers looked at: {len(counted)} found{errata}" + (f"; {notes} notes" if notes else "")
-
-
-def _numbers(sheet: Sheet) -> int:
-    """How many cells print a number: with none, nothing was examined."""
-    columns = [c for table in sheet.tables for c in (*table.columns, *table.values.values())]
-    return sum(n is not None for column in columns for n in column.numbers)

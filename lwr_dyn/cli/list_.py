@@ -24,7 +24,7 @@ def command(robot: str | None, as_json: bool) -> None:
     show(_document([open_paper(name) for name in (robots() if robot is None else (robot,))], robot is None), as_json)
 
 
-class ErratumRecord(TypedDict):
+class ListedErratum(TypedDict):
     """A slip of the print."""
 
     where: Annotated[str, "Page, table or equation."]
@@ -47,7 +47,7 @@ COLUMNS = (
     Heading("", key="default_reading", says="The arm most likely."),
     Heading("readings (default first)", "", ", ".join, "readings", "Reading -> what it is.", dict[str, str]),
     Heading("", key="errata", says="Slips of the print that are proven or read otherwise.",
-            kind=dict[str, ErratumRecord]),
+            kind=dict[str, ListedErratum]),
     Heading("", key="columns", says="Each column of the tables: page, kind and unit.", kind=dict[str, ColumnRecord]),
 )  # fmt: skip
 

@@ -161,15 +161,13 @@ COMMANDS: Registry[click.Command] = Registry(
             extra="parity",
         ),
         "check": Row(
-            "lwr_dyn.cli.check:command",
-            "Check a robot's model: each check with value, tolerance and verdict.",
+            "lwr_dyn.cli.check:command", "Check a robot's model: each check with value, tolerance and verdict."
         ),
         "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
         "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint, and gains from it."),
         "margins": Row("lwr_dyn.cli.margins:command", "Margins of a sampled loop, over all poses."),
         "ik": Row(
-            "lwr_dyn.cli.ik:command",
-            "Joint positions for a pose: all branches, with limits and reach kept apart.",
+            "lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, with limits and reach kept apart."
         ),
         "kernels": Row(
             "lwr_dyn.cli.kernels:command",
@@ -191,14 +189,9 @@ COMMANDS: Registry[click.Command] = Registry(
             "A motion that shows an arm's parameters best: fast, inside all limits, clear of everything.",
             extra="batch",
         ),
-        "lint": Row(
-            "lwr_dyn.cli.lint:command",
-            "Faults in URDFs and tables, with place and reason.",
-        ),
+        "lint": Row("lwr_dyn.cli.lint:command", "Faults in URDFs and tables, with place and reason."),
         "krl": Row(
-            "lwr_dyn.cli.krl.group:command",
-            "KUKA programs: write, check and run them on a robot's model.",
-            extra="krl",
+            "lwr_dyn.cli.krl.group:command", "KUKA programs: write, check and run them on a robot's model.", extra="krl"
         ),
         "conventions": Row(
             "lwr_dyn.cli.conventions:command",

@@ -5,20 +5,10 @@ from typing import Any
 
 import click
 import numpy as np
-from click.core import ParameterSource
 
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.options import (
-    NUMBERS,
-    OneOf,
-    OptionRule,
-    given_elasticity,
-    load_robot,
-    refuse_unused,
-    robot_options,
-    row_options,
-    show,
-)
+from lwr_dyn.cli import options
+from lwr_dyn.cli.options import NUMBERS, OneOf, OptionRule, robot_options, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
 from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
 from lwr_dyn.design.margins import LIMIT, margins
@@ -31,14 +21,13 @@ from lwr_dyn.pages.figures.margins import picture_writer
 from lwr_dyn.simulation.setup import ENCODERS
 from lwr_dyn.trajectory.references.references import REFERENCES
 
-ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 LOOP = [
     click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
     click.Option(["--delay"], type=int, default=0, show_default=True, help="From a command to its torque, samples."),
     click.Option(["--velocity-cutoff"], type=float, help="Speeds by an encoder's filter of this cut-off, Hz."),
 ]
 PLANT = [
-    click.Option(["--elastic"], metavar="K|file", help=ELASTIC_HELP),
+    click.Option(["--elastic"], metavar="K|file", help=options.ELASTIC_HELP),
     click.Option(["--encoders"], type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True,
                  help="The side of elastic joints that the controller gets."),
     click.Option(["--payload"], type=float, default=0.0, show_default=True,
@@ -82,25 +71,24 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     law = split_name(given["controller"])[0]
     CONTROLLERS_OPTIONS.refuse_unused(law)
     TASKS.refuse_unused(given["task"] or "")
-    refuse_unused(RULES, given)
+    options.refuse_unused(RULES, given)
     writers = [picture_writer(wish) for wish in given["plot"]]
-    arm = load_robot(robot, reading, tip, locks)
+    arm = options.load_robot(robot, reading, tip, locks)
     with progress("judging the loop"), faults_in(law):
         report = margins(
             arm, given["controller"], q=_poses(arm, given), rate=given["rate"], delay=given["delay"],
-            cutoff_hz=given["velocity_cutoff"], elasticity=given_elasticity(given["elastic"]),
+            cutoff_hz=given["velocity_cutoff"], elasticity=options.given_elasticity(given["elastic"]),
             encoders=given["encoders"], plant=_plant(arm, robot, given), limit=given["limit"], poses=given["poses"],
             seed=given["seed"],
             **CONTROLLERS_OPTIONS.values(law, given, arm),
         )  # fmt: skip
     joints = _map_joints(given["map_joints"])
     written = [path for write in writers for path in write(report, joints)]
-    show(report.document, given["json"])
+    options.show(report.document, given["json"])
     if not given["json"]:
         for path in written:
             click.echo(f"wrote {path}")
-    typed = click.get_current_context().get_parameter_source("limit") is ParameterSource.COMMANDLINE
-    sys.exit(1 if typed and not report.holds else 0)
+    sys.exit(1 if options.Flag("limit", None).is_typed and not report.holds else 0)
 
 
 _FIRST = [*command.params, CONTROLLER, *LOOP, *PLANT, *WHERE, *BOX, *OUT]

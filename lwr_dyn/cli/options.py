@@ -73,6 +73,7 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
 
 
 NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
+ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 
 _LOADING = "lwr_dyn.arms.loading"
 """Where click's context keeps options of loading."""

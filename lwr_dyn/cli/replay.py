@@ -2,6 +2,7 @@
 
 import webbrowser
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -45,28 +46,37 @@ def command(
     if beside and len(run_files) < 2:
         raise OptionError("--beside", "would do nothing here", "with two runs or more")
     runs = [Run.load(path) for path in run_files]
-    arms = [_arm_of(run, path) for run, path in zip(runs, run_files, strict=True)]
+    arms = [arm_of_file(run, path) for run, path in zip(runs, run_files, strict=True)]
     layout = "beside" if beside else "overlaid"
+    options: dict[str, Any] = {"labels": labels or None, "title": title, "frames": frames, "layout": layout}
     if html is not None:
-        from lwr_dyn.pages.replay.replay_page import write_replay
+        from lwr_dyn.pages.replay import replay_page  # here, not above: `replay --help` needs neither page nor meshcat
 
-        write_replay(html, runs, arms, labels=labels or None, title=title, frames=frames, layout=layout)
+        replay_page.write_replay(html, runs, arms, **options)
         click.echo(f"wrote {html} ({html.stat().st_size / 1e6:.1f} MB, needs no network); open it: xdg-open {html}")
         return
     from lwr_dyn.pages.replay import live
 
-    options = {"labels": labels or None, "title": title, "frames": frames, "layout": layout}
     with live.serve(runs, arms, port=live.DEFAULT_PORT if port is None else port, **options) as server:
-        click.echo(f"{server.url} (Ctrl-C ends it)")
-        if browser and not webbrowser.open(server.url):
-            raise OptionError("--browser", "no browser found", f"a browser; or without --browser open {server.url}")
-        try:
-            server.wait()
-        except KeyboardInterrupt:
-            click.echo("closed", err=True)
+        wait_for_interrupt(server, browser)
 
 
-def _arm_of(run: Run, path: Path) -> Arm:
+def wait_for_interrupt(server: Any, browser: bool, *, required: bool = True) -> None:
+    """Say where a `live.LiveReplay` serves its page, open that with `browser`, and wait for Ctrl-C.
+
+    Raises `OptionError` when no browser is found and one is required.
+    """
+    click.echo(f"{server.url} (Ctrl-C ends it)")
+    if browser and not webbrowser.open(server.url) and required:
+        raise OptionError("--browser", "no browser found", f"a browser; or without --browser open {server.url}")
+    try:
+        server.wait()
+    except KeyboardInterrupt:
+        click.echo("closed", err=True)
+
+
+def arm_of_file(run: Run, path: str | Path) -> Arm:
+    """The arm of a run; `FileAccessError` names the run's file where it does not say of which robot it is."""
     try:
         return loading.arm_of(run)
     except OptionError:

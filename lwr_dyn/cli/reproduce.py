@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.reproduction.papers import ALL, option_keywords, studies, takers
 
@@ -37,9 +37,7 @@ def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
     folder = out or ("out" if paper == ALL else f"out/{paper}")
     with progress(f"reproducing {paper}") as report:
         reproduction = reproduce(paper, folder, report, **options)
-    if as_json:
-        print_json(reproduction.record)
-    else:
-        click.echo(reproduction.text)
+    show(reproduction.document, as_json)
+    if not as_json:
         click.echo(f"\nwrote {folder}")
     sys.exit(0 if reproduction.holds else 1)

@@ -1,22 +1,21 @@
 """`lwr-dyn show`: an arm or a run in the browser."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click
 
-from lwr_dyn.arms.loading import arm_of, load_with_paper
+from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.options import NUMBERS, load_robot, robot_options
+from lwr_dyn.cli.replay import arm_of_file, wait_for_interrupt
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import pose_as_run, start_pose
-from lwr_dyn.pages.explorer.shown import has_display, open_in_browser, show
-from lwr_dyn.pages.replay.live import LiveReplay
+from lwr_dyn.pages.explorer.shown import has_display, show
+from lwr_dyn.pages.replay import live
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
@@ -56,12 +55,11 @@ def command(
     if port is not None and not serve:
         raise OptionError("--port", "given without --serve", "only with --serve")
     if beside is not None and (serve or ends_in(robot, ".npz")):
-        raise OptionError(
-            "--beside", f"given {'with --serve' if serve else f'for {robot}'}", "only with a robot's page"
-        )
+        given = "with --serve" if serve else f"for {robot}"
+        raise OptionError("--beside", f"given {given}", "only with a robot's page")
     run = _run(robot) if ends_in(robot, ".npz") else None
     other = None if beside is None else _beside(beside)
-    arm = load_robot(robot, reading, tip, locks) if run is None else _arm_of(run, robot)
+    arm = load_robot(robot, reading, tip, locks) if run is None else arm_of_file(run, robot)
     q = None if q_deg is None else from_degrees(arm, q_deg, "--q-deg")
     if serve:
         _serve(arm, run, q, port, browser)
@@ -90,35 +88,17 @@ def _run(path: str) -> Run:
     return Run.load(Path(path))
 
 
-def _arm_of(run: Run, path: str) -> Arm:
-    try:
-        return arm_of(run)
-    except OptionError:
-        fault, allowed = "does not say of which robot it is", "a run file of lwr-dyn simulate"
-        raise FileAccessError(path, fault, allowed) from None
-
-
 def _serve(arm: Arm, run: Run | None, q: Array | None, port: int | None, browser: bool | None) -> None:
-    from lwr_dyn.pages.replay import live
-
     number = live.DEFAULT_PORT if port is None else port
     with serve_arm(arm, q, port=number) if run is None else live.serve([run], arm, port=number) as server:
-        click.echo(f"{server.url} (Ctrl-C ends it)")
-        if browser or (browser is None and has_display()):
-            open_in_browser(server.url, required=bool(browser))
-        try:
-            server.wait()
-        except KeyboardInterrupt:
-            click.echo("closed", err=True)
+        wait_for_interrupt(server, has_display() if browser is None else browser, required=bool(browser))
 
 
-def serve_arm(arm: Arm, q: Array | None = None, *, port: int = 0) -> LiveReplay:
+def serve_arm(arm: Arm, q: Array | None = None, *, port: int = 0) -> live.LiveReplay:
     """An arm's page, live on 127.0.0.1: `show(q)` of the server moves the arm and the sliders of every open page.
 
     q (n,) [rad or m] is the pose at the start; raises as `explorer_html`, and `OptionError` for a port that is taken.
     """
-    from lwr_dyn.pages.replay import live
-
     page = explorer_html(arm, q, live=True)
     shown = replayed_runs([pose_as_run(arm, start_pose(arm, q))], arm, [arm.name])
     return live.LiveReplay(page, shown, live.bound_sockets(port))

@@ -1,67 +1,60 @@
 """`lwr-dyn simulate`: a robot, a task and a controller become a run file with its metrics and audit.
 
-The run is a table for people and a record for programs: errors joint by joint, limits, audit, friction.
+The run as a document: errors joint by joint, limits, audit, friction.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import click
-import numpy as np
 
 from lwr_dyn.arms.loading import load
-from lwr_dyn.cli.options import (
-    OneOf,
-    OptionRule,
-    given_elasticity,
-    load_robot,
-    print_json,
-    refuse_unused,
-    robot_options,
-    row_options,
-)
+from lwr_dyn.cli import options
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, faults_in, make_controller, split_name
 from lwr_dyn.design.loop_judgement import sampled_notes
+from lwr_dyn.design.sampled_stability import StabilityRecord
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
-from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.passivity import passive_refit
-from lwr_dyn.model.run import Run, format_of
-from lwr_dyn.pages.notebook.plot import plot_writer
+from lwr_dyn.model.run import Event, Run, format_of
+from lwr_dyn.pages.plotting.plots import plot_writer
 from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
 from lwr_dyn.simulation.audit import audit_lines
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
-from lwr_dyn.simulation.metrics import Metrics, metrics
+from lwr_dyn.simulation.metrics import MetricsRecord, metrics
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.responses.step_and_chirp import responses_said
-from lwr_dyn.simulation.setup import ENCODERS, METHODS, Loop, Setup, prepare
+from lwr_dyn.simulation.responses.step_and_chirp import response_parts
+from lwr_dyn.simulation.setup import ENCODERS, METHODS, Loop, RunRecord, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
 from lwr_dyn.trajectory.references.references import REFERENCES
 
 
-def run_record(run: Run, arm: Arm) -> dict[str, Any]:
-    """Metrics, audit, events and the record of the setup."""
-    events = [{"t": e.t, "kind": e.kind, "joint": e.joint, "value": e.value} for e in run.events]
-    found = {"metrics": metrics(run, arm).to_json(), "responses": responses_said(run, arm)[1]}
-    return {**found, "events": events, "meta": dict(run.meta)}
+class SampledRecord(TypedDict):
+    """What sampling makes of the loop at rest."""
+
+    in_box: Annotated[StabilityRecord, "At poses drawn from the joint box."]
+    along_reference: Annotated[StabilityRecord, "At poses of the reference."]
 
 
-def run_text(run: Run, arm: Arm, full: bool = False) -> str:
-    """Errors, limits, audit and notes as text; with `full` all errors."""
+def run_document(run: Run, arm: Arm, full: bool = False, sampled: Mapping[str, Any] | None = None) -> Document:
+    """Errors, limits, audit and notes of a run, with `full` all errors, and the record of the setup."""
     figures = metrics(run, arm)
-    lines = [
-        error_table(arm, figures, _title(run, arm), full).text(),
-        f"tip error ({figures.caveat}): largest {figures.tip_max_mm:.6g} mm, RMS {figures.tip_rms_mm:.6g} mm",
-        f"limits of position, speed and torque: {figures.limits}",
-        *audit_lines(run.audit),
-    ]
-    return "\n".join([*lines, *friction_lines(run, arm), *responses_said(run, arm)[0]])
+    found = Section("", [
+        Fact("metrics", figures.to_json(), "Errors and uses of limits.", kind=MetricsRecord),
+        *figures.parts(full), Note(audit_lines(run.audit)), Note(friction_lines(run, arm)), *response_parts(run, arm),
+        Fact("events", [asdict(one) for one in run.events], "Stops, sticking, saturation in time.", kind=list[Event]),
+        Fact("meta", dict(run.meta), "The setup, complete: with it the run can be repeated.", kind=RunRecord),
+        Fact("sampled_loop", sampled, "Stability at rest; null where the linear theory does not apply.",
+             kind=SampledRecord | None),
+    ])  # fmt: skip
+    return Document(_title(run, arm), "", [found], "lwr-dyn simulate", "run")
 
 
 def _title(run: Run, arm: Arm) -> str:
@@ -88,32 +81,7 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
     return lines
 
 
-def error_table(arm: Arm, figures: Metrics, title: str, full: bool = False) -> Table:
-    """RMS and largest errors, or with `full` all of them, and uses of the limits, one row a joint."""
-    p, v = figures.position_mrad, figures.velocity_mrad_s
-    errors = {"RMS": p.rms, "max": np.maximum(p.max, -p.min) + 0.0}  # no -0
-    if full:
-        errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
-        errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
-    uses = (figures.peak_torque, figures.torque_use, figures.speed_use, figures.saturated_s)
-    units = ["mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links]
-    headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
-    return Table(title, headings, list(zip(arm.joint_names, units, *errors.values(), *uses, strict=True)))
-
-
-def _share(use: float) -> str:
-    """A use of a limit; a question mark where the limit is not known."""
-    return "?" if np.isnan(use) else f"{use:.0%}"
-
-
-USES = (
-    Heading("peak torque [N m]", format=".4g"), Heading("of limit", format=_share),
-    Heading("speed of limit", format=_share), Heading("saturated [s]", format=".3g"),
-)  # fmt: skip
-"""Columns of how much of the limits was used; forces of sliding joints are in N."""
-
-
-class NameOrFile(OneOf):
+class NameOrFile(options.OneOf):
     """One of some names, or a Python file, with or without wrappers."""
 
     def get_metavar(self, param: click.Parameter, *_: Any, **__: Any) -> str:
@@ -138,7 +106,7 @@ def _option(name: str, text: str, kind: Any = bool, default: Any = None, multipl
     return click.Option([name], type=kind, default=default, show_default=shown, help=text, multiple=multiple)
 
 
-TASK = _option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist")
+TASK = _option("--task", "What the arm does.", options.OneOf(REFERENCES.names), "ist")
 
 LAWS = NameOrFile(CONTROLLERS.names)
 
@@ -151,9 +119,9 @@ PLANT = [
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
     _option("--payload", "Point mass at the flange, or at the tool centre point, kg.", float, 0.0),
     _option("--payload-known", "Build the controller's model with the payload."),
-    _option("--friction", "Friction of the plant.", OneOf(FORMS), FORMS[0]),
-    _option("--elastic", "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own.", str),
-    _option("--encoders", "The side of elastic joints that the controller gets.", OneOf(ENCODERS), ENCODERS[0]),
+    _option("--friction", "Friction of the plant.", options.OneOf(FORMS), FORMS[0]),
+    _option("--elastic", options.ELASTIC_HELP, str),
+    _option("--encoders", "The side of elastic joints that the controller gets.", options.OneOf(ENCODERS), ENCODERS[0]),
     _option("--passive-refit", "Use the nearest friction that feeds no energy in."),
 ]
 
@@ -168,10 +136,12 @@ LOOP = [
     _option("--rate", "Samples a second.", float, 1000.0),
     _option("--delay", "Delay from a command to its torque, samples.", int, 0),
     _option("--continuous", "The controller runs at every moment, not at samples."),
-    _option("--method", "Method of integration.", OneOf(METHODS), METHODS[0]),
+    _option("--method", "Method of integration.", options.OneOf(METHODS), METHODS[0]),
     _option("--substeps", "RK4 steps a sample.", int, 1),
-    _option("--loop", "compiled: the whole loop in generated code, without stops and stick.", OneOf(LOOPS.names)),
-    _option("--engine", "Engine of the dynamics.", OneOf(ENGINES.names), "pinocchio"),
+    _option(
+        "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
+    ),
+    _option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
     _option("--out", "Run file to write, .npz.", str),
     _option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
     _option(
@@ -182,11 +152,11 @@ LOOP = [
 ]
 
 RULES = (
-    OptionRule("payload-known", lambda given: given["payload"] != 0.0, "with --payload"),
-    OptionRule("seed", lambda given: given["encoder_noise"] != 0.0, "with --encoder-noise"),
-    OptionRule("substeps", lambda given: given["method"] != "dop853", "with --method rk4 or radau"),
-    OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),
-    OptionRule(
+    options.OptionRule("payload-known", lambda given: given["payload"] != 0.0, "with --payload"),
+    options.OptionRule("seed", lambda given: given["encoder_noise"] != 0.0, "with --encoder-noise"),
+    options.OptionRule("substeps", lambda given: given["method"] != "dop853", "with --method rk4 or radau"),
+    options.OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),
+    options.OptionRule(
         "velocity-cutoff",
         lambda given: given["encoder_bits"] is not None or given["encoder_noise"] != 0.0,
         "with --encoder-bits or --encoder-noise",
@@ -195,28 +165,27 @@ RULES = (
 
 
 @click.command("simulate")
-@robot_options
+@options.robot_options
 def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
     """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the audit."""
     TASK_OPTIONS.refuse_unused(given["task"])
     law = split_name(given["controller"])[0]
     CONTROLLER_OPTIONS.refuse_unused(law)
-    refuse_unused(RULES, given)
+    options.refuse_unused(RULES, given)
     out = given["out"]
     _check_target(out, ".npz")
     _check_target(given["csv"], ".csv")
     pictures = [plot_writer(wish) for wish in given["plot"]]
-    arm = load_robot(robot, reading, tip, locks)
+    arm = options.load_robot(robot, reading, tip, locks)
     setup = _setup(arm, robot, given)
     sampled = sampled_notes(setup)
     _note([] if given["json"] else sampled.before)
     run = _simulated(setup, law, out, [] if given["json"] else sampled.once_begun)
     others = _other_files(run, given["csv"], pictures)
+    _note([] if given["json"] else sampled.after)
+    options.show(run_document(run, arm, given["full"], sampled.record), given["json"])
     if given["json"]:
-        print_json({**run_record(run, arm), "sampled_loop": sampled.record})
         return
-    _note(sampled.after)
-    click.echo(run_text(run, arm, given["full"]))
     for path in others:
         click.echo(f"wrote {path}")
     if out is not None:
@@ -236,11 +205,11 @@ def _note(lines: list[str]) -> None:
 
 OWN = [*command.params, TASK, CONTROLLER, *PLANT, *LOOP]
 
-TASK_OPTIONS = row_options(REFERENCES, "task", OWN)
+TASK_OPTIONS = options.row_options(REFERENCES, "task", OWN)
 
 OF_TASK = TASK_OPTIONS.click_options()
 
-CONTROLLER_OPTIONS = row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
+CONTROLLER_OPTIONS = options.row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
 
 command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), *PLANT, *LOOP]
 
@@ -262,7 +231,7 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
         loop = Loop(
             plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
-            elasticity=given_elasticity(given["elastic"]), encoders=given["encoders"], engine=engine,
+            elasticity=options.given_elasticity(given["elastic"]), encoders=given["encoders"], engine=engine,
             loop=given["loop"], seed=given["seed"], saturate=not given["no_saturation"], friction=friction,
             position_limits=not given["no_stops"], allow_unphysical=given["allow_unphysical"],
             meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},

@@ -1,21 +1,21 @@
 """`lwr-dyn sweep`: a study carried out, its cost stated ahead; killed at any point, the same command goes on."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, TypedDict
 
 import click
 
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import CLEAR, progress
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.report_page import FinishedSweep, finish
 from lwr_dyn.studies.sweep.running.cost import SweepCost, duration
 from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
-from lwr_dyn.studies.sweep.summary_text import summary_record, summary_text
+from lwr_dyn.studies.sweep.summary_document import summary_sections
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 
@@ -61,43 +61,46 @@ def command(
         done = sweep(read, out, scheduler=scheduler, threads=threads, report=report, state=state)
         report("the report")
         finished = None if no_report else finish(read, SweepResults.load(out))
-    if as_json:
-        print_json(_record(read, done, finished))
-    else:
-        click.echo("\n".join(_lines(done, finished)))
+    show(sweep_document(read, done, finished), as_json)
     sys.exit(0 if done.is_complete else 1)
 
 
-def _lines(done: SweepOutcome, finished: FinishedSweep | None) -> list[str]:
-    """What became of the sweep."""
+class ChunkFailure(TypedDict):
+    """A chunk that is missing."""
+
+    chunk: Annotated[int, "Its number."]
+    why: Annotated[str, "In a line."]
+
+
+def sweep_document(study: SweepStudy, done: SweepOutcome, finished: FinishedSweep | None) -> Document:
+    """What became of a sweep, and what its runs say."""
     made, kept, failed = (sum(x) for x in (done.made.values(), done.kept.values(), map(len, done.failures.values())))
     there = f", {kept} were there" if kept else ""
-    lines = [f"made {made} chunks in {duration(done.seconds)}{there}: {done.folder}"]
-    if not made + failed:
-        lines = [f"all {kept} chunks were there: {done.folder}"]
-    for text, each in done.failures.items():
-        lines += [f"FAILED: {text}, chunk {number}, {why}" for number, why in sorted(each.items())]
-    if failed:
-        lines.append(f"{failed} chunk{'s' if failed > 1 else ''} failed; the same command tries again")
-    if finished is not None:
-        lines += ["", summary_text(finished.summary), "", f"wrote {finished.page}"]
-        lines += [f"wrote {path}" for path in finished.worst]
-    return lines
-
-
-def _record(study: SweepStudy, done: SweepOutcome, finished: FinishedSweep | None) -> dict[str, Any]:
-    """The result as JSON values."""
-    controllers = [
-        {
-            "controller": text, "made": done.made[text], "kept": done.kept[text],
-            "failures": [{"chunk": k, "why": why} for k, why in sorted(done.failures[text].items())],
-        }
+    became = f"made {made} chunks in {duration(done.seconds)}{there}: {done.folder}"
+    failures = {text: sorted(each.items()) for text, each in done.failures.items()}
+    columns = (
+        Heading(key="controller", says="As the study has it."), Heading(key="made", says="Chunks that were made now."),
+        Heading(key="kept", says="Chunks that were there."),
+        Heading(key="failures", says="Chunks that are missing.", kind=list[ChunkFailure]),
+    )  # fmt: skip
+    rows = [
+        (text, done.made[text], done.kept[text], [{"chunk": k, "why": why} for k, why in failures[text]])
         for text in study.controllers
-    ]  # fmt: skip
-    return {
-        "study": study.name, "folder": str(done.folder), "runs": study.count, "complete": done.is_complete,
-        "seconds": done.seconds, "cost": done.cost.record(), "controllers": controllers,
-        "report": None if finished is None else str(finished.page),
-        "worst": [] if finished is None else [str(path) for path in finished.worst],
-        "summary": None if finished is None else summary_record(finished.summary),
-    }  # fmt: skip
+    ]
+    files = [] if finished is None else [str(path) for path in (finished.page, *finished.worst)]
+    outcome = Section("", [
+        Fact("study", study.name, "Name of the study."), Fact("folder", str(done.folder), "Of the results."),
+        Fact("runs", study.runs, "Of each controller."),
+        Fact("complete", done.is_complete, "Whether all chunks are there; if not, the exit code is 1."),
+        Fact("seconds", done.seconds, "That this sweep took, s."),
+        Table("", columns, rows, key="controllers", says="One record a controller."),
+        Note(became if made + failed else f"all {kept} chunks were there: {done.folder}"),
+        Note([f"FAILED: {text}, chunk {k}, {why}" for text, each in failures.items() for k, why in each]),
+        Note(f"{failed} chunk{'s' if failed > 1 else ''} failed; the same command tries again", failed > 0),
+        Fact("report", files[0] if files else None, "The page; null without a run and with --no-report.",
+             kind=str | None),
+        Fact("worst", files[1:], "Files of the worst runs.", kind=list[str]),
+    ])  # fmt: skip
+    summary = summary_sections(None if finished is None else finished.summary)
+    written = Section("", [Note([f"wrote {path}" for path in files])])
+    return Document("", "", [outcome, done.cost.section(), *summary, written], "lwr-dyn sweep", "sweep")

@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import click
 
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
@@ -18,7 +18,7 @@ from lwr_dyn.studies.sweep.rollout_arguments import plant_parameters
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.sampling import Values
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy, arm_of_study, is_task, spec_of_study
-from lwr_dyn.studies.sweep.tune import USE, Evaluate, SearchSize, tune, tuned_record, tuned_text
+from lwr_dyn.studies.sweep.tune import USE, Evaluate, SearchSize, tune
 from lwr_dyn.studies.sweep.vocabulary import parameter_path
 
 USUAL = {"omega_n": (0.2, 5.0), "xi": (0.4, 2.0)}
@@ -93,10 +93,7 @@ def command(
             read, text, chosen, evaluator(read, text, threads), given,
             aim=gain_aim(aim, read.quantiles), bound=torque_share, size=size, report=report,
         )  # fmt: skip
-    if as_json:
-        print_json({"study": read.name, **tuned_record(found)})
-    else:
-        click.echo(tuned_text(found, read.name))
+    show(found.document, as_json)
     sys.exit(0 if found.keeps_bound else 1)
 
 

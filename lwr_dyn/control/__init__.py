@@ -6,5 +6,4 @@ inertia      The largest inertia seen at a joint over its box, and the proof tha
 laws         Control laws beyond the paper: they join the registries of controllers and of wrappers
 paper_laws   The paper's laws: PD with gravity compensation and PID, joint by joint, and inverse dynamics
 protocol     The interface of a controller: it is called with the state and the reference, and returns torques
-velocity     Velocity from an encoder: the difference of two samples, smoothed by a first-order low-pass
 """

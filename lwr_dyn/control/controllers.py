@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from inspect import signature
 from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
@@ -106,8 +105,7 @@ CONTROLLERS: Registry[Callable[..., Controller]] = Registry(
             "lwr_dyn.control.laws.motor_side:tuned_motor_side_pd", "PD on the motor side of elastic joints"
         ),
         "joint-impedance": Row(
-            "lwr_dyn.control.laws.impedance:tuned_joint_impedance",
-            "joints as springs; the damping fits every pose",
+            "lwr_dyn.control.laws.impedance:tuned_joint_impedance", "joints as springs; the damping fits every pose"
         ),
         "cartesian-impedance": Row(
             "lwr_dyn.control.laws.impedance:tuned_cartesian_impedance", "the tip as a spring in space"
@@ -189,7 +187,7 @@ def make_controller(name: str, arm: Arm, engine: str | Dynamics = "pinocchio", *
     """
     dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine
     law, wrappers = split_name(str(name))
-    own = {w: {k: options[k] for k in signature(WRAPPERS.load(w)).parameters if k in options} for w in wrappers}
+    own = {w: {k: options[k] for k in inspect.signature(WRAPPERS.load(w)).parameters if k in options} for w in wrappers}
     rest = {k: value for k, value in options.items() if not any(k in keys for keys in own.values())}
     make = controller_from_file if law.endswith(".py") else CONTROLLERS.make
     controller: Controller = make(law, arm, dynamics, **rest)
@@ -252,22 +250,17 @@ def controller_spec(text: str) -> ControllerSpec:
             raise OptionError(f"controller {text!r}", f"{name} twice", "each option once")
     if base.endswith(".py"):
         options = {name.replace("-", "_"): _free(value) for name, value in given}
-    else:
+    elif base in CONTROLLERS.names:
         options = dict(_option(base, name, value) for name, value in given)
-    _check(base, text)
+    else:
+        raise UnknownNameError("controller", base or text, (*CONTROLLERS.names, "or a file that ends in .py"))
     for wrapper in wrappers:
         WRAPPERS[wrapper]  # raises for an unknown one
     return ControllerSpec(text, base, options, wrappers)
 
 
-def _check(base: str, text: str) -> None:
-    if not base.endswith(".py") and base not in CONTROLLERS.names:
-        raise UnknownNameError("controller", base or text, (*CONTROLLERS.names, "or a file that ends in .py"))
-
-
 def _option(base: str, name: str, value: str) -> tuple[str, Any]:
     """The keyword and the value of one option of a row."""
-    _check(base, base)
     known = {option.flag_name: option for option in options_of(CONTROLLERS.load(base)).values()}
     if name not in known:
         found = f"option {name!r}{did_you_mean(name, known)}"

@@ -10,16 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.control.gains import (
-    OMEGA_N,
-    XI,
-    DampingRatio,
-    LinearFeedback,
-    NaturalFrequency,
-    diagonal,
-    second_order_gains,
-    worst_case_gains,
-)
+from lwr_dyn.control import gains
+from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, LinearFeedback, NaturalFrequency, diagonal
 from lwr_dyn.control.protocol import VelocityError, damping_words, positive_gains, saturate
 from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
 from lwr_dyn.foundation.arrays import Array, read_only
@@ -111,8 +103,8 @@ def tuned_pd_gravity(
     """
     if own_gains and arm.gains is None:
         raise MissingDataError(arm.name, "controller gains", "own_gains (--own-gains)")
-    gains = arm.gains if own_gains and arm.gains else worst_case_gains(arm, omega_n, xi, inertia)
-    return PDGravity(dynamics, gains.Kp, gains.Kd, velocity_error, OWN_GAINS if own_gains else "")
+    found = arm.gains if own_gains and arm.gains else gains.worst_case_gains(arm, omega_n, xi, inertia)
+    return PDGravity(dynamics, found.Kp, found.Kd, velocity_error, OWN_GAINS if own_gains else "")
 
 
 def default_integral_gain(Kp: ArrayLike, omega_n: float = OMEGA_N) -> Array:
@@ -255,8 +247,8 @@ def tuned_pid(
     inertia: ArrayLike | None = None,
 ) -> PID:
     """PID with `worst_case_gains`, whose errors it raises; without `gravity` the integral supplies it."""
-    gains = worst_case_gains(arm, omega_n, xi, inertia)
-    return PID(gains.Kp, gains.Kd, arm.effort, ki, dynamics if gravity else None, velocity_error, omega_n)
+    found = gains.worst_case_gains(arm, omega_n, xi, inertia)
+    return PID(found.Kp, found.Kd, arm.effort, ki, dynamics if gravity else None, velocity_error, omega_n)
 
 
 class InverseDynamics:
@@ -336,5 +328,5 @@ def tuned_inverse_dynamics(
     gravity: Annotated[bool, Option(bool, "Without g in n.")] = True,
 ) -> InverseDynamics:
     """Inverse dynamics with omega_n^2 and 2 xi omega_n for gains; raises `OptionError` when they are not positive."""
-    unit = second_order_gains(np.ones(arm.n), omega_n, xi)
+    unit = gains.second_order_gains(np.ones(arm.n), omega_n, xi)
     return InverseDynamics(dynamics, unit.Kp, unit.Kd, feedforward, gravity)

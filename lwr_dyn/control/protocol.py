@@ -7,6 +7,7 @@ around a controller (`Wrapped`) adds to the torques, and offers what the inner c
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import exp, isfinite, pi
 from typing import Annotated, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -148,6 +149,18 @@ def positive_gains(name: str, value: ArrayLike, n: int) -> Array:
     if not (array > 0.0).all():
         raise OptionError(name, array.tolist(), "numbers above 0")
     return read_only(np.broadcast_to(array, (n,)))
+
+
+def filter_pole(cutoff_hz: float, rate: float) -> float:
+    """Pole exp(-2 pi f_c T) of the first-order low-pass of measured velocities, with cut-off and rate 1/T [Hz].
+
+    Raises `OptionError` for a frequency that is not positive, or a cut-off not below half the rate.
+    """
+    if not (isfinite(rate) and rate > 0.0):
+        raise OptionError("rate", rate, "a number above 0, in Hz")
+    if not (isfinite(cutoff_hz) and 0.0 < cutoff_hz < rate / 2):
+        raise OptionError("cut-off of the velocity filter", cutoff_hz, f"above 0 and below {rate / 2:g} Hz")
+    return exp(-2.0 * pi * cutoff_hz / rate)
 
 
 OFFERED = ("reset", "sense", "linear_feedback", "memory_size")

@@ -149,13 +149,6 @@ class ElasticArm:
         return np.swapaxes(by_q, -1, -2) / (2 * STEP), np.swapaxes(by_dq, -1, -2) / (2 * STEP)
 
 
-def elastic_plant(
-    dynamics: Dynamics, elasticity: JointElasticity, rotor: Array, q: Array, side: str = "motor"
-) -> RestingPlant:
-    """The plant near rest at the link poses q (k, n), read on a side; raises as `ElasticArm` and its `plant`."""
-    return ElasticArm(dynamics, elasticity, rotor, side).plant(at_rest(q))
-
-
 def at_rest(q: Array) -> Motion:
     """Poses q (k, n) as samples of a motion at rest."""
     none = np.zeros_like(q)

@@ -351,9 +351,6 @@ def certified(arm: Arm, proven: Sequence[Any]) -> list[str]:
     closed = [x.gap for x in proven if x.holds]
     boxes = sum(x.boxes for x in proven)
     words = f"more than {max(closed):.1e} above these values" if closed else "above the bounds that follow"
-    lines = [f"certified: nowhere in the joint box {words} ({boxes} boxes; rounding is in it)" + _but(proven, closed)]
+    but = ", except:" if closed and len(closed) < len(proven) else ""
+    lines = [f"certified: nowhere in the joint box {words} ({boxes} boxes; rounding is in it){but}"]
     return [*lines, *(f"  {arm.joint_names[x.joint]}: {x.statement()}" for x in proven if not x.holds)]
-
-
-def _but(proven: Sequence[Any], closed: Sequence[float]) -> str:
-    return ", except:" if closed and len(closed) < len(proven) else ""

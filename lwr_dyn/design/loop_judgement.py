@@ -3,31 +3,17 @@
 For `gains` the sampled loops of all controllers as a table; for `simulate` lines before and after the run.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.control.gains import Gains, Linearised
 from lwr_dyn.control.paper_laws import PID, PDGravity, tuned_inverse_dynamics, tuned_pd_gravity
-from lwr_dyn.control.protocol import Controller
-from lwr_dyn.control.velocity import FilteredDifference
+from lwr_dyn.control.protocol import Controller, filter_pole
+from lwr_dyn.design import sampled_stability as stability
 from lwr_dyn.design.elastic_loop import ElasticArm, at_rest
 from lwr_dyn.design.sampled_loop import RestingLoop, RestingPlant, Sampling, law_at_rest, rigid_plant
-from lwr_dyn.design.sampled_stability import (
-    PLACES,
-    POSES,
-    SEED,
-    STARTS,
-    WHOLE_DELAY,
-    SampledStability,
-    box_stability,
-    judged_count,
-    places_of,
-    pose_text,
-    rate_text,
-    stability_at,
-    stability_in_box,
-)
+from lwr_dyn.design.sampled_stability import SampledStability, pose_text, rate_text
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array
@@ -70,7 +56,7 @@ class LoopCase:
     def __post_init__(self) -> None:
         Sampling(self.rate, self.delay)
         if self.cutoff_hz is not None:
-            FilteredDifference(self.cutoff_hz, self.rate)
+            filter_pole(self.cutoff_hz, self.rate)  # raises where it cannot be
         if self.encoders not in ENCODERS:
             raise OptionError("encoders", repr(self.encoders), " or ".join(ENCODERS))
 
@@ -152,7 +138,7 @@ def stability_table(arm: Arm, results: Mapping[str, SampledStability]) -> Table:
     first = next(iter(results.values()))
     title = (
         f"Sampled at {sampling_text(first.sampling)}: unstable at rest, of {first.poses} poses drawn evenly from the"
-        f" joint box (seed {SEED}); linear, without friction and torque limits"
+        f" joint box (seed {stability.SEED}); linear, without friction and torque limits"
     )
     headings = (
         "controller", "unstable", Heading("holds from", format=rate_text),
@@ -176,20 +162,15 @@ def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
         return None
     cutoff_hz = None if loop.encoder is None else loop.encoder.cutoff_hz
     case = LoopCase(loop.rate, loop.delay, cutoff_hz, setup.elasticity, loop.encoders)
-    rows = places_of(setup.motion.q, judged_count(PLACES, loop.delay))
-    poses, starts = judged_count(POSES, loop.delay), 0 if loop.delay > WHOLE_DELAY else STARTS
+    rows = stability.places_of(setup.motion.q, stability.judged_count(stability.PLACES, loop.delay))
+
+    def loops(q: Array) -> RestingLoop:
+        return case.loop(plant.arm, plant.dynamics, controller, q)
+
     try:
         return {
-            "in_box": box_stability(
-                plant.arm,
-                lambda q: case.loop(plant.arm, plant.dynamics, controller, q),
-                case.sampling,
-                poses,
-                starts=starts,
-            ),
-            "along_reference": stability_at(
-                case.loop(plant.arm, plant.dynamics, controller, rows), case.sampling, rows
-            ),
+            "in_box": stability.box_stability(plant.arm, loops, case.sampling),
+            "along_reference": stability.stability_at(loops(rows), case.sampling, rows),
         }
     except OptionError:
         return None
@@ -211,17 +192,14 @@ class SampledNotes:
 
 def sampled_notes(setup: Setup) -> SampledNotes:
     """The notes of a simulation that is about to run."""
-    judged = judged_setup(setup)
+    judged, after = judged_setup(setup), []
+    if not (setup.loop.continuous or isinstance(setup.controller, Linearised)):
+        why = "the controller has no linear_feedback(q)"
+        after = [f"note: whether sampling makes this loop unstable is not judged: {why}"]
     lines, refusable = stability_lines(setup.plant.arm, judged), setup.elasticity is not None
     before, once_begun = ([], lines) if refusable else (lines, [])
-    return SampledNotes(before, once_begun, not_judged_lines(setup), stability_record(judged))
-
-
-def not_judged_lines(setup: Setup) -> list[str]:
-    """That nothing is known of the sampled loop of a controller without a linear form, such as one from a file."""
-    if setup.loop.continuous or isinstance(setup.controller, Linearised):
-        return []
-    return ["note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"]
+    record = None if judged is None else {name: found.to_json() for name, found in judged.items()}
+    return SampledNotes(before, once_begun, after, record)
 
 
 def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> list[str]:
@@ -258,30 +236,6 @@ def _growth(radius: float) -> str:
     return f"{radius:.3g}-fold" if radius >= 1.1 else f"by {100 * (radius - 1):.2g} %"
 
 
-def stability_record(judged: Mapping[str, SampledStability] | None) -> dict[str, Any] | None:
-    """The same as JSON values."""
-    return None if judged is None else {name: found.to_json() for name, found in judged.items()}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SampledGains:
-    """What sampling does to each controller with these gains, by name."""
-
-    table: Table
-    record: Mapping[str, Any]
-
-
-def judge_of_gains(rate: float, delay: int) -> Callable[[Arm, Gains], SampledGains]:
-    """What judges gains at a rate [Hz] and a delay [samples]; raises `OptionError` for another rate or delay."""
-    sampling = Sampling(rate, delay)
-
-    def judged(arm: Arm, gains: Gains) -> SampledGains:
-        found = sampled_loops(arm, gains, sampling)
-        return SampledGains(stability_table(arm, found), {name: each.to_json() for name, each in found.items()})
-
-    return judged
-
-
 def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, SampledStability]:
     """The sampled loop of each controller with these gains, and with the gains of the arm's file, where it has any."""
     dynamics, omega_n, xi = dynamics_of(arm), gains.omega_n, gains.xi
@@ -292,4 +246,8 @@ def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, Sampl
     }
     if arm.gains is not None:
         controllers["pd-gravity --own-gains"] = tuned_pd_gravity(arm, dynamics, own_gains=True)
-    return {name: stability_in_box(arm, dynamics, each, sampling) for name, each in controllers.items()}
+
+    def judged(controller: Linearised) -> SampledStability:
+        return stability.box_stability(arm, lambda q: RestingLoop.of(dynamics, controller, q), sampling)
+
+    return {name: judged(controller) for name, controller in controllers.items()}

@@ -3,8 +3,6 @@
 The report as a document: shares over the poses, then the worst pose joint by joint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -14,22 +12,12 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, label_of
+from lwr_dyn.design import sampled_stability
 from lwr_dyn.design.gain_search import PEAK
 from lwr_dyn.design.loop_judgement import LoopCase, unknown_text
 from lwr_dyn.design.loop_margins import LoopMargins, LoopStateSpaces, largest_sensitivity, margins_at, state_spaces
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, law_at_rest
-from lwr_dyn.design.sampled_stability import (
-    POSES,
-    SEED,
-    SampledStability,
-    box_stability,
-    climb,
-    joint_box,
-    pose_text,
-    rate_text,
-    stability_at,
-    wilson_interval,
-)
+from lwr_dyn.design.sampled_stability import SampledStability, climb, joint_box, pose_text, rate_text, wilson_interval
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array
@@ -128,8 +116,8 @@ def margins(
     encoders: str = "motor",
     plant: Arm | None = None,
     limit: float = LIMIT,
-    poses: int = POSES,
-    seed: int = SEED,
+    poses: int = sampled_stability.POSES,
+    seed: int = sampled_stability.SEED,
     engine: str | Dynamics = "pinocchio",
     **options: Any,
 ) -> MarginReport:
@@ -186,11 +174,11 @@ def margins(
 
     sampling = case.sampling
     if q is None:
-        stability = box_stability(moving, loops, sampling, poses, seed)
+        stability = sampled_stability.box_stability(moving, loops, sampling, poses, seed)
         rows = np.random.default_rng(seed).uniform(*joint_box(moving)[:2], (poses, arm.n))[:PEAK_POSES]
     else:
         rows = np.atleast_2d(joint_array("q", q, arm.n))
-        stability = stability_at(loops(rows), sampling, rows)
+        stability = sampled_stability.stability_at(loops(rows), sampling, rows)
     peaks = largest_sensitivity(loops(rows), sampling).max(axis=1)
     worst = stability.worst
     if stability.radius <= GROWS:

@@ -8,7 +8,7 @@ path in space, and between legs.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,12 +42,6 @@ class JointPath:
 
     pieces: tuple[PathPiece, ...]
     timed: Callable[[Sequence[MotionProfile]], Reference]
-
-
-class _Leg(Protocol):
-    profile: MotionProfile
-
-    def at(self, t: Array, /) -> Motion: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,31 +89,22 @@ def path_of_reference(reference: Reference) -> JointPath:
     if isinstance(reference, JointReference):
         return _moves(reference)
     if isinstance(reference, CurveReference):
-        return _curve(reference)
+        piece = PathPiece(reference.curve, reference.profile.length)
+        return JointPath((piece,), lambda profiles: replace(reference, profile=profiles[0]))
     legs = getattr(reference, "legs", ())
     if legs and all(hasattr(leg, "profile") and hasattr(leg, "at") for leg in legs):
         return _legs(reference, tuple(legs))
     raise OptionError("reference", f"{type(reference).__name__}, whose path is not known apart from its timing", KINDS)
 
 
-def _curve(reference: CurveReference) -> JointPath:
-    def timed(profiles: Sequence[MotionProfile]) -> Reference:
-        return replace(reference, profile=profiles[0])
-
-    return JointPath((PathPiece(reference.curve, reference.profile.length),), timed)
-
-
-def _legs(reference: Reference, legs: tuple[_Leg, ...]) -> JointPath:
+def _legs(reference: Any, legs: tuple[Any, ...]) -> JointPath:
     """Any reference with `legs`: dataclasses that have a `profile` and the motion `at(t)`."""
 
-    def timed(profiles: Sequence[MotionProfile]) -> Reference:
-        quick = tuple(with_profile(leg, profile) for leg, profile in zip(legs, profiles, strict=True))
-        return cast(Reference, replace(cast(Any, reference), legs=quick))
+    def timed(profiles: Sequence[MotionProfile]) -> Any:
+        quick = tuple(replace(leg, profile=profile) for leg, profile in zip(legs, profiles, strict=True))
+        return replace(reference, legs=quick)
 
-    def with_profile(leg: _Leg, profile: MotionProfile) -> _Leg:
-        return cast(_Leg, replace(cast(Any, leg), profile=profile))
-
-    still = [with_profile(leg, _unhurried(leg.profile.length)) for leg in legs]
+    still = [replace(leg, profile=_unhurried(leg.profile.length)) for leg in legs]
     pieces = tuple(PathPiece(_derivatives(leg.at), leg.profile.length) for leg in still)
     return JointPath(pieces, timed)
 

@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from lwr_dyn.control.gains import Linearised
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
-from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
@@ -176,47 +174,26 @@ def judged_count(count: int, delay: int) -> int:
     return min(count, max(FEWEST, int(count * ((2 + WHOLE_DELAY) / (2 + delay)) ** 3)))
 
 
-def stability_in_box(
-    arm: Arm,
-    dynamics: Dynamics,
-    controller: Linearised,
-    sampling: Sampling,
-    poses: int | None = None,
-    seed: int = SEED,
+def box_stability(
+    arm: Arm, loops: Loops, sampling: Sampling, poses: int | None = None, seed: int = SEED
 ) -> SampledStability:
-    """The sampled loop at rest over the joint box of an arm.
+    """Sampled loops at rest over the joint box of an arm.
 
     Parameters
     ----------
     arm : Arm
         Its limits are the box; see `joint_box` for unknown ones.
-    dynamics : Dynamics
-        Of the arm that moves, with its payload.
-    controller : Linearised
+    loops : function
+        Poses q (k, n) -> the loops there, as `RestingLoop.of` or `LoopCase.loop` gives them.
     sampling : Sampling
     poses : int, optional
         Number of poses drawn evenly; if not given `judged_count` of `POSES`, and beyond `WHOLE_DELAY` no worse radius
         is searched from the worst of them.
     seed : int
         Of the drawing.
-
-    Raises
-    ------
-    OptionError
-        A plant whose mass matrix is singular.
     """
     starts = 0 if poses is None and sampling.delay > WHOLE_DELAY else STARTS
-    drawn = judged_count(POSES, sampling.delay) if poses is None else poses
-    return box_stability(arm, lambda x: RestingLoop.of(dynamics, controller, x), sampling, drawn, seed, starts)
-
-
-def box_stability(
-    arm: Arm, loops: Loops, sampling: Sampling, poses: int = POSES, seed: int = SEED, starts: int = STARTS
-) -> SampledStability:
-    """The same of any loops over the joint box of an arm: `loops` gives those at the poses q (k, n).
-
-    From `starts` poses of largest radius a larger one is searched.
-    """
+    poses = judged_count(POSES, sampling.delay) if poses is None else poses
     lower, upper, unknown = joint_box(arm)
     q = np.random.default_rng(seed).uniform(lower, upper, (poses, arm.n))
     loop = loops(q)
@@ -237,18 +214,6 @@ def box_stability(
     )  # fmt: skip
 
 
-def stability_along(
-    dynamics: Dynamics, controller: Linearised, sampling: Sampling, q: Array, places: int | None = None
-) -> SampledStability:
-    """The sampled loop at rest at up to `places` poses of a motion q (k, n), if not given `judged_count` of `PLACES`.
-
-    Raises as `stability_in_box`.
-    """
-    places = judged_count(PLACES, sampling.delay) if places is None else places
-    rows = places_of(q, places)
-    return stability_at(RestingLoop.of(dynamics, controller, rows), sampling, rows)
-
-
 def places_of(q: Array, places: int) -> Array:
     """Up to `places` poses of a motion q (k, n), evenly over its samples."""
     rows: Array = q[np.unique(np.linspace(0, len(q) - 1, min(places, len(q))).astype(int))]
@@ -256,7 +221,7 @@ def places_of(q: Array, places: int) -> Array:
 
 
 def stability_at(loop: RestingLoop, sampling: Sampling, rows: Array) -> SampledStability:
-    """The same of a loop at all its poses, the rows (k, n)."""
+    """As `box_stability`, of a loop at all its poses, the rows (k, n)."""
     radii = loop.radius(sampling)
     worst, unstable = int(np.argmax(radii)), int((radii > GROWS).sum())
     return SampledStability(

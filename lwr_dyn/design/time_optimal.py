@@ -15,19 +15,9 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lwr_dyn.design import time_optimal_speeds as speeds
 from lwr_dyn.design.path_pieces import JointPath, PathPiece, path_of_reference
-from lwr_dyn.design.time_optimal_speeds import (
-    JointBounds,
-    Rows,
-    Uses,
-    fastest_squares,
-    friction_band,
-    linear_limits,
-    on_samples,
-    profile_of_squares,
-    rows_of_intervals,
-    uses,
-)
+from lwr_dyn.design.time_optimal_speeds import JointBounds, Rows, Uses, friction_band
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, arm_argument, real_array
@@ -152,15 +142,15 @@ def _timed(
     s = s[np.concatenate([[True], np.diff(s) > 1e-6 * piece.length])]
     s[-1] = piece.length
     lowered = np.ones((3, s.size - 1, arm.n))
-    rows = rows_of_intervals(piece, dynamics, bounds, s)
+    rows = speeds.rows_of_intervals(piece, dynamics, bounds, s)
     for trial in range(1, TRIALS + 1):
-        squares = fastest_squares(s, linear_limits(*rows, bounds, s, lowered))
+        squares = speeds.fastest_squares(s, speeds.linear_limits(*rows, bounds, s, lowered))
         if squares is None or not (squares[1:-1] > 0.0).all():
             raise OptionError("path", _why_not(arm, rows[0], bounds, s), "a path that the limits allow to follow")
-        profile = profile_of_squares(s, squares)
+        profile = speeds.profile_of_squares(s, squares)
         if rate is not None:
-            profile = on_samples(profile, rate)
-        found = uses(piece, dynamics, bounds, profile)
+            profile = speeds.on_samples(profile, rate)
+        found = speeds.uses(piece, dynamics, bounds, profile)
         most = found.peaks().max()
         if most <= 1.0:
             return PieceTiming(profile, found, trial)
@@ -183,20 +173,16 @@ def _about(
     arm: Arm, pieces: list[PieceTiming], path: JointPath, effort: float, speed: float, acceleration: ArrayLike | None
 ) -> dict[str, Any]:
     """What the timing keeps, as JSON values."""
-    kinds = ("torque", "speed", "acceleration")
-    peaks = np.max([piece.uses.peaks() for piece in pieces], axis=0)
-    total = sum(float(piece.uses.seconds.sum()) for piece in pieces)
-    ruled, free = dict.fromkeys(kinds, 0.0), 0.0
-    for piece in pieces:
-        most = np.array([getattr(piece.uses, kind).max(axis=1) for kind in kinds])
-        for k, kind in enumerate(kinds):
-            ruled[kind] += float(piece.uses.seconds[most[k] >= RULES].sum()) / total
-        free += float(piece.uses.seconds[(most < RULES).all(axis=0)].sum()) / total
+    seconds = np.concatenate([piece.uses.seconds for piece in pieces])
+    most = np.concatenate([piece.uses.shares.max(axis=2) for piece in pieces], axis=1)  # (3, k)
+    ruled = [float(seconds[kind >= RULES].sum() / seconds.sum()) for kind in most]
+    free = float(seconds[(most < RULES).all(axis=0)].sum() / seconds.sum())
     bound = None if acceleration is None else np.asarray(acceleration, dtype=float).tolist()
     return {
         "value": "least time", "kind": "computed", "duration": sum(piece.profile.duration for piece in pieces),
         "pieces": len(path.pieces), "effort_share": effort, "speed_share": speed, "acceleration": bound,
-        "use": dict(zip(kinds, peaks.max(axis=1).tolist(), strict=True)), "ruled_by": ruled, "ruled_by_none": free,
+        "use": dict(zip(speeds.KINDS, most.max(axis=1).tolist(), strict=True)),
+        "ruled_by": dict(zip(speeds.KINDS, ruled, strict=True)), "ruled_by_none": free,
         "note": "shares are of the limits that it may use; the jerk is not bounded",
     }  # fmt: skip
 

@@ -94,26 +94,28 @@ def friction_band(bounds: JointBounds) -> tuple[Array, Array]:
     return middle, half
 
 
+KINDS = ("torque", "speed", "acceleration")
+"""Of limits."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Uses:
-    """Shares of the limits (k, n) that a timing uses at k places s (k,), and its time there (k,) [s]."""
+    """Shares (3, k, n) of the limits of `KINDS` that a timing uses at k places s (k,), and its time there (k,) [s]."""
 
     s: Array
-    torque: Array
-    speed: Array
-    acceleration: Array
+    shares: Array
     seconds: Array
 
     def peaks(self) -> Array:
-        """The largest of torque, speed and acceleration, (3, n)."""
-        return np.stack([self.torque.max(axis=0), self.speed.max(axis=0), self.acceleration.max(axis=0)])
+        """The largest of each kind, (3, n)."""
+        return np.asarray(self.shares.max(axis=1))
 
     def peaks_on(self, s: Array) -> Array:
         """The largest on each interval of the grid s (m + 1,) and on its neighbours, (3, m, n)."""
         owner = np.clip(np.searchsorted(s, self.s, side="right") - 1, 0, s.size - 2)
-        out = np.zeros((3, s.size + 1, self.torque.shape[1]))
-        for k, found in enumerate((self.torque, self.speed, self.acceleration)):
-            np.maximum.at(out[k], owner + 1, found)
+        out = np.zeros((3, s.size + 1, self.shares.shape[2]))
+        for kind, found in zip(out, self.shares, strict=True):
+            np.maximum.at(kind, owner + 1, found)
         return np.maximum(np.maximum(out[:, :-2], out[:, 1:-1]), out[:, 2:])
 
 
@@ -125,13 +127,9 @@ def uses(piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, profile: Mot
     at = profile.at(times.ravel())
     rows, square = Rows.at(piece, dynamics, bounds, at.s), at.ds**2
     torque = np.abs(rows.torque(at.dds, square)) + friction_band(bounds)[1]
-    return Uses(
-        at.s,
-        torque / bounds.effort,
-        rows.speed(square) / bounds.speed,
-        np.abs(rows.acceleration(at.dds, square)) / bounds.acceleration,
-        np.broadcast_to(step / times.shape[1], times.shape).ravel(),
-    )
+    acceleration = np.abs(rows.acceleration(at.dds, square)) / bounds.acceleration
+    shares = np.stack([torque / bounds.effort, rows.speed(square) / bounds.speed, acceleration])
+    return Uses(at.s, shares, np.broadcast_to(step / times.shape[1], times.shape).ravel())
 
 
 def rows_of_intervals(piece: PathPiece, dynamics: Dynamics, bounds: JointBounds, s: Array) -> tuple[Rows, Rows]:

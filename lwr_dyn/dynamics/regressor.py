@@ -48,7 +48,7 @@ def parameter_names(n: int) -> tuple[str, ...]:
 def chain_parameters(chain: Chain) -> Array:
     """The parameters of a chain without friction, (15 n,): the model's own values for the columns."""
     links = [body_parameters(link.body or Body.massless()) for link in chain.links]
-    joints = [[0.0 if link.rotor is None else link.rotor.armature, 0.0, 0.0, 0.0, 0.0] for link in chain.links]
+    joints = [[armature, 0.0, 0.0, 0.0, 0.0] for armature in chain.armature]
     return np.concatenate([*links, *joints])
 
 

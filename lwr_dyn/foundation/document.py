@@ -101,6 +101,8 @@ class Section:
     """Shown on pages, not in text."""
     brief: bool = False
     """Shown in notebooks too."""
+    own: bool = False
+    """Its keys differ from one document of the command to the next: the schema allows them and does not name them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,11 +157,15 @@ class Document:
         found = dict(_properties(self.facts))
         may: set[str] = set()
         for section in self.sections:
+            if section.own:
+                continue
             inside = dict(_properties(section.parts))
             may |= {*inside} if section.key is None and section.there is not None else set()
             found |= inside if section.key is None else {section.key: _said(section.says, _missing(section, inside))}
         head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"{self.command} --json"}
-        return {**head, "description": ABOUT, **_object(found, may)}
+        others = [section.says for section in self.sections if section.own]
+        open_ = {"additionalProperties": _said(others[0], {})} if others else {}
+        return {**head, "description": ABOUT, **_object(found, may), **open_}
 
 
 def _is_shown(part: Part) -> bool:

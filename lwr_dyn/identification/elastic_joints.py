@@ -11,21 +11,19 @@ zeros of the two encoders.
 The deflection theta - q is small: 1e-5 rad where a wrist joint carries little, as much as the noise of an encoder, and
 least squares would take the noise for the spring (K too small, by a tenth and more). So the deflection's instrument is
 the links' torque from the fit itself, which has no encoder's difference in it.
-
-Gears, drives and links of elastic joints as text for people and as a record for programs.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.foundation.tables import aligned
-from lwr_dyn.identification.friction.identify_friction import with_error
+from lwr_dyn.foundation.tables import Heading, Table, with_error
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.information import BLOCK, equations_of, grouped
 from lwr_dyn.identification.regression.instrumental import WINDOW, instrumental_fit
@@ -185,18 +183,16 @@ def _link_base(columns: TorqueColumns) -> BaseParameters:
 
 def _first_links(links: Samples, motors: Samples, columns: TorqueColumns, base: BaseParameters) -> Array:
     """The links' parameters (b,) from the drives alone; what they share with rotors is split by least norm."""
-    n, k = columns.n, len(links)
-    total = None
-    for first in range(0, k, BLOCK):
+    n, parts = columns.n, []
+    for first in range(0, len(links), BLOCK):
         rows = slice(first, first + BLOCK)
         X = np.zeros((*links.q[rows].shape, base.count + len(DRIVE.names) * n))
         X[:, :, : base.count] = _link_columns(links.select(rows), columns, base)
         for j in range(n):
             own = slice(base.count + len(DRIVE.names) * j, base.count + len(DRIVE.names) * (j + 1))
             X[:, j, own] = DRIVE(motors.dq[rows, j], motors.ddq[rows, j])
-        part = equations_of(X, motors.tau[rows], motors.used[rows])
-        total = part if total is None else total + part
-    assert total is not None  # samples have at least one instant
+        parts.append(equations_of(X, motors.tau[rows], motors.used[rows]))
+    total = sum(parts[1:], parts[0])  # samples have at least one instant
     start = np.sqrt(total.squares / np.maximum(total.equations, 1)) + 1e-9
     return grouped(total, start).values[: base.count]
 
@@ -246,44 +242,51 @@ UNITS = {
 }  # fmt: skip
 
 
-def elastic_text(found: ElasticIdentification, arm: Arm) -> str:
-    """A row a joint with springs, dampers, rotors and friction; the noise of both sides; what bends too little."""
-    cells = {name: (found.of(name), found.of(name, sigma=True)) for name in SHOWN}
-    rows = [
-        (str(j + 1), *(with_error(float(v[j]), float(s[j])) for v, s in cells.values()), _own(arm, j))
-        for j in range(found.n)
-    ]
-    heads = (*(f"{name} [{UNITS[name]}]" for name in SHOWN), "stiffness of the model")
-    noise = [(str(j + 1), f"{found.noise[j]:.4g}", f"{found.noise[found.n + j]:.4g}") for j in range(found.n)]
-    lines = [
-        f"{len(found.values)} parameters from {found.equations} equations, {found.base.count} of them the links'",
-        aligned(rows, ("joint", *heads)),
-        "rotors and friction are the motors', seen at the joints",
-    ]
-    for j in np.flatnonzero(~found.bends):
-        lines.append(f"stiffness of joint {j + 1} not identified: it carries too little to bend beyond its encoders")
-    return "\n".join((*lines, "", aligned(noise, ("joint", "noise of the torque [N m]", "of the gear [N m]"))))
+class JointParameterRecord(TypedDict):
+    """A parameter of a joint."""
+
+    value: Annotated[float, "As seen at the joint."]
+    standard_error: Annotated[float, "Of the value."]
+    unit: Annotated[str, "Of both."]
 
 
-def elastic_record(found: ElasticIdentification, robot: str) -> dict[str, Any]:
-    """Every parameter of every joint with its error, the links' base parameters, and the noise of both sides."""
+def elastic_document(found: ElasticIdentification, arm: Arm, robot: str = "") -> Document:
+    """Springs, dampers, rotors and friction of every joint, the noise of both sides, the links' base parameters."""
     cells = {name: (found.of(name), found.of(name, sigma=True)) for name in (*GEAR, *DRIVE.names)}
+    own = ["-"] * found.n if arm.elasticity is None else arm.elasticity.stiffness.tolist()
+    noise = [*zip(range(1, found.n + 1), found.noise[: found.n], found.noise[found.n :], strict=True)]
+    rows = []
+    for j, torque, gear in noise:
+        shown = [with_error(*(float(x[j - 1]) for x in cells[name])) for name in SHOWN]
+        parameters = {
+            name: {"value": v[j - 1], "standard_error": s[j - 1], "unit": UNITS[name]} for name, (v, s) in cells.items()
+        }
+        rows.append((j, *shown, own[j - 1], bool(found.bends[j - 1]), torque, gear, parameters))
+    columns = (
+        Heading("joint", says="From 1."), *(Heading(name, UNITS[name], key=None) for name in SHOWN),
+        Heading("stiffness of the model", "", ".5g", None),
+        Heading(key="bends", says="Whether the stiffness is above 3 sigma."),
+        Heading(key="torque_noise", says="Of the motor's torque, N m."),
+        Heading(key="gear_noise", says="Of the gear's torque, N m: the stiffness times the encoders' noise."),
+        Heading(key="parameters", kind=dict[str, JointParameterRecord], says="Stiffness, damping, zero (stiffness "
+                "times the angle between the encoders' zeros), rotor and friction of the motor seen at the joint."),
+    )  # fmt: skip
+    weak = [
+        f"stiffness of joint {j + 1} not identified: it carries too little to bend beyond its encoders"
+        for j in np.flatnonzero(~found.bends)
+    ]
+    said = "rotors and friction are the motors', seen at the joints"
+    sides = (
+        Heading("joint"), Heading("noise of the torque", "N m", ".4g"), Heading("of the gear", "N m", ".4g"),
+    )  # fmt: skip
     links = zip(found.base.statements(), found.links, found.sigma, strict=False)
-    return {
-        "robot": robot, "equations": found.equations,
-        "joints": [
-            {
-                "joint": j + 1, "bends": bool(found.bends[j]), "torque_noise": found.noise[j],
-                "gear_noise": found.noise[found.n + j],
-                "parameters": {
-                    name: {"value": v[j], "standard_error": s[j], "unit": UNITS[name]} for name, (v, s) in cells.items()
-                },
-            }
-            for j in range(found.n)
-        ],
-        "links": [{"parameter": name, "value": v, "standard_error": s} for name, v, s in links],
-    }  # fmt: skip
-
-
-def _own(arm: Arm, joint: int) -> str:
-    return "-" if arm.elasticity is None else f"{arm.elasticity.stiffness[joint]:.5g}"
+    names = (Heading(key="parameter", says="A combination of the links' masses, first moments and tensors, SI."),
+             Heading(key="value", says="SI."), Heading(key="standard_error", says="Of the value."))  # fmt: skip
+    sections = [
+        Section("", [Table("", columns, rows, said, "joints", "Joint by joint."), Note(weak)]),
+        Section("Noise", [Table("", sides, noise)]),
+        Section("Links", [Table("", names, [*links], "", "links", "Base parameters of the links, without rotors.")]),
+    ]
+    verdict = f"{len(found.values)} parameters from {found.equations} equations, {found.base.count} of them the links'"
+    facts = [Fact("robot", robot, "Name of the robot."), Fact("equations", found.equations, "How many were used.")]
+    return Document("Elastic joints", verdict, sections, "lwr-dyn identify elastic", facts=facts)

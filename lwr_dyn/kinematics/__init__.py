@@ -5,7 +5,6 @@ arm_geometry  The geometry of arms with a closed form of inverse kinematics, rea
 forward       Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate
 inverse       Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a
               numeric search
-pose_search   The search for one solution on Pinocchio, where no kernel can be compiled
 pose_solver   One solution for a flange pose, fast: `solve(T, q0)`. All solutions: `kinematics.inverse`
 six_joints    Closed forms of six-joint arms, reached through the registry of solvers
 solution      Inverse kinematics of one pose: the problem, the solver's interface, the result with its solutions in

@@ -22,17 +22,10 @@ from scipy.optimize import lsq_linear
 
 from lwr_dyn.foundation.arrays import Array, read_only, real_array
 from lwr_dyn.foundation.errors import OptionError, OutOfReachError, OutsideLimitsError, ShapeError
+from lwr_dyn.kinematics import srs_margins
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry, require_srs
 from lwr_dyn.kinematics.solution import BRANCHES, TURN, Branch, JointRanges, joint_ranges, one_turn_note
 from lwr_dyn.kinematics.srs import ON_AXIS, arm_triangle
-from lwr_dyn.kinematics.srs_margins import (
-    AngleIntervals,
-    MarginProblem,
-    best_angles,
-    intervals_at_level,
-    margin_problem,
-    margins,
-)
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import pose_array
 
@@ -84,7 +77,9 @@ def largest_margin(geometry: SrsGeometry, ranges: JointRanges, T: Array) -> Bran
     """The best branch and its corridor for poses T (k, 4, 4) within reach; a bound below 0 is outside limits."""
     rows = np.unique(np.linspace(0, len(T) - 1, min(len(T), FIRST_LOOK)).round().astype(int))
     signs = np.repeat(np.array(BRANCHES), len(rows), axis=0)
-    first = best_angles(margin_problem(geometry, ranges, np.tile(T[rows], (len(BRANCHES), 1, 1)), signs))
+    first = srs_margins.best_angles(
+        srs_margins.margin_problem(geometry, ranges, np.tile(T[rows], (len(BRANCHES), 1, 1)), signs)
+    )
     margin, joint = (x.reshape(len(BRANCHES), len(rows)) for x in (first.margin, first.joint))
     starts = []
     for branch, at_poses, joints in zip(BRANCHES, margin, joint, strict=True):
@@ -103,24 +98,24 @@ def _best_above(
     for start in starts:
         if start.margin_bound < floor or (best is not None and start.margin_bound <= best.margin_bound):
             break
-        optimum = _best_of_branch(margin_problem(geometry, ranges, T, start.branch), start, floor)
+        optimum = _best_of_branch(srs_margins.margin_problem(geometry, ranges, T, start.branch), start, floor)
         if optimum is not None:
             best, floor = optimum, optimum.margin_bound
     return best
 
 
-def _best_of_branch(problem: MarginProblem, start: BranchOptimum, floor: float) -> BranchOptimum | None:
+def _best_of_branch(problem: srs_margins.MarginProblem, start: BranchOptimum, floor: float) -> BranchOptimum | None:
     """The best of one branch, or None when it does not keep `floor`."""
-    optimum, intervals = start, intervals_at_level(problem, _corridor_level(start.margin_bound))
+    optimum, intervals = start, srs_margins.intervals_at_level(problem, _corridor_level(start.margin_bound))
     while intervals.empty.any():
         empty = np.flatnonzero(intervals.empty)
-        tight = best_angles(problem.rows(empty))
+        tight = srs_margins.best_angles(problem.rows(empty))
         i = int(np.argmin(tight.margin))
         bound = float(tight.margin[i])
         optimum = replace(optimum, margin_bound=bound, index=int(empty[i]), joint=int(tight.joint[i]))
         if bound < floor:
             return None
-        intervals = intervals_at_level(problem, _corridor_level(bound))
+        intervals = srs_margins.intervals_at_level(problem, _corridor_level(bound))
     passage = connected_arm_angles(intervals)
     if isinstance(passage, Corridor):
         return replace(optimum, passage=passage)
@@ -128,23 +123,23 @@ def _best_of_branch(problem: MarginProblem, start: BranchOptimum, floor: float) 
 
 
 def _highest_passage(
-    problem: MarginProblem, start: BranchOptimum, blocked: CorridorBreak, floor: float
+    problem: srs_margins.MarginProblem, start: BranchOptimum, blocked: CorridorBreak, floor: float
 ) -> BranchOptimum | None:
     """Bisection on the level: every pose has an interval, but they do not connect."""
-    passage = connected_arm_angles(intervals_at_level(problem, floor))
+    passage = connected_arm_angles(srs_margins.intervals_at_level(problem, floor))
     if isinstance(passage, CorridorBreak):
         return None
     low, high = floor, _corridor_level(start.margin_bound)
     while high - low > RESOLUTION:
         level = (low + high) / 2.0
-        attempt = connected_arm_angles(intervals_at_level(problem, level))
+        attempt = connected_arm_angles(srs_margins.intervals_at_level(problem, level))
         if isinstance(attempt, Corridor):
             low, passage = level, attempt
         else:
             high, blocked = level, attempt
     row = problem.rows(np.array([blocked.index]))
-    edge = np.nan_to_num(intervals_at_level(row, high).end[:1, :1])
-    joint = int(np.argmin(margins(row, edge)[0, 0]))
+    edge = np.nan_to_num(srs_margins.intervals_at_level(row, high).end[:1, :1])
+    joint = int(np.argmin(srs_margins.margins(row, edge)[0, 0]))
     return BranchOptimum(start.branch, high, blocked.index, joint, passage, continuous=False)
 
 
@@ -153,7 +148,7 @@ def _corridor_level(bound: float) -> float:
     return max(bound - SLACK, 0.0) if bound >= 0.0 else bound - SLACK
 
 
-def connected_arm_angles(intervals: AngleIntervals) -> Corridor | CorridorBreak:
+def connected_arm_angles(intervals: srs_margins.AngleIntervals) -> Corridor | CorridorBreak:
     """The chain of intervals whose narrowest overlap is widest, or where every chain ends."""
     rows = [intervals.of(k) for k in range(len(intervals.start))]
     if not rows[0]:
@@ -359,7 +354,7 @@ def _measured(
 ) -> ArmAngleCurve:
     """The curve with the margin that it keeps at the poses."""
     psi = CubicSpline(knots, values, bc_type="natural")(s)
-    kept = margins(margin_problem(geometry, ranges, T, best.branch), psi[:, None])[:, 0]
+    kept = srs_margins.margins(srs_margins.margin_problem(geometry, ranges, T, best.branch), psi[:, None])[:, 0]
     row, joint = (int(i) for i in np.unravel_index(np.argmin(kept), kept.shape))
     margin = float(kept[row, joint])
     return ArmAngleCurve(

@@ -19,7 +19,7 @@ from lwr_dyn.foundation.arrays import Array, fixed_array, read_only
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.chain import Chain
 
 MEETING = 1e-9
 """[m, or sine] Axes this near to each other meet; directions this near to a right angle are perpendicular."""
@@ -82,7 +82,7 @@ class SrsGeometry:
 @lru_cache(maxsize=32)
 def srs_geometry(chain: Chain) -> SrsGeometry | None:
     """The constants of the arm, or None when the chain is not S-R-S."""
-    if chain.n != 7 or any(link.kind is not JointKind.REVOLUTE for link in chain.links):
+    if chain.n != 7 or not chain.turning.all():
         return None
     axes = joint_axes(chain, np.zeros(7))
     z, p, flange = axes.z, axes.p, axes.flange

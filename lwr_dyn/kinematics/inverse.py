@@ -7,31 +7,21 @@ solution is verified, but there may be more. Of a pose out of reach the nearest 
 orientation is given.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from lwr_dyn.foundation.arrays import Array, arm_argument, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.kinematics import solution
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
-from lwr_dyn.kinematics.solution import (
-    IkSolver,
-    InverseResult,
-    PoseProblem,
-    drawing_range,
-    joint_ranges,
-    make_solutions,
-    ranked_result,
-    wrap,
-)
+from lwr_dyn.kinematics.solution import InverseResult, PoseProblem, joint_ranges, wrap
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import pose_array
 
 SOLVED = 1e-11
@@ -57,16 +47,15 @@ _FAINT = 1e-5
 
 def search(chain: Chain, lower: Array, upper: Array, T: Array, starts: int, seed: int) -> Array:
     """Distinct joint positions (m, n) within lower and upper (n,) whose flange pose is T (4, 4); ungated."""
-    kinds = [link.kind for link in chain.links]
-    ends, residual = descend(chain, lower, upper, T, _starts(kinds, lower, upper, starts, seed))
+    ends, residual = descend(chain, lower, upper, T, _starts(chain, lower, upper, starts, seed))
     good = ends[residual <= SOLVED]
-    return good[distinct(good, np.array([kind is JointKind.REVOLUTE for kind in kinds]))]
+    return good[distinct(good, chain.turning)]
 
 
-def _starts(kinds: list[JointKind], lower: Array, upper: Array, starts: int, seed: int) -> Array:
+def _starts(chain: Chain, lower: Array, upper: Array, starts: int, seed: int) -> Array:
     """The middle of the ranges, then positions drawn uniformly from them."""
-    low, high = drawing_range(np.array([kind is JointKind.REVOLUTE for kind in kinds]), lower, upper)
-    share = np.random.default_rng(seed).uniform(size=(starts, len(kinds)))
+    low, high = solution.drawing_range(chain.turning, lower, upper)
+    share = np.random.default_rng(seed).uniform(size=(starts, chain.n))
     share[0] = 0.5
     q: Array = low + share * (high - low)
     return q
@@ -139,7 +128,7 @@ def _step(jacobian: Array, error: Array, damping: Array, q: Array, lower: Array,
     return step
 
 
-def distinct(q: Array, turning: Array) -> list[int]:
+def distinct(q: Array, turning: NDArray[np.bool_]) -> list[int]:
     """Indices of one of each group of equal rows of q (k, n); whole turns of turning joints (n,) do not count."""
     kept: list[int] = []
     for i, row in enumerate(q):
@@ -154,7 +143,9 @@ def solve_pose(problem: PoseProblem, chain: Chain) -> InverseResult:
     for lower, upper in _ranges(problem):
         q = search(chain, lower, upper, problem.pose, problem.starts, problem.seed)
         if len(q):
-            return ranked_result(problem, make_solutions(problem, _within_a_turn(problem.arm, q)), complete=False)
+            return solution.ranked_result(
+                problem, solution.make_solutions(problem, _within_a_turn(problem.arm, q)), complete=False
+            )
     return missed(problem, chain)
 
 
@@ -167,8 +158,8 @@ def _ranges(problem: PoseProblem) -> list[tuple[Array, Array]]:
 
 def missed(problem: PoseProblem, chain: Chain) -> InverseResult:
     """By how much the position is out of reach, or if it is not, by how much the orientation is missed."""
-    (lower, upper), T, kinds = _ranges(problem)[-1], problem.pose, [link.kind for link in chain.links]
-    starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
+    (lower, upper), T = _ranges(problem)[-1], problem.pose
+    starts = _starts(chain, lower, upper, problem.starts, problem.seed)
     ends, _ = descend(chain, lower, upper, T, starts, turn_weight=_FAINT)
     flange = joint_axes(chain, ends).flange
     distance = np.sqrt(((flange[:, :3, 3] - T[:3, 3]) ** 2).sum(axis=1))
@@ -181,9 +172,9 @@ def missed(problem: PoseProblem, chain: Chain) -> InverseResult:
 
 def solve_position(problem: PoseProblem, chain: Chain) -> InverseResult:
     """One solution of the position of a pose: where `problem.q0` leads to, else the nearest that a search finds."""
-    arm, T, kinds = problem.arm, problem.pose, [link.kind for link in chain.links]
+    arm, T = problem.arm, problem.pose
     for lower, upper in _ranges(problem):
-        starts = _starts(kinds, lower, upper, problem.starts, problem.seed)
+        starts = _starts(chain, lower, upper, problem.starts, problem.seed)
         first = np.minimum(np.maximum(starts[0] if problem.q0 is None else problem.q0, lower), upper)
         for begin in (first[None], starts[:8], starts):
             ends, residual = descend(chain, lower, upper, T, begin, turn_weight=0.0)
@@ -191,23 +182,22 @@ def solve_position(problem: PoseProblem, chain: Chain) -> InverseResult:
                 q = _within_a_turn(arm, ends[residual <= SOLVED])
                 q = q[[np.abs(q - first).sum(axis=1).argmin()]]
                 reached = np.block([[joint_axes(chain, q[0]).flange[:3, :3], T[:3, 3:]], [T[3]]])
-                found = make_solutions(replace(problem, pose=reached), q)
-                return replace(ranked_result(problem, found, complete=False), position_only=True)
+                found = solution.make_solutions(replace(problem, pose=reached), q)
+                return replace(solution.ranked_result(problem, found, complete=False), position_only=True)
     return replace(missed(problem, chain), turn=None)
 
 
 def _within_a_turn(arm: Arm, q: Array) -> Array:
     """Revolute joints outside their ranges moved by whole turns towards the middle."""
     ranges = joint_ranges(arm)
-    turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
     outside = np.abs(q - ranges.middle) > np.maximum(ranges.half, np.pi)
-    return np.where(turning & outside, ranges.middle + wrap(q - ranges.middle), q)
+    return np.where(arm.chain.turning & outside, ranges.middle + wrap(q - ranges.middle), q)
 
 
-SOLVER = IkSolver(lambda chain: chain, solve_pose, "any arm")
+SOLVER = solution.IkSolver(lambda chain: chain, solve_pose, "any arm")
 """The row "numeric" of the solvers."""
 
-IK_SOLVERS: Registry[IkSolver[Any]] = Registry(
+IK_SOLVERS: Registry[solution.IkSolver[Any]] = Registry(
     "solver",
     {
         "srs": Row("lwr_dyn.kinematics.srs_margins:SOLVER", "S-R-S arms with an arm angle, in closed form"),
@@ -301,7 +291,7 @@ def inverse_kinematics(
     return chosen.solve(PoseProblem(arm, pose, limits, arm_angle, reference, starts, seed), geometry)
 
 
-def _solver_of(arm: Arm, name: str | None) -> tuple[IkSolver[Any], Any]:
+def _solver_of(arm: Arm, name: str | None) -> tuple[solution.IkSolver[Any], Any]:
     """The solver of that name, or the first of our own that recognises the arm, with the arm's geometry."""
     for candidate in IK_SOLVERS.rows if name is None else (name,):
         solver = IK_SOLVERS.load(candidate)

@@ -7,16 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
-from typing import Generic, Literal, NamedTuple, TypeVar
+from typing import Annotated, Generic, Literal, NamedTuple, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.document import Document, Fact, Section
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.run import repr_html, short_repr
 
 ALIGNED = 1e-13
@@ -166,6 +168,19 @@ class PoseProblem:
     """(n,) Where a search of a position starts [rad or m]; the middle of the ranges if not given."""
 
 
+class SolutionRecord(TypedDict):
+    """`Solution.record`."""
+
+    q: Annotated[list[float], "Joint positions, rad (m for sliding joints)."]
+    branch: Annotated[str | None, "Signs of shoulder, elbow and wrist; null from the numeric search."]
+    arm_angle: Annotated[float | None, "rad; null for an arm that has none, and from the numeric search."]
+    margin: Annotated[float, "Distance from the nearest limit, rad (m), negative outside; null where none is known."]
+    joint: Annotated[str, "The joint that has this margin."]
+    inside_limits: Annotated[bool, "Whether all joints are inside their limits."]
+    residual: Annotated[float, "Largest difference that is left between the flange's pose and T."]
+    singular: Annotated[list[str], "Singularities nearby: shoulder, elbow, wrist."]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
     """One set of joint positions q (n,) [rad or m] for a pose."""
@@ -184,6 +199,15 @@ class Solution:
     """Largest entry of FK(q) - T [m and dimensionless]."""
     singular: tuple[str, ...] = ()
     """Singularities (shoulder, elbow, wrist) nearer than `spherical_wrist.NEAR_SINGULAR`."""
+
+    @property
+    def record(self) -> SolutionRecord:
+        """For programs."""
+        return {
+            "q": self.q.tolist(), "branch": self.branch or None, "arm_angle": self.arm_angle, "margin": self.margin,
+            "joint": self.joint, "inside_limits": self.inside_limits, "residual": self.residual,
+            "singular": list(self.singular),
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -221,6 +245,40 @@ class InverseResult:
         """Singularities of any of the solutions, in order shoulder, elbow, wrist."""
         names = {name for solution in (*self.solutions, *self.outside) for name in solution.singular}
         return tuple(name for name in ("shoulder", "elbow", "wrist") if name in names)
+
+    @property
+    def document(self) -> Document:
+        """The status, and the solutions; outside the limits those that are, where none is inside."""
+        shown, where = (self.solutions, "inside") if self.solutions else (self.outside, "outside")
+        why = ((f"{self.joint} outside", self.excess), ("out of reach", self.distance), ("turned away", self.turn))
+        said = [
+            f"{self.status}: {len(self.solutions)} solutions inside the limits, {len(self.outside)} outside",
+            *(f"{what} by {value:.3g}" for what, value in why if value is not None),
+            *(f"near the singularity {name}" for name in self.singular),
+        ]
+        rows = [(str(i), ", ".join(f"{x:.4f}" for x in one.q)) for i, one in enumerate(shown, 1)]
+        maybe, records = float | None, list[SolutionRecord]
+        facts = [
+            Fact("status", self.status, "Whether there is a solution, and where not, why.", kind=Status),
+            Fact("complete", self.complete,
+                 "Whether these are proven to be all branches, with all copies whole turns of joints apart."),
+            Fact("turns_left_out", self.turns_left_out, "Copies inside the limits that are too many to be listed."),
+            Fact("joint", self.joint, "Outside limits: the joint that is furthest outside.", kind=str | None),
+            Fact("excess", self.excess, "By how much it is outside, rad (m).", kind=maybe),
+            Fact("distance", self.distance, "How far out of reach, m.", kind=maybe),
+            Fact("turn_missed", self.turn,
+                 "Where the position is within reach: how far off the nearest orientation found is, rad.", kind=maybe),
+            Fact("position_only", self.position_only, "Whether the orientation was free."),
+            Fact("singular", list(self.singular), "Singularities that some solution is near to.", kind=list[str]),
+            Fact("arm_angle_intervals", dict(self.arm_angle_intervals),
+                 "Branch -> intervals of the arm angle inside the limits, rad.", kind=dict[str, list[list[float]]]),
+        ]  # fmt: skip
+        solutions = Section("", [
+            Fact("solutions", [one.record for one in self.solutions], "Inside the limits.", kind=records),
+            Fact("outside", [one.record for one in self.outside], "Outside the limits.", kind=records),
+            Table(f"{where} the limits", ("", Heading("q", "rad or m")), rows),
+        ], brief=True)  # fmt: skip
+        return Document("Inverse kinematics", "; ".join(said), [solutions], facts=facts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -292,7 +350,7 @@ def turned_result(
 def _each_once(arm: Arm, solutions: Sequence[Solution]) -> list[Solution]:
     """Without those that an earlier one equals; whole turns count where a joint has limits."""
     endless = ~(np.isfinite(arm.lower) & np.isfinite(arm.upper))
-    endless &= [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
+    endless &= arm.chain.turning
     q = np.array([solution.q for solution in solutions])
     places = np.hstack([q[:, ~endless], np.cos(q[:, endless]), np.sin(q[:, endless])])
     again = {later for _, later in cKDTree(places).query_pairs(SAME, p=np.inf)}

@@ -21,20 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics import solution
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
-from lwr_dyn.kinematics.solution import (
-    ALIGNED,
-    BRANCHES,
-    TOUCH,
-    TURN,
-    IkSolver,
-    InverseResult,
-    JointRanges,
-    PoseProblem,
-    joint_ranges,
-    turned_result,
-    wrap,
-)
+from lwr_dyn.kinematics.solution import ALIGNED, BRANCHES, TOUCH, TURN, JointRanges, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, ball_forms, closed_form, elbow_angle
 
 SQUARE_TOUCH = 1e-14
@@ -296,7 +285,7 @@ def _climb(problem: MarginProblem, psi: Array, width: Array) -> Array:
     return psi
 
 
-def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
+def solve_pose(problem: solution.PoseProblem, geometry: SrsGeometry) -> solution.InverseResult:
     """The branches of one flange pose with their `whole_turns`, at `problem.arm_angle` or each at its best.
 
     Raises `OptionError`.
@@ -308,13 +297,13 @@ def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
     T, signs = np.broadcast_to(problem.pose, (len(BRANCHES), 4, 4)), np.array(BRANCHES)
     excess = float(arm_triangle(geometry, T[:1]).reach_excess[0])
     if excess > 0.0:
-        return InverseResult("out of reach", (), (), True, distance=excess)
+        return solution.InverseResult("out of reach", (), (), True, distance=excess)
     margin = margin_problem(geometry, ranges, T, signs)
     intervals = intervals_at_level(margin, 0.0 if problem.limits else NO_LIMIT)
     angles = best_angles(margin).psi if psi is None else np.full(len(BRANCHES), float(psi))
     q = closed_form(geometry, ranges, T, angles, signs)
     labels = [branch.label for branch in BRANCHES]
-    result, psi_of = turned_result(problem, q, True, labels), dict(zip(labels, angles.tolist(), strict=True))
+    result, psi_of = solution.turned_result(problem, q, True, labels), dict(zip(labels, angles.tolist(), strict=True))
     solutions, outside = (
         tuple(replace(s, arm_angle=psi_of[s.branch]) for s in each) for each in (result.solutions, result.outside)
     )
@@ -322,5 +311,5 @@ def solve_pose(problem: PoseProblem, geometry: SrsGeometry) -> InverseResult:
     return replace(result, solutions=solutions, outside=outside, arm_angle_intervals=intervals_of)
 
 
-SOLVER = IkSolver(srs_geometry, solve_pose, SRS_ARM, has_arm_angle=True)
+SOLVER = solution.IkSolver(srs_geometry, solve_pose, SRS_ARM, has_arm_angle=True)
 """The row "srs" of the solvers."""

@@ -9,7 +9,7 @@ language     The language: one line -> tokens -> a statement; a file as lines, w
              and blocks
 motion       Segments and blends in time
 names        Types of KRL, and the names that need no declaration
-page         The page of a run
+page         One HTML file that replays a run with its program beside the arm: the line that moves it now is marked
 project      A program: its files, the names they declare, and which of them a routine sees
 robot        The robot as a KUKA controller describes it
 running      A program that runs: values of expressions, statements, the state of the controller, motions of the arm

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import DECLARATIONS
 from lwr_dyn.krl.language.declarations import Declaration, Def, Header
 from lwr_dyn.krl.language.lexer import LineError, tokens_of
-from lwr_dyn.krl.language.source import SourceFile, krl_files, read_source
+from lwr_dyn.krl.language.source import SourceFile, data_beside, krl_files, read_source
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
 from lwr_dyn.krl.robot.kuka_pose import rotation_angle, rotation_of_abc
 
@@ -43,25 +44,30 @@ class FileValue:
 
 
 @dataclass(frozen=True, slots=True)
+class AxisChange:
+    """An axis of a point that moved."""
+
+    axis: str
+    change: Annotated[float, "Later minus earlier [deg, mm]."]
+
+
+@dataclass(frozen=True, slots=True)
 class PointChange:
-    """A pose or axes that changed: by how much [mm], [deg]; `others` are components such as S with both values."""
+    """A pose or axes that changed: by how much, its line in the later file."""
 
     name: str
     line: int
-    """In the later file."""
-    moved_mm: float | None
-    """None where it is not a pose."""
-    turned_deg: float | None
-    axes_deg: Mapping[str, float]
-    """Axis -> later minus earlier [deg, mm]."""
-    others: tuple[str, ...]
+    moved_mm: Annotated[float | None, "[mm] null where it is not a pose."]
+    turned_deg: Annotated[float | None, "[deg]"]
+    axes_deg: Annotated[tuple[AxisChange, ...], "Axes that changed."]
+    others: Annotated[tuple[str, ...], "What else of it changed, such as Status and Turn."]
 
     @property
     def text(self) -> str:
         """In one line."""
         parts = [] if self.moved_mm is None else [f"moved {self.moved_mm:.3f} mm"]
         parts += [] if self.turned_deg is None else [f"turned {self.turned_deg:.3f} deg"]
-        parts += [f"{axis} by {change:+.3f}" for axis, change in self.axes_deg.items()]
+        parts += [f"{x.axis} by {x.change:+.3f}" for x in self.axes_deg]
         return ", ".join([*parts, *self.others])
 
 
@@ -107,20 +113,21 @@ def point_change(a: FileValue, b: FileValue) -> PointChange | None:
     before, after = _numbers(a.value), _numbers(b.value)
     if before is None or after is None or not _is_place(before) or not _is_place(after):
         return None
-    moved, turned = _movement(before, after, "XYZ"), None
-    if all(name in x for name in "ABC" for x in (before, after)):
-        turned = _turn([before[n] for n in "ABC"], [after[n] for n in "ABC"])  # type: ignore[misc]
-    axes: dict[str, float] = {}
+    (x0, x1), (abc0, abc1) = ([_floats(parts, names) for parts in (before, after)] for names in ("XYZ", "ABC"))
+    moved = None if x0 is None or x1 is None else float(np.linalg.norm(np.subtract(x1, x0)))
+    rotations = None if abc0 is None or abc1 is None else (rotation_of_abc(abc0), rotation_of_abc(abc1))
+    turned = None if rotations is None else float(np.degrees(rotation_angle(*rotations)))
+    axes: list[AxisChange] = []
     others: list[str] = []
     for name in dict.fromkeys([*before, *after]):
         x, y = before.get(name), after.get(name)
         if x == y or (name in "XYZ" and moved is not None) or (name in "ABC" and turned is not None):
             continue
         if name in _AXES and isinstance(x, float) and isinstance(y, float):
-            axes[name] = y - x
+            axes.append(AxisChange(name, y - x))
         else:
             others.append(f"{name} {_shown(x)} -> {_shown(y)}")
-    return PointChange(b.name, b.line, moved, turned, axes, tuple(others))
+    return PointChange(b.name, b.line, moved, turned, tuple(axes), tuple(others))
 
 
 def _is_place(parts: Mapping[str, float | str]) -> bool:
@@ -135,26 +142,14 @@ def _numbers(value: e.Expression | None) -> dict[str, float | str] | None:
 
 
 def _number(x: e.Expression) -> float | str:
-    if isinstance(x, e.Unary) and x.operator in "+-":
-        inner = _number(x.operand)
-        return inner if isinstance(inner, str) else -inner if x.operator == "-" else inner
-    if isinstance(x, e.Integer) and x.base != 10:
-        return expression_text(x)
-    return float(x.value) if isinstance(x, e.Real | e.Integer) else expression_text(x)
+    value = None if isinstance(x, e.Integer) and x.base != 10 else e.number_of(x)
+    return expression_text(x) if value is None else float(value)
 
 
-def _movement(a: Mapping[str, float | str], b: Mapping[str, float | str], names: str) -> float | None:
-    pairs = [(a.get(n), b.get(n)) for n in names]
-    if not all(isinstance(x, float) and isinstance(y, float) for x, y in pairs):
-        return None
-    return float(np.linalg.norm([y - x for x, y in pairs]))  # type: ignore[operator]
-
-
-def _turn(a: list[float], b: list[float]) -> float | None:
-    """The angle [deg] between two orientations A, B, C [deg]."""
-    if not all(isinstance(x, float) for x in (*a, *b)):
-        return None
-    return float(np.degrees(rotation_angle(rotation_of_abc(a), rotation_of_abc(b))))
+def _floats(parts: Mapping[str, float | str], names: str) -> list[float] | None:
+    """The components of these names; None where one is missing or no number."""
+    found = [x for x in map(parts.get, names) if isinstance(x, float)]
+    return found if len(found) == len(names) else None
 
 
 def _shown(x: float | str | None) -> str:
@@ -166,11 +161,10 @@ BEFORE_ROUTINES = "(before the first routine)"
 
 @dataclass(frozen=True, slots=True)
 class CodeLine:
-    """A statement: its line (from 1), its text, and what it means."""
+    """A statement: its line (from 1) and its text."""
 
     line: int
     text: str
-    meaning: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,12 +199,12 @@ def code_of(file: SourceFile) -> dict[str, list[CodeLine]]:
         if isinstance(line.statement, Def):
             name = line.statement.name.upper()
         text = line.text().strip() if line.statement is None else statement_text(line.statement)
-        routines.setdefault(name, []).append(CodeLine(i, text, meaning_of(text)))
+        routines.setdefault(name, []).append(CodeLine(i, text))
     return routines
 
 
 def _pieces(a: list[CodeLine], b: list[CodeLine]) -> tuple[tuple[tuple[CodeLine, ...], tuple[CodeLine, ...]], ...]:
-    matcher = SequenceMatcher(None, [x.meaning for x in a], [x.meaning for x in b])
+    matcher = SequenceMatcher(None, [meaning_of(x.text) for x in a], [meaning_of(x.text) for x in b])
     differing = [op for op in matcher.get_opcodes() if op[0] != "equal"]
     return tuple((tuple(a[i:j]), tuple(b[k:m])) for _, i, j, k, m in differing)
 
@@ -221,11 +215,11 @@ _SETTINGS = frozenset({"MADA", "SYSTEM", "STEU"})
 
 @dataclass(frozen=True, slots=True)
 class ValueChange:
-    """A name with another value; None where it is not there."""
+    """A name with another value."""
 
     name: str
-    before: str | None
-    after: str | None
+    before: Annotated[str | None, "Null where it was added."]
+    after: Annotated[str | None, "Null where it was removed."]
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,16 +251,9 @@ def _pairs(before: Path, after: Path) -> Iterator[tuple[str, Path | None, Path |
             raise FileAccessError(str(path), "a folder beside a file", "two files, or two folders")
     (a,), (b,) = krl_files(before), krl_files(after)
     yield b.name, a, b
-    beside = [_data_beside(path) for path in (a, b)]
+    beside = [data_beside(path) for path in (a, b)]
     if beside != [None, None]:
         yield next(x.name for x in reversed(beside) if x is not None), beside[0], beside[1]
-
-
-def _data_beside(path: Path) -> Path | None:
-    """The `.dat` of a `.src`, its ending in capitals or not."""
-    if path.suffix.lower() == ".dat":
-        return None
-    return next((x for x in (path.with_suffix(".dat"), path.with_suffix(".DAT")) if x.is_file()), None)
 
 
 def _pairs_of_folders(before: Path, after: Path) -> Iterator[tuple[str, Path | None, Path | None]]:

@@ -75,14 +75,10 @@ def sorted_diagnostics(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, .
         if counts[kind] <= MOST + 1:
             shown.append(d)
     for kind, at in cut.items():
-        shown[at] = _more(shown[at], counts[kind] - MOST)
+        _, severity, code = kind
+        message = f"from here {counts[kind] - MOST} more of severity {severity} and code {code}, not shown"
+        shown[at] = Diagnostic(shown[at].position, "note", "more", message, f"{MOST} of them are shown")
     return tuple(shown)
-
-
-def _more(first: Diagnostic, n: int) -> Diagnostic:
-    """A note in place of the first of `n` diagnostics that are left out."""
-    message = f"from here {n} more of severity {first.severity} and code {first.code}, not shown"
-    return Diagnostic(first.position, "note", "more", message, f"{MOST} of them are shown")
 
 
 def summary(diagnostics: Sequence[Diagnostic]) -> str:

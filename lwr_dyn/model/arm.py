@@ -194,7 +194,7 @@ class Arm:
     @property
     def armature(self) -> Array:
         """Rotor inertia seen at the joints (n,) [kg m^2 or kg], 0 where no rotor is given."""
-        return np.array([0.0 if link.rotor is None else link.rotor.armature for link in self.chain.links])
+        return self.chain.armature
 
     def with_chain(self, chain: Chain) -> Arm:
         """The arm with another chain (a payload, other bodies); changed bodies lose their sources."""
@@ -285,8 +285,7 @@ def positions(arm: Arm, values: tuple[float, ...], name: str) -> Array:
 def from_degrees(arm: Arm, values: tuple[float, ...], name: str) -> Array:
     """Joint positions given in deg (m for sliding joints) as rad and m; raises `ShapeError`."""
     q = positions(arm, values, name)
-    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
-    return np.where(turning, np.radians(q), q)
+    return np.where(arm.chain.turning, np.radians(q), q)
 
 
 def si_value(option: Option, value: Any, arm: Arm, name: str) -> Any:

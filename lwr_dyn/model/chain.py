@@ -30,6 +30,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
@@ -98,6 +99,11 @@ class Body:
         """The massless body."""
         return cls(0.0, np.zeros(3), np.zeros((3, 3)))
 
+    @property
+    def is_weightless(self) -> bool:
+        """Whether it is known to be nothing, as the zeros on a frame."""
+        return self.mass == 0.0 and not self.inertia_com.any() and not self.unknown
+
     def inertia_origin(self) -> Array:
         """The tensor about the origin of the link's frame, (3, 3) [kg m^2]."""
         return self.inertia_com + steiner(self.mass, self.com)
@@ -110,9 +116,8 @@ class Body:
 
     def __add__(self, other: Body) -> Body:
         """Two bodies in the same frame, rigidly joined."""
-        for one, weightless in ((self, other), (other, self)):
-            if weightless.mass == 0.0 and not weightless.inertia_com.any() and not weightless.unknown:
-                return one
+        if self.is_weightless or other.is_weightless:
+            return self if other.is_weightless else other
         unknown = tuple(sorted({*self.unknown, *other.unknown}))
         mass = self.mass + other.mass
         if mass == 0.0:
@@ -179,6 +184,16 @@ class Chain:
         """The bodies in order; None if one is not given."""
         bodies = tuple(link.body for link in self.links if link.body is not None)
         return bodies if len(bodies) == self.n else None
+
+    @property
+    def turning(self) -> NDArray[np.bool_]:
+        """Whether a joint turns, (n,); others slide."""
+        return np.array([link.kind is JointKind.REVOLUTE for link in self.links])
+
+    @property
+    def armature(self) -> Array:
+        """Rotor inertia seen at the joints (n,) [kg m^2 or kg], 0 where no rotor is given."""
+        return np.array([0.0 if link.rotor is None else link.rotor.armature for link in self.links])
 
 
 def joint_motion(kind: JointKind, q: float) -> Pose:

@@ -7,8 +7,6 @@ which one principal moment is larger than the sum of the other two has no such e
 has a negative eigenvalue.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ it. Links are kept as written, before fixed joints weld them together: a fault o
 links that move with it, so each is judged by itself.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -60,12 +58,7 @@ def welded(links: Sequence[WrittenLink]) -> Body | None:
 def heavy(links: Sequence[WrittenLink]) -> list[tuple[str, Body]]:
     """The links whose inertials count, with their bodies."""
     given = [(link, link.body) for link in links if link.body is not None]
-    return [(link.link, body) for link, body in given if link is links[0] or not is_weightless(body)]
-
-
-def is_weightless(body: Body) -> bool:
-    """Whether the inertial is one of zeros, as on a frame."""
-    return body.mass == 0.0 and not body.inertia_com.any() and not body.unknown
+    return [(link.link, body) for link, body in given if link is links[0] or not body.is_weightless]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Annotated, Any, Protocol, Self
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from lwr_dyn.foundation.files import check_readable, write_file
 from lwr_dyn.foundation.registry import Registry, Row
 
 NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
-    "notebook_form", {"html": Row("lwr_dyn.pages.notebook.forms:html_of", "a result as small HTML")}
+    "notebook_form", {"html": Row("lwr_dyn.pages.notebook:html_of", "a result as small HTML")}
 )
 """How a notebook shows a result."""
 
@@ -169,10 +169,10 @@ class Reference(Protocol):
 class Event:
     """An event of a run, at one joint (0-based) or at none: impact, stick, slip, ..."""
 
-    t: float
-    kind: str
-    joint: int | None = None
-    value: float | None = None
+    t: Annotated[float, "s."]
+    kind: Annotated[str, "Its name: stop, release, stick, slip, ..."]
+    joint: Annotated[int | None, "From 0; null of none."] = None
+    value: Annotated[float | None, "Of its kind, as the speed at an impact."] = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""A document as a page, one HTML file that needs no network, and as a notebook shows it.
+"""A document as a page, one HTML file that needs no network.
 
 The page is a shell around what stands in it; reports that compose their own `main` take the shell alone. Light and dark
 follow the reader's system.
@@ -20,9 +20,6 @@ from lwr_dyn.pages.replay.replay_page import fill_template, replay_policy, resou
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; font-src data:; img-src data:; base-uri 'none'"
 """What a document without scripts may load: what stands in it."""
 _PACKAGE = "lwr_dyn.pages"
-ROWS, LETTERS = 12, 160
-"""Rows of a table, and letters of a line, that a notebook shows."""
-_SOFT = "color:var(--soft,inherit)"
 _WIDE, _LONG_CELL, _LONG = 5, 150, 16
 """Columns of a table, or letters of a cell, beyond which it stands alone; rows beyond which it scrolls."""
 
@@ -175,30 +172,3 @@ def _choice(table: Table, pick: int | None) -> Html | None:
     several = [element("option", f"{one} ({found.count(one)})", value=one) for one in dict.fromkeys(found)]
     options = [element("option", f"all ({len(found)})", value=""), *several]
     return element("p", element("label", "show ", element("select", options, class_="states")), class_="pick")
-
-
-def notebook_html(document: Document) -> str:
-    """One or two kilobytes, readable without a style sheet: verdict, facts and notes of the first section, tables of
-    sections that are `brief`."""
-    first = [*document.facts, *(part for one in document.there[:1] for part in one.parts)]
-    facts = [f"{one.head}: {one.text}" for one in first if isinstance(one, Fact) and one.head and one.text]
-    brief = [part for one in document.there if one.brief for part in one.parts]
-    tables = [part.shown() for part in brief if isinstance(part, Table) and part.is_shown]
-    said = [element("div", _short(line)) for line in [*facts, *_notes(first)]]
-    return joined([element("b", _short(document.verdict or document.title)), said, map(_small, tables)])
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= LETTERS else f"{text[: LETTERS - 4]} ..."
-
-
-def _small(table: Table) -> Html:
-    head = element("tr", [element("th", h.title, scope="col") for h in table.columns])
-    rows = [
-        element("tr", element("th", first, scope="row"), [element("td", cell) for cell in cells])
-        for first, *cells in table.rows[:ROWS]
-    ]
-    caption = element("caption", table.title, style="text-align:left") if table.title else None
-    left = [f"and {len(table.rows) - ROWS} more"] if len(table.rows) > ROWS else []
-    notes = [element("div", note, style=_SOFT) for note in [*left, table.note] if note]
-    return joined([element("table", caption, element("thead", head), element("tbody", rows)), notes])

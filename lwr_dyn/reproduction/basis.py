@@ -6,12 +6,9 @@ repeated      compared with print, not computed: it is one number of the data in
               result once more, or a count or a place that does not move with the numbers, or what an erratum that it
               takes was fitted to
 
-Zeros and right angles are the form of the arm and stay. An entry with letters also gets other letters, and right
-angles turned by half a turn: "-sin(q1)" has its sign from a printed angle and counts as computed.
-
-A case with other numbers of the same kind: what a recomputed value does then shows what it rests on.
-
-Zeros, +-1 and right angles are the form of the arm and stay; tensors stay symmetric.
+Zeros, +-1 and right angles are the form of the arm and stay; tensors stay symmetric. An entry with letters also gets
+other letters, and right angles turned by half a turn: "-sin(q1)" has its sign from a printed angle and counts as
+computed.
 """
 
 import random

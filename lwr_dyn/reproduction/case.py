@@ -13,7 +13,7 @@ import copy
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 
@@ -199,6 +199,28 @@ class Proof:
 
 Prove = Callable[[PaperData], Proof]
 """A proof of an erratum, computed from the paper's data."""
+
+
+class ProofRecord(TypedDict):
+    """`Proof.record`."""
+
+    statement: str
+    numbers: Annotated[dict[str, float | str], "The numbers that bear it out."]
+    holds: bool
+
+
+class LedgerRecord(TypedDict):
+    """`LedgerEntry.record`."""
+
+    id: str
+    where: Annotated[str, "Place in the paper."]
+    printed: str
+    read_as: str
+    why: str
+    effect: str
+    severity: str
+    status: Annotated[str, "proven, likely or open."]
+    proof: Annotated[ProofRecord | None, "Computed now; null where it is not proven."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,13 +16,13 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 from lwr_dyn.arms.papers.schema import Erratum, Paper
 from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
 from lwr_dyn.model.printed_number import agrees, last_digit
-from lwr_dyn.reproduction.case import REPEATED, STRUCTURAL, ComparedExpression, PaperCase, PaperFormula, Value
+from lwr_dyn.reproduction.case import BASES, REPEATED, STRUCTURAL, ComparedExpression, PaperCase, PaperFormula, Value
 from lwr_dyn.reproduction.paper_study import PaperStudy
 from lwr_dyn.reproduction.papers import PrintedCell, ResultBlock
 
@@ -37,6 +37,30 @@ Columns = Mapping[str, Any]
 
 _TOGETHER = 4
 """The largest number of errata that are tried together."""
+
+
+class NumberRecord(TypedDict):
+    """`ComparedNumber.to_json`."""
+
+    cell: Annotated[str, "Its path, as errata name it."]
+    where: Annotated[str, "Place in the paper."]
+    row: str
+    column: str
+    printed: Annotated[str, "Digit for digit."]
+    unit: str
+    derived: Annotated[bool, "Stated by lwr_dyn, not printed by the paper."]
+    value: Annotated[
+        float | str | None, "Recomputed, in the printed unit; an expression is text; null without a value."
+    ]
+    verdict: Annotated[str, f"One of: {', '.join(VERDICTS)}."]
+    basis: Annotated[str | None, f"What the value rests on: {', '.join(BASES)}; null where only assumptions give it."]
+    outcome: Annotated[str, "The class in which it is counted: verdict, or basis where it agrees and is not computed."]
+    near: Annotated[bool | None, "Under assumed conditions: whether the value is near what is printed."]
+    errata: Annotated[list[str], "The fewest with which it is reproduced."]
+    miss: Annotated[float | None, "Recomputed less printed; of a figure, how far outside its range."]
+    last_digits: Annotated[float | None, "The miss in units of the last printed digit."]
+    missing: Annotated[list[str], "What it needs and the paper does not print."]
+    computed_by: Annotated[str, "Name of the formula."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +116,7 @@ class ComparedNumber:
         """The miss in units of the last printed digit."""
         return None if self.miss is None else self.miss / float(last_digit(self.cell.printed))
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> NumberRecord:
         """As JSON values."""
         value = self.value.text if isinstance(self.value, ComparedExpression) else self.value
         return {

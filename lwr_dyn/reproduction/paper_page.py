@@ -5,7 +5,6 @@ How many numbers got which verdict and on what basis, and how many errata are pr
 
 import hashlib
 import platform
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
@@ -18,17 +17,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, LedgerEntry, Value
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, NEAR, NOT, REPRODUCED, ComparedNumber, Verdicts
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
-from lwr_dyn.reproduction.report.content import (
-    CellVerdict,
-    Check,
-    FileFact,
-    Page,
-    Replay,
-    ReportCell,
-    ReportRow,
-    ReportSection,
-    ReportTable,
-)
+from lwr_dyn.reproduction.report import content
 from lwr_dyn.simulation.audit import inverse_dynamics_words
 from lwr_dyn.simulation.metrics import stop_contacts
 from lwr_dyn.simulation.setup import versions
@@ -190,35 +179,33 @@ def paper_page(
     entries: Sequence[LedgerEntry],
     reports: Sequence[CheckReport],
     place: Path,
-) -> Page:
+) -> content.Page:
     """The whole page of a paper, with the files that lie in its folder by then."""
     paper, pictures = study.data.paper, result.pictures
     printed, derived = (tuple(x for x in verdicts.numbers if x.block.derived == d) for d in (False, True))
-    counted = Counter(number.outcome for number in printed)
     title, _, about = paper.title.partition(" (")
     makers = [about.rstrip(")"), *(paper.document.get(key, "") for key in ("authors", "origin"))]
-    return Page(
+    return content.Page(
         title=title,
         subtitle=paper.document.get("title", ""),
         byline=" \u00b7 ".join([*(text for text in makers if text), f"reading {paper.default_reading}"]),
         verdict=verdict_sentence(verdicts, entries, result.holds),
-        words=result.record["summary"],
+        words=result.document.record()["summary"],
         document=tuple(paper.document.items()),
-        counts={cast(CellVerdict, verdict): count for verdict, count in counted.items()},
         tables=tuple(_tables(printed)),
         derived=tuple(_tables(derived)),
         errata=tuple(entries),
         figures=tuple(figure for figures in pictures.figures.values() for figure in figures if figure.id),
-        replay=Replay(pictures.shown, pictures.stills) if pictures.shown or pictures.stills else None,
+        replay=content.Replay(pictures.shown, pictures.stills) if pictures.shown or pictures.stills else None,
         checks=_checks(reports, study.study.failing_readings),
         audit=tuple(check for name, _, run in pictures.simulated for check in _audit(name, run)),
-        sections=(ReportSection("text", "As text", result.text), *pictures.sections),
+        sections=(content.ReportSection("text", "As text", result.document.text()), *pictures.sections),
         files=_files(place),
         versions=(("Python", platform.python_version()), *versions().items()),
     )
 
 
-def _tables(numbers: Sequence[ComparedNumber]) -> list[ReportTable]:
+def _tables(numbers: Sequence[ComparedNumber]) -> list[content.ReportTable]:
     """A table for each block, in the order of the paper."""
     blocks: dict[str, list[ComparedNumber]] = {}
     for number in numbers:
@@ -226,19 +213,19 @@ def _tables(numbers: Sequence[ComparedNumber]) -> list[ReportTable]:
     return list(map(_table, blocks.values()))
 
 
-def _table(numbers: Sequence[ComparedNumber]) -> ReportTable:
+def _table(numbers: Sequence[ComparedNumber]) -> content.ReportTable:
     block = numbers[0].block
-    cells = {_place(number): _cell(number) for number in numbers}
+    cells, empty = {_place(number): _cell(number) for number in numbers}, content.ReportCell("")
     rows, columns = (dict.fromkeys(place[k] for place in cells) for k in (0, 1))
     units = list(dict.fromkeys(number.cell.unit for number in numbers))
     title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
     heading = f"derived: {title}" if block.derived else title
-    return ReportTable(
+    return content.ReportTable(
         id=block.name,
         title=heading,
         where=block.where.strip("'").removeprefix(title).lstrip("',:; "),
         columns=tuple(columns),
-        rows=tuple(ReportRow(row, tuple(cells.get((row, name), ReportCell("")) for name in columns)) for row in rows),
+        rows=tuple(content.ReportRow(row, tuple(cells.get((row, name), empty) for name in columns)) for row in rows),
         unit="" if units == ["1"] else ", ".join(units),
         note=block.note,
     )
@@ -253,9 +240,9 @@ def _place(number: ComparedNumber) -> tuple[str, str]:
     return f"{cell.column}: {row}", column
 
 
-def _cell(number: ComparedNumber) -> ReportCell:
+def _cell(number: ComparedNumber) -> content.ReportCell:
     cell, verdict = number.cell, number.verdict
-    notes, word = [], {None: "", True: "assumed, near", False: "assumed, not near"}[number.near]
+    notes = []
     if number.missing:
         notes.append(f"not printed: {', '.join(number.missing)}; ours is under assumed ones; {NEARNESS}")
     if number.outcome in BASIS_NOTES:
@@ -268,16 +255,15 @@ def _cell(number: ComparedNumber) -> ReportCell:
     if number.block.reading:
         notes.append(f"under the reading {number.block.reading}")
     unit = f"in {cell.unit}, as printed" if cell.unit != "1" else "a bare number"
-    return ReportCell(
+    return content.ReportCell(
         printed=cell.printed,
         ours=_ours(number),
-        verdict=cast(CellVerdict, number.outcome),
+        verdict=cast(content.CellVerdict, number.outcome),
         source=f"{number.block.where} ({cell.path})",
         formula=number.formula,
         conversion=f"{unit}; by {number.block.compute}" if number.block.compute else unit,
         note="; ".join(notes),
         errata=number.errata,
-        word=word,
         digits=number.digits,
         near=number.near,
     )
@@ -299,10 +285,10 @@ def _ours(number: ComparedNumber) -> str:
     return f"{abs(shown) if shown == 0 else shown:f}"
 
 
-def _checks(reports: Sequence[CheckReport], failing: Collection[str]) -> tuple[Check, ...]:
+def _checks(reports: Sequence[CheckReport], failing: Collection[str]) -> tuple[content.Check, ...]:
     """The checks on a robot's models, reading by reading; under `failing` readings some are known to fail."""
     return tuple(
-        Check(
+        content.Check(
             f"{v.name} ({r.reading})",
             f"{v.value:.3g} {v.unit}",
             f"{v.bound} {v.tolerance:.3g} {v.unit}",
@@ -315,24 +301,25 @@ def _checks(reports: Sequence[CheckReport], failing: Collection[str]) -> tuple[C
     )
 
 
-def _audit(name: str, run: Run) -> tuple[Check, ...]:
+def _audit(name: str, run: Run) -> tuple[content.Check, ...]:
     """The audit of a run: energy against work, with the stops that joints met; motion against torques."""
     audit, road = run.audit, run.audit["inverse_dynamics"]
     work = ", ".join(f"{channel} {value:.4g} J" for channel, value in audit["channels"].items())
     stops = stop_contacts(run, run.setup.plant.arm).sentence()
     note = "; ".join(text for text in (work, stops) if text)
     limit = f"at most {audit['tolerance']:.0e} J"
-    energy = Check(name, f"{audit['residual']:.1e} J", limit, audit["residual"] <= audit["tolerance"], note)
+    energy = content.Check(name, f"{audit['residual']:.1e} J", limit, audit["residual"] <= audit["tolerance"], note)
     if road is None:
         return (energy,)
     value, allowed = f"{road['residual']:.1e} N m", f"at most {road['tolerance']:.1e} N m"
-    return energy, Check(f"{name}, inverse dynamics", value, allowed, road["closed"], inverse_dynamics_words(audit))
+    words = inverse_dynamics_words(audit)
+    return energy, content.Check(f"{name}, inverse dynamics", value, allowed, road["closed"], words)
 
 
-def _files(place: Path) -> tuple[FileFact, ...]:
+def _files(place: Path) -> tuple[content.FileFact, ...]:
     paths = sorted(path for path in place.rglob("*") if path.is_file() and path.name not in (REPORT, "replay.html"))
     return tuple(
-        FileFact(
+        content.FileFact(
             path.relative_to(place).as_posix(),
             path.stat().st_size,
             hashlib.sha256(path.read_bytes()).hexdigest(),

@@ -21,10 +21,12 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Fact, Part, Section
 from lwr_dyn.foundation.files import make_folder, read_text, write_folder
 from lwr_dyn.foundation.tables import Table
-from lwr_dyn.model.run import Run, repr_html, short_repr
+from lwr_dyn.model.run import Run, short_repr
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
+from lwr_dyn.pages.notebook import notebook_html
 from lwr_dyn.pages.plotting.plots import save_figure
 from lwr_dyn.pages.replay.replay_page import write_replay
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
@@ -182,20 +184,26 @@ def _file_name(label: str) -> str:
     return "_".join(re.findall("[a-z0-9-]+", label.lower()))
 
 
+def study_document(*shown: Part, **recorded: Any) -> Document:
+    """What a study found: parts that are shown, a paragraph each, and values by the keys of their record."""
+    parts = [*shown, *(Fact(key, value) for key, value in recorded.items())]
+    says = "What the study of the paper records."
+    return Document("", "", [Section("", [part], says=says, own=True) for part in parts], "lwr-dyn reproduce")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Reproduction:
-    """Whether everything printed is reproduced or explained, tables and sentences for people, a record for programs."""
+    """Whether everything printed is reproduced or explained, and what was found."""
 
     holds: bool
-    tables: Sequence[Table | str]
-    record: dict[str, Any]
+    document: Document
+    """Of a study its own part, see `study_document`; of a reproduced paper all of it."""
     known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Block of `results.toml` -> columns of values that the study has computed already."""
     pictures: Pictures = field(default_factory=Pictures)
     __repr__ = short_repr
-    _repr_html_ = repr_html
 
-    @property
-    def text(self) -> str:
-        """The tables one below the other."""
-        return "\n\n".join(table if isinstance(table, str) else table.text() for table in self.tables)
+    def _repr_html_(self) -> str:
+        verdict = "everything printed is reproduced or explained" if self.holds else "printed numbers DIFFER"
+        tables = [part for one in self.document.there for part in one.parts if isinstance(part, Table)]
+        return notebook_html(Document("", verdict, [Section("", tables[:1], brief=True)]))

@@ -171,15 +171,14 @@ class Results:
     raw: Mapping[str, Any] = field(default_factory=dict)
 
 
-def results_text(paper: str) -> str:
-    """The text of a paper's `results.toml`."""
-    return resources.files(f"lwr_dyn.reproduction.{paper}").joinpath("results.toml").read_text(encoding="utf-8")
+def results_text(paper: str, file: str = "results") -> str:
+    """The text of a data file of a paper's folder."""
+    return resources.files(f"{__package__}.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
 
 
 def printed_tables(paper: str, file: str = "results") -> dict[str, Any]:
     """A data file of a paper's folder as parsed: block -> its cells and the values printed beside them, by name."""
-    text = resources.files(f"{__package__}.{paper}").joinpath(f"{file}.toml").read_text(encoding="utf-8")
-    blocks = parse_toml(text, f"{file}.toml").items()
+    blocks = parse_toml(results_text(paper, file), f"{file}.toml").items()
     return {name: x | x.get("given", {}) | x.get("cells", {}) if isinstance(x, dict) else x for name, x in blocks}
 
 

@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, open_readings, readings
@@ -23,11 +23,13 @@ from lwr_dyn.checks.datasheet.datasheet import zero_readings, zero_text
 from lwr_dyn.checks.sensitivity.analysis import error_table, errors_text, gains_table, notes, sensitivity, survival
 from lwr_dyn.checks.sensitivity.study_tasks import printed_task
 from lwr_dyn.checks.tables.rules import lint, sheets_of_robot
+from lwr_dyn.checks.tables.sheet import SheetRecord
+from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.files import make_folder, write_folder
-from lwr_dyn.foundation.tables import Table, json_text
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.reproduction.basis import with_bases
-from lwr_dyn.reproduction.case import ledger
-from lwr_dyn.reproduction.compare import compare_numbers
+from lwr_dyn.reproduction.case import LedgerRecord, ledger
+from lwr_dyn.reproduction.compare import NumberRecord, compare_numbers
 from lwr_dyn.reproduction.paper_page import REPORT, count_table, counts, difference_table, paper_page, summary_text
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.papers import ALL, SENSITIVITY, check_options, studies, study_of, takers
@@ -90,6 +92,30 @@ INCOMPLETE = "INCOMPLETE.txt"
 
 PROCESSES = 2
 
+RESULTS = "results.json"
+
+
+class CheckRecord(TypedDict):
+    """A verdict on a model."""
+
+    value: float
+    holds: bool
+
+
+class ReadingsRecord(TypedDict):
+    """The task of a paper under all its readings."""
+
+    rms_mm: Annotated[dict[str, list[list[float]]], "Controller -> errors of the tip, a row a model, a column a plant."]
+    conclusions: Annotated[dict[str, str], "What the paper concludes -> whether that survives."]
+
+
+AUDITS = (
+    Fact("lint", None, "Faults of tables that show without a model.", kind=list[SheetRecord]),
+    Fact("resolver", None, "How the tables may be read, where no convention is stated, in lines.", kind=list[str]),
+    Fact("spread", None, "The paper's task under all readings, where that was asked for.", kind=ReadingsRecord),
+)
+"""What audits record, where the paper has them."""
+
 
 def reproduce(paper: str, folder: str | Path, progress: Progress = lambda _: None, **options: Any) -> Reproduction:
     """Recompute a paper, or all of them side by side, and write `folder` (with "all": a folder a paper inside it).
@@ -132,16 +158,27 @@ def _all(place: Path, options: Mapping[str, Any], progress: Progress) -> Reprodu
         for paper, future in running.items():
             done[paper] = future.result()
             progress(paper)
-    record = {paper: counted for paper, (_, counted) in done.items()}
+    counted = {paper: one for paper, (_, one) in done.items()}
     holds = all(paper_holds for paper_holds, _ in done.values())
-    write_folder(place, {"results.json": json_text({"papers": record, "holds": holds}) + "\n"})
-    return Reproduction(holds, (count_table(record),), {"papers": record, "holds": holds})
+    sections = [_papers(counted), Section("", [count_table(counted), _held(holds)])]
+    document = Document("", "", sections, "lwr-dyn reproduce")
+    write_folder(place, {RESULTS: json_text(document.record()) + "\n"})
+    return Reproduction(holds, document)
+
+
+def _papers(counted: Mapping[str, Any] | None = None) -> Section:
+    about = "With all: the counts of each paper."
+    return Section("", [Fact("papers", counted, about, kind=dict[str, dict[str, Any]])], there=counted is not None)
+
+
+def _held(holds: bool) -> Fact:
+    return Fact("holds", holds, "Whether it holds; the exit code is 0 then.")
 
 
 def _holds_and_counts(paper: str, folder: Path, options: Mapping[str, Any]) -> tuple[bool, dict[str, Any]]:
     """One paper in a process of its own; what is sent back is small."""
     reproduction = _one(paper, folder, options, lambda _: None)
-    return reproduction.holds, reproduction.record["counts"]
+    return reproduction.holds, reproduction.document.record()["counts"]
 
 
 def _one(paper: str, place: Path, options: Mapping[str, Any], progress: Progress) -> Reproduction:
@@ -175,21 +212,29 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
         and all(entry.holds for entry in entries)
     )
     summary, words = counts(verdicts, entries), summary_text(verdicts, entries, holds)
-    record = {
-        "paper": study.name, "summary": words, "counts": summary,
-        "numbers": [number.to_json() for number in verdicts.numbers],
-        "errata": [entry.record() for entry in entries], "checks": check_record(reports),
-        **result.record, **audits, "holds": holds,
-    }  # fmt: skip
-    tables = replace(result, tables=("\n".join(map(check_line, reports)), *result.tables))
-    write_folder(place, {"tables.txt": tables.text + "\n", "results.json": json_text(record) + "\n"})
-    counted: tuple[Table | str, ...] = (
-        words,
-        count_table({study.name: summary}),
-        *([differing] if differing.rows else []),
-    )
+    checked = [Section("", [Note([check_line(report) for report in reports])]), *result.document.sections]
+    head: list[Part] = [
+        Fact("paper", study.name, "Its name."),
+        Fact("summary", words, "The outcome in words."),
+        Fact("counts", summary, "How many numbers got which verdict on what basis, and how many errata are proven."),
+        Fact("numbers", [number.to_json() for number in verdicts.numbers], "Each printed number with its verdict.",
+             kind=list[NumberRecord]),
+        Fact("errata", [entry.record() for entry in entries],
+             "Slips of the print that are proven or read otherwise.", kind=list[LedgerRecord]),
+        Fact("checks", check_record(reports), "Of the models: reading -> check -> its value.",
+             kind=dict[str, dict[str, CheckRecord]]),
+        Note(words),
+    ]  # fmt: skip
+    document = Document("", "", [
+        _papers(), Section("", head, there=True), Section("", [count_table({study.name: summary})]),
+        Section("", [differing]), *checked,
+        *(Section("", [replace(one, value=audits.get(str(one.key)))], there=one.key in audits) for one in AUDITS),
+        Section("", [_held(holds)]),
+    ], "lwr-dyn reproduce")  # fmt: skip
+    tables = replace(document, sections=checked).text()
+    write_folder(place, {"tables.txt": tables + "\n", RESULTS: json_text(document.record()) + "\n"})
     pictures = replace(pictures, sections=(*pictures.sections, *sections))
-    done = Reproduction(holds, (*counted, *tables.tables), record, pictures=pictures)
+    done = Reproduction(holds, document, pictures=pictures)
     progress("report page")
     write_report(place / REPORT, paper_page(study, done, verdicts, entries, reports, place))
     return done

@@ -14,7 +14,7 @@ the recorded friction is compared with what has to hold it. Intervals with an ev
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,22 @@ CONTINUOUS = 1e-6
 controller's torque at the stages is not recorded; RK4 at 1 kHz leaves 1e-7 with the default gains."""
 
 Rows = NDArray[np.signedinteger[Any]]
+
+
+class OtherRoadRecord(TypedDict):
+    """`OtherRoad.to_json`."""
+
+    engine: Annotated[str, "That moves the arm again."]
+    residual: Annotated[float, "Largest torque that the motion lacks, N m (N)."]
+    joint: Annotated[int, "Where it is, from 0."]
+    tolerance: Annotated[float, "What the residual may be."]
+    gap: Annotated[float, "Largest distance to where that engine ends, rad (m)."]
+    gap_tolerance: Annotated[float, "What the gap may be."]
+    uncertainty: Annotated[float, "Of the torque between samples, N m; 0 where it is held."]
+    judged: Annotated[int, "Intervals that were looked at."]
+    eventful: Annotated[int, "Intervals with an event in them, left out."]
+    intervals: Annotated[int, "Of the run."]
+    closed: Annotated[bool, "Whether residual and gap are within their tolerances."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,13 +98,14 @@ class OtherRoad:
         """The larger of residual and gap as a share of its tolerance; 1 is the most that is allowed."""
         return float(np.max([self.residual / self.tolerance, self.gap / self.gap_tolerance]))
 
+    @property
+    def closed(self) -> bool:
+        """Whether residual and gap are within their tolerances."""
+        return self.share <= 1.0
+
     def to_json(self) -> dict[str, Any]:
-        """The result as JSON values."""
-        return {
-            "engine": self.engine, "residual": self.residual, "joint": self.joint, "tolerance": self.tolerance,
-            "gap": self.gap, "gap_tolerance": self.gap_tolerance, "uncertainty": self.uncertainty,
-            "judged": self.judged, "eventful": self.eventful, "intervals": self.intervals, "closed": self.share <= 1.0,
-        }  # fmt: skip
+        """The result as JSON values, an `OtherRoadRecord`."""
+        return {name: getattr(self, name) for name in OtherRoadRecord.__annotations__}
 
 
 def other_engine(plant: Plant) -> str | None:
@@ -254,6 +271,19 @@ ENERGY_TOLERANCE = 1e-9
 dry friction at one RK4 step a sample leave more (1e-6 J seen): smaller steps close them."""
 
 
+class AuditRecord(TypedDict):
+    """`Audit.to_json`."""
+
+    residual: Annotated[float, "Largest difference of energy and work over the run, J."]
+    energy_change: Annotated[float, "Of the arm, from first to last sample, J."]
+    channels: Annotated[dict[str, float], "Channel -> its work at the end, J."]
+    actuator_gap: Annotated[float | None, "The motors' work against tau dq of the samples, J; null where continuous."]
+    energy_gap: Annotated[float | None, "Change of energy against another engine's, J; null without one."]
+    tolerance: Annotated[float, "Of these, J."]
+    inverse_dynamics: Annotated[OtherRoadRecord | None, "The motion by another engine; null where none can judge it."]
+    closed: Annotated[bool, "Whether every gap is within its tolerance."]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Audit:
     """E(t) - E(0) against the sum of the channels' work, and the motion against the torques.
@@ -272,7 +302,7 @@ class Audit:
     @property
     def worst_energy(self) -> float:
         """The largest of the gaps of the energy [J]."""
-        return _largest(self.residual, self.actuator_gap, self.energy_gap)
+        return _worst_energy(self.residual, self.actuator_gap, self.energy_gap)
 
     @property
     def worst(self) -> float:
@@ -289,34 +319,27 @@ class Audit:
         return {
             "residual": self.residual, "energy_change": self.energy_change, "channels": dict(self.channels),
             "actuator_gap": self.actuator_gap, "energy_gap": self.energy_gap, "tolerance": self.tolerance,
-            "inverse_dynamics": None if self.other_road is None else self.other_road.to_json(),
-            "closed": self.is_closed(),
+            "inverse_dynamics": self.other_road and self.other_road.to_json(), "closed": self.is_closed(),
         }  # fmt: skip
+
+
+GAPS = ("residual", "actuator_gap", "energy_gap")
+"""Of the energy, in an audit's record."""
 
 
 def audit_lines(record: Mapping[str, Any]) -> list[str]:
     """The energy and the inverse dynamics of an audit's record, each with its verdict, in one line each."""
-    channels = ", ".join(f"{_CHANNELS.get(name, name)} {value:.4g} J" for name, value in record["channels"].items())
-    worst = _worst_energy(record)
+    works = [f"{'motors' if name == 'actuator' else name} {value:.4g} J" for name, value in record["channels"].items()]
+    worst, road = _worst_energy(*map(record.get, GAPS)), record["inverse_dynamics"]
     closed = worst <= record["tolerance"]
-    energy = f"energy audit: {channels}, arm {record['energy_change']:.4g} J, unexplained"
     hint = "" if closed else "; smaller steps (rate, substeps) leave less"
-    verdict = f"{_verdict(closed)} to {record['tolerance']:.0e} J{hint}"
-    return [f"{energy} {worst:.2g} J: {verdict}", inverse_dynamics_line(record)]
-
-
-_CHANNELS = {"actuator": "motors"}
-"""Plain names of channels."""
-
-
-def inverse_dynamics_line(record: Mapping[str, Any]) -> str:
-    """The residual of inverse dynamics in an audit's record, with its verdict and what was looked at."""
-    road = record["inverse_dynamics"]
+    energy = f"energy audit: {', '.join(works)}, arm {record['energy_change']:.4g} J, unexplained {worst:.2g} J"
+    energy += f": {_verdict(closed)} to {record['tolerance']:.0e} J{hint}"
     if road is None:
-        return "inverse dynamics: not judged (no other engine models the plant, or an event in every sample)"
+        return [energy, "inverse dynamics: not judged (no other engine models the plant, or an event in every sample)"]
+    left = f"residual {road['residual']:.2g} N m, {road['gap']:.2g} rad"
     verdict = f"{_verdict(road['closed'])} to {road['tolerance']:.1e} N m and {road['gap_tolerance']:.1e} rad"
-    words = inverse_dynamics_words(record)
-    return f"inverse dynamics {words}: residual {road['residual']:.2g} N m, {road['gap']:.2g} rad: {verdict}"
+    return [energy, f"inverse dynamics {inverse_dynamics_words(record)}: {left}: {verdict}"]
 
 
 def inverse_dynamics_words(record: Mapping[str, Any]) -> str:
@@ -332,18 +355,13 @@ def audit_words(record: Mapping[str, Any]) -> str:
         return ""
     road, name = record["inverse_dynamics"], "tolerance" if record["closed"] else "residual"
     motion = "inverse dynamics not judged" if road is None else f"{road[name]:.0e} N m"
-    energy = record["tolerance"] if record["closed"] else _worst_energy(record)
+    energy = record["tolerance"] if record["closed"] else _worst_energy(*map(record.get, GAPS))
     return f"{_verdict(record['closed'])}, {name} {energy:.0e} J, {motion}"
 
 
-def _worst_energy(record: Mapping[str, Any]) -> float:
-    """As `Audit.worst_energy`, of an audit's record."""
-    return _largest(record["residual"], record["actuator_gap"], record["energy_gap"])
-
-
-def _largest(residual: float, *gaps: float | None) -> float:
-    """The residual or a larger gap, of those that were computed; NaN where one is."""
-    return float(np.max([residual, *(gap for gap in gaps if gap is not None)]))
+def _worst_energy(*gaps: float | None) -> float:
+    """The largest of those that were computed; NaN where one is."""
+    return float(np.max([gap for gap in gaps if gap is not None]))
 
 
 def _verdict(closed: bool) -> str:

@@ -13,20 +13,9 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.run import Event
+from lwr_dyn.simulation import contact
 from lwr_dyn.simulation.arm_friction import Mask, Sides
-from lwr_dyn.simulation.contact import (
-    HOLDING,
-    TURN,
-    ContactMode,
-    EventFunction,
-    Interval,
-    contact_mode,
-    earliest,
-    followable,
-    impact,
-    possible_events,
-    resolve_stick_slip,
-)
+from lwr_dyn.simulation.contact import HOLDING, TURN, ContactMode, EventFunction, Interval, followable
 from lwr_dyn.simulation.integrators import HeldStep, Integrator, Rates, held_rk4
 from lwr_dyn.simulation.plant import ExternalTorque, Plant
 
@@ -76,7 +65,7 @@ class Flow:
             after = interval.later(end - t)
             if not followable(after, n, h):
                 return after
-            first = earliest(self._possible_events(drive, interval, after, barred))
+            first = contact.earliest(self._possible_events(drive, interval, after, barred))
             if first is None:
                 return after
             event = first.event
@@ -124,7 +113,7 @@ class Flow:
         q, dq = y[:n], y[n : 2 * n]
         if not (self.plant.at_limit(q) * dq > 0.0).any():
             return y
-        result = impact(self.plant, q, dq)
+        result = contact.impact(self.plant, q, dq)
         struck = np.flatnonzero(result.stopped & (dq != 0.0))
         self.stop_work += float(result.work.sum())
         self.events += [Event(t, "stop", int(joint), float(-result.work[joint])) for joint in struck]
@@ -139,7 +128,7 @@ class Flow:
     def _update_mode(self, t: float, y: Array, tau: Array, guess: Sides, forced: Mask) -> None:
         """The contact mode from here on, `forced` joints at rest; joints that change become events."""
         plant, n = self.plant, self.plant.n
-        sides = np.where(forced, 0, resolve_stick_slip(plant, y[:n], y[n : 2 * n], tau, guess))
+        sides = np.where(forced, 0, contact.resolve_stick_slip(plant, y[:n], y[n : 2 * n], tau, guess))
         at_stop = plant.at_limit(y[:n]) != 0.0
         if self._begun:
             old = self.mode.sides
@@ -147,7 +136,7 @@ class Flow:
             self.events += [_change(t, int(j), old[j], sides[j], at_stop[j]) for j in np.flatnonzero(known)]
             if not at_stop.any() and (sides == old).all():
                 return
-        self.mode, self._begun = contact_mode(plant, y[:n], sides), True
+        self.mode, self._begun = contact.contact_mode(plant, y[:n], sides), True
 
     def _rates(self, drive: Drive) -> Rates:
         n, friction_torque, accelerate = self.plant.n, self.mode.friction_torque, self.mode.accelerator()
@@ -177,7 +166,7 @@ class Flow:
                 known[s] = self._holding_torque(y[:n], dq, net)
             return known[s]
 
-        return possible_events(mode, interval, after, barred, holding)
+        return contact.possible_events(mode, interval, after, barred, holding)
 
     def _state_at(self, event: EventFunction, interval: Interval, after: float) -> Array:
         """The state at an event, the joint exactly where it stopped, and others that stop in the same instant too."""

@@ -85,24 +85,44 @@ class Log:
 
 def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
     """The run as far as it was computed; its meta is `meta`, the record of the setup, with the audit."""
-    done = slice(0, log.done)
-    q, dq = log.states[done, 0], log.states[done, 1]
-    reference = log.reference
-    tau_friction = np.zeros_like(dq) if log.friction is None else log.friction[done]
-    events = [event for event in flow.events if event.t <= log.t[log.done - 1]]
-    events += active_friction(log.t[done], dq, tau_friction)
-    signals = {name: each[done] for name, each in log.signals.items()}
+    q, dq = log.states[: log.done, 0], log.states[: log.done, 1]
+    run = unaudited_run(setup, log, flow, meta, mechanical_energy(setup.plant.dynamics, q, dq), {}, {})
+    return replace(run, meta={**run.meta, "audit": audit(run).to_json()})
+
+
+def unaudited_run(
+    setup: Setup,
+    log: Log,
+    flow: Flow,
+    meta: Mapping[str, Any],
+    energy: Array,
+    signals: Mapping[str, Array],
+    work: Mapping[str, Array],
+) -> Run:
+    """As `run_of`, with further signals and channels of work; of a log of both sides of elastic joints q is the links'.
+
+    Torques and friction are those of the last n columns, the motors.
+    """
+    n, done, reference = setup.plant.n, slice(0, log.done), log.reference
+    t, q, dq = log.t[done], log.states[done, 0, :n], log.states[done, 1, :n]
+    friction = np.zeros_like(dq) if log.friction is None else log.friction[done, -n:]
+    events = [
+        replace(event, joint=None if event.joint is None else event.joint % n)
+        for event in flow.events
+        if event.t <= t[-1]
+    ]
+    events += active_friction(t, log.states[done, 1, -n:], friction)
+    own = {**{name: each[done] for name, each in log.signals.items()}, **signals}
     if setup.loop.external is not None:
-        rows = zip(log.t[done].tolist(), q, dq, strict=True)
-        signals["tau_external"] = np.array([setup.loop.external(*row) for row in rows], dtype=np.float64)
-    run = Run(
-        t=log.t[done], q=q, dq=dq, q_ref=reference.q[done], dq_ref=reference.dq[done],
-        tau_command=log.command[done], tau_applied=log.applied[done], tau_friction=tau_friction,
-        energy=mechanical_energy(setup.plant.dynamics, q, dq), work=log.work(),
-        events=tuple(sorted(events, key=lambda event: event.t)), meta=meta, setup=setup, signals=signals,
+        rows = zip(t.tolist(), q, dq, strict=True)
+        own["tau_external"] = np.array([setup.loop.external(*row) for row in rows], dtype=np.float64)
+    counted = {"evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds[:n].round(9).tolist()}
+    return Run(
+        t=t, q=q, dq=dq, q_ref=reference.q[done], dq_ref=reference.dq[done],
+        tau_command=log.command[done, -n:], tau_applied=log.applied[done, -n:], tau_friction=friction,
+        energy=energy, work={**log.work(), **work}, events=tuple(sorted(events, key=lambda event: event.t)),
+        meta={**meta, **counted}, setup=setup, signals=own,
     )  # fmt: skip
-    counted = {"evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds.round(9).tolist()}
-    return replace(run, meta={**meta, **counted, "audit": audit(run).to_json()})
 
 
 def active_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
@@ -121,21 +141,31 @@ def active_friction(t: Array, dq: Array, tau_friction: Array) -> list[Event]:
     return out
 
 
-def divergence(k: int, command: Array, setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> DivergenceError:
-    """The error of a run that cannot go on after sample k: when, which joint, and the run until then."""
-    speed, arm = np.abs(log.states[k, 1]), setup.plant.arm
+class Diverged(Exception):  # noqa: N818 (always turned into a DivergenceError)
+    """The state after sample `k` cannot be followed; `command` is the controller's torque at that sample."""
+
+    def __init__(self, k: int, command: Array) -> None:
+        self.k, self.command = k, command
+
+
+def divergence(
+    end: Diverged, setup: Setup, log: Log, meta: Mapping[str, Any], run: Callable[[Mapping[str, Any]], Run]
+) -> DivergenceError:
+    """The error of a run that cannot go on: when, which joint (on either side of its gear), and the `run` of a meta."""
+    k, command, arm = end.k, end.command, setup.plant.arm
+    speed, broken = np.abs(log.states[k, 1]), np.flatnonzero(~np.isfinite(command))
     cap = TURN * setup.loop.rate
-    broken = np.flatnonzero(~np.isfinite(command))
+    fastest = int(broken[0] if broken.size else np.argmax(speed))
+    joint = fastest % arm.n
     if broken.size:
-        joint, fault, allowed = int(broken[0]), f"torque command {command[broken[0]]}", "finite torques"
+        fault, allowed = f"torque command {command[fastest]}", "finite torques"
     else:
-        joint = int(np.argmax(speed))
         unit = "rad/s" if arm.chain.links[joint].kind is JointKind.REVOLUTE else "m/s"
-        fault = f"{speed[joint]:.3g} {unit} at the last sample that can be followed, beyond reach at the next"
+        fault = f"{speed[fastest]:.3g} {unit} at the last sample that can be followed, beyond reach at the next"
         allowed = f"less than a turn a sample ({cap:.4g} rad/s), finite numbers; try a higher rate or lower gains"
     t, name = float(log.t[k]), arm.joint_names[joint]
     diverged = {"t": t, "joint": name, "found": fault}
-    return DivergenceError(t, name, fault, allowed, run_of(setup, log, flow, {**meta, "diverged": diverged}))
+    return DivergenceError(t, name, fault, allowed, run({**meta, "diverged": diverged}))
 
 
 Progress = Callable[[float], None]
@@ -144,13 +174,6 @@ Progress = Callable[[float], None]
 REPORTS = 100
 
 _EMPTY = np.zeros(0)
-
-
-class Diverged(Exception):  # noqa: N818 (always turned into a DivergenceError)
-    """The state after sample `k` cannot be followed; `command` is the controller's torque at that sample."""
-
-    def __init__(self, k: int, command: Array) -> None:
-        self.k, self.command = k, command
 
 
 def delayed(controller: Controller, samples: int) -> Controller:

@@ -12,9 +12,12 @@ from typing import Annotated, Any, Self, TypedDict
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays, read_only
+from lwr_dyn.foundation.document import Document, Note, Section
 from lwr_dyn.foundation.errors import ShapeError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run, repr_html, short_repr
 
 
@@ -122,32 +125,32 @@ Joints = list[float]
 class ErrorsRecord(TypedDict):
     """`ErrorFigures` in a record, one number a joint."""
 
-    mean: Joints
-    mean_abs: Joints
-    max: Joints
-    min: Joints
-    rms: Joints
+    mean: Annotated[Joints, "ref - actual, signed."]
+    mean_abs: Annotated[Joints, "Of the sizes."]
+    max: Annotated[Joints, "Largest, signed."]
+    min: Annotated[Joints, "Least, signed."]
+    rms: Annotated[Joints, "Root of the mean square."]
 
 
 class MetricsRecord(TypedDict):
-    """`Metrics.to_json`, one number a joint."""
+    """`Metrics.to_json`."""
 
     position_mrad: Annotated[ErrorsRecord, "Errors of position, mrad (mm for a sliding joint), one number a joint."]
     velocity_mrad_s: Annotated[ErrorsRecord, "Errors of velocity, mrad/s."]
     tip_max_mm: Annotated[float, "Largest error of the tip, mm."]
     tip_rms_mm: Annotated[float, "RMS error of the tip, mm."]
     peak_torque: Annotated[Joints, "N m (N), one number a joint."]
-    peak_command: Joints
+    peak_command: Annotated[Joints, "Of what the controller asked for, N m (N)."]
     torque_use: Annotated[Joints, "Peak over limit; null where the limit is unknown."]
-    peak_speed: Joints
+    peak_speed: Annotated[Joints, "rad/s (m/s)."]
     speed_use: Annotated[Joints, "Peak over limit; null where the limit is unknown."]
     limit_margin: Annotated[Joints, "Least distance from the position limits, rad (m); null without limits."]
     saturated_s: Annotated[Joints, "Seconds beyond the torque limit."]
     at_stop_s: Annotated[Joints, "Seconds on the stop."]
-    stop_impacts: list[int]
+    stop_impacts: Annotated[list[int], "How often each joint ran into its stop."]
     within_limits: Annotated[bool, "Whether the controller kept all limits."]
-    limits: str
-    tip_caveat: str
+    limits: Annotated[str, "The same in words: what was not kept, and the stops that joints met."]
+    tip_caveat: Annotated[str, "What the errors of the tip rest on."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,6 +174,7 @@ class Metrics:
     limit_margin: Array  # least distance from the position limits [rad], negative beyond one
     saturated_s: Array  # time in which the command was beyond the torque limit [s]
     stops: StopContacts
+    units: tuple[str, ...]  # of the errors of each joint: "mrad", or "mm" if it slides
     bodies: str = RIGID
     __repr__ = short_repr
     _repr_html_ = repr_html
@@ -178,11 +182,7 @@ class Metrics:
     @property
     def within_limits(self) -> bool:
         """Whether the controller kept every known limit of torque, speed and position: no torque cut, no stop met."""
-        return self._inside and not self.stops.met
-
-    @property
-    def _inside(self) -> bool:
-        return not self._exceeded()
+        return not (self._exceeded() or self.stops.met)
 
     def _exceeded(self) -> list[str]:
         """The limits that were not kept, in words: whose, and of what."""
@@ -196,7 +196,8 @@ class Metrics:
     @property
     def limits(self) -> str:
         """Whether the limits were kept, in words: what was not, and whose; the stops that joints ran into."""
-        kept = "kept" if self._inside else f"NOT kept ({'; '.join(self._exceeded())})"
+        exceeded = "; ".join(self._exceeded())
+        kept = f"NOT kept ({exceeded})" if exceeded else "kept"
         return f"{kept}, but {self.stops.contacts()}" if self.stops.met else kept
 
     @property
@@ -204,11 +205,45 @@ class Metrics:
         """What the errors of the tip rest on, in words: `RIGID` or `ELASTIC`, and the stops that joints met."""
         return "; ".join([self.bodies, *([self.stops.sentence()] if self.stops.met else [])])
 
+    def table(self, full: bool = False) -> Table:
+        """RMS and largest errors, or with `full` all of them, and uses of the limits, one row a joint."""
+        p, v = self.position_mrad, self.velocity_mrad_s
+        errors = {"RMS": p.rms, "max": np.maximum(p.max, -p.min) + 0.0}  # no -0
+        if full:
+            errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
+            errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
+        uses = (self.peak_torque, self.torque_use, self.speed_use, self.saturated_s)
+        headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
+        return Table("", headings, list(zip(self.stops.joints, self.units, *errors.values(), *uses, strict=True)))
+
+    def parts(self, full: bool = False) -> tuple[Table | Note, ...]:
+        """Of a document: the table, the error of the tip, and whether limits were kept."""
+        tip = f"largest {self.tip_max_mm:.6g} mm, RMS {self.tip_rms_mm:.6g} mm"
+        said = (f"tip error ({self.caveat}): {tip}", f"limits of position, speed and torque: {self.limits}")
+        return self.table(full), Note(said)
+
+    @property
+    def document(self) -> Document:
+        """The figures for people."""
+        return Document("Errors and uses of limits", "", [Section("", self.parts(), brief=True)])
+
     def to_json(self) -> dict[str, Any]:
         """The figures as JSON values; None for NaN and infinity; "tip_caveat" is `caveat`, "at_stop_s" is by joint."""
-        words = {"within_limits": self.within_limits, "limits": self.limits, "tip_caveat": self.caveat}
-        stops = {"at_stop_s": self.stops.seconds.tolist(), "stop_impacts": list(self.stops.impacts)}
-        return {**_json(self), **stops, **words}
+        said = {"at_stop_s": self.stops.seconds, "stop_impacts": list(self.stops.impacts), "tip_caveat": self.caveat}
+        names = MetricsRecord.__annotations__
+        return {name: _json(said[name] if name in said else getattr(self, name)) for name in names}
+
+
+def _share(use: float) -> str:
+    """A use of a limit; a question mark where the limit is not known."""
+    return "?" if np.isnan(use) else f"{use:.0%}"
+
+
+USES = (
+    Heading("peak torque [N m]", format=".4g"), Heading("of limit", format=_share),
+    Heading("speed of limit", format=_share), Heading("saturated [s]", format=".3g"),
+)  # fmt: skip
+"""Columns of how much of the limits was used; forces of sliding joints are in N."""
 
 
 def metrics(run: Run, arm: Arm) -> Metrics:
@@ -235,6 +270,7 @@ def metrics(run: Run, arm: Arm) -> Metrics:
         limit_margin=read_only(np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0)),
         saturated_s=read_only(steps @ (command > effort)),
         stops=stop_contacts(run, arm),
+        units=tuple("mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links),
         bodies=tip_model(run),
     )
 
@@ -253,8 +289,8 @@ def _use(peak: Array, limit: Array) -> Array:
 
 
 def _json(value: Any) -> Any:
-    if isinstance(value, Metrics | ErrorFigures):
-        return {f.name: _json(getattr(value, f.name)) for f in fields(value) if f.name not in ("stops", "bodies")}
+    if isinstance(value, ErrorFigures):
+        return {f.name: _json(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, np.ndarray):
         return [_json(float(x)) for x in value]
-    return value if np.isfinite(value) else None
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -9,12 +9,12 @@ from math import isfinite
 from typing import Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from lwr_dyn.control.protocol import joint_torque
-from lwr_dyn.control.velocity import FilteredDifference
+from lwr_dyn.control.protocol import filter_pole, joint_torque
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics, UngatedDynamics, ungated
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, joint_array
 from lwr_dyn.foundation.errors import NotPhysicalError, OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import unphysical_links
@@ -106,6 +106,53 @@ def plant_of(
 
 Sensor = Callable[[Array, Array], tuple[Array, Array]]
 """True (q, dq) -> measured (q, dq); called once a sample, in order."""
+
+
+class FilteredDifference:
+    """v_k = a v_{k-1} + (1 - a) (q_k - q_{k-1}) / T, a = exp(-2 pi f_c T): a first-order low-pass, exact under hold.
+
+    It lags by half a period (the difference) plus about 1/(2 pi f_c) (the filter); one count of an encoder makes a
+    velocity of (1 - a) count/T instead of count/T.
+
+    Parameters
+    ----------
+    cutoff_hz : float
+        f_c [Hz], where the low-pass is 3 dB down.
+    rate : float
+        Samples per second, 1/T [Hz].
+
+    Raises
+    ------
+    OptionError
+        As `filter_pole`.
+
+    >>> v = FilteredDifference(cutoff_hz=100.0, rate=1000.0)
+    >>> v.start([0.0])
+    >>> for k in range(1, 50):
+    ...     out = v(np.array([k * 2e-3]))
+    >>> out.round(9)
+    array([2.])
+    """
+
+    __slots__ = ("_last", "_value", "cutoff_hz", "pole", "rate")
+
+    def __init__(self, cutoff_hz: float, rate: float) -> None:
+        self.pole = filter_pole(cutoff_hz, rate)
+        self.cutoff_hz, self.rate = float(cutoff_hz), float(rate)
+        self._last = self._value = np.zeros(0)
+
+    def start(self, q: ArrayLike, dq: ArrayLike | None = None) -> None:
+        """Starts at position q (n,) [rad] with velocity dq (n,) [rad/s], rest if not given; raises `ShapeError`."""
+        self._last = np.atleast_1d(np.asarray(q, dtype=np.float64))
+        n = self._last.size
+        self._value = np.zeros(n) if dq is None else joint_array("dq", dq, n)
+
+    def __call__(self, q: Array) -> Array:
+        """The velocity (n,) [rad/s] after the next sample q (n,) [rad]."""
+        difference = (q - self._last) * self.rate
+        self._last = q
+        self._value = difference + self.pole * (self._value - difference)
+        return self._value
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from math import ceil, isfinite
-from typing import Any
+from typing import Annotated, Any, NotRequired, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,7 @@ from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Motion, Reference, short_repr
 from lwr_dyn.model.transmission import JointElasticity, chosen_elasticity
 from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
+from lwr_dyn.simulation.audit import AuditRecord
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
 from lwr_dyn.simulation.plant import Encoder, ExternalTorque, Plant, Sensor, checked_external, plant_of
 
@@ -213,6 +214,60 @@ def arm_record(arm: Arm) -> dict[str, Any]:
 def versions() -> dict[str, str]:
     """Versions of the packages that compute a run."""
     return {"lwr_dyn": VERSION, **{name: version(name) for name in ("numpy", "scipy", "pin")}}
+
+
+class ArmRecord(TypedDict):
+    """`arm_record`."""
+
+    robot: Annotated[str, "Name of the robot."]
+    reading: Annotated[str, "Its reading."]
+    digest: Annotated[str, "Of its file."]
+    errata: Annotated[list[str], "Slips of the print that are proven or read otherwise."]
+    joint_units: Annotated[list[str], "Of the positions: rad, or m of a sliding joint."]
+    file: Annotated[str | None, "Of the user's own; null of a robot of the data room."]
+    loaded_with: Annotated[dict[str, Any], "Options of loading: mount, tool, tip, locked joints."]
+
+
+class ReferenceRecord(TypedDict):
+    """The reference of a run."""
+
+    name: Annotated[str, "Of its kind."]
+    duration: Annotated[float, "s."]
+    about: Annotated[dict[str, Any], "What makes the motion again."]
+
+
+class DescribedLaw(TypedDict):
+    """`describe` of a controller."""
+
+    name: Annotated[str, "Of its kind."]
+    label: Annotated[str, "For people."]
+    parameters: Annotated[dict[str, Any], "By their names."]
+
+
+class RunRecord(ArmRecord):
+    """`Run.meta` of a simulated run: the setup, then what was counted and judged; the arm is the controller's."""
+
+    plant: Annotated[ArmRecord, "The arm that moves."]
+    payload: Annotated[dict[str, Any] | None, "That the plant carries; null without."]
+    controller: Annotated[DescribedLaw, "Of the run."]
+    engine: Annotated[str, "Of the plant's dynamics."]
+    reference: Annotated[ReferenceRecord, "What the arm had to follow."]
+    options: Annotated[dict[str, Any], "Sampling, integration and limits."]
+    encoder: Annotated[dict[str, Any] | None, "Resolution, noise and velocity filter; null of exact readings."]
+    friction: Annotated[bool, "Whether the plant has any."]
+    friction_law: Annotated[dict[str, Any], "Its form and levels; `rate`: how fast it brakes at the start, 1/s."]
+    external: Annotated[DescribedLaw | None, "External torque; null without."]
+    elasticity: Annotated[dict[str, Any] | None, "Springs and dampers of the joints; null where they are rigid."]
+    seed: Annotated[int, "Of the encoder's noise."]
+    loop: Annotated[str | None, "Kind of the loop, where it was asked for."]
+    versions: Annotated[dict[str, str], "Of the packages that compute a run."]
+    note: Annotated[dict[str, Any], "What the caller says of the run: task, plant in words."]
+    evaluations: Annotated[int, "How often accelerations were computed."]
+    at_stop_s: Annotated[list[float], "Seconds on the stop."]
+    cut_share: NotRequired[
+        Annotated[list[float], "Share of the samples in which each joint's torque was cut; elastic joints only."]
+    ]
+    audit: Annotated[AuditRecord, "Energy and inverse dynamics judged again."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

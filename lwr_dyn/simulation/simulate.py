@@ -3,11 +3,8 @@
 `free_swing` is a run without torque: without friction and stops its energy stays constant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -186,7 +183,7 @@ def run_rigid(setup: Setup, progress: Progress | None = None) -> Run:
         with np.errstate(over="ignore", invalid="ignore"):
             (run_continuous if loop.continuous else run_sampled)(setup, flow, log, progress)
     except Diverged as end:
-        raise divergence(end.k, end.command, setup, log, flow, meta) from None
+        raise divergence(end, setup, log, meta, lambda meta: run_of(setup, log, flow, meta)) from None
     return run_of(setup, log, flow, meta)
 
 
@@ -204,13 +201,11 @@ class SwingCase:
     title: str
 
 
-CASES: Mapping[str, SwingCase] = MappingProxyType(
-    {
-        "rest": SwingCase(0.0, 0.0, "upright at rest: an equilibrium to the printed digits"),
-        "speed": SwingCase(0.0, 0.5, "upright with initial velocities"),
-        "offset": SwingCase(1e-3, 0.0, "upright, every joint offset by 1e-3 rad: the equilibrium is unstable"),
-    }
-)
+CASES: Mapping[str, SwingCase] = {
+    "rest": SwingCase(0.0, 0.0, "upright at rest: an equilibrium to the printed digits"),
+    "speed": SwingCase(0.0, 0.5, "upright with initial velocities"),
+    "offset": SwingCase(1e-3, 0.0, "upright, every joint offset by 1e-3 rad: the equilibrium is unstable"),
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,7 +2,7 @@
 
 cartesian       Cartesian tasks of any arm: lines and waypoint files in space, followed joint position by joint
                 position
-csv_rows        Rows of CSV files of poses or joint positions: a line of column names with units, then numbers, in SI
+motion_files    CSV files of poses or joint positions, in SI: waypoints, and motions that a person brings
 motion_profile  Motion profiles: a scalar s(t) with its exact derivatives, as polynomials in time from knot to knot
 path            A path in space: lines and arcs end to end, with the length travelled as its one parameter, and its
                 joints

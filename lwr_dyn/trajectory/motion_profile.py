@@ -8,8 +8,8 @@ A trapezoid of speed, rest to rest, is three quadratic pieces: LSPB, linear segm
     s = (L - V t_f)/2 + V t         t_c < t <= t_f - t_c          V = A t_c = L/(t_f - t_c)
     s = L - A (t_f - t)^2/2         t_f - t_c < t <= t_f
 
-Two of duration t_f, blend time t_c, velocity V and acceleration A fix the profile of a length L. What the WAM paper
-prints as velocity in (3), 4 L/(t_f^2 - (2 (t_c - t_f/2))^2) = L/(t_c (t_f - t_c)), is the acceleration A.
+What the WAM paper prints as velocity in (3), 4 L/(t_f^2 - (2 (t_c - t_f/2))^2) = L/(t_c (t_f - t_c)), is the
+acceleration A.
 """
 
 import math
@@ -246,75 +246,6 @@ def lspb(length: float, duration: float, blend: float) -> MotionProfile:
     ramp = velocity * blend / 2.0
     times = (blend, duration - blend, duration)
     return _three_pieces("LSPB", length, times, (ramp, length - ramp), velocity, acceleration)
-
-
-def lspb_at_velocity(length: float, duration: float, velocity: float) -> MotionProfile:
-    """LSPB in a given time with a given cruise velocity.
-
-    Parameters
-    ----------
-    length : float
-        [m or rad]; 0 is an axis that stands still for `duration`, for any velocity.
-    duration : float
-        [s]
-    velocity : float
-        Above L/t_f, where blends would take no time, at most 2 L/t_f, where no cruise is left [per s].
-
-    Raises
-    ------
-    OptionError
-        A number that is not positive, a negative length, a velocity outside, with the feasible range.
-
-    >>> lspb_at_velocity(0.5, 7.0, 0.1).knots.tolist()
-    [0.0, 2.0, 5.0, 7.0]
-    """
-    duration, velocity = positive_number("duration", duration), positive_number("velocity", velocity)
-    if length == 0.0:
-        return lspb(0.0, duration, duration / 2.0)
-    length = positive_number("length", length)
-    slowest, fastest = length / duration, 2.0 * length / duration
-    blend = duration - length / velocity
-    if velocity > fastest * (1.0 + ROUNDING) or blend <= ROUNDING * duration:
-        raise OptionError(
-            "velocity",
-            f"{velocity:g} for {length:g} in {duration:g} s",
-            f"above {slowest:.6g}, at most {fastest:.6g}, or a duration above {length / velocity:.6g} s, "
-            f"at most {2.0 * length / velocity:.6g} s",
-        )
-    return lspb(length, duration, min(blend, duration / 2.0))
-
-
-def lspb_at_rates(length: float, velocity: float, acceleration: float) -> MotionProfile:
-    """LSPB with a given cruise velocity and acceleration; the duration L/V + V/A follows.
-
-    Parameters
-    ----------
-    length : float
-        [m or rad]; an axis of length 0 has no duration of its own and is refused.
-    velocity, acceleration : float
-        With V^2 <= A L, or the velocity is not reached [per s, per s^2].
-
-    Raises
-    ------
-    OptionError
-        A number that is not positive, a velocity that is not reached, with the feasible range.
-
-    >>> lspb_at_rates(0.5, 0.1, 0.05).duration
-    7.0
-    """
-    if length == 0.0:
-        raise OptionError("length", "0 with velocity and acceleration", "above 0, or a duration to stand still for")
-    length = positive_number("length", length)
-    velocity, acceleration = positive_number("velocity", velocity), positive_number("acceleration", acceleration)
-    if velocity**2 > acceleration * length * (1.0 + ROUNDING):
-        raise OptionError(
-            "velocity",
-            f"{velocity:g} with acceleration {acceleration:g} over {length:g}",
-            f"at most {np.sqrt(acceleration * length):.6g}, or an acceleration of at least {velocity**2 / length:.6g}",
-        )
-    blend = velocity / acceleration
-    duration = max(length / velocity + blend, 2.0 * blend)
-    return lspb(length, duration, blend)
 
 
 def trapezoid(length: float, speed: float, acceleration: float) -> MotionProfile:

@@ -1,11 +1,18 @@
-"""Poses along a path: a path in space, an orientation along it, and a motion profile that says when."""
+"""Poses along a path: a path in space, an orientation along it, and a motion profile that says when.
+
+Without a time stand curves of poses: a straight line with the shortest turn, or a smooth curve through several poses.
+"""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import make_interp_spline
+from scipy.spatial.transform import Rotation, RotationSpline
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
@@ -184,3 +191,92 @@ def _pose(R: Array, p: Array) -> Array:
     T = np.zeros((len(p), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1.0
     return T
+
+
+HALF_TURN = np.pi - 1e-6
+"""[rad] From here on the shortest turn has two ways round."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseCurve:
+    """Poses T(u) (k, 4, 4) [m] of the tip in the base, for u (k,) from 0 to 1."""
+
+    poses: Callable[[Array], Array]
+    length: float
+    """Length of the way [m]."""
+    turn: float
+    """Angle of all turns on the way [rad]."""
+    marks: tuple[float, ...] = (0.0, 1.0)
+    """u of each of the waypoints on the curve."""
+
+
+def straight(start: Array, end: Array, name: str = "end") -> PoseCurve:
+    """The straight line from pose `start` to pose `end` (4, 4), turning about one axis at a constant share of u.
+
+    Raises
+    ------
+    OptionError
+        Half a turn between the poses: no way round is the shortest. `name` names the end in the message.
+
+    References
+    ----------
+    Siciliano et al., Robotics, sec. 4.3.3, orientation by angle and axis.
+
+    >>> end = np.eye(4); end[0, 3] = 0.5
+    >>> straight(np.eye(4), end).poses(np.array([0.5]))[0, :3, 3]
+    array([0.25, 0.  , 0.  ])
+    """
+    shift = end[:3, 3] - start[:3, 3]
+    turn = turn_between(start, end, name)
+
+    def poses(u: Array) -> Array:
+        R = Rotation.from_rotvec(np.outer(u, turn)).as_matrix() @ start[:3, :3]
+        return _pose(R, start[:3, 3] + np.outer(u, shift))
+
+    return PoseCurve(poses, float(np.linalg.norm(shift)), float(np.linalg.norm(turn)))
+
+
+def through(waypoints: Array) -> PoseCurve:
+    """A curve without corners through poses (m, 4, 4), m >= 3: cubic splines of place and orientation.
+
+    u is proportional to the chords; a turn of 1 rad counts as a way of 1 m.
+
+    Raises
+    ------
+    OptionError
+        Half a turn between two neighbours, or two that are the same.
+
+    References
+    ----------
+    Park and Ravani, Smooth invariant interpolation of rotations, ACM Trans. Graphics 16 (1997), by SciPy.
+    """
+    turns = [turn_between(a, b, f"waypoint {k}") for k, (a, b) in enumerate(pairwise(waypoints), 2)]
+    chords = np.linalg.norm(np.diff(waypoints[:, :3, 3], axis=0), axis=1)
+    steps = np.hypot(chords, np.linalg.norm(turns, axis=1))
+    if not (steps > 0.0).all():
+        where = int(np.argmin(steps)) + 1
+        raise OptionError(f"waypoints {where} and {where + 1}", "the same pose", "waypoints apart from each other")
+    u = np.concatenate([[0.0], np.cumsum(steps)]) / steps.sum()
+    place = make_interp_spline(u, waypoints[:, :3, 3], k=min(3, len(u) - 1))
+    orientation = RotationSpline(u, Rotation.from_matrix(waypoints[:, :3, :3]))
+
+    def poses(at: Array) -> Array:
+        return _pose(orientation(at).as_matrix(), place(at))
+
+    ways, angles = steps_between(poses(np.linspace(0.0, 1.0, 40 * len(u))))
+    return PoseCurve(poses, float(ways.sum()), float(angles.sum()), tuple(float(x) for x in u))
+
+
+def steps_between(poses: Array) -> tuple[Array, Array]:
+    """Distances [m] and angles [rad], (k - 1,) each, from each of the poses (k, 4, 4) to the next."""
+    relative = np.swapaxes(poses[:-1, :3, :3], 1, 2) @ poses[1:, :3, :3]
+    ways = np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1)
+    return np.asarray(ways), np.asarray(Rotation.from_matrix(relative).magnitude())
+
+
+def turn_between(start: Array, end: Array, name: str) -> Array:
+    """The rotation vector (3,) [rad], in the base, of the shortest turn; raises `OptionError` for half a turn."""
+    turn: Array = Rotation.from_matrix(end[:3, :3] @ start[:3, :3].T).as_rotvec()
+    if np.linalg.norm(turn) > HALF_TURN:
+        raise OptionError(name, "half a turn from the pose before", "less than 180 deg; put a waypoint in between")
+    return turn

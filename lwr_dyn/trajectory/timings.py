@@ -15,15 +15,8 @@ import numpy as np
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.trajectory.motion_profile import (
-    DEGREE,
-    MotionProfile,
-    concatenate,
-    constant_speed,
-    positive_number,
-    quintic,
-    stretched,
-)
+from lwr_dyn.trajectory import motion_profile
+from lwr_dyn.trajectory.motion_profile import DEGREE, MotionProfile, concatenate, positive_number, stretched
 from lwr_dyn.trajectory.path import Path, PathJoint, PathSample, Segment, end_of, path_of, start_of
 
 NAME = "double-S"
@@ -102,9 +95,11 @@ def double_s_in(lengths: Sequence[float], duration: float, acceleration: float, 
         raise OptionError("lengths", "none", "at least one section")
 
     def excess(speed: float) -> float:
-        return sum(_total(length, speed, acceleration, jerk) for length in sections) - duration
+        times = [_times(length, speed, acceleration, jerk) for length in sections]
+        return sum(2.0 * ramp + cruise for _, ramp, cruise in times) - duration
 
-    fastest = max(_reachable_speed(length, acceleration, jerk) for length in sections)
+    # without a bound on it the speed reaches length / T_a, the mean speed of the two ramps
+    fastest = max(length / _times(length, math.inf, acceleration, jerk)[1] for length in sections)
     if excess(fastest) > 1e-9 * duration:
         raise OptionError(
             "duration",
@@ -133,17 +128,6 @@ def _times(length: float, speed: float, acceleration: float, jerk: float) -> tup
         return rise, rise / 2.0 + math.sqrt((rise / 2.0) ** 2 + length / acceleration), 0.0
     rise = math.cbrt(length / (2.0 * jerk))
     return rise, 2.0 * rise, 0.0
-
-
-def _total(length: float, speed: float, acceleration: float, jerk: float) -> float:
-    _, ramp, cruise = _times(length, speed, acceleration, jerk)
-    return 2.0 * ramp + cruise
-
-
-def _reachable_speed(length: float, acceleration: float, jerk: float) -> float:
-    """The largest speed reached without a bound on it: length / T_a, the mean speed of the two ramps."""
-    _, ramp, _ = _times(length, math.inf, acceleration, jerk)
-    return length / ramp
 
 
 def _falling_root(function: Callable[[float], float], low: float, high: float) -> float:
@@ -338,13 +322,13 @@ MOTION_PROFILES: Registry[Callable[[Path, float, SmoothTiming], TimedPath]] = Re
 
 def constant(path: Path, duration: float, smoothness: SmoothTiming) -> TimedPath:
     """Constant speed over the whole path."""
-    return path, constant_speed(path.length, duration)
+    return path, motion_profile.constant_speed(path.length, duration)
 
 
 def quintic_per_segment(path: Path, duration: float, smoothness: SmoothTiming) -> TimedPath:
     """A quintic from rest to rest on each segment, in times proportional to the lengths."""
     pace = duration / path.length
-    profiles = [quintic(segment.length, pace * segment.length) for segment in path.segments]
+    profiles = [motion_profile.quintic(part.length, pace * part.length) for part in path.segments]
     return path, stretched(concatenate(profiles), duration)
 
 

@@ -24,11 +24,8 @@ sys.path.insert(0, str(ROOT))
 
 from lwr_dyn.foundation.errors import FileAccessError  # noqa: E402
 from lwr_dyn.krl.checks.static_checks import static_diagnostics  # noqa: E402
-from lwr_dyn.krl.project.program import (  # noqa: E402
-    is_program_file,
-    load_project,
-    program_in,
-)
+from lwr_dyn.krl.language.source import is_krl_file  # noqa: E402
+from lwr_dyn.krl.project.program import load_project, program_in  # noqa: E402
 from tests.krl.language_client import LanguageClient  # noqa: E402
 
 LINES = 6000
@@ -125,7 +122,7 @@ def first_and_again(folders: list[Path], most: int) -> tuple[int, int, float, fl
 def is_backup(folder: Path) -> bool:
     """Whether it has R1/System and R1/Program, and 10 000 lines."""
     robots = [x for x in folder.rglob("R1") if (x / "System").is_dir() and (x / "Program").is_dir()]
-    files = (x for x in folder.rglob("*") if is_program_file(x) and x.is_file())
+    files = filter(is_krl_file, folder.rglob("*"))
     return bool(robots) and sum(x.read_bytes().count(b"\n") for x in files) >= 10_000
 
 

@@ -172,7 +172,6 @@ def test_closed_forms_recognise_the_arm(robot, solver):
 
 
 def test_generated_kernels_include_mount_and_tool():
-    pytest.importorskip("numba")
     locks = {f"joint_{i}": 0.1 for i in range(3, 8)}
     arm = lwr_dyn.load("lwr4plus", lock=locks, mount="ceiling", tool={"xyz": [0, 0, 0.1], "mass": 1.0})
     batch, q = lwr_dyn.batch_dynamics(arm), STATES[0, :, :2].copy()

@@ -45,7 +45,6 @@ def test_the_links_of_the_written_file_are_world_and_tool_under_names_that_are_f
 @pytest.mark.parametrize("robot_name", ["lwr4plus", ""])
 def test_drake_makes_the_same_of_the_written_urdf(robot_name, tmp_path):
     """Drake welds a link of the name world to its own, whose gravity is along -z."""
-    pytest.importorskip("pydrake")
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
 
@@ -63,7 +62,8 @@ def test_drake_makes_the_same_of_the_written_urdf(robot_name, tmp_path):
 
 
 def test_mujoco_makes_the_same_of_the_written_mjcf():
-    mujoco = pytest.importorskip("mujoco")
+    import mujoco
+
     arm = lwr_dyn.load("lwr4plus", mount=MOUNT, tool=TOOL)
     model = mujoco.MjModel.from_xml_string(mjcf_text(arm))
     data, g, T = mujoco.MjData(model), lwr_dyn.dynamics_of(arm).gravity_vector(STATES[0]), STATES[0]

@@ -59,7 +59,7 @@ def test_joints_whose_bound_is_not_near_are_named(lwr_dyn_command, monkeypatch):
 
 @pytest.fixture
 def without_proofs(monkeypatch):
-    monkeypatch.setattr("lwr_dyn.cli.gains.certificates", lambda arm, maxima: None)
+    monkeypatch.setattr("lwr_dyn.design.gain_search.certificates", lambda arm, maxima: None)
 
 
 def test_without_proofs_how_the_maxima_were_searched_is_said_once(lwr_dyn_command, without_proofs):

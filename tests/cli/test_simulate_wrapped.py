@@ -2,8 +2,6 @@
 
 import pytest
 
-pytest.importorskip("lwr_dyn.control.laws.friction_compensation", reason="feedback is optional")
-
 TASK = ("--task", "hold", "--from-deg", "0,0,0,10,0,0,0", "--duration", "0.01")
 
 

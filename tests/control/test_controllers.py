@@ -43,7 +43,7 @@ def test_a_file_takes_options_of_its_own(arm, tmp_path):
 BAD = {
     "unknown": ("pdi", "no controller named 'pdi' (did you mean pid?)"),
     "unknown with options": ("pdi:omega-n=2", "no controller named 'pdi'"),
-    "empty": (":omega-n=2", "no controller named ''"),
+    "empty": (":omega-n=2", "no controller named ':omega-n=2'"),
     "unknown option": (
         "pid:omega=2",
         "controller pid: option 'omega' (did you mean omega-n?); allowed: omega-n, xi, ki, velocity-error",

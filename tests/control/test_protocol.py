@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.checks.sensitivity.study_tasks import JOINT_MOVE, controller_of, study_tasks
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.protocol import describe, label_of
 from lwr_dyn.foundation.registry import options_of
@@ -38,11 +39,9 @@ def variants():
 
 def study_controllers():
     """Every controller of the package's studies, on one arm."""
-    simulated_task = pytest.importorskip("lwr_dyn.checks.sensitivity.study_tasks", reason="audit is optional")
-    study_tasks = pytest.importorskip("lwr_dyn.checks.sensitivity.study_tasks").study_tasks
-    for task in (*study_tasks().values(), simulated_task.JOINT_MOVE):
+    for task in (*study_tasks().values(), JOINT_MOVE):
         for choice in task.controllers:
-            yield simulated_task.controller_of(ARM, choice, B)
+            yield controller_of(ARM, choice, B)
 
 
 @pytest.mark.parametrize("source", [variants, study_controllers])

@@ -31,8 +31,8 @@ def core_files(root: Path, name: str, pattern: str) -> list[Path]:
 
 
 def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    """A command in a folder without this checkout on its path; what it compiles is kept."""
-    left_out = ("PYTHONPATH", "PYTHONDONTWRITEBYTECODE")
+    """A command in a folder without this checkout on its path, not as in CI; what it compiles is kept."""
+    left_out = ("CI", "PYTHONPATH", "PYTHONDONTWRITEBYTECODE")
     environment = {name: value for name, value in os.environ.items() if name not in left_out}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
 
@@ -83,9 +83,9 @@ def _built(folder: Path, python: Path) -> Path:
 
 
 def run_tests(python: Path, folder: Path, names: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
-    """The tests of these folders in the environment."""
+    """The tests of these folders in the environment; what is skipped stands at the end with its reason."""
     places = [str(path) for name in names for path in core_files(folder / "tests", name, "test_*.py")]
-    return run([str(python), "-m", "pytest", "-q", "-p", "no:cacheprovider", *places], folder)
+    return run([str(python), "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", *places], folder)
 
 
 def _succeed(command: list[str], folder: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from lwr_dyn.cli.main import schema_file
+from scripts import build_schemas
 from tests.custody.test_help_text import SINGLE, arguments, make
 from tests.json_schemas import faults
 
@@ -72,6 +73,10 @@ def test_what_is_printed_agrees_with_the_schema(path, lwr_dyn_command, tmp_path,
         assert faults(path, record) == []
         for key in json.loads(schema_file(path).read_text(encoding="utf-8"))["required"]:
             assert faults(path, {k: v for k, v in record.items() if k != key}) != []
+
+
+def test_every_schema_is_generated():
+    assert build_schemas.unlisted() == []
 
 
 def test_commands_without_json_have_no_line_on_it(lwr_dyn_command):

@@ -10,7 +10,7 @@ import lwr_dyn
 from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.control.laws.motor_side import MotorSidePD, tuned_motor_side_pd
 from lwr_dyn.control.paper_laws import tuned_inverse_dynamics, tuned_pd_gravity, tuned_pid
-from lwr_dyn.design.elastic_loop import ElasticArm, at_rest, continuous_poles, elastic_plant
+from lwr_dyn.design.elastic_loop import ElasticArm, at_rest, continuous_poles
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.transmission import JointElasticity
@@ -183,11 +183,11 @@ def test_one_joint_known_by_hand():
         inverse_dynamics=lambda q, dq, ddq: 8.0 * ddq + 0.0 * q * dq,
     )  # fmt: skip
     q, rotor = np.zeros((1, 1)), np.array([2.0])
-    free = elastic_plant(rigid, JointElasticity(np.array([24.0]), np.array([3.0])), rotor, q)
+    free = ElasticArm(rigid, JointElasticity(np.array([24.0]), np.array([3.0])), rotor).plant(at_rest(q))
     poles = np.sort_complex(np.linalg.eigvals(free.A[0]))
     np.testing.assert_allclose(poles[:2], [-1 - 1j * np.sqrt(15), -1 + 1j * np.sqrt(15)], rtol=1e-7)
     np.testing.assert_allclose(poles[2:], 0.0, atol=1e-6)
-    read = {side: elastic_plant(rigid, springs_of_one(), rotor, q, side) for side in ("motor", "link")}
+    read = {side: ElasticArm(rigid, springs_of_one(), rotor, side).plant(at_rest(q)) for side in ("motor", "link")}
     assert read["motor"].position.tolist() == [[0, 1, 0, 0]]
     assert read["link"].velocity.tolist() == [[0, 0, 1, 0]]
     np.testing.assert_array_equal(read["link"].torque[0], [[-24.0, 24.0, -3.0, 3.0]])
@@ -206,11 +206,11 @@ def test_what_cannot_be_is_refused():
     with pytest.raises(OptionError, match="encoders"):
         ElasticArm.of(arm(), encoders="both")
     with pytest.raises(OptionError, match="rotor inertia of joint 3: 0 kg"):
-        elastic_plant(dynamics(), springs(1e4), np.where(np.arange(7) == 2, 0.0, 0.16), q)
+        ElasticArm(dynamics(), springs(1e4), np.where(np.arange(7) == 2, 0.0, 0.16))
     with pytest.raises(MissingDataError, match="stiffness"):
         ElasticArm.of(lwr_dyn.load("wam7"))
     with pytest.raises(OptionError, match="stiffness"):
         ElasticArm.of(arm(), -1e4)
     flat = SimpleNamespace(n=7, mass_matrix=lambda q: np.diag(arm().armature) + 0 * q[..., None])
     with pytest.raises(OptionError, match="singular"):
-        elastic_plant(flat, springs(1e4), arm().armature, q)
+        ElasticArm(flat, springs(1e4), arm().armature).plant(at_rest(q))

@@ -11,7 +11,7 @@ import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
-from lwr_dyn.design.sampled_stability import joint_box, stability_along, stability_in_box
+from lwr_dyn.design.sampled_stability import PLACES, box_stability, joint_box, judged_count, places_of, stability_at
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import JointKind
 from tests.simulation.sample_runs import MIDDLE, lwr, lwr_dynamics, one_joint, with_limits
@@ -25,6 +25,15 @@ def default(reading):
     arm = lwr_dyn.load("lwr4plus", reading)
     dynamics = lwr_dyn.dynamics_of(arm)
     return arm, dynamics, make_controller("pd-gravity", arm, dynamics)
+
+
+def stability_in_box(arm, dynamics, controller, sampling, poses=None):
+    return box_stability(arm, lambda q: RestingLoop.of(dynamics, controller, q), sampling, poses)
+
+
+def stability_along(dynamics, controller, sampling, q, places=None):
+    rows = places_of(q, judged_count(PLACES, sampling.delay) if places is None else places)
+    return stability_at(RestingLoop.of(dynamics, controller, rows), sampling, rows)
 
 
 @pytest.mark.parametrize("reading", ["computed", "printed"])

@@ -24,8 +24,6 @@ def read(path, wanted):
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_columns_come_back_to_the_last_bit(tmp_path, suffix):
-    if suffix == ".parquet":
-        pytest.importorskip("pyarrow")
     path = tmp_path / f"log{suffix}"
     path.write_bytes(table_bytes(NAMES, COLUMNS, suffix))
     assert read_head(path).names == NAMES
@@ -58,7 +56,6 @@ def test_other_files_are_refused(tmp_path):
 
 
 def test_a_damaged_parquet_file_is_refused(tmp_path):
-    pytest.importorskip("pyarrow")
     path = tmp_path / "log.parquet"
     path.write_bytes(table_bytes(NAMES, COLUMNS, ".parquet")[:-10])
     with pytest.raises(FileAccessError, match="not a whole Parquet file"):

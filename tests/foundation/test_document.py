@@ -55,6 +55,15 @@ def test_the_record_has_what_has_a_key_as_computed():
     assert made(there=False).record()["load"] is None
 
 
+def test_keys_of_one_document_alone_are_allowed_by_the_schema_and_not_named():
+    one = Document("", "", [Section("", [Fact("a", 1)]), Section("", [Fact("mine", [])], says="Its own.", own=True)])
+    schema = one.schema()
+    assert one.record() == {"a": 1, "mine": []}
+    assert (schema["required"], [*schema["properties"]]) == (["a"], ["a"])
+    assert schema["additionalProperties"] == {"description": "Its own."}
+    assert Draft202012Validator(schema).is_valid({"a": 1, "other": "x"})
+
+
 @pytest.mark.parametrize("there", [True, False])
 def test_the_schema_is_of_the_record_and_says_what_the_parts_say(there):
     schema = made().schema()

@@ -134,10 +134,10 @@ def cell(folder: Path, rng: random.Random) -> bool:
 
 def sheet(folder: Path, rng: random.Random) -> bool:
     """A table of numbers, CSV or TOML, linted."""
-    from lwr_dyn.checks.tables.rules import lint_file
+    from lwr_dyn.checks.tables.rules import lint, sheet_of_file
 
     name = rng.choice(("sheet.csv", "gains.toml", "rows.toml"))
-    lint_file(written(folder, f"x{Path(name).suffix}", changed(_text(f"{GOOD}/{name}"), rng)))
+    lint(sheet_of_file(written(folder, f"x{Path(name).suffix}", changed(_text(f"{GOOD}/{name}"), rng))))
     return True
 
 

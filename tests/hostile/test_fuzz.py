@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.checks.tables.rules import lint_file
+from lwr_dyn.checks.tables.rules import lint, sheet_of_file
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.krl.project.program import load_program
@@ -21,8 +21,14 @@ from tests.hostile.readers import READERS, one_input
 COUNT = 80
 SHARE = 0.25
 """Of its inputs that each reader must read: else only its first checks are tried."""
+
+
+def linted(path):
+    return lint(sheet_of_file(path))
+
+
 BYTES = {
-    ".toml": (lwr_dyn.load, lint_file), ".urdf": (lwr_dyn.load,), ".csv": (lint_file, read_log),
+    ".toml": (lwr_dyn.load, linted), ".urdf": (lwr_dyn.load,), ".csv": (linted, read_log),
     ".parquet": (read_log,), ".npz": (Run.load,), ".src": (load_program,),
 }  # fmt: skip
 

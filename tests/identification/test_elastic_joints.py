@@ -9,7 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError
-from lwr_dyn.identification.elastic_joints import elastic_text, identify_elastic
+from lwr_dyn.identification.elastic_joints import elastic_document, identify_elastic
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import JointElasticity
@@ -97,7 +97,7 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
     found = identify_elastic([short], ARM)
     assert not found.bends.all()
     joint = int(np.argmin(found.bends)) + 1
-    assert f"stiffness of joint {joint} not identified" in elastic_text(found, ARM)
+    assert f"stiffness of joint {joint} not identified" in elastic_document(found, ARM).text()
     with pytest.raises(OptionError, match=f"stiffness of joint {joint}"):
         found.elasticity()
     assert found.elasticity(otherwise=GEARS).stiffness[~found.bends] == pytest.approx(GEARS.stiffness[~found.bends])

@@ -26,4 +26,4 @@ def values_of(arm, lines, data=(), cell=None):
     faults = [str(d) for d in m.log.diagnostics if d.severity == "error"]
     assert not faults, faults
     values = {name: variable.value for name, variable in m.files["a.dat"].items()}
-    return values, [str(x) for x in m.controller.assumptions.all()]
+    return values, [str(x) for x in m.controller.assumptions.values()]

@@ -54,7 +54,7 @@ def test_points_move_by_millimetres_and_degrees(backups):
     # from B 90 the turn by A and that by B are about different axes: cos(a/2) = cos(5 deg)^2 about
     assert 10.0 < p1.turned_deg < 14.2
     assert p1.others == ("S 2 -> 6",)
-    assert (home.moved_mm, dict(home.axes_deg)) == (None, {"A2": pytest.approx(-2.5)})
+    assert (home.moved_mm, [(x.axis, x.change) for x in home.axes_deg]) == (None, [("A2", pytest.approx(-2.5))])
     assert not file.values
     assert not file.configuration
 

@@ -4,7 +4,7 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.model.chain import Body
-from lwr_dyn.model.file_layout import WrittenLink, fitting, heavy, is_weightless, welded
+from lwr_dyn.model.file_layout import WrittenLink, fitting, heavy, welded
 
 
 def written(link, mass, x=0.0):
@@ -20,8 +20,8 @@ def test_a_weld_is_the_sum_of_its_links():
 
 
 def test_links_without_mass_are_not_heavy():
-    assert is_weightless(Body.massless())
-    assert not is_weightless(Body(1.0, np.zeros(3), np.zeros((3, 3))))
+    assert Body.massless().is_weightless
+    assert not Body(1.0, np.zeros(3), np.zeros((3, 3))).is_weightless
     assert [link for link, _ in heavy([written("a", 1.0), written("b", None), written("c", 0.0)])] == ["a"]
     assert [link for link, _ in heavy([written("a", 0.0), written("b", 1.0)])] == ["a", "b"]  # the first one counts
 

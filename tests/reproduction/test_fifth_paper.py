@@ -84,9 +84,10 @@ STUDY = Study(
     "reproduction/fifth/study.py": '''
 """The fifth paper: how far it reaches."""
 
+from lwr_dyn.foundation.document import Note
 from lwr_dyn.reproduction.case import PaperFormula
 from lwr_dyn.reproduction.case import Proof
-from lwr_dyn.reproduction.paper_study import Reproduction
+from lwr_dyn.reproduction.paper_study import Reproduction, study_document
 from lwr_dyn.reproduction.case import SHARED
 
 
@@ -103,7 +104,7 @@ def reach_digits(data):
 def run(place, arm, progress, loudly=False):
     progress("nothing to simulate")
     text = f"{arm.name} has {arm.n} joints"
-    return Reproduction(True, (text.upper() if loudly else text,), {"joints": arm.n})
+    return Reproduction(True, study_document(Note(text.upper() if loudly else text), joints=arm.n))
 
 
 FORMULAS = SHARED | {"reach": PaperFormula(reach)}

@@ -67,14 +67,14 @@ def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
     # Tables VII and VIII: no timing, no orientation, no arm angle in print
     assert counts["under assumed conditions"] == {"all": 63, "near": 22, "not near": 41}
     assert "Why 41 are not near is not explained." in record["summary"]
-    assert record["summary"] in outcome[1].text
-    assert not [line for line in outcome[1].text.splitlines() if "differs, by" in line]
+    assert record["summary"] in outcome[1].document.text()
+    assert not [line for line in outcome[1].document.text().splitlines() if "differs, by" in line]
     table_vii = [x for x in record["numbers"] if x["cell"].startswith("results.table_vii.")]
     assert all(x["missing"] and x["value"] is not None and x["miss"] is not None for x in table_vii)
     proven = [e for e in record["errata"] if e["status"] == "proven"]
     assert all(e["proof"]["holds"] and e["proof"]["statement"] for e in proven)
     assert record["counts"]["errata"]["proven"] == len(proven) == 18
-    assert "paper     printed  computed  reproduced  after erratum" in outcome[1].text
+    assert "paper     printed  computed  reproduced  after erratum" in outcome[1].document.text()
 
 
 def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outcome, browser):

@@ -7,7 +7,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.reproduction import reproduce
-from lwr_dyn.reproduction.paper_study import Reproduction, paper_study
+from lwr_dyn.reproduction.paper_study import Reproduction, paper_study, study_document
 from lwr_dyn.reproduction.papers import studies
 from tests.reproduction.pages import faults, lost
 
@@ -23,7 +23,7 @@ def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tm
     assert faults(browser, tmp_path / "a" / "report.html", wide=3_000, narrow=5_000) == []
     record = json.loads((tmp_path / "a" / "results.json").read_text())
     assert record["counts"]["printed"]["computed"] == {"all": 12, "reproduced": 12, "after erratum": 0, "differs": 0}
-    assert made[0].text.startswith(f"{record['summary']}\n")
+    assert made[0].document.text().startswith(f"{record['summary']}\n")
     assert record["summary"] in (tmp_path / "a" / "report.html").read_text()
 
 
@@ -83,14 +83,14 @@ def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
         kinds = {"all": 9, "differs": 0, "not reproducible": 0, "under assumed conditions": {"all": 3, "near": 1}}
         kinds |= dict.fromkeys(("computed", "structural", "repeated in print"), verdicts)
         counts = {"printed": kinds, "derived": kinds, "errata": {"all": 1, "proven": 1, "proofs that hold": 1}}
-        return Reproduction(paper != "wam7", (), {"counts": counts})
+        return Reproduction(paper != "wam7", study_document(counts=counts))
 
     monkeypatch.setattr(reproduce, "ProcessPoolExecutor", Here)
     monkeypatch.setattr(reproduce, "_one", one)
     outcome = reproduce.reproduce("all", tmp_path)
     assert sorted(made) == sorted((paper, paper) for paper in studies())
     assert not outcome.holds
-    (total,) = (line for line in outcome.text.splitlines() if line.startswith("all "))
+    (total,) = (line for line in outcome.document.text().splitlines() if line.startswith("all "))
     assert total.split()[1:] == ["36", "8", "4", "4", "0", "8", "8", "12", "4", "0", "36", "8", "4", "4"]
     assert list(json.loads((tmp_path / "results.json").read_text())["papers"]) == list(studies())
 
@@ -102,8 +102,8 @@ def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypat
     monkeypatch.setattr(reproduce, "paper_study", lambda _: study.with_data(results=raw))
     outcome = reproduce.reproduce("lwr4", tmp_path)
     assert not outcome.holds
-    assert "tool.position[0]" in outcome.text
-    assert "+0.0001" in outcome.text
+    assert "tool.position[0]" in outcome.document.text()
+    assert "+0.0001" in outcome.document.text()
 
 
 def test_an_incomplete_folder_is_marked_until_it_is_complete(tmp_path, monkeypatch):

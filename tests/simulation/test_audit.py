@@ -186,9 +186,9 @@ def test_nan_does_not_close():
 
 
 LOOP_FAULTS = {
-    "no impact": ("lwr_dyn.simulation.flow.impact", lambda plant, q, dq: SimpleNamespace(
+    "no impact": ("lwr_dyn.simulation.contact.impact", lambda plant, q, dq: SimpleNamespace(
         dq=np.where(plant.at_limit(q) * dq > 0, 0.0, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
-    "bounce": ("lwr_dyn.simulation.flow.impact", lambda plant, q, dq: SimpleNamespace(
+    "bounce": ("lwr_dyn.simulation.contact.impact", lambda plant, q, dq: SimpleNamespace(
         dq=np.where(plant.at_limit(q) * dq > 0, -0.5 * dq, dq), stopped=plant.at_limit(q) * dq > 0, work=np.zeros(7))),
     "euler": ("lwr_dyn.simulation.flow.held_rk4", lambda forward, n, h, *_: (lambda t, now, tau, after: np.copyto(
         after, now + h * np.array([now[1], forward(now[0], now[1], tau)])) or (0.0, 0.0), None)),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.simulate import run_record, run_text
+from lwr_dyn.cli.simulate import run_document
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.run import Event
@@ -59,11 +59,11 @@ def test_a_run_without_stops_passes_the_limit(leaning):
 def test_the_stop_is_said_in_text_json_and_page(leaning):
     run, arm = leaning(), lwr()
     said = "joint_6 on its stop for 0.48 s"
-    first, *lines = run_text(run, arm).splitlines()
+    first, *lines = run_document(run, arm).text().splitlines()
     assert first.endswith("501 samples")
     assert any(line.endswith(f"kept, but {stop_contacts(run, arm).contacts()}") for line in lines)
     assert f"tip error ({RIGID}; {said}): largest" in "\n".join(lines)
-    assert run_record(run, arm)["metrics"]["tip_caveat"] == f"{RIGID}; {said}"
+    assert run_document(run, arm).record()["metrics"]["tip_caveat"] == f"{RIGID}; {said}"
     (card,) = page_data(replayed_runs([run], arm))["runs"]
     assert (card["stops"], card["tip_model"]) == (said, RIGID)
 

@@ -18,7 +18,7 @@ from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
 from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
-from lwr_dyn.model.chain import Body, Convention, JointKind
+from lwr_dyn.model.chain import Body, Convention
 from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.spatial import Pose, to_rpy
 
@@ -189,9 +189,8 @@ def _column(arm: Arm, table: str, name: str, values: Sequence[float | None], ori
     if table == "rotors":
         quantities += [f"{joint}.{x}" for joint in arm.joint_names for x in ("gear_ratio", "rotor_inertia")]
     where, kind = _cells(arm, quantities, origin)
-    turning = [link.kind is JointKind.REVOLUTE for link in arm.chain.links]
     linear = table in _LINEAR_LAST and len(rule.quantities) > 1
-    units = [_UNITS[rule.quantities[-1 if linear and not turns else 0]] for turns in turning]
+    units = [_UNITS[rule.quantities[-1 if linear and not turns else 0]] for turns in arm.chain.turning]
     return ColumnText(name, list(values) if rule.per_joint else values[0], units, where, kind)
 
 

@@ -4,7 +4,8 @@ Their numbers must be plausible too: signs, order, units that suit the kind of j
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -110,98 +111,93 @@ LARGEST_GRAVITY = 1e3
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 
+Fault = tuple[str, str, str]
+"""Field, what stands there, what is allowed."""
+
+
 def check_plausibility(
     columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str
 ) -> None:
     """Raise `PaperError` for the first number or unit that cannot be right."""
-    _units(columns, joints, kinds, file)
-    _signs(columns, file)
-    _limits(columns, file)
-    _symmetry(columns, file)
-    _rotors(columns, file)
-    _friction(columns, file)
-    _gravity(columns, file)
+    checks = (_signs, _limits, _symmetry, _rotors, _friction, _gravity)
+    for fault in chain(_units(columns, joints, kinds), *(check(columns) for check in checks)):
+        raise PaperError(file, *fault)
 
 
-def _gravity(columns: Mapping[str, Column], file: str) -> None:
-    if "base.gravity" not in columns:
-        return
-    size = float(np.linalg.norm(columns["base.gravity"].si()))
+def _cells(columns: Mapping[str, Column], name: str) -> Iterator[tuple[str, Any]]:
+    """The rows of a column with their places; none where the file has no such column."""
+    for i, value in enumerate(columns[name].values if name in columns else ()):
+        yield f"{name}.values[{i}]", value
+
+
+def _gravity(columns: Mapping[str, Column]) -> Iterator[Fault]:
+    size = float(np.linalg.norm(columns["base.gravity"].si())) if "base.gravity" in columns else 0.0
     if size > LARGEST_GRAVITY:
-        raise PaperError(file, "base.gravity.values", f"{size:g} m/s^2", f"at most {LARGEST_GRAVITY:g} m/s^2")
+        yield "base.gravity.values", f"{size:g} m/s^2", f"at most {LARGEST_GRAVITY:g} m/s^2"
 
 
-def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str) -> None:
+def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind]) -> Iterator[Fault]:
     for name in (x for x in columns if x.startswith(_OF_THE_JOINT) or x in ("poses.mastering", "rotors.armature")):
-        for i, unit in enumerate(columns[name].unit):
-            if (UNITS[unit][0] in _LINEAR) != (kinds[i] is JointKind.PRISMATIC):
-                allowed = f"a unit of a {kinds[i].value} joint"
-                raise PaperError(file, f"{name}.unit", f"{unit!r} for {joints[i]}", allowed)
+        for unit, joint, kind in zip(columns[name].unit, joints, kinds, strict=False):
+            if (UNITS[unit][0] in _LINEAR) != (kind is JointKind.PRISMATIC):
+                yield f"{name}.unit", f"{unit!r} for {joint}", f"a unit of a {kind.value} joint"
 
 
-def _signs(columns: Mapping[str, Column], file: str) -> None:
-    for name in (x for x in (*_ABOVE_ZERO, *_AT_LEAST_ZERO) if x in columns):
+def _signs(columns: Mapping[str, Column]) -> Iterator[Fault]:
+    for name in (*_ABOVE_ZERO, *_AT_LEAST_ZERO):
         strict = name in _ABOVE_ZERO
-        for i, value in enumerate(columns[name].values):
+        for place, value in _cells(columns, name):
             if value < 0.0 or (strict and value == 0.0):
-                allowed = "a number above 0" if strict else "a number of at least 0"
-                raise PaperError(file, f"{name}.values[{i}]", str(value), allowed)
-    for i, value in enumerate(columns["dh.sign"].values if "dh.sign" in columns else ()):
+                yield place, str(value), "a number above 0" if strict else "a number of at least 0"
+    for place, value in _cells(columns, "dh.sign"):
         if value not in (1.0, -1.0):
-            raise PaperError(file, f"dh.sign.values[{i}]", str(value), "1 or -1")
-    for i, row in enumerate(columns["transmission.signs"].values if "transmission.signs" in columns else ()):
+            yield place, str(value), "1 or -1"
+    for place, row in _cells(columns, "transmission.signs"):
         if any(value not in (1.0, 0.0, -1.0) for value in row):
-            raise PaperError(file, f"transmission.signs.values[{i}]", str(list(row)), "1, 0 or -1 for each joint")
+            yield place, str(list(row)), "1, 0 or -1 for each joint"
 
 
-def _limits(columns: Mapping[str, Column], file: str) -> None:
+def _limits(columns: Mapping[str, Column]) -> Iterator[Fault]:
     if ("limits.lower" in columns) != ("limits.upper" in columns):
-        raise PaperError(file, "limits", "only one of lower, upper", "both or neither")
-    if "limits.lower" not in columns:
-        return
-    pairs = zip(columns["limits.lower"].values, columns["limits.upper"].values, strict=True)
-    for i, (lower, upper) in enumerate(pairs):
+        yield "limits", "only one of lower, upper", "both or neither"
+    for (place, lower), (_, upper) in zip(
+        _cells(columns, "limits.lower"), _cells(columns, "limits.upper"), strict=True
+    ):
         if lower >= upper:
-            allowed = "a lower limit below the upper"
-            raise PaperError(file, f"limits.lower.values[{i}]", f"{lower}, upper is {upper}", allowed)
+            yield place, f"{lower}, upper is {upper}", "a lower limit below the upper"
 
 
-def _symmetry(columns: Mapping[str, Column], file: str) -> None:
-    for i, tensor in enumerate(columns["inertial.inertia"].values if "inertial.inertia" in columns else ()):
+def _symmetry(columns: Mapping[str, Column]) -> Iterator[Fault]:
+    for place, tensor in _cells(columns, "inertial.inertia"):
         for r, c in ((0, 1), (0, 2), (1, 2)):
             if tensor[r][c] != tensor[c][r] and not math.isnan(tensor[r][c] + tensor[c][r]):
-                field = f"inertial.inertia.values[{i}][{r}][{c}]"
-                raise PaperError(file, field, f"{tensor[r][c]} against {tensor[c][r]}", "a symmetric tensor")
+                yield f"{place}[{r}][{c}]", f"{tensor[r][c]} against {tensor[c][r]}", "a symmetric tensor"
 
 
-def _rotors(columns: Mapping[str, Column], file: str) -> None:
+def _rotors(columns: Mapping[str, Column]) -> Iterator[Fault]:
     """Gear ratio and inertia together, or the reflected inertia alone; an invertible motor map."""
     signs = columns.get("transmission.signs")
     if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
-        raise PaperError(file, "transmission.signs", "a singular matrix", "as many independent motors as joints")
-    for i, ratio in enumerate(columns["rotors.gear_ratio"].values if "rotors.gear_ratio" in columns else ()):
+        yield "transmission.signs", "a singular matrix", "as many independent motors as joints"
+    for place, ratio in _cells(columns, "rotors.gear_ratio"):
         if ratio == 0.0:
-            raise PaperError(file, f"rotors.gear_ratio.values[{i}]", "0", "a number other than 0; below 0, it reverses")
+            yield place, "0", "a number other than 0; below 0, it reverses"
     given = {name for name in ("gear_ratio", "inertia", "armature") if f"rotors.{name}" in columns}
     if given not in (set(), {"gear_ratio", "inertia"}, {"armature"}):
-        raise PaperError(file, "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone")
+        yield "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone"
 
 
-def _friction(columns: Mapping[str, Column], file: str) -> None:
+def _friction(columns: Mapping[str, Column]) -> Iterator[Fault]:
     """Columns for both directions or for each; static friction is not below Coulomb friction."""
     directed = [name for name in columns if name.startswith("friction.") and name.count("_")]
     both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
     if directed and both_ways:
-        raise PaperError(
-            file, both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"
-        )
+        yield both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"
     if directed or any(f"friction.{name}" in columns for name in ("offset", "covered")):
         for name in (x for x in _DIRECTED if x not in columns):
-            raise PaperError(file, name, "missing", "Coulomb and viscous columns of both directions")
+            yield name, "missing", "Coulomb and viscous columns of both directions"
     for side in (s for s in SIDES if f"friction.{s}_static" in columns):
         static, coulomb = (columns[f"friction.{side}_{name}"].si() for name in ("static", "coulomb"))
         for i, (at_rest, moving) in enumerate(zip(static, coulomb, strict=True)):
             if at_rest < moving:
-                raise PaperError(
-                    file, f"friction.{side}_static.values[{i}]", f"{at_rest:g}", f"at least Coulomb, {moving:g}"
-                )
+                yield f"friction.{side}_static.values[{i}]", f"{at_rest:g}", f"at least Coulomb, {moving:g}"

@@ -9,21 +9,9 @@ import re
 from collections.abc import Collection, Iterable
 from typing import Any
 
+from lwr_dyn.arms.papers import schema
 from lwr_dyn.arms.papers.columns import check_plausibility, read_columns
-from lwr_dyn.arms.papers.schema import (
-    ABOUT,
-    KINDS,
-    PRODUCTS,
-    SCHEMA,
-    SEVERITIES,
-    STATUSES,
-    TABLES,
-    Erratum,
-    Paper,
-    Patch,
-    Reading,
-    Solids,
-)
+from lwr_dyn.arms.papers.schema import Erratum, Paper, Patch, Reading, Solids
 from lwr_dyn.arms.papers.solids import read_solids
 from lwr_dyn.foundation.errors import PaperError, UnknownNameError
 from lwr_dyn.foundation.fields import Fields, parse_toml
@@ -156,8 +144,8 @@ def paper_of_tables(
     With `errata_read`, exactly those errata (ids) are applied instead of the reading's. Raises as `parse_paper`.
     """
     top = Fields(raw, file)
-    if top.take("schema", int) != SCHEMA:
-        raise top.refuse("schema", str(raw["schema"]), str(SCHEMA))
+    if top.take("schema", int) != schema.SCHEMA:
+        raise top.refuse("schema", str(raw["schema"]), str(schema.SCHEMA))
     name, title = _printable(top, "name", top.text("name")), _printable(top, "title", top.text("title"))
     document = {k: str(v) for k, v in top.take("document", dict).items()}
     errata = tuple(_erratum(e) for e in top.tables("erratum", default=[]))
@@ -172,7 +160,7 @@ def paper_of_tables(
     if errata_read is not None:
         chosen = Reading(chosen.name, chosen.about, tuple(e for e in ids if e in errata_read))
     joints, kinds = _joints(top.table("joints"))
-    printed = {key: top.take(key, dict) for key in TABLES if key in raw}
+    printed = {key: top.take(key, dict) for key in schema.TABLES if key in raw}
     if "dh" not in printed:
         raise top.refuse("dh", "missing", "a table of DH columns")
     top.refuse_unknown()
@@ -211,14 +199,17 @@ def _printable(fields: Fields, place: str, name: str) -> str:
 
 def _erratum(fields: Fields) -> Erratum:
     texts = {key: fields.text(key) for key in ("id", "where", "printed", "read_as", "why", "effect")}
-    status, severity = fields.choice("status", STATUSES), fields.choice("severity", SEVERITIES, default="")
+    status, severity = (
+        fields.choice("status", schema.STATUSES),
+        fields.choice("severity", schema.SEVERITIES, default=""),
+    )
     patches = tuple(map(_patch, fields.tables("patch", default=[])))
     fields.refuse_unknown()
     return Erratum(**texts, status=status, patches=patches, severity=severity)
 
 
 def _patch(fields: Fields) -> Patch:
-    kind = fields.choice("kind", KINDS, default="")
+    kind = fields.choice("kind", schema.KINDS, default="")
     fitted_to = tuple(str(at) for at in fields.take("fitted_to", list, default=[]))
     printed, read = fields.take("printed", object), fields.take("read", object)
     patch = Patch(fields.text("at"), printed, read, kind, fitted_to)
@@ -246,13 +237,13 @@ def _inertia_conventions(tables: dict[str, Any], n: int, file: str) -> tuple[str
     if not isinstance(inertia, dict):
         return "com", ("tensor",) * n
     fields = Fields({}, file, "inertial.inertia")
-    about = fields.choice_at("about", inertia.pop("about", None), ABOUT)
+    about = fields.choice_at("about", inertia.pop("about", None), schema.ABOUT)
     fields.choice_at("axes", inertia.pop("axes", None), ("frame",))
     products = inertia.pop("products", None)
     signs = [products] * n if not isinstance(products, list) else products
     if len(signs) != n:
         raise fields.refuse("products", f"{len(signs)} entries", f"one word, or {n}, one per joint")
-    return about, tuple(fields.choice_at("products", s, PRODUCTS) for s in signs)
+    return about, tuple(fields.choice_at("products", s, schema.PRODUCTS) for s in signs)
 
 
 def _solids(tables: dict[str, Any], n: int, file: str) -> Solids | None:

@@ -49,7 +49,10 @@ def provenance_text(arm: Arm) -> str:
     }
     top |= sidecar_blocks(arm)
     head = json.dumps(top, indent=1, ensure_ascii=False).removesuffix("\n}")
-    quantities = _block({name: [_plain(source) for source in sources] for name, sources in cells.items()})
+    quantities = _block({
+        name: [{key: value for key, value in asdict(source).items() if value not in ((), None)} for source in sources]
+        for name, sources in cells.items()
+    })  # fmt: skip
     sourced = _block({path: _attribute(item, cells) for path, item in attributes.items()})
     return f'{head},\n "quantities": {quantities},\n "attributes": {sourced}\n}}\n'
 
@@ -116,10 +119,6 @@ def _attribute(item: Attribute, cells: dict[str, tuple[Source, ...]]) -> dict[st
     if not word and not any(cells[name] for name in item.quantities):
         word = UNSOURCED
     return {**out, "word": word} if word else out
-
-
-def _plain(source: Source) -> dict[str, Any]:
-    return {key: value for key, value in asdict(source).items() if value not in ((), None)}
 
 
 def _block(items: dict[str, Any]) -> str:

@@ -13,10 +13,6 @@ An arm from a foreign URDF is written in the file's own links, frames and axes: 
 frames, transmissions and shapes stay (mesh files by name, so a relative name holds only beside the original). Masses of
 links that are fixed to a moving link are joined with it. Of a branched file only the chain and what is fixed to it is
 written. An arm that is mounted has one link more, the root `world`, and one with a tool the link `tool` at its end.
-
-What a foreign URDF holds beyond the dynamics: taken from the file, and written again around the arm.
-
-The text has the links, frames and axes of the file.
 """
 
 import copy
@@ -25,26 +21,13 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
-from lwr_dyn.arms.urdf.elements import (
-    CHOICE,
-    COPIED,
-    DRAKE,
-    DRAWN,
-    Attribute,
-    SourcedText,
-    compact,
-    header,
-    write_inertial,
-    write_limits,
-    write_origin,
-    write_rotor,
-    write_weightless,
-)
+from lwr_dyn.arms.urdf import elements
+from lwr_dyn.arms.urdf.elements import CHOICE, COPIED, DRAKE, DRAWN, Attribute, SourcedText
 from lwr_dyn.arms.urdf.geometry import COLOURS, Primitive, primitives
 from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.model.arm import Arm, Joint, JointLimits
 from lwr_dyn.model.chain import Body, ChainLink, Installation, Rotor
-from lwr_dyn.model.file_layout import FileJoint, FileLayout, FixedLink, fitting
+from lwr_dyn.model.file_layout import FileJoint, FileLayout, fitting
 from lwr_dyn.model.spatial import Pose
 
 _ROTOR_TAGS = ("gear_ratio", "rotor_inertia")
@@ -67,15 +50,15 @@ def carried_xml(root: ElementTree.Element) -> CarriedXml:
     inertials: dict[str, str] = {}
     for link in root.findall("link"):
         name = link.get("name", "")
-        shapes[name] = tuple(compact(x) for tag in ("visual", "collision") for x in link.findall(tag))
+        shapes[name] = tuple(elements.compact(x) for tag in ("visual", "collision") for x in link.findall(tag))
         for element in link.findall("inertial"):
-            inertials[name] = compact(element)
+            inertials[name] = elements.compact(element)
     transmissions = {}
     for element in root.findall("transmission"):
         joints = [x.get("name", "") for x in element.findall("joint")]
         if len(joints) == 1:
-            transmissions[joints[0]] = compact(_without_rotor(element))
-    return CarriedXml(shapes, inertials, transmissions, tuple(map(compact, root.findall("material"))))
+            transmissions[joints[0]] = elements.compact(_without_rotor(element))
+    return CarriedXml(shapes, inertials, transmissions, tuple(map(elements.compact, root.findall("material"))))
 
 
 def _without_rotor(transmission: ElementTree.Element) -> ElementTree.Element:
@@ -93,7 +76,7 @@ def write_as_in_file(out: SourcedText, arm: Arm, layout: FileLayout) -> None:
     _resting_link(out, layout.root, layout)
     for frame in layout.fixed[0]:
         _resting_link(out, frame.link, layout)
-        _fixed_joint_of_file(out, frame)
+        _fixed_joint(out, frame.joint, frame.parent, frame.link, frame.origin, (), COPIED)
     for joint, link, limits, fixed in zip(layout.joints, arm.chain.links, arm.limits, layout.fixed[1:], strict=True):
         _moving_link(out, joint.child, link, layout)
         _moving_joint(out, joint, link, limits)
@@ -101,9 +84,9 @@ def write_as_in_file(out: SourcedText, arm: Arm, layout: FileLayout) -> None:
         for frame in fixed:
             _open_link(out, frame.link)
             if link.body is not None:
-                write_weightless(out, f"{_path('link', frame.link)}/inertial")
+                elements.write_weightless(out, f"{_path('link', frame.link)}/inertial")
             _close_link(out, frame.link, layout)
-            _fixed_joint_of_file(out, frame)
+            _fixed_joint(out, frame.joint, frame.parent, frame.link, frame.origin, (), COPIED)
 
 
 def _path(tag: str, name: str) -> str:
@@ -131,37 +114,40 @@ def _resting_link(out: SourcedText, name: str, layout: FileLayout) -> None:
     if name in layout.inertials:
         out.copied(2, layout.inertials[name], path)
     elif layout.shapes[name]:
-        write_weightless(out, path)
+        elements.write_weightless(out, path)
     _close_link(out, name, layout)
 
 
 def _moving_link(out: SourcedText, name: str, link: ChainLink, layout: FileLayout) -> None:
     _open_link(out, name)
-    body: Body | None = link.body
-    if body is not None:
-        write_inertial(out, f"{_path('link', name)}/inertial", link.link, body, ())
+    if link.body is not None:
+        elements.write_inertial(out, f"{_path('link', name)}/inertial", link.link, link.body, ())
     _close_link(out, name, layout)
 
 
 def _moving_joint(out: SourcedText, joint: FileJoint, link: ChainLink, limits: JointLimits) -> None:
     path, kind = _path("joint", joint.joint), "continuous" if joint.unlimited else link.kind.value
     out.line(1, f'<joint name={quoteattr(joint.joint)} type="{kind}">')
-    _placed(out, path, joint)
+    _placed(out, path, joint.parent, joint.child, joint.origin, (), COPIED)
     out.numbers(2, "axis", path, xyz=Attribute(joint.axis, (f"{joint.joint}.after",)))
-    write_limits(out, path, joint.joint, limits, joint.unlimited)
+    elements.write_limits(out, path, joint.joint, limits, joint.unlimited)
     out.line(1, "</joint>")
 
 
-def _fixed_joint_of_file(out: SourcedText, frame: FixedLink) -> None:
-    out.line(1, f'<joint name={quoteattr(frame.joint)} type="fixed">')
-    _placed(out, _path("joint", frame.joint), frame)
+def _fixed_joint(
+    out: SourcedText, name: str, parent: str, child: str, origin: Pose, placed: tuple[str, ...], word: str = CHOICE
+) -> None:  # fmt: skip
+    out.line(1, f'<joint name={quoteattr(name)} type="fixed">')
+    _placed(out, _path("joint", name), parent, child, origin, placed, word)
     out.line(1, "</joint>")
 
 
-def _placed(out: SourcedText, path: str, joint: FileJoint | FixedLink) -> None:
-    child = joint.child if isinstance(joint, FileJoint) else joint.link
-    write_origin(out, path, joint.origin, (), COPIED)
-    out.line(2, f"<parent link={quoteattr(joint.parent)}/>")
+def _placed(
+    out: SourcedText, path: str, parent: str, child: str, origin: Pose, placed: tuple[str, ...], word: str = CHOICE
+) -> None:  # fmt: skip
+    """What a joint joins, and where; `placed` and `word` as of `write_origin`."""
+    elements.write_origin(out, path, origin, placed, word)
+    out.line(2, f"<parent link={quoteattr(parent)}/>")
     out.line(2, f"<child link={quoteattr(child)}/>")
 
 
@@ -177,11 +163,11 @@ def _transmission_of_file(out: SourcedText, joint: FileJoint, rotor: Rotor | Non
         if child.tag == "actuator" and rotor is not None:
             out.line(2, f"<actuator name={quoteattr(child.get('name', ''))}>")
             for part in child:
-                out.copied(3, compact(part), f"{path}/actuator/{part.tag}")
-            write_rotor(out, f"{path}/actuator", joint.joint, rotor)
+                out.copied(3, elements.compact(part), f"{path}/actuator/{part.tag}")
+            elements.write_rotor(out, f"{path}/actuator", joint.joint, rotor)
             out.line(2, "</actuator>")
         else:
-            out.copied(2, compact(child), f"{path}/{child.tag}")
+            out.copied(2, elements.compact(child), f"{path}/{child.tag}")
     out.line(1, "</transmission>")
 
 
@@ -198,7 +184,7 @@ def urdf_with_sources(arm: Arm) -> SourcedText:
     """The URDF's lines and the source of every numeric attribute."""
     out = SourcedText()
     out.line(0, '<?xml version="1.0" encoding="utf-8"?>')
-    for line in header(arm):
+    for line in elements.header(arm):
         out.line(0, line)
     out.line(0, f'<robot name={quoteattr(arm.name)} xmlns:drake="{DRAKE}">')
     bare, there = arm.uninstalled(), arm.installation
@@ -220,8 +206,8 @@ def _write_installation(out: SourcedText, there: Installation, base: str, flange
         out.line(1, f"<link name={quoteattr(world)}/>")
         _fixed_joint(out, mount, world, base, there.mount, ("mount",))
     if not there.tool.frame.is_identity():
-        out.line(1, f"<link name={quoteattr(tool)}>")
-        write_weightless(out, f"/robot/link[@name='{tool}']/inertial")
+        _open_link(out, tool)
+        elements.write_weightless(out, f"{_path('link', tool)}/inertial")
         out.line(1, "</link>")
         _fixed_joint(out, holder, flange, tool, there.tool.frame, ("tool",))
 
@@ -237,7 +223,7 @@ def _write_as_modelled(out: SourcedText, arm: Arm, shapes: tuple[Primitive, ...]
     """Links base, the arm's own, flange, with z as joint axis and drawn shapes."""
     for name, rgba in COLOURS.items():
         out.line(1, f'<material name="{name}">')
-        out.numbers(2, "color", f"/robot/material[@name='{name}']", rgba=Attribute(rgba, word=DRAWN))
+        out.numbers(2, "color", _path("material", name), rgba=Attribute(rgba, word=DRAWN))
         out.line(1, "</material>")
     _link(out, "base", shapes)
     parent, placed = "base", _placed_by(arm)
@@ -250,14 +236,6 @@ def _write_as_modelled(out: SourcedText, arm: Arm, shapes: tuple[Primitive, ...]
     _link(out, "flange", shapes)
     fixed = "flange_joint" + "_" * (arm.joint_names.count("flange_joint"))
     _fixed_joint(out, fixed, parent, "flange", arm.flange(), placed[-1])
-
-
-def _fixed_joint(out: SourcedText, name: str, parent: str, child: str, origin: Pose, placed: tuple[str, ...]) -> None:
-    out.line(1, f'<joint name="{name}" type="fixed">')
-    write_origin(out, f"/robot/joint[@name='{name}']", origin, placed)
-    out.line(2, f"<parent link={quoteattr(parent)}/>")
-    out.line(2, f"<child link={quoteattr(child)}/>")
-    out.line(1, "</joint>")
 
 
 def _placed_by(arm: Arm) -> list[tuple[str, ...]]:
@@ -275,18 +253,14 @@ def _placed_by(arm: Arm) -> list[tuple[str, ...]]:
 
 
 def _link(
-    out: SourcedText,
-    name: str,
-    shapes: tuple[Primitive, ...],
-    body: Body | None = None,
-    frame: tuple[str, ...] = (),
-) -> None:
-    path = f"/robot/link[@name='{name}']"
-    out.line(1, f"<link name={quoteattr(name)}>")
+    out: SourcedText, name: str, shapes: tuple[Primitive, ...], body: Body | None = None, frame: tuple[str, ...] = ()
+) -> None:  # fmt: skip
+    path = _path("link", name)
+    _open_link(out, name)
     if name in ENDS:
-        write_weightless(out, f"{path}/inertial")
+        elements.write_weightless(out, f"{path}/inertial")
     elif body is not None:
-        write_inertial(out, f"{path}/inertial", name, body, frame)
+        elements.write_inertial(out, f"{path}/inertial", name, body, frame)
     for tag in ("visual", "collision"):
         mine = [s for s in shapes if s.link == name]
         for k, shape in enumerate(mine, start=1):
@@ -296,13 +270,10 @@ def _link(
 
 def _shape(out: SourcedText, tag: str, shape: Primitive, path: str) -> None:
     out.line(2, f"<{tag}>")
-    write_origin(out, path, shape.pose, (), DRAWN, depth=3)
+    elements.write_origin(out, path, shape.pose, (), DRAWN, depth=3)
     out.line(3, "<geometry>")
-    sizes = {
-        "radius": Attribute((shape.radius,), word=DRAWN),
-        "length": Attribute((shape.length,), word=DRAWN),
-    }
-    out.numbers(4, "cylinder", f"{path}/geometry", **sizes)
+    radius, length = (Attribute((x,), word=DRAWN) for x in (shape.radius, shape.length))
+    out.numbers(4, "cylinder", f"{path}/geometry", radius=radius, length=length)
     out.line(3, "</geometry>")
     if tag == "visual":
         out.line(3, f'<material name="{shape.colour}"/>')
@@ -310,25 +281,23 @@ def _shape(out: SourcedText, tag: str, shape: Primitive, path: str) -> None:
 
 
 def _joint(out: SourcedText, joint: Joint, parent: str, child: str, placed: tuple[str, ...]) -> None:
-    path = f"/robot/joint[@name='{joint.name}']"
+    path = _path("joint", joint.name)
     out.line(1, f'<joint name={quoteattr(joint.name)} type="{joint.kind.value}">')
-    write_origin(out, path, joint.origin, placed)
-    out.line(2, f"<parent link={quoteattr(parent)}/>")
-    out.line(2, f"<child link={quoteattr(child)}/>")
+    _placed(out, path, parent, child, joint.origin, placed)
     out.numbers(2, "axis", path, xyz=Attribute((0.0, 0.0, 1.0), word=CHOICE))
-    write_limits(out, path, joint.name, joint.limits)
+    elements.write_limits(out, path, joint.name, joint.limits)
     out.line(1, "</joint>")
 
 
 def _transmission(out: SourcedText, link: ChainLink) -> None:
     """The joint's motor, which Drake needs for an actuator, and its rotor in the tags that Drake reads."""
     rotor, joint = link.rotor, link.joint
-    path = f"/robot/transmission[@name='{joint}_transmission']/actuator"
+    path = f"{_path('transmission', f'{joint}_transmission')}/actuator"
     out.line(1, f"<transmission name={quoteattr(f'{joint}_transmission')}>")
     out.line(2, "<type>transmission_interface/SimpleTransmission</type>")
     out.line(2, f"<joint name={quoteattr(joint)}/>")
     out.line(2, f"<actuator name={quoteattr(f'{joint}_motor')}" + ("/>" if rotor is None else ">"))
     if rotor is not None:
-        write_rotor(out, path, joint, rotor)
+        elements.write_rotor(out, path, joint, rotor)
         out.line(2, "</actuator>")
     out.line(1, "</transmission>")

@@ -22,7 +22,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import ShapeError, SingularMassError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical
-from lwr_dyn.model.file_layout import WrittenLink, fitting, is_weightless, welded
+from lwr_dyn.model.file_layout import WrittenLink, fitting, welded
 from lwr_dyn.model.spatial import Vector, principal_moments
 
 THICKNESS = 0.12
@@ -38,7 +38,7 @@ def feasibility_verdicts(arm: Arm) -> list[Verdict]:
     verdicts: list[Verdict] = []
     for index, (body, end) in enumerate(zip(arm.bodies(), ends, strict=True)):
         bodies = [(x.link, x.body) for x in _written(arm, index, body) if x.body is not None and not x.body.unknown]
-        heavy = [(name, part) for name, part in bodies if not is_weightless(part)]
+        heavy = [(name, part) for name, part in bodies if not part.is_weightless]
         points = [np.zeros(3), end, *(part.com for _, part in heavy)]
         for name, part in heavy:
             verdicts += _of_body(name, part, points, THICKNESS * total)
@@ -99,16 +99,12 @@ def not_judged(arm: Arm) -> list[str]:
         elif body.unknown:
             names = ", ".join(INERTIAL[k] for k in body.unknown)
             out.append(f"{link.link}: inertia known in part; no torque depends on {names} about its frame's origin")
-        elif is_weightless(body):
+        elif body.is_weightless:
             out.append(f"{link.link}: massless, by zeros or by no <inertial>")
-    if _length(arm) == 0.0:
+    poses = (*(joint.origin for joint in arm.uninstalled().joints()), arm.flange())
+    if not any(np.linalg.norm(pose.position) for pose in poses):
         out.append("radius of gyration of links whose centre of mass is on their joint: the chain has no length")
     return out
-
-
-def _length(arm: Arm) -> float:
-    poses = (*(joint.origin for joint in arm.uninstalled().joints()), arm.flange())
-    return max(float(np.linalg.norm(pose.position)) for pose in poses)
 
 
 def at_rest(arm: Arm) -> list[str]:
@@ -203,14 +199,9 @@ def mass_matrix_identities(dynamics: Dynamics, states: States) -> list[Verdict]:
     unit = np.eye(dynamics.n)
     columns = dynamics.inverse_dynamics(states.q[:, None, :], np.zeros(dynamics.n), unit) - g[:, None, :]
     return [
-        Verdict("mass matrix: symmetric", relative(B, np.swapaxes(B, -1, -2)), EXACT, "relative"),
+        equality("mass matrix: symmetric", B, np.swapaxes(B, -1, -2)),
         Verdict("mass matrix: smallest eigenvalue", smallest, 0.0, "kg m^2", "above"),
-        Verdict(
-            "mass matrix: columns against unit accelerations",
-            relative(B, np.swapaxes(columns, -1, -2)),
-            EXACT,
-            "relative",
-        ),
+        equality("mass matrix: columns against unit accelerations", B, np.swapaxes(columns, -1, -2)),
     ]
 
 
@@ -222,17 +213,15 @@ def velocity_identities(dynamics: Dynamics, recursion: Recursion, states: States
     h = dynamics.bias_torque(states.q, states.dq)
     bias = np.einsum("kij,kj->ki", C, states.dq) + dynamics.gravity_vector(states.q)
     return [
-        Verdict("power balance: dB/dt = C + C^T", relative(dB, C + np.swapaxes(C, -1, -2), floor), EXACT, "relative"),
-        Verdict("bias torque: C dq + g", relative(h, bias, torque), EXACT, "relative"),
+        equality("power balance: dB/dt = C + C^T", dB, C + np.swapaxes(C, -1, -2), floor),
+        equality("bias torque: C dq + g", h, bias, torque),
     ]
 
 
 def gravity_identity(dynamics: Dynamics, recursion: Recursion, states: States) -> Verdict:
     """g = dU/dq, with U from the positions of the centres of mass."""
     g, gradient = dynamics.gravity_vector(states.q), potential_gradient(recursion, states.q)
-    return Verdict(
-        "gravity torque: g = dU/dq", relative(g, gradient, torque_floor(recursion, states)), EXACT, "relative"
-    )
+    return equality("gravity torque: g = dU/dq", g, gradient, torque_floor(recursion, states))
 
 
 def torque_floor(recursion: Recursion, states: States) -> float:
@@ -271,6 +260,11 @@ def potential_gradient(recursion: Recursion, q: Array) -> Array:
     """dU/dq, exact, (..., n)."""
     steps: Any = q[..., None, :] + 1j * STEP * np.eye(q.shape[-1])
     return np.asarray(recursion.potential_energy(steps).imag / STEP, dtype=np.float64)
+
+
+def equality(name: str, a: Array, b: Array, floor: float = 0.0) -> Verdict:
+    """The verdict on two arrays that are the same to rounding, see `relative`."""
+    return Verdict(name, relative(a, b, floor), EXACT, "relative")
 
 
 def relative(a: Array, b: Array, floor: float = 0.0) -> float:

@@ -7,23 +7,8 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.model_laws import (
-    EXACT,
-    States,
-    at_rest,
-    box_note,
-    coriolis_floor,
-    feasibility_verdicts,
-    gravity_identity,
-    mass_matrix_identities,
-    missing_mass,
-    not_judged,
-    random_states,
-    relative,
-    swing_verdict,
-    torque_floor,
-    velocity_identities,
-)
+from lwr_dyn.checks.arm import model_laws
+from lwr_dyn.checks.arm.model_laws import EXACT, States, equality, relative
 from lwr_dyn.checks.arm.verdict import CheckReport, Verdict
 from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts
 from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
@@ -55,54 +40,52 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
         Random states inside the limits.
     seed : int
     """
-    x = random_states(arm, states, seed)
+    x = model_laws.random_states(arm, states, seed)
     road_a = None if arm.chain.bodies is None else pinocchio_dynamics(arm)
     model = pinocchio_model(arm) if road_a is None else road_a.ungated.model
     verdicts = [frames_agree(arm, flange_poses(model, x.q), x)]
-    notes = [box_note(arm)]
+    notes = [model_laws.box_note(arm)]
     if paper is not None:
         verdicts += tabulated_frames(paper)
         verdicts += datasheet_verdicts(arm, paper)
-    verdicts += feasibility_verdicts(arm)
-    left = not_judged(arm)
+    verdicts += model_laws.feasibility_verdicts(arm)
+    left = model_laws.not_judged(arm)
     if arm.file and arm.layout is not None:
         found, unjudged = file_verdicts(arm)
         verdicts, left = verdicts + found, left + unjudged
     if road_a is None:
-        verdicts += missing_mass(arm)
-        left += ["B, C, g, forward dynamics and free swing"] if missing_mass(arm) else []
+        missing = model_laws.missing_mass(arm)
+        verdicts, left = verdicts + missing, left + ["B, C, g, forward dynamics and free swing"] * bool(missing)
     else:
         road_b = newton_euler_dynamics(arm.chain)
-        verdicts += mass_matrix_identities(road_a, x)
-        verdicts += velocity_identities(road_a, road_b.ungated, x)
-        verdicts.append(gravity_identity(road_a, road_b.ungated, x))
+        verdicts += model_laws.mass_matrix_identities(road_a, x)
+        verdicts += model_laws.velocity_identities(road_a, road_b.ungated, x)
+        verdicts.append(model_laws.gravity_identity(road_a, road_b.ungated, x))
         verdicts += roads_agree(road_a, road_b, x)
         joint = singular_joint(road_a.mass_matrix(x.q))
         if joint is None:
             verdicts.append(forward_agrees(road_a, road_b, x))
-            verdicts.append(swing_verdict(road_a, x.q[0], 0.5 * x.dq[0]))
+            verdicts.append(model_laws.swing_verdict(road_a, x.q[0], 0.5 * x.dq[0]))
         else:
-            moved = (
-                f"{arm.joint_names[joint]} moves {arm.chain.links[joint].link} and what is beyond it without inertia"
-            )
-            left.append(f"forward dynamics and free swing: B has no inverse; {moved}")
+            moved = f"{arm.joint_names[joint]} moves {arm.chain.links[joint].link} and what is beyond it"
+            left.append(f"forward dynamics and free swing: B has no inverse; {moved} without inertia")
         notes.append(_rotor_note(arm, road_b, x))
-    notes = [note for note in (*arm.notes, *notes, *at_rest(arm)) if note]
+    notes = [note for note in (*arm.notes, *notes, *model_laws.at_rest(arm)) if note]
     return CheckReport(arm.name, arm.reading, tuple(verdicts), tuple(notes), tuple(left))
 
 
 def roads_agree(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> list[Verdict]:
     """B, C, g and inverse dynamics of both roads over the same states."""
     q, dq, ddq, recursion = states.q, states.dq, states.ddq, road_b.ungated
-    of_C, of_torque = coriolis_floor(recursion, states), torque_floor(recursion, states)
-    pairs = {
-        "mass matrix": (road_a.mass_matrix(q), road_b.mass_matrix(q), 0.0),
-        "Coriolis matrix": (road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), of_C),
-        "gravity torque": (road_a.gravity_vector(q), road_b.gravity_vector(q), of_torque),
-        "inverse dynamics": (road_a.inverse_dynamics(q, dq, ddq), road_b.inverse_dynamics(q, dq, ddq), 0.0),
-    }
+    of_C, of_torque = model_laws.coriolis_floor(recursion, states), model_laws.torque_floor(recursion, states)
     roads = "Pinocchio against our own recursion"
-    return [Verdict(f"{name}: {roads}", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
+    accelerated = road_a.inverse_dynamics(q, dq, ddq), road_b.inverse_dynamics(q, dq, ddq)
+    return [
+        equality(f"mass matrix: {roads}", road_a.mass_matrix(q), road_b.mass_matrix(q)),
+        equality(f"Coriolis matrix: {roads}", road_a.coriolis_matrix(q, dq), road_b.coriolis_matrix(q, dq), of_C),
+        equality(f"gravity torque: {roads}", road_a.gravity_vector(q), road_b.gravity_vector(q), of_torque),
+        equality(f"inverse dynamics: {roads}", *accelerated),
+    ]
 
 
 def forward_agrees(road_a: Dynamics, road_b: Gated[Recursion], states: States) -> Verdict:

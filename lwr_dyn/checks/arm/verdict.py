@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal
 
+from lwr_dyn.foundation.document import Document, Note, Section
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.run import repr_html, short_repr
 
@@ -30,14 +31,6 @@ class Verdict:
         return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
 
 
-class FileVerdict(NamedTuple):
-    """What is found in a robot's file as it is written: as text, as records, and whether it holds."""
-
-    text: str
-    records: list[Any]
-    holds: bool
-
-
 @dataclass(frozen=True, slots=True)
 class CheckReport:
     """All verdicts on an arm, and notes on what could not be checked and why."""
@@ -59,19 +52,20 @@ class CheckReport:
     def summary(self) -> str:
         """How many checks hold or fail, and how many things were not judged."""
         failed, every = sum(not v.holds for v in self.verdicts), len(self.verdicts)
-        left = f", {len(self.not_judged)} not judged" if self.not_judged else ""
-        return (
-            f"{failed} of {every} checks fail{'s' * (failed == 1)}" if failed else f"all {every} checks hold"
-        ) + left
+        found = f"{failed} of {every} checks fail{'s' * (failed == 1)}" if failed else f"all {every} checks hold"
+        return found + (f", {len(self.not_judged)} not judged" if self.not_judged else "")
 
     def table(self) -> Table:
         """The verdicts under the robot's name."""
         return verdict_table(f"{self.robot}, reading {self.reading}", self.verdicts)
 
-    def failing_first(self) -> Table:
-        """The verdicts with those that fail first, under how many hold."""
+    @property
+    def document(self) -> Document:
+        """How many checks hold, and those that fail first."""
+        title = f"{self.robot}, reading {self.reading}: {self.summary()}"
         verdicts = sorted(self.verdicts, key=lambda verdict: verdict.holds)
-        return verdict_table(f"{self.robot}, reading {self.reading}: {self.summary()}", verdicts)
+        left = Note([f"not judged: {one}" for one in self.not_judged])
+        return Document(title, "", [Section("", [verdict_table("", verdicts), left], brief=True)], kind="checks")
 
 
 def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:

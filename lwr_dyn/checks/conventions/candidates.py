@@ -8,15 +8,9 @@ from typing import Annotated, Literal, TypedDict
 import numpy as np
 
 from lwr_dyn.checks.conventions.hypotheses import TableHypothesis, mirror_misses, rounding_miss
-from lwr_dyn.checks.conventions.printed_table import (
-    LinkChoice,
-    Products,
-    TableReading,
-)
+from lwr_dyn.checks.conventions.printed_table import PRODUCTS, LinkChoice, Products, TableReading
 from lwr_dyn.checks.conventions.search import OptionSets, misfit
 from lwr_dyn.model.chain import Body
-
-PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
 
 MOST_CANDIDATES = 200
 """Candidates that are kept, the best first."""
@@ -106,13 +100,8 @@ class Candidate:
         }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Agreement:
-    """Options of alike links that agree with one another, per option of the first of them."""
-
-    miss: float
-    kept: tuple[dict[int, tuple[int, ...]], ...]
-    """One entry per agreeing option of the group's first link: link -> options."""
+Agreeing = list[dict[int, tuple[int, ...]]]
+"""Options of alike links that agree, link -> options, an entry per agreeing option of the first of them."""
 
 
 def candidates(hypothesis: TableHypothesis, sets: OptionSets, mirrored: bool = True) -> tuple[Candidate, ...]:
@@ -122,16 +111,16 @@ def candidates(hypothesis: TableHypothesis, sets: OptionSets, mirrored: bool = T
     """
     groups = [_agreement(hypothesis, sets, group) for group in hypothesis.alike] if mirrored else []
     remaining = [tuple(s) for s in sets]
-    for agreement in groups:  # per link the options that some agreeing combination uses
-        for link in agreement.kept[0]:
-            remaining[link] = tuple(sorted({o for row in agreement.kept for o in row[link]}))
-    out = []
+    for _, kept in groups:  # per link the options that some agreeing combination uses
+        for link in kept[0]:
+            remaining[link] = tuple(sorted({o for row in kept for o in row[link]}))
+    miss, out = max((miss for miss, _ in groups), default=float("nan")), []
     for rule in PRODUCTS:
         picked = [_plainest(hypothesis, i, options, rule) for i, options in enumerate(sets)]
-        for agreement in groups:
-            for link, option in _plainest_group(hypothesis, agreement, rule).items():
+        for _, kept in groups:
+            for link, option in _plainest_group(hypothesis, kept, rule).items():
                 picked[link] = option
-        out.append(_candidate(hypothesis, picked, rule, remaining, groups))
+        out.append(_candidate(hypothesis, picked, rule, remaining, miss))
     return tuple(out)
 
 
@@ -158,7 +147,8 @@ def _plainest(hypothesis: TableHypothesis, link: int, options: Sequence[int], ru
     return min(options, key=lambda o: _cost(hypothesis, link, o, rule))
 
 
-def _agreement(hypothesis: TableHypothesis, sets: OptionSets, group: Sequence[int]) -> _Agreement:
+def _agreement(hypothesis: TableHypothesis, sets: OptionSets, group: Sequence[int]) -> tuple[float, Agreeing]:
+    """The miss of alike links, 0 where rounding explains it, and their options that agree as well as that."""
     options, (first, *others) = hypothesis.options, group
     misses = [mirror_misses(options[first], options[i], sets[first], sets[i]) for i in others]
     each = np.array([m.min(axis=1) for m in misses]).max(axis=0)
@@ -171,15 +161,15 @@ def _agreement(hypothesis: TableHypothesis, sets: OptionSets, group: Sequence[in
         for i, m in zip(others, misses, strict=True):
             row[i] = tuple(sets[i][b] for b in np.flatnonzero(m[a] <= bound))
         kept.append(row)
-    return _Agreement(0.0 if best <= floor else best, tuple(kept))
+    return 0.0 if best <= floor else best, kept
 
 
-def _plainest_group(hypothesis: TableHypothesis, agreement: _Agreement, rule: Products) -> dict[int, int]:
+def _plainest_group(hypothesis: TableHypothesis, kept: Agreeing, rule: Products) -> dict[int, int]:
     def total(picked: dict[int, int]) -> tuple[float, float]:
         exceptions, volumes = zip(*(_cost(hypothesis, i, o, rule) for i, o in picked.items()), strict=True)
         return sum(exceptions), sum(volumes)
 
-    ways = ({i: _plainest(hypothesis, i, o, rule) for i, o in row.items()} for row in agreement.kept)
+    ways = ({i: _plainest(hypothesis, i, o, rule) for i, o in row.items()} for row in kept)
     return min(ways, key=total)
 
 
@@ -188,7 +178,7 @@ def _candidate(
     picked: Sequence[int],
     rule: Products,
     remaining: Sequence[tuple[int, ...]],
-    groups: Sequence[_Agreement],
+    miss: float,
 ) -> Candidate:
     options = hypothesis.options
     chosen = [min(options[i].choices[o], key=lambda c: exceptions_of(c, rule)) for i, o in enumerate(picked)]
@@ -196,7 +186,7 @@ def _candidate(
         reading=TableReading(hypothesis.choice, tuple(chosen), hypothesis.shift, hypothesis.cells),
         bodies=tuple(o.body(k) for o, k in zip(options, picked, strict=True)),
         exceptions=sum(exceptions_of(c, rule) for c in chosen),
-        mirror_miss=max((g.miss for g in groups), default=float("nan")),
+        mirror_miss=miss,
         misfit=misfit(hypothesis.rows, options, picked),
         infeasible=tuple(f"link_{i + 1}" for i, o in enumerate(picked) if o not in hypothesis.feasible[i]),
         log_inertia_volume=float(sum(o.log_inertia_volume[k] for o, k in zip(options, picked, strict=True))),
@@ -204,7 +194,7 @@ def _candidate(
             (options[i].choices[o], *(options[i].choices[k] for k in remaining[i] if k != o))
             for i, o in enumerate(picked)
         ),
-        alike=hypothesis.alike if groups else (),
+        alike=() if np.isnan(miss) else hypothesis.alike,
     )
 
 

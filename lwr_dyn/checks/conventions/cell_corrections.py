@@ -5,21 +5,16 @@ of the joints before it then follow is the test of the correction.
 """
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from lwr_dyn.checks.conventions.candidates import fewest_exceptions
 from lwr_dyn.checks.conventions.evidence import Evidence
 from lwr_dyn.checks.conventions.hypotheses import TableHypothesis, other_ends
-from lwr_dyn.checks.conventions.printed_table import (
-    CHOICES,
-    CellChange,
-    LinkChoice,
-    PrintedTable,
-    link_options,
-)
+from lwr_dyn.checks.conventions.printed_table import CHOICES, CellChange, LinkChoice, PrintedTable, link_options
 from lwr_dyn.checks.conventions.search import SearchResult, allowances, fit_numbers
 from lwr_dyn.foundation.arrays import Array
 
@@ -156,9 +151,9 @@ def _cell_roots(
     x = np.linspace(low, high, GRID)
     value = gap(x)
     for k in np.flatnonzero(value[:-1] * value[1:] < 0.0):
-        root, slope = _bisected(gap, float(x[k]), float(x[k + 1])), (value[k + 1] - value[k]) / (x[k + 1] - x[k])
-        half = abs(allowed / slope)
-        least, most = float(root - half), float(root + half)
+        root: float = brentq(lambda v: gap(np.array([v]))[0], x[k], x[k + 1], xtol=1e-15)
+        half = float(abs(allowed / (value[k + 1] - value[k]) * (x[k + 1] - x[k])))
+        least, most = root - half, root + half
         yield CellChange(column, link, entry, h.table.cell(*cell), shortest_between(least, most)), least, most
 
 
@@ -173,17 +168,6 @@ def shortest_between(low: float, high: float) -> float:
         if low <= rounded <= high:
             return rounded
     return (low + high) / 2
-
-
-def _bisected(gap: Callable[[Array], Array], low: float, high: float) -> float:
-    rising = gap(np.array([high]))[0] > 0.0
-    for _ in range(50):
-        middle = (low + high) / 2
-        if (gap(np.array([middle]))[0] > 0.0) == rising:
-            high = middle
-        else:
-            low = middle
-    return float((low + high) / 2)
 
 
 def _range(table: PrintedTable, column: str, link: int, entry: int) -> tuple[float, float]:

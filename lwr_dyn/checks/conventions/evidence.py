@@ -89,7 +89,6 @@ class DerivedNumber:
     printed: PrintedNumber
     q: Array | None = None
     """(n,) pose in the DH coordinate [rad or m]; none for "worst inertia"."""
-    where: str = ""
 
     @property
     def name(self) -> str:
@@ -107,7 +106,6 @@ class SecondTensors:
     about: About
     products: tuple[Products, ...] = ("tensor",)
     """The possible signs of its products; both where they are not stated."""
-    where: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +115,6 @@ class FlangePlace:
     q: Array
     xyz: Array
     half: float
-    where: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,7 +153,7 @@ class Evidence:
 
 
 def second_tensors(
-    rows: Sequence[Sequence[str]], about: About, products: Sequence[Products] = ("tensor",), where: str = ""
+    rows: Sequence[Sequence[str]], about: About, products: Sequence[Products] = ("tensor",)
 ) -> SecondTensors:
     """Second tensors from printed texts [kg m^2], rows of xx yy zz xy xz yz, "-" where not printed.
 
@@ -169,7 +166,7 @@ def second_tensors(
             raise EvidenceError(f"tensors.values[{i}]", f"{len(row)} entries", "6: xx yy zz xy xz yz")
     values = np.array([[math.nan if c is None else c.value for c in row] for row in cells])
     half = np.array([[math.nan if c is None else c.half for c in row] for row in cells])
-    return SecondTensors(values, half, about, tuple(products), where)
+    return SecondTensors(values, half, about, tuple(products))
 
 
 QUANTITIES = {
@@ -236,10 +233,10 @@ def _number(fields: Fields, table: PrintedTable) -> DerivedNumber:
     joint = _index(fields.text("joint"), f"joint of {table.name}", list(table.joints))
     factor = _factor(fields, QUANTITIES[quantity][table.kinds[joint] is JointKind.PRISMATIC])
     printed = evidence_number(fields.take("value", object), factor, fields.name_of("value"))
-    where = fields.text("where")
+    fields.text("where")
     q = None if quantity == "worst inertia" else _pose(fields, table)
     fields.refuse_unknown()
-    return DerivedNumber(quantity, joint, printed, q, where)  # type: ignore[arg-type] # one of QUANTITIES
+    return DerivedNumber(quantity, joint, printed, q)  # type: ignore[arg-type] # one of QUANTITIES
 
 
 def _place(fields: Fields, table: PrintedTable) -> FlangePlace:
@@ -247,9 +244,9 @@ def _place(fields: Fields, table: PrintedTable) -> FlangePlace:
     xyz = [evidence_number(x, factor, name) for x in fields.take("xyz", list)]
     if len(xyz) != 3:
         raise EvidenceError(name, f"{len(xyz)} entries", "3: x y z")
-    where = fields.text("where")
+    fields.text("where")
     fields.refuse_unknown()
-    return FlangePlace(q, np.array([x.value for x in xyz]), max(x.half for x in xyz), where)
+    return FlangePlace(q, np.array([x.value for x in xyz]), max(x.half for x in xyz))
 
 
 def _pose(fields: Fields, table: PrintedTable) -> Array:
@@ -267,9 +264,10 @@ def _tensors(fields: Fields) -> SecondTensors:
     about = fields.choice("about", ABOUT)
     products = fields.choice("products", (*PRODUCTS, "unknown"))
     fields.choice("unit", ("kg m^2",))
-    where, values = fields.text("where"), fields.take("values", list)
+    fields.text("where")
+    values = fields.take("values", list)
     fields.refuse_unknown()
     if not all(isinstance(row, list) for row in values):
         raise EvidenceError("tensors.values", "not a list of rows", "one row of xx yy zz xy xz yz per link")
     signs = PRODUCTS if products == "unknown" else (products,)
-    return second_tensors(values, about, signs, where)  # type: ignore[arg-type] # both are checked words
+    return second_tensors(values, about, signs)  # type: ignore[arg-type] # both are checked words

@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lwr_dyn.checks.arm.model_laws import THICKNESS
 from lwr_dyn.checks.conventions.evidence import Evidence, SecondTensors
@@ -58,9 +57,9 @@ class FramesFinding:
     places_missed: int
 
     @property
-    def fits(self) -> bool:
-        """Nothing printed of the frames contradicts it."""
-        return self.rows_missed == 0 and self.places_missed == 0
+    def missed(self) -> int:
+        """What is printed of the frames and contradicts it: rows and places."""
+        return self.rows_missed + self.places_missed
 
 
 def frame_vectors(table: PrintedTable, convention: Convention) -> Array:
@@ -85,10 +84,10 @@ def other_ends(table: PrintedTable, convention: Convention) -> Array:
     return np.vstack([vectors[1:], table.flange.position])
 
 
-def reaches(chain: Chain, link: int, com: Array, thickness: float) -> Array:
+def reaches(chain: Chain, link: int, com: Array) -> Array:
     """How far the mass of a link can lie from each of its possible coms (O, 3), (O,) [m].
 
-    The farther of the link's two joints, and `thickness` times the reach of the whole arm beyond it.
+    The farther of the link's two joints, and `THICKNESS` times the reach of the whole arm beyond it.
     """
     links = chain.links
     start = links[link].after.inverse().position
@@ -96,7 +95,7 @@ def reaches(chain: Chain, link: int, com: Array, thickness: float) -> Array:
     poses = [pose for x in links for pose in (x.before, x.after)]
     total = sum(float(np.linalg.norm(pose.position)) for pose in (*poses, chain.flange))
     spans = [np.linalg.norm(com - end_point, axis=-1) for end_point in (start, end)]
-    reach: Array = np.maximum(*spans) + thickness * total
+    reach: Array = np.maximum(*spans) + THICKNESS * total
     return reach
 
 
@@ -105,7 +104,7 @@ def frames_findings(table: PrintedTable, evidence: Evidence) -> tuple[FramesFind
     conventions = [c for c in Convention if evidence.convention in (None, c.value)]
     shifts = SHIFTS if table.origin is not None else (0,)
     findings = [_finding(table, evidence, c, s) for c in conventions for s in shifts]
-    return tuple(sorted(findings, key=lambda f: (f.rows_missed + f.places_missed, abs(f.shift), f.miss)))
+    return tuple(sorted(findings, key=lambda f: (f.missed, abs(f.shift), f.miss)))
 
 
 def _finding(table: PrintedTable, evidence: Evidence, convention: Convention, shift: int) -> FramesFinding:
@@ -130,12 +129,9 @@ def shifted(column: Array, shift: int) -> Array:
     >>> shifted(np.array([[1.0], [2.0], [3.0]]), 1)[:, 0]
     array([nan,  1.,  2.])
     """
-    out = np.full_like(column, np.nan)
-    n = len(column)
-    for i in range(n):
-        if 0 <= i - shift < n:
-            out[i] = column[i - shift]
-    return out
+    rows = np.arange(len(column)) - shift
+    inside = (rows >= 0) & (rows < len(column))
+    return np.where(inside[:, None], column[np.where(inside, rows, 0)], np.nan)
 
 
 def with_rows_moved(table: PrintedTable, shift: int) -> PrintedTable:
@@ -207,25 +203,18 @@ FORGIVEN = 4.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LinkHypothesis:
-    """The options of one link, and the indices of those that each criterion leaves."""
-
-    options: LinkOptions
-    feasible: tuple[int, ...]
-    """Bodies of a size that the link can hold."""
-    possible: tuple[int, ...]
-    """Bodies of any size."""
-    second: tuple[int, ...]
-    """Those that give the second tensors; all where none are published."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class TableHypothesis:
     """A table under one choice of conventions; sets of options are tuples with one entry per link."""
 
     table: PrintedTable
     choice: TableChoice
-    links: tuple[LinkHypothesis, ...]
+    options: tuple[LinkOptions, ...]
+    feasible: OptionSets
+    """Options that are bodies of a size that their links can hold."""
+    possible: OptionSets
+    """Options that are bodies of any size."""
+    second: OptionSets
+    """Options that give the second tensors; all where none are published."""
     alike: tuple[tuple[int, ...], ...]
     """Groups of repeated links."""
     rows: NumberRows
@@ -235,41 +224,26 @@ class TableHypothesis:
     """Cells that were changed before the table was read."""
 
     @property
-    def options(self) -> tuple[LinkOptions, ...]:
-        """The options of the links."""
-        return tuple(link.options for link in self.links)
-
-    @property
-    def feasible(self) -> OptionSets:
-        """The options that are bodies of a size that their links can hold."""
-        return tuple(link.feasible for link in self.links)
-
-    @property
-    def second(self) -> OptionSets:
-        """The options that give the second tensors."""
-        return tuple(link.second for link in self.links)
-
-    @property
     def everything(self) -> OptionSets:
         """Every option."""
-        return tuple(tuple(range(len(link.options.choices))) for link in self.links)
+        return tuple(tuple(range(len(options.choices))) for options in self.options)
 
     @property
     def sound(self) -> OptionSets:
         """The options that feasibility and the second tensors both leave."""
-        return tuple(tuple(i for i in link.feasible if i in link.second) for link in self.links)
+        pairs = zip(self.feasible, self.second, strict=True)
+        return tuple(tuple(i for i in feasible if i in second) for feasible, second in pairs)
 
     def of_any_size(self) -> TableHypothesis:
         """The same with bodies of any size counted as feasible."""
-        return replace(self, links=tuple(replace(link, feasible=link.possible) for link in self.links))
+        return replace(self, feasible=self.possible)
 
     def with_cell(self, cell: CellChange, evidence: Evidence) -> TableHypothesis:
         """The same of a table with one cell changed."""
         table = self.table.with_cell(cell.column, cell.link, cell.entry, cell.value)
-        changed = _link_hypothesis(table, evidence, self.choice, cell.link)
-        links = (*self.links[: cell.link], changed, *self.links[cell.link + 1 :])
-        alike = _alike(table, evidence, links)
-        return replace(self, table=table, links=links, alike=alike, cells=(*self.cells, cell))
+        links = list(zip(self.options, self.feasible, self.possible, self.second, strict=True))
+        links[cell.link] = _link(table, evidence, self.choice, cell.link)
+        return _of_links(table, evidence, self.choice, links, self.rows, self.shift, (*self.cells, cell))
 
 
 def table_hypotheses(
@@ -281,49 +255,46 @@ def table_hypotheses(
         TableChoice(c, about, com_from)
         for com_from in ("own frame", "other end") for c in conventions for about in ("com", "origin")
     ]  # fmt: skip
-    return tuple(_table_hypothesis(table, evidence, choice, rows[choice.convention], shift) for choice in choices)
+    out = []
+    for choice in choices:
+        links = [_link(table, evidence, choice, i) for i in range(table.n)]
+        out.append(_of_links(table, evidence, choice, links, rows[choice.convention], shift))
+    return tuple(out)
 
 
-def _table_hypothesis(
-    table: PrintedTable, evidence: Evidence, choice: TableChoice, rows: NumberRows, shift: int
-) -> TableHypothesis:
-    links = tuple(_link_hypothesis(table, evidence, choice, i) for i in range(table.n))
-    return TableHypothesis(table, choice, links, _alike(table, evidence, links), rows, shift)
+_Link = tuple[LinkOptions, tuple[int, ...], tuple[int, ...], tuple[int, ...]]
+"""The options of one link, and those that are feasible, possible, and give the second tensor."""
 
 
-def _link_hypothesis(table: PrintedTable, evidence: Evidence, choice: TableChoice, link: int) -> LinkHypothesis:
+def _link(table: PrintedTable, evidence: Evidence, choice: TableChoice, link: int) -> _Link:
     options = link_options(table, link, choice, other_ends(table, choice.convention)[link])
-    within = shortfalls(options, reaches(table.chain(choice.convention), link, options.com, THICKNESS)) <= 0.0
-    return LinkHypothesis(
-        options=options, feasible=_indices(within.all(axis=-1)), possible=_indices(within[:, :2].all(axis=-1)),
-        second=_matching(table, options, evidence.tensors, link),
-    )  # fmt: skip
+    within = shortfalls(options, reaches(table.chain(choice.convention), link, options.com)) <= 0.0
+    feasible, possible = (tuple(np.flatnonzero(x.all(axis=-1)).tolist()) for x in (within, within[:, :2]))
+    return options, feasible, possible, _matching(table, options, evidence.tensors, link)
 
 
-def _indices(mask: ArrayLike) -> tuple[int, ...]:
-    return tuple(int(k) for k in np.flatnonzero(np.asarray(mask)))
-
-
-def _alike(table: PrintedTable, evidence: Evidence, links: Sequence[LinkHypothesis]) -> tuple[tuple[int, ...], ...]:
-    return evidence.alike or alike_links(table, np.array([link.options.com[0] for link in links]))
+def _of_links(
+    table: PrintedTable, evidence: Evidence, choice: TableChoice, links: Sequence[_Link], rows: NumberRows,
+    shift: int, cells: tuple[CellChange, ...] = (),
+) -> TableHypothesis:  # fmt: skip
+    options, feasible, possible, second = zip(*links, strict=True)
+    alike = evidence.alike or alike_links(table, np.array([o.com[0] for o in options]))
+    return TableHypothesis(table, choice, options, feasible, possible, second, alike, rows, shift, cells)
 
 
 def _matching(table: PrintedTable, options: LinkOptions, tensors: SecondTensors | None, link: int) -> tuple[int, ...]:
     """Options whose tensor about the other point is the second one printed, to the digits of both."""
-    everything = tuple(range(len(options.choices)))
     if tensors is None:
-        return everything
+        return tuple(range(len(options.choices)))
     about_com = np.stack([options.inertia_com[:, r, c] for r, c in TENSOR], axis=-1)
     ours, deviation = about_com, options.deviation_com
     if tensors.about == "origin":
         ours, deviation = options.parameters[:, 4:], float(options.deviation[-1])
     allowed = tensors.half[link] * (1.0 + 1e-6) + DEVIATIONS * deviation + table.inertia_step / 2
-    matching = set()
-    for products in tensors.products:
-        sign = np.array([1.0] * 3 + [-1.0 if products == "integral" else 1.0] * 3)
-        miss = np.abs(ours - sign * tensors.values[link]) / allowed
-        matching |= {i for i in everything if np.nanmax(miss[i], initial=0.0) <= 1.0}
-    return tuple(sorted(matching))
+    signs = np.array([[1.0] * 3 + [-1.0 if products == "integral" else 1.0] * 3 for products in tensors.products])
+    misses = np.abs(ours - (signs * tensors.values[link])[:, None]) / allowed
+    matching = (np.nanmax(misses, axis=-1, initial=0.0) <= 1.0).any(axis=0)
+    return tuple(np.flatnonzero(matching).tolist())
 
 
 def shortfalls(options: LinkOptions, reach: Array) -> Array:

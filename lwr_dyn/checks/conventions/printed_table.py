@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from typing import Any, Literal
 
@@ -70,21 +70,18 @@ class PrintedTable:
 
     def cell(self, column: str, link: int, index: int) -> float:
         """One cell of `com` (index 0 to 2), `inertia` (0 to 5, see `TENSOR`) or `mass`."""
-        if column == "inertia":
-            return float(self.inertia[link][TENSOR[index]])
-        return float(self.com[link, index] if column == "com" else self.mass[link])
+        return float(getattr(self, column)[_place(column, link, index)])
 
     def with_cell(self, column: str, link: int, index: int, value: float) -> PrintedTable:
         """The table with one cell changed, see `cell`."""
-        values = getattr(self, column).copy()
-        if column == "inertia":
-            r, c = TENSOR[index]
-            values[link, r, c] = values[link, c, r] = value
-        elif column == "com":
-            values[link, index] = value
-        else:
-            values[link] = value
+        values, (_, *entry) = getattr(self, column).copy(), _place(column, link, index)
+        values[link, *entry] = values[link, *reversed(entry)] = value
         return replace(self, **{column: values})
+
+
+def _place(column: str, link: int, index: int) -> tuple[int, ...]:
+    """Where a cell stands in its array."""
+    return {"mass": (link,), "com": (link, index), "inertia": (link, *TENSOR[index])}[column]
 
 
 TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -168,6 +165,8 @@ About = Literal["com", "origin"]
 
 Products = Literal["tensor", "integral"]
 
+PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
+
 ComFrom = Literal["own frame", "other end"]
 
 AXES = tuple("".join(p) for p in itertools.permutations("xyz"))
@@ -203,6 +202,9 @@ class LinkChoice:
         return self.axes != "xyz"
 
 
+_LETTERS = {"mass": "m", "com": "c", "inertia": "I"}
+
+
 @dataclass(frozen=True, slots=True)
 class CellChange:
     """One cell with another value than printed: column, link (from 0), entry, printed value, value that fits."""
@@ -216,12 +218,8 @@ class CellChange:
     @property
     def name(self) -> str:
         """Such as "c5z", "I2yy", "m3"."""
-        if self.column == "com":
-            return f"c{self.link + 1}{'xyz'[self.entry]}"
-        if self.column == "mass":
-            return f"m{self.link + 1}"
-        r, c = TENSOR[self.entry]
-        return f"I{self.link + 1}{'xyz'[r]}{'xyz'[c]}"
+        _, *entry = _place(self.column, self.link, self.entry)
+        return f"{_LETTERS[self.column]}{self.link + 1}{''.join('xyz'[k] for k in entry)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,7 +230,7 @@ class TableReading:
     links: tuple[LinkChoice, ...]
     shift: int = 0
     """Rows by which the column of vectors between frames belongs lower than printed."""
-    cells: tuple[CellChange, ...] = field(default=())
+    cells: tuple[CellChange, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -283,13 +281,10 @@ def moved_axes(axes: str) -> list[int]:
     return ["xyz".index(a) for a in axes]
 
 
-def link_choices() -> tuple[LinkChoice, ...]:
-    """Signs times orders of axes, the plainest first."""
-    out = [LinkChoice(p, a, m) for m in ("tensor", "row") for a in AXES for p in ("tensor", "integral")]
-    return tuple(c for c in out if c.moved or c.moves == "tensor")
-
-
-CHOICES = link_choices()
+CHOICES = tuple(
+    LinkChoice(p, a, m) for m in ("tensor", "row") for a in AXES for p in PRODUCTS if m == "tensor" or a != AXES[0]
+)
+"""Signs times orders of axes, the plainest first."""
 
 
 def link_options(
@@ -304,7 +299,7 @@ def link_options(
         Counted from 0.
     choice : TableChoice
     other_end : (3,) array
-        The link's other end in its own frame [m], see `frames.other_ends`.
+        The link's other end in its own frame [m], see `hypotheses.other_ends`.
     choices : sequence of LinkChoice, optional
     """
     mass, tensor = float(table.mass[link]), table.inertia[link]
@@ -320,29 +315,25 @@ def link_options(
     about_origin = given if choice.about == "origin" else given + far
     six = np.stack([about_origin[:, r, c] for r, c in TENSOR], axis=-1)
     parameters = np.concatenate([np.full((len(com), 1), mass), mass * com, six], axis=-1)
-    kept, members = _distinct(com, about_com, table)
+    members = _distinct(com, about_com, table)
+    kept = list(members)
     reach = float(np.linalg.norm(com, axis=-1).max())
     return LinkOptions(
-        choices=tuple(tuple(choices[m] for m in group) for group in members), mass=mass, com=com[kept],
+        choices=tuple(tuple(choices[m] for m in group) for group in members.values()), mass=mass, com=com[kept],
         inertia_com=about_com[kept], parameters=parameters[kept], scale=float(np.abs(tensor).max()),
         deviation=_deviation(table, mass, reach, choice.about == "com"),
         deviation_com=float(_deviation(table, mass, reach, choice.about == "origin")[-1]),
     )  # fmt: skip
 
 
-def _distinct(com: Array, tensor: Array, table: PrintedTable) -> tuple[list[int], list[list[int]]]:
-    """Options that differ by more than half a last digit, each with its equals."""
+def _distinct(com: Array, tensor: Array, table: PrintedTable) -> dict[int, list[int]]:
+    """Options that differ by more than half a last digit -> all that equal it, itself first."""
     flat = np.concatenate([com / table.com_step, tensor.reshape(len(com), 9) / table.inertia_step], axis=-1)
-    kept: list[int] = []
-    members: list[list[int]] = []
+    members: dict[int, list[int]] = {}
     for i, row in enumerate(flat):
-        near = [k for k, j in enumerate(kept) if np.abs(flat[j] - row).max() <= 0.5]
-        if near:
-            members[near[0]].append(i)
-        else:
-            kept.append(i)
-            members.append([i])
-    return kept, members
+        near = next((k for k in members if np.abs(flat[k] - row).max() <= 0.5), i)
+        members.setdefault(near, []).append(i)
+    return members
 
 
 def _deviation(table: PrintedTable, mass: float, reach: float, moved: bool) -> Array:

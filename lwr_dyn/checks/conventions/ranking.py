@@ -118,8 +118,8 @@ def equally_plain(corrections: Sequence[CellCorrection]) -> tuple[CellCorrection
 
 def _conventions(findings: Sequence[FramesFinding]) -> list[Convention]:
     """DH conventions that the frames leave: those with as few misses as the best."""
-    least = min(f.rows_missed + f.places_missed for f in findings)
-    left = {f.convention for f in findings if f.rows_missed + f.places_missed == least and f.shift == findings[0].shift}
+    best = findings[0]
+    left = {f.convention for f in findings if (f.missed, f.shift) == (best.missed, best.shift)}
     return [c for c in Convention if c in left]
 
 
@@ -207,14 +207,6 @@ def _left(hypothesis: TableHypothesis, sets: OptionSets) -> Left:
     return hypothesis.choice, tuple(tuple(o.choices[x] for x in s) for o, s in zip(options, sets, strict=True))
 
 
-def _feasible(result: RankedReadings) -> Iterator[Left]:
-    return (_left(h, h.feasible) for h in result.hypotheses if all(h.feasible))
-
-
-def _second(result: RankedReadings) -> Iterator[Left]:
-    return (_left(h, h.second) for h in result.hypotheses if all(h.second))
-
-
 def _numbers(result: RankedReadings) -> Iterator[Left]:
     for h in result.hypotheses:
         yield from (_left(h, sets) for sets in fit_numbers(h.rows, h.options, h.everything).sets)
@@ -228,8 +220,8 @@ def _repeated(result: RankedReadings) -> Iterator[Left]:
 
 
 CRITERIA: dict[str, Callable[[RankedReadings], Iterator[Left]]] = {
-    "feasibility": _feasible,
-    "second tensors": _second,
+    "feasibility": lambda result: (_left(h, h.feasible) for h in result.hypotheses if all(h.feasible)),
+    "second tensors": lambda result: (_left(h, h.second) for h in result.hypotheses if all(h.second)),
     "published numbers": _numbers,
     "repeated links": _repeated,
 }
@@ -243,18 +235,17 @@ def _answer(question: str, choice: object) -> str:
     return str(getattr(value, "value", value))
 
 
-def _answers(question: str, equal: Sequence[LinkChoice]) -> set[str]:
-    """The answers of all choices that give one body."""
-    return {_answer(question, choice) for choice in equal}
+def _answers(question: str, choices: Iterable[object]) -> set[str]:
+    return {_answer(question, choice) for choice in choices}
 
 
 def _of_table(question: str, top: Sequence[Candidate], alone: dict[str, list[Left]]) -> Decision:
     answer = _answer(question, top[0].reading.table)
     rivals = [c for c in top if _answer(question, c.reading.table) != answer]
     if rivals:
-        others = sorted({_answer(question, c.reading.table) for c in rivals})
+        others = sorted(_answers(question, (c.reading.table for c in rivals)))
         return Decision(question, None, answer, tuple(others), _preferred(top[0], rivals))
-    by = [name for name, left in alone.items() if {_answer(question, table) for table, _ in left} == {answer}]
+    by = [name for name, left in alone.items() if _answers(question, (table for table, _ in left)) == {answer}]
     return Decision(question, None, answer, (), tuple(by) or ("all together",))
 
 

@@ -116,9 +116,8 @@ def _hypothesis(result: RankedReadings, h: TableHypothesis, search: SearchResult
     if result.evidence.numbers:
         rest = ""
         if not search.sets:
-            far = (
-                f"{search.nearest:.3g} times its room" if np.isfinite(search.nearest) else "infinitely many half digits"
-            )
+            known = np.isfinite(search.nearest)
+            far = f"{search.nearest:.3g} times its room" if known else "infinitely many half digits"
             rest = f", then {result.evidence.outermost_first[search.failed[0]].name} misses by {far}"
         words.append(f"{search.matched} of {len(result.evidence.numbers)} published numbers come out{rest}")
     if h.alike and not impossible:

@@ -138,21 +138,8 @@ class SearchResult:
     """Smallest miss of the failed numbers, in units of the allowed miss."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Class:
-    """Options of one link that add the same to every number."""
-
-    members: tuple[int, ...]
-    adds: Array
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _States:
-    """S states: the sum over the links so far for every row, and the sets of options with that sum."""
-
-    sums: Array
-    """(S, R)"""
-    sets: tuple[tuple[OptionSets, ...], ...]
+Equals = tuple[tuple[OptionSets, ...], ...]
+"""Per state, which is the sum over the links so far for every row, the sets of options that have it."""
 
 
 def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Sequence[Sequence[int]]) -> SearchResult:
@@ -168,20 +155,21 @@ def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Seque
     """
     allowance = allowances(rows, options)
     per_row = np.repeat(allowance, np.diff(rows.start))
-    states = _States(np.zeros((1, len(per_row))), (((),),))
-    matched = 0
+    sums, matched = np.zeros((1, len(per_row))), 0
+    equals: Equals = (((),),)
     for link in reversed(range(len(options))):
-        classes = _classes(rows, options[link], allowed[link], link, per_row)
-        grown = _grown(states, classes)
+        classes, adds = _classes(rows, options[link], allowed[link], link, per_row)
+        longer = tuple(tuple((members, *s) for s in equal) for equal in equals for members in classes)
+        grown = (sums[:, None, :] + adds).reshape(len(longer), len(per_row))
         numbers = [k for k, joint in enumerate(rows.joint) if joint == link]
-        miss = misses(rows, grown.sums, allowance, numbers)
+        miss = misses(rows, grown, allowance, numbers)
         good = np.flatnonzero(miss <= 1.0)
         if len(good) == 0:
-            partial = tuple(s for equal in states.sets for s in equal)
+            partial = tuple(s for equal in equals for s in equal)
             return SearchResult((), matched, tuple(numbers), partial, float(miss.min(initial=np.inf)))
         matched += len(numbers)
-        states = _merged(rows, grown, good, link, per_row)
-    sets = sorted((s for equal in states.sets for s in equal), key=permuted_axes)
+        sums, equals = _merged(rows, grown, longer, good, link, per_row)
+    sets = sorted((s for equal in equals for s in equal), key=permuted_axes)
     return SearchResult(tuple(sets), matched, (), (), 0.0)
 
 
@@ -192,14 +180,6 @@ def misses(rows: NumberRows, sums: Array, allowance: Array, numbers: Sequence[in
         value = sums[:, rows.start[k] : rows.start[k + 1]].max(axis=-1)
         worst = np.maximum(worst, np.abs(value - rows.value[k]) / allowance[k])
     return worst
-
-
-def _grown(states: _States, classes: Sequence[_Class]) -> _States:
-    if not classes:
-        return _States(states.sums[:0], ())
-    sums = states.sums[:, None, :] + np.array([c.adds for c in classes])
-    sets = tuple(tuple((c.members, *s) for s in equal) for equal in states.sets for c in classes)
-    return _States(sums.reshape(len(sets), sums.shape[-1]), sets)
 
 
 def allowances(rows: NumberRows, options: Sequence[LinkOptions]) -> Array:
@@ -227,30 +207,31 @@ def misfit(rows: NumberRows, options: Sequence[LinkOptions], picked: Sequence[in
     return float(((values(rows, options, picked) - rows.value) ** 2 / variance).sum() / 2.0)
 
 
-def _classes(rows: NumberRows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array) -> list[_Class]:
+def _classes(
+    rows: NumberRows, options: LinkOptions, allowed: Sequence[int], link: int, per_row: Array
+) -> tuple[list[tuple[int, ...]], Array]:
+    """Classes of one link's options that add the same to every number, and what each class adds, (C, R)."""
     adds = rows.coefficients[:, link] @ options.parameters.T
-    classes: list[_Class] = []
+    classes: dict[int, list[int]] = {}
     for o in allowed:
-        for i, known in enumerate(classes):
-            if (np.abs(known.adds - adds[:, o]) <= SAME * per_row).all():
-                classes[i] = _Class((*known.members, o), known.adds)
-                break
-        else:
-            classes.append(_Class((o,), adds[:, o]))
-    return classes
+        same = (k for k in classes if (np.abs(adds[:, k] - adds[:, o]) <= SAME * per_row).all())
+        classes.setdefault(next(same, o), []).append(o)
+    return [tuple(members) for members in classes.values()], adds[:, list(classes)].T
 
 
-def _merged(rows: NumberRows, states: _States, good: NDArray[np.intp], link: int, per_row: Array) -> _States:
+def _merged(
+    rows: NumberRows, sums: Array, equals: Equals, good: NDArray[np.intp], link: int, per_row: Array
+) -> tuple[Array, Equals]:
     """The good states; those whose sums agree on every number still to come become one."""
     blocks = [np.arange(rows.start[k], rows.start[k + 1]) for k, joint in enumerate(rows.joint) if joint < link]
     ahead = np.concatenate([*blocks, np.zeros(0, dtype=int)])
-    keys = np.round(states.sums[np.ix_(good, ahead)] / (SAME * per_row[ahead])).astype(np.int64)
+    keys = np.round(sums[np.ix_(good, ahead)] / (SAME * per_row[ahead])).astype(np.int64)
     merged: dict[bytes, list[int]] = {}
     for key, s in zip(keys, good, strict=True):
         merged.setdefault(key.tobytes(), []).append(int(s))
-    sets = [sorted((s for k in g for s in states.sets[k]), key=permuted_axes)[:MOST_STATES] for g in merged.values()]
+    sets = [sorted((s for k in g for s in equals[k]), key=permuted_axes)[:MOST_STATES] for g in merged.values()]
     groups = sorted(zip(merged.values(), sets, strict=True), key=lambda g: permuted_axes(g[1][0]))[:MOST_STATES]
-    return _States(states.sums[[g[0] for g, _ in groups]], tuple(tuple(s) for _, s in groups))
+    return sums[[g[0] for g, _ in groups]], tuple(tuple(s) for _, s in groups)
 
 
 def permuted_axes(sets: OptionSets) -> int:

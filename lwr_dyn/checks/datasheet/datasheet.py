@@ -151,13 +151,8 @@ class ZeroReading:
 
     def record(self) -> ZeroRecord:
         """As JSON values."""
-        offsets = [*self.offsets_deg]
-        return {
-            "convention": self.convention.value,
-            "signs": [*self.signs],
-            "offsets_deg": offsets,
-            "failed": self.failed,
-        }
+        signs, offsets = [*self.signs], [*self.offsets_deg]
+        return {"convention": self.convention.value, "signs": signs, "offsets_deg": offsets, "failed": self.failed}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,8 +163,6 @@ class ZeroReadings:
     readings: tuple[ZeroReading, ...]
     printed: ZeroReading
     joints: tuple[str, ...]
-    axes_only: int
-    """Number of readings that the axes alone leave."""
 
     @property
     def best(self) -> tuple[ZeroReading, ...]:
@@ -193,10 +186,8 @@ def zero_readings(paper: Paper) -> ZeroReadings:
     least = min((r.failed for r in judged), default=0)
     readings = [_fully_judged(arm, paper, r) if r.failed == least else r for r in judged]
     printed = _fully_judged(arm, paper, _quickly_judged(arm, paper, rows, paper.convention, rows))
-    return ZeroReadings(
-        name=paper.name, readings=tuple(sorted(readings, key=lambda r: (r.failed, r.changes))), printed=printed,
-        joints=paper.joints, axes_only=len(judged),
-    )  # fmt: skip
+    ranked = sorted(readings, key=lambda r: (r.failed, r.changes))
+    return ZeroReadings(paper.name, tuple(ranked), printed, paper.joints)
 
 
 def _with_axes(rows: Sequence[DHRow], axes: Array, convention: Convention) -> Iterator[tuple[DHRow, ...]]:
@@ -246,9 +237,9 @@ def zero_text(result: ZeroReadings) -> list[str]:
     ways = len(Convention) * (2 * len(QUARTERS)) ** len(result.joints)
     out = [
         f"zero and signs: of {ways} ways (DH convention, sign and quarter-turn offset of every joint) "
-        f"{result.axes_only} have the maker's axes at zero"
+        f"{len(result.readings)} have the maker's axes at zero",
+        f"as printed, {result.printed.convention.value} DH: {_failures(result.printed)}",
     ]
-    out.append(f"as printed, {result.printed.convention.value} DH: {_failures(result.printed)}")
     for convention in Convention:
         readings = [r for r in result.readings if r.convention is convention]
         words = f"{len(readings)} with these axes" + (f"; the best: {_failures(readings[0])}" if readings else "")

@@ -60,10 +60,6 @@ class EnvelopeArc:
         ends = (self.point(self.start)[0], self.point(self.end)[0])
         return max(*ends, self.centre[0] + self.radius if ahead <= high else -math.inf)
 
-    def same_circle(self, other: EnvelopeArc) -> bool:
-        """Whether both are parts of one circle."""
-        return math.dist((*self.centre, self.radius), (*other.centre, other.radius)) < MEET
-
     def moment(self) -> float:
         """integral r^2 dz along it [m^3], with r = c + R cos(phi), dz = R cos(phi) dphi."""
         return self._moment_to(self.end) - self._moment_to(self.start)
@@ -168,18 +164,11 @@ def working_envelope(arm: Arm) -> Envelope:
     # a point behind is reached half a turn of joint 1 away from the same point ahead
     volume_of_all = math.pi * (share * (moments[2] - both) + min(2.0 * share, 1.0) * both)
     lateral = section.geometry.lateral
-    return Envelope(
-        outline,
-        _reach(outline, lateral, math.nan),
-        share * math.pi * moments[0],
-        _reach(behind, lateral, 0.0),
-        volume_of_all,
+    reach, reach_behind = (
+        max((math.hypot(arc.farthest(), lateral) for arc in arcs), default=without)
+        for arcs, without in ((outline, math.nan), (behind, 0.0))
     )
-
-
-def _reach(outline: tuple[EnvelopeArc, ...], lateral: float, without: float) -> float:
-    """Largest distance from axis 1 [m]; `without` where there is no outline."""
-    return max((math.hypot(arc.farthest(), lateral) for arc in outline), default=without)
+    return Envelope(outline, reach, share * math.pi * moments[0], reach_behind, volume_of_all)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -229,16 +218,12 @@ class _Section:
 
     def _arc(self, centre: Array, spoke: Array, first: float, last: float) -> EnvelopeArc:
         """The arc of the tip of `spoke` (along, out) that turns about `centre` from `first` to `last` [rad]."""
-        r, z = self.in_section(centre)
+        r, z = float(self.geometry.front * centre[1]), float(self.up * centre[0] + self.height)
         sr, sz = self.geometry.front * spoke[1], self.up * spoke[0]
         # a turn takes `along` towards `out`: in (r, z) that is clockwise unless one of the two axes is reversed
         way = -1.0 if self.up * self.geometry.front > 0.0 else 1.0
         start = math.atan2(sz, sr)
         return EnvelopeArc((r, z), math.hypot(sr, sz), start + way * float(first), start + way * float(last))
-
-    def in_section(self, point: Array) -> tuple[float, float]:
-        """(r, z) of a point (along, out) of the arm's plane."""
-        return float(self.geometry.front * point[1]), float(self.up * point[0] + self.height)
 
     def reachable(self, r: float, z: float) -> bool:
         """Whether some q2, q3 within the limits bring the wrist centre to (r, z)."""
@@ -284,4 +269,5 @@ def _within(angle: float, low: float, up: float) -> bool:
 def _same_place(arc: EnvelopeArc, other: EnvelopeArc) -> bool:
     """Whether two pieces of one circle are the same; both are cut where an end lies, as another arc begins there."""
     middle, there = ((each.start + each.end) / 2.0 for each in (arc, other))
-    return arc.same_circle(other) and math.dist(arc.point(middle), other.point(there)) < BESIDE
+    same_circle = math.dist((*arc.centre, arc.radius), (*other.centre, other.radius)) < MEET
+    return same_circle and math.dist(arc.point(middle), other.point(there)) < BESIDE

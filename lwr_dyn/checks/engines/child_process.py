@@ -112,7 +112,8 @@ def load_all(engine: str, jobs: Sequence[Job], states: TriedStates, seconds: flo
 def _run(engine: str, jobs: Sequence[Job], states: TriedStates, seconds: float) -> tuple[list[str], str]:
     """The answers of one process, and how it ended."""
     head = {"states": [x.tolist() for x in (states.q, states.dq, states.ddq)]}
-    text = "\n".join([json.dumps(head), *(json.dumps(_plain(job)) for job in jobs)]) + "\n"
+    records = [{"path": str(job.path), "scope": asdict(job.scope), "options": dict(job.options)} for job in jobs]
+    text = "\n".join(map(json.dumps, [head, *records])) + "\n"
     command = [sys.executable, "-m", "lwr_dyn.checks.engines.child_process", engine]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(x for x in sys.path if x)}
     environment |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -127,11 +128,6 @@ def _end(code: int, printed: str) -> str:
     lines = printed.strip().splitlines() or [""]
     how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
     return f"{how} {lines[-1][:160]}".strip()
-
-
-def _plain(job: Job) -> dict[str, Any]:
-    scope = asdict(job.scope)
-    return {"path": str(job.path), "scope": scope, "options": dict(job.options)}
 
 
 def _answer(line: str) -> Loaded | str:

@@ -81,12 +81,8 @@ class DrakeFile:
 
     def held(self) -> dict[str, Array]:
         """Limits and damping of joints, efforts of actuators; there is no dry friction."""
-        names = {
-            "lower": "position_lower_limits",
-            "upper": "position_upper_limits",
-            "velocity": "velocity_upper_limits",
-        }
-        names |= {"viscous": "default_damping_vector"}
+        names = {"lower": "position_lower_limits", "upper": "position_upper_limits"}
+        names |= {"velocity": "velocity_upper_limits", "viscous": "default_damping_vector"}
         out = {x: np.array([float(getattr(j, theirs)()[0]) for j in self.joints]) for x, theirs in names.items()}
         actuators = [self.actuators.get(joint.name()) for joint in self.joints]
         found = [None if k is None else self.plant.get_joint_actuator(k) for k in actuators]

@@ -4,8 +4,6 @@ Each feature is a change that takes it out of a copy of the file without meshes 
 refuses does not stand in the way; shapes are a feature of their own.
 """
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -36,11 +34,24 @@ class ArmInFile:
     """Other joints -> where they are held [rad or m]; those not named are at 0."""
 
 
-class LoadedModel(Protocol):
-    """A model file as an engine reads it, base fixed; q, dq, ddq (n,) of the scope's joints in SI."""
+class KinematicModel(Protocol):
+    """A model file as a reader without dynamics has it, base fixed; q (n,) of the scope's joints in SI."""
 
     mass: float
     """Sum of the masses of all links that the engine knows [kg]; those it fixes to the ground may be left out."""
+
+    def flange(self, q: Array) -> Array:
+        """Pose of the tip in the root (4, 4)."""
+
+    def held(self) -> dict[str, Array]:
+        """Those of `HELD` that the engine has, (n,) each."""
+
+    def links(self) -> list[str]:
+        """Names of the links that it still knows."""
+
+
+class LoadedModel(KinematicModel, Protocol):
+    """A model file as an engine reads it; q, dq, ddq (n,)."""
 
     def mass_matrix(self, q: Array) -> Array:
         """B (n, n)."""
@@ -54,65 +65,26 @@ class LoadedModel(Protocol):
     def torque(self, q: Array, dq: Array, ddq: Array) -> Array:
         """What the engine's own motion needs (n,): B ddq + C dq + g with rotors and friction, if it has them."""
 
-    def flange(self, q: Array) -> Array:
-        """Pose of the tip in the root (4, 4)."""
-
-    def held(self) -> dict[str, Array]:
-        """Those of `HELD` that the engine has, (n,) each."""
-
-    def links(self) -> list[str]:
-        """Names of the links that it still knows."""
-
-
-class KinematicModel(Protocol):
-    """A model file as a reader without dynamics has it."""
-
-    mass: float
-
-    def flange(self, q: Array) -> Array:
-        """Pose of the tip in the root (4, 4)."""
-
-    def held(self) -> dict[str, Array]:
-        """Those of `HELD` that the reader has, (n,) each."""
-
-    def links(self) -> list[str]:
-        """Names of the links."""
-
 
 Load = Callable[[Path, ArmInFile, Mapping[str, Any]], "LoadedModel | KinematicModel"]
 """File, scope, options of the engine -> model."""
 
+
+def _row(engine: str, pip: str, package: str, extra: str = "", **facts: Any) -> Row:
+    target = f"lwr_dyn.checks.engines.{engine}_loader:load"
+    return Row(target, f"pip install {pip}", extra, {"package": package, **facts})
+
+
 ENGINES: Registry[Load] = Registry(
     "parity_engine",
     {
-        "pinocchio": Row(
-            "lwr_dyn.checks.engines.pinocchio_loader:load", "pip install pin", facts={"package": "pinocchio"}
-        ),
-        "mujoco": Row(
-            "lwr_dyn.checks.engines.mujoco_loader:load",
-            "pip install mujoco",
-            extra="parity",
-            facts={"package": "mujoco"},
-        ),
-        "drake": Row(
-            "lwr_dyn.checks.engines.drake_loader:load",
-            "pip install drake",
-            extra="parity",
-            facts={"package": "pydrake"},
-        ),
-        "pybullet": Row(
-            "lwr_dyn.checks.engines.pybullet_loader:load",
-            "pip install pybullet",
-            extra="parity",
-            # B, C dq: tensors are turned to principal axes by rotations that stop at 1e-6 of their size; poses are
-            # single precision; the torque of its motion is a difference quotient of one step
-            facts={"package": "pybullet", "inertia": 1e-8, "pose": 1e-6, "torque": 1e-4},
-        ),
-        "yourdfpy": Row(
-            "lwr_dyn.checks.engines.yourdfpy_loader:load",
-            "pip install yourdfpy",
-            facts={"package": "yourdfpy", "kinematics": True},
-        ),
+        "pinocchio": _row("pinocchio", "pin", "pinocchio"),
+        "mujoco": _row("mujoco", "mujoco", "mujoco", "parity"),
+        "drake": _row("drake", "drake", "pydrake", "parity"),
+        # B, C dq: tensors are turned to principal axes by rotations that stop at 1e-6 of their size; poses are
+        # single precision; the torque of its motion is a difference quotient of one step
+        "pybullet": _row("pybullet", "pybullet", "pybullet", "parity", inertia=1e-8, pose=1e-6, torque=1e-4),
+        "yourdfpy": _row("yourdfpy", "yourdfpy", "yourdfpy", kinematics=True),
     },
 )
 """Loaders by engine; `about` is how to install it. Facts: the Python package; tolerances (relative; m) other than
@@ -184,11 +156,12 @@ def _rotor(root: Tree, scope: ArmInFile) -> bool:
     return any(float(x.get("value", "0")) != 0.0 for _, x in found if x.tag.endswith("rotor_inertia"))
 
 
-def _joints(root: Tree, scope: ArmInFile, tag: str) -> Iterator[Tree]:
+def _joints(root: Tree, scope: ArmInFile, tag: str) -> Iterator[tuple[Tree, Tree]]:
+    """The arm's joints that have an element, with it."""
     for joint in root.findall("joint"):
         element = joint.find(tag)
         if joint.get("name") in scope.joints and element is not None:
-            yield element
+            yield joint, element
 
 
 def _scaled(tag: str, names: tuple[str, ...], factor: float) -> Callable[[Tree, ArmInFile], bool]:
@@ -196,7 +169,7 @@ def _scaled(tag: str, names: tuple[str, ...], factor: float) -> Callable[[Tree, 
 
     def change(root: Tree, scope: ArmInFile) -> bool:
         seen = False
-        for element in _joints(root, scope, tag):
+        for _, element in _joints(root, scope, tag):
             for name in (x for x in names if element.get(x)):
                 value = number_of(element.attrib[name])
                 seen = seen or (value != 0.0 and math.isfinite(value))
@@ -208,14 +181,11 @@ def _scaled(tag: str, names: tuple[str, ...], factor: float) -> Callable[[Tree, 
 
 def _position_limits(root: Tree, scope: ArmInFile) -> bool:
     """1 rad or m farther out, so that every state stays inside."""
-    seen = False
-    for joint in root.findall("joint"):
-        limit = joint.find("limit")
-        if joint.get("name") in scope.joints and joint.get("type") != "continuous" and limit is not None:
-            for name, more in (("lower", -1.0), ("upper", 1.0)):
-                limit.set(name, repr(number_of(limit.get(name, "0")) + more))
-            seen = True
-    return seen
+    limits = [limit for joint, limit in _joints(root, scope, "limit") if joint.get("type") != "continuous"]
+    for limit in limits:
+        for name, more in (("lower", -1.0), ("upper", 1.0)):
+            limit.set(name, repr(number_of(limit.get(name, "0")) + more))
+    return bool(limits)
 
 
 def _continuous(root: Tree, scope: ArmInFile) -> bool:
@@ -237,13 +207,11 @@ def _inertials(root: Tree) -> Iterator[tuple[Tree, Tree]]:
 
 
 def _inertial_rpy(root: Tree, scope: ArmInFile) -> bool:
-    seen = False
-    for _, inertial in _inertials(root):
-        origin = inertial.find("origin")
-        if origin is not None and any(number_of(x) for x in origin.get("rpy", "").split()):
-            origin.set("rpy", "0 0 0")
-            seen = True
-    return seen
+    origins = [x for _, inertial in _inertials(root) if (x := inertial.find("origin")) is not None]
+    turned = [x for x in origins if any(map(number_of, x.get("rpy", "").split()))]
+    for origin in turned:
+        origin.set("rpy", "0 0 0")
+    return bool(turned)
 
 
 def _zero_inertials(root: Tree, scope: ArmInFile) -> bool:

@@ -94,15 +94,11 @@ def reference_of(path: Path, tip: str | None, lock: Mapping[str, float], count: 
     return FileReference(arm, scope, TriedStates(x.q, x.dq, x.ddq))
 
 
-QUANTITIES = ("B", "C dq", "g", "torque", "flange")
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
     """Largest differences of an engine from ours: absolute [kg m^2, N m, m], and relative to our largest value."""
 
     engine: str
-    file: str
     mass: float | None
     """What the engine weighs the links that it moves [kg], with those that it fixes to the ground."""
     absolute: dict[str, float]
@@ -115,7 +111,7 @@ class Agreement:
         return out + [x for x in ("flange",) if not self.absolute[x] <= tolerance(self.engine, "pose")]
 
 
-def agreement(engine: str, file: str, loaded: Loaded, reference: FileReference, rotors: bool = True) -> Agreement:
+def agreement(engine: str, loaded: Loaded, reference: FileReference, rotors: bool = True) -> Agreement:
     """The differences; without `rotors`, the file's rotor inertia is not expected."""
     absolute = {"flange": _largest(loaded.flange - reference.flange())}
     relative: dict[str, float] = {}
@@ -124,7 +120,7 @@ def agreement(engine: str, file: str, loaded: Loaded, reference: FileReference, 
             absolute[name] = _largest(theirs - ours)
             scale = _largest(ours)
             relative[name] = absolute[name] / scale if scale > 0.0 else absolute[name]
-    return Agreement(engine, file, loaded.mass, absolute, relative)
+    return Agreement(engine, loaded.mass, absolute, relative)
 
 
 def _pairs(loaded: Loaded, reference: FileReference, rotors: bool) -> dict[str, tuple[Array, Array]]:
@@ -163,6 +159,8 @@ class Loss:
     torque: float | None = None
     relative: float | None = None
     detail: str = ""
+    restored_by: str = ""
+    """What restores it; empty where nothing that was tried does."""
 
     @property
     def is_loss(self) -> bool:
@@ -181,15 +179,14 @@ def feature_loss(
         return by_record if held else Loss(engine, feature, NO_DYNAMICS)
     theirs = whole.torque - without.torque
     expected = ours[0] - ours[1]
-    scale = float(np.abs(ours[0]).max())
-    wrong = float(np.abs(theirs - expected).max())
+    scale, wrong = _largest(ours[0]), _largest(theirs - expected)
     allowed = tolerance(engine, "torque") * scale
     if wrong <= allowed:
-        only_recorded = held and float(np.abs(expected).max()) == 0.0
+        only_recorded = held and _largest(expected) == 0.0
         return by_record if only_recorded else Loss(engine, feature, KEPT)
     if feature == ZEROS:  # it is their absence that is misread, and the file has them
         return Loss(engine, feature, KEPT, detail=f"without them {wrong:.2g} N m: {_weight(without, whole, 'without')}")
-    silent = float(np.abs(theirs).max()) <= allowed
+    silent = _largest(theirs) <= allowed
     verdict = (ASIDE if by_record.verdict == RECORDED else IGNORED) if silent else MISREAD
     return Loss(engine, feature, verdict, wrong, wrong / scale, _weight(whole, without))
 
@@ -232,18 +229,17 @@ def _weight(one: Loaded, other: Loaded, words: str = "with it") -> str:
 
 def shapes_loss(engine: str, whole: Loaded, bare: Loaded, reference: FileReference) -> Loss:
     """The file as it stands against the file without shapes: no torque should depend on them."""
-    more = f"shapes weigh {whole.mass - bare.mass:.6g} kg"
     if not (whole.has_dynamics and reference.has_dynamics):
         return Loss(engine, SHAPES, NO_DYNAMICS)
-    wrong, scale = float(np.abs(whole.torque - bare.torque).max()), float(np.abs(reference.torque()).max())
+    wrong, scale = _largest(whole.torque - bare.torque), _largest(reference.torque())
     if wrong <= tolerance(engine, "torque") * scale:
         return Loss(engine, SHAPES, KEPT)
-    return Loss(engine, SHAPES, MISREAD, wrong, wrong / scale, more)
+    return Loss(engine, SHAPES, MISREAD, wrong, wrong / scale, f"shapes weigh {whole.mass - bare.mass:.6g} kg")
 
 
-def merged_loss(engine: str, loaded: Loaded, links: Mapping[str, object]) -> Loss:
+def merged_loss(engine: str, loaded: Loaded, links: Sequence[str]) -> Loss:
     """Links of the file that the engine no longer knows by name."""
-    gone = [name for name in links if name not in loaded.links]
+    gone = [name for name in dict.fromkeys(links) if name not in loaded.links]
     if not gone:
         return Loss(engine, BEHIND_FIXED, KEPT)
     some = ", ".join(gone[:3]) + (f" and {len(gone) - 3} more" if len(gone) > 3 else "")
@@ -306,7 +302,9 @@ def _written(reference: FileReference, folder: Path) -> dict[str, Path]:
 def restored_by(
     loss: Loss, found: Sequence[tuple[Way, Loaded | str]], reference: FileReference, links: Sequence[str]
 ) -> str:
-    """The first candidate that has what is lost; empty where none has."""
+    """The first candidate that has what is lost; empty where none has, and where nothing is lost."""
+    if not loss.is_loss:
+        return ""
     if loss.feature == DRAG:
         return loss.detail
     for candidate, loaded in found:
@@ -327,7 +325,7 @@ def _has(loss: Loss, loaded: Loaded, reference: FileReference, links: Sequence[s
     shares, rest = shares_of(loaded.torque, reference)
     if loss.feature in shares:
         return abs(shares[loss.feature] - 1.0) <= _COEFFICIENT
-    return rest <= tolerance(loss.engine, "torque") * float(np.abs(reference.torque()).max())
+    return rest <= tolerance(loss.engine, "torque") * _largest(reference.torque())
 
 
 def shares_of(torque: Array, reference: FileReference) -> tuple[dict[str, float], float]:
@@ -343,7 +341,7 @@ def shares_of(torque: Array, reference: FileReference) -> tuple[dict[str, float]
     parts = {name: part for name, part in parts.items() if part.any()}
     left = (torque - rigid).ravel()
     if not parts:
-        return {}, float(np.abs(left).max())
+        return {}, _largest(left)
     columns = np.array([part.ravel() for part in parts.values()]).T
     shares = np.linalg.lstsq(columns, left, rcond=None)[0]
-    return dict(zip(parts, map(float, shares), strict=True)), float(np.abs(left - columns @ shares).max())
+    return dict(zip(parts, map(float, shares), strict=True)), _largest(left - columns @ shares)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.checks.arm.model_laws import EXACT, SLIDE, relative
+from lwr_dyn.checks.arm.model_laws import EXACT, SLIDE, equality
 from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.checks.engines.child_process import one_line, quiet
 from lwr_dyn.checks.engines.engine import ArmInFile
@@ -120,36 +120,31 @@ def file_verdicts(arm: Arm) -> tuple[list[Verdict], list[str]]:
                 model = PinocchioFile(path, reference.scope, None)
         except Exception as refusal:  # its parser raises what C++ throws
             return [], [f"{_NAME}: {one_line(refusal, printed)}"]
-    extreme = _extreme_axes(reference.arm)
+    joints = () if reference.arm.layout is None else reference.arm.layout.joints
+    extreme = [x.joint for x in joints if not 1e-300 < sum(a * a for a in x.axis) < math.inf]
     if extreme:
         return [], [f"{_NAME}: its parser squares an axis, and that of {', '.join(extreme)} has no square as a float"]
     return _agreement(model, reference), []
-
-
-def _extreme_axes(arm: Arm) -> list[str]:
-    joints = () if arm.layout is None else arm.layout.joints
-    return [x.joint for x in joints if not 1e-300 < sum(a * a for a in x.axis) < math.inf]
 
 
 def _agreement(model: PinocchioFile, reference: FileReference) -> list[Verdict]:
     x, ours = reference.states, reference.flange()
     size = max(1.0, float(np.abs(ours).max()))
     pose = float(np.abs(_over(model.flange, x.q) - ours).max())
-    verdicts = [Verdict(f"FK: {_NAME}", pose, EXACT * size, "m")]
+    kinematics = Verdict(f"FK: {_NAME}", pose, EXACT * size, "m")
     if not reference.has_dynamics:
-        return verdicts
+        return [kinematics]
     bare = newton_euler_dynamics(reference.arm.chain, rotors="none")
     torque = bare.inverse_dynamics(x.q, x.dq, x.ddq)
-    weight = sum(body.mass for body in reference.arm.chain.bodies or ()) * float(
-        np.linalg.norm(reference.scope.gravity)
-    )
+    mass = sum(body.mass for body in reference.arm.chain.bodies or ())
+    weight = mass * float(np.linalg.norm(reference.scope.gravity))
     floor = max(1e-3 * float(np.abs(torque).max()), 1e-2 * weight * min(size, SLIDE))
-    pairs = {
-        "B": (_over(model.mass_matrix, x.q), bare.mass_matrix(x.q), 0.0),
-        "g": (_over(model.gravity_torque, x.q), bare.gravity_vector(x.q), floor),
-        "inverse dynamics": (_over(model.torque, x.q, x.dq, x.ddq), torque, 0.0),
-    }
-    return verdicts + [Verdict(f"{name}: {_NAME}", relative(*pair), EXACT, "relative") for name, pair in pairs.items()]
+    return [
+        kinematics,
+        equality(f"B: {_NAME}", _over(model.mass_matrix, x.q), bare.mass_matrix(x.q)),
+        equality(f"g: {_NAME}", _over(model.gravity_torque, x.q), bare.gravity_vector(x.q), floor),
+        equality(f"inverse dynamics: {_NAME}", _over(model.torque, x.q, x.dq, x.ddq), torque),
+    ]
 
 
 def _over(function: Callable[..., Array], *rows: Array) -> Array:

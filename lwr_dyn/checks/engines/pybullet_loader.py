@@ -60,13 +60,8 @@ class BulletFile:
         """B (ddq - ddq0), where ddq0 is how the model moves in one step without torque; its default motors are off."""
         self.bullet.setGravity(*self.gravity, physicsClientId=self.client)
         self.bullet.setTimeStep(STEP, physicsClientId=self.client)
-        self.bullet.setJointMotorControlArray(
-            self.body,
-            self.moving,
-            self.bullet.VELOCITY_CONTROL,
-            forces=[0.0] * len(self.moving),
-            physicsClientId=self.client,
-        )
+        off, none = self.bullet.VELOCITY_CONTROL, [0.0] * len(self.moving)
+        self.bullet.setJointMotorControlArray(self.body, self.moving, off, forces=none, physicsClientId=self.client)
         rates, wanted = self._rates(dq), np.array(self._rates(ddq))
         for k, position, rate in zip(self.moving, self._whole(q), rates, strict=True):
             self.bullet.resetJointState(self.body, k, position, rate, physicsClientId=self.client)

@@ -12,50 +12,16 @@ import numpy as np
 
 from lwr_dyn.arms.urdf.parse import parse_xml
 from lwr_dyn.arms.urdf.reader import read_urdf
+from lwr_dyn.checks.engines import engine as features
+from lwr_dyn.checks.engines import losses
 from lwr_dyn.checks.engines.child_process import SECONDS, Job, Loaded, load_all
-from lwr_dyn.checks.engines.engine import (
-    ENGINES,
-    FEATURES,
-    Tree,
-    is_installed,
-    tolerance,
-    variants,
-    without_meshes,
-    without_shapes,
-    xml_of,
-)
-from lwr_dyn.checks.engines.losses import (
-    DRAG,
-    KEPT,
-    MISREAD,
-    NO_DYNAMICS,
-    SHAPES,
-    STATES,
-    Agreement,
-    FileReference,
-    Loss,
-    Way,
-    agreement,
-    candidates,
-    feature_loss,
-    merged_loss,
-    reference_of,
-    restored_by,
-    shapes_loss,
-)
+from lwr_dyn.checks.engines.engine import ENGINES, Tree, is_installed, tolerance
+from lwr_dyn.checks.engines.losses import Agreement, FileReference, Loss, Way
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import read_bytes, write_file
 from lwr_dyn.foundation.tables import Heading, Table
-
-
-@dataclass(frozen=True, slots=True)
-class Restored:
-    """A loss and what restores it; empty where nothing that was tried does."""
-
-    loss: Loss
-    by: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +30,7 @@ class EngineReport:
 
     engine: str
     agreement: Agreement | None
-    losses: tuple[Restored, ...]
+    losses: tuple[Loss, ...]
     """All features that the file has, kept ones too."""
     note: str = ""
     """Why the engine is missing, or refuses the file as it stands."""
@@ -95,7 +61,7 @@ def survey(
     FileAccessError, UrdfError, UnknownNameError
         As `read_urdf`.
     """
-    reference = reference_of(path, tip, lock or {})
+    reference = losses.reference_of(path, tip, lock or {})
     root = parse_xml(read_bytes(path, "a readable .urdf file"), path.name)
     with tempfile.TemporaryDirectory() as folder:
         copies = _Copies(path, root, reference, Path(folder))
@@ -109,18 +75,19 @@ class _Copies:
 
     def __init__(self, path: Path, root: Tree, reference: FileReference, folder: Path) -> None:
         self.path, self.root, self.reference, self.folder = path, root, reference, folder
-        bare = without_meshes(root)
+        bare = features.without_meshes(root)
         stripped = sum(1 for _ in bare.iter()) != sum(1 for _ in root.iter())
         self.bare = self._write("bare", bare) if stripped else path
-        self.without = {name: self._write(name, tree) for name, tree in variants(bare, reference.scope).items()}
+        variants = features.variants(bare, reference.scope)
+        self.without = {name: self._write(name, tree) for name, tree in variants.items()}
         shapes = [x for tag in ("visual", "collision") for x in root.iter(tag)]
-        self.shapeless = self._write(SHAPES, without_shapes(root)) if shapes else None
+        self.shapeless = self._write(losses.SHAPES, features.without_shapes(root)) if shapes else None
         self.links = [link.get("name", "") for link in root.findall("link")]
         self.ours = {name: self._torques(file) for name, file in self.without.items()}
 
     def _write(self, name: str, tree: Tree) -> Path:
         path = self.folder / f"{name.replace(' ', '_')}.urdf"
-        write_file(path, xml_of(tree))
+        write_file(path, features.xml_of(tree))
         return path
 
     def _torques(self, file: Path) -> tuple[Array, Array] | None:
@@ -141,37 +108,34 @@ def _in_engine(engine: str, copies: _Copies, seconds: float) -> EngineReport:
     if not is_installed(engine):
         return EngineReport(engine, None, (), f"not installed: {ENGINES[engine].about}")
     reference = copies.reference
-    ways = candidates(engine, copies.bare, reference, copies.folder / engine)
+    ways = losses.candidates(engine, copies.bare, reference, copies.folder / engine)
     files = [copies.path, copies.bare, *copies.without.values()]
     files += [copies.shapeless] if copies.shapeless is not None else []
     jobs = [Job(file, reference.scope) for file in files] + [way.job for way in ways]
     found = load_all(engine, jobs, reference.states, seconds)
-    whole, bare = found[0], found[1]
-    note = "" if isinstance(whole, Loaded) else whole
-    if isinstance(whole, Loaded):
-        bare = bare if isinstance(bare, Loaded) else whole
+    whole, bare = found[0], found[1] if isinstance(found[1], Loaded) else found[0]
     if not isinstance(bare, Loaded):
-        return EngineReport(engine, None, (), note)
-    note = f"in a copy without meshes and mimic tags, since as it stands: {note}" if note else ""
+        return EngineReport(engine, None, (), str(whole))
+    note = "" if isinstance(whole, Loaded) else f"in a copy without meshes and mimic tags, since as it stands: {whole}"
     judged = whole if isinstance(whole, Loaded) else bare
-    losses = _losses(engine, copies, bare, found[2 : 2 + len(copies.without)])
+    lost = _losses(engine, copies, bare, found[2 : 2 + len(copies.without)])
     if copies.shapeless is not None and isinstance(whole, Loaded):
         shapeless = found[2 + len(copies.without)]
-        losses += [shapes_loss(engine, whole, shapeless, reference)] if isinstance(shapeless, Loaded) else []
-    losses.append(merged_loss(engine, judged, dict.fromkeys(copies.links)))
+        lost += [losses.shapes_loss(engine, whole, shapeless, reference)] if isinstance(shapeless, Loaded) else []
+    lost.append(losses.merged_loss(engine, judged, copies.links))
     tried = list(zip(ways, found[len(files) :], strict=True))
-    losses += _drag(engine, bare, tried) if reference.has_dynamics else []
-    rows = [Restored(x, restored_by(x, tried, reference, copies.links) if x.is_loss else "") for x in losses]
-    return EngineReport(engine, agreement(engine, copies.path.name, judged, reference), tuple(rows), note)
+    lost += _drag(engine, bare, tried) if reference.has_dynamics else []
+    rows = tuple(replace(x, restored_by=losses.restored_by(x, tried, reference, copies.links)) for x in lost)
+    return EngineReport(engine, losses.agreement(engine, judged, reference), rows, note)
 
 
 def _losses(engine: str, copies: _Copies, bare: Loaded, found: Sequence[Loaded | str]) -> list[Loss]:
     out = []
     for name, without in zip(copies.without, found, strict=True):
         if isinstance(without, Loaded):
-            out.append(feature_loss(engine, name, (bare, without), copies.ours[name], copies.reference))
-        elif any(x.name == name and not x.held for x in FEATURES):
-            out.append(Loss(engine, name, KEPT, detail=f"refused without it: {without}"))
+            out.append(losses.feature_loss(engine, name, (bare, without), copies.ours[name], copies.reference))
+        elif any(x.name == name and not x.held for x in features.FEATURES):
+            out.append(Loss(engine, name, losses.KEPT, detail=f"refused without it: {without}"))
     return out
 
 
@@ -181,7 +145,7 @@ def _drag(engine: str, bare: Loaded, tried: Sequence[tuple[Way, Loaded | str]]) 
         if way.job.options.get("still") and isinstance(loaded, Loaded) and bare.has_dynamics:
             wrong, scale = float(np.abs(bare.torque - loaded.torque).max()), float(np.abs(loaded.torque).max())
             if wrong > tolerance(engine, "torque") * scale:
-                return [Loss(engine, DRAG, MISREAD, wrong, wrong / scale, way.label)]
+                return [Loss(engine, losses.DRAG, losses.MISREAD, wrong, wrong / scale, way.label)]
     return []
 
 
@@ -196,7 +160,7 @@ def agreement_table(report: ModelReport) -> Table:
         if found is not None:
             relative = [found.relative.get(x) for x in ("B", "C dq", "g", "torque")]
             rows.append((engine.engine, found.mass, *relative, found.absolute.get("torque"), found.absolute["flange"]))
-    title = f"{report.file}: largest difference from ours over {STATES} random states, as each engine loads it"
+    title = f"{report.file}: largest difference from ours over {losses.STATES} random states, as each engine loads it"
     note = "torque: B ddq + C dq + g with rotors and friction, as the engine's own motion needs it"
     return Table(title, heads, rows, note)
 
@@ -205,10 +169,9 @@ def loss_table(report: ModelReport) -> Table:
     """What is not as the file says, with the torque that is then wrong and what restores it."""
     rows = []
     for engine in report.engines:
-        for row in (x for x in engine.losses if x.loss.is_loss):
-            loss = row.loss
+        for loss in (x for x in engine.losses if x.is_loss):
             cells = (engine.engine, loss.feature, loss.verdict, loss.torque, loss.relative)
-            rows.append((*cells, row.by or "nothing that was tried", loss.detail))
+            rows.append((*cells, loss.restored_by or "nothing that was tried", loss.detail))
     heads = [Heading("engine"), Heading("feature"), Heading("verdict"), Heading("torque", "N m", ".2g")]
     heads += [Heading("share", "", ".1e"), Heading("restored by", key="restored_by"), Heading("detail")]
     return Table("What is lost, each by taking it out of the file and loading again", heads, rows)
@@ -220,9 +183,9 @@ def kept_lines(report: ModelReport) -> list[str]:
     for engine in report.engines:
         if engine.losses:
             words: dict[str, list[str]] = {}
-            for row in (x for x in engine.losses if not x.loss.is_loss and x.loss.verdict != NO_DYNAMICS):
-                detail = f" ({row.loss.detail})" if row.loss.detail else ""
-                words.setdefault(row.loss.verdict, []).append(row.loss.feature + detail)
+            for kept in (x for x in engine.losses if not x.is_loss and x.verdict != losses.NO_DYNAMICS):
+                detail = f" ({kept.detail})" if kept.detail else ""
+                words.setdefault(kept.verdict, []).append(kept.feature + detail)
             out.append(f"{engine.engine}: " + "; ".join(f"{k} {', '.join(v)}" for k, v in words.items()))
     return out
 
@@ -273,21 +236,14 @@ def document(reports: Sequence[ModelReport]) -> Document:
 
 def _parts(report: ModelReport) -> list[list[Table | Note]]:
     agreed = any(x.agreement for x in report.engines)
-    return [
-        [replace(agreement_table(report), when=agreed)],
-        [loss_table(report)],
-        [Note(kept_lines(report))],
-        [Note(notes(report))],
-    ]
+    table = replace(agreement_table(report), when=agreed)
+    return [[table], [loss_table(report)], [Note(kept_lines(report))], [Note(notes(report))]]
 
 
 def record(report: ModelReport) -> dict[str, Any]:
     """A model for programs."""
-    return {
-        "file": report.file,
-        "unwritten": report.unwritten,
-        "engines": [_engine_record(engine) for engine in report.engines],
-    }
+    engines = [_engine_record(engine) for engine in report.engines]
+    return {"file": report.file, "unwritten": report.unwritten, "engines": engines}
 
 
 def _engine_record(engine: EngineReport) -> dict[str, Any]:
@@ -295,9 +251,8 @@ def _engine_record(engine: EngineReport) -> dict[str, Any]:
     out: dict[str, Any] = {"engine": engine.engine, "note": engine.note}
     if found is not None:
         out |= {"mass": found.mass, "absolute": found.absolute, "relative": found.relative}
-    names = ("feature", "verdict", "torque", "relative", "detail")
-    rows = [{x: getattr(row.loss, x) for x in names} | {"restored_by": row.by} for row in engine.losses]
-    return out | {"features": rows}
+    names = ("feature", "verdict", "torque", "relative", "detail", "restored_by")
+    return out | {"features": [{name: getattr(loss, name) for name in names} for loss in engine.losses]}
 
 
 def matrix(reports: Sequence[ModelReport]) -> Table:
@@ -305,19 +260,18 @@ def matrix(reports: Sequence[ModelReport]) -> Table:
     engines = list(dict.fromkeys(engine.engine for report in reports for engine in report.engines))
     rows = []
     for report in reports:
-        by_engine = {engine.engine: {row.loss.feature: row for row in engine.losses} for engine in report.engines}
+        by_engine = {engine.engine: {loss.feature: loss for loss in engine.losses} for engine in report.engines}
         for feature in dict.fromkeys(name for found in by_engine.values() for name in found):
             cells = [_cell(by_engine.get(engine, {}).get(feature)) for engine in engines]
             rows.append((report.file, feature, *cells))
     return Table("What each engine makes of each file", [Heading("file"), Heading("feature"), *engines], rows)
 
 
-def _cell(row: Restored | None) -> str:
-    if row is None:
+def _cell(loss: Loss | None) -> str:
+    if loss is None:
         return "-"
-    loss = row.loss
     size = f", {loss.torque:.2g} N m" if loss.torque else ""
-    return f"{loss.verdict}{size}" + (f"; {row.by}" if row.by else "")
+    return f"{loss.verdict}{size}" + (f"; {loss.restored_by}" if loss.restored_by else "")
 
 
 def markdown(table: Table) -> str:

@@ -31,9 +31,8 @@ class YourdfpyFile:
         joints = [self.urdf.joint_map[name] for name in self.scope.joints]
         out = {}
         for name in ("lower", "upper", "velocity", "effort"):
-            values = [None if j.limit is None or j.type == "continuous" else getattr(j.limit, name) for j in joints]
-            if name in ("velocity", "effort"):
-                values = [None if j.limit is None else getattr(j.limit, name) for j in joints]
+            endless = ("continuous",) if name in ("lower", "upper") else ()
+            values = [None if j.limit is None or j.type in endless else getattr(j.limit, name) for j in joints]
             none = -np.inf if name == "lower" else np.inf
             out[name] = np.array([none if value is None else float(value) for value in values])
         for name, theirs in (("viscous", "damping"), ("coulomb", "friction")):

@@ -7,15 +7,8 @@ from typing import Annotated, TypedDict
 
 import numpy as np
 
-from lwr_dyn.checks.sensitivity.closed_loops import (
-    ClosedLoopResult,
-    Conclusion,
-    Progress,
-    Statics,
-    closed_loops,
-    conclusions,
-    statics_of,
-)
+from lwr_dyn.checks.sensitivity import closed_loops as loops
+from lwr_dyn.checks.sensitivity.closed_loops import ClosedLoopResult, Conclusion, Progress, Statics
 from lwr_dyn.checks.sensitivity.study_tasks import SimulatedTask, simulated_task
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
@@ -121,11 +114,11 @@ def sensitivity(
     for arm in arms.values():
         arm.require_dynamics()
     study = simulated_task(first[1], task)
-    statics = statics_of(arms, poses, seed, OMEGA_N, XI)
-    runs = tuple(closed_loops(arms, study, statics, rate, progress))
+    statics = loops.statics_of(arms, poses, seed, OMEGA_N, XI)
+    runs = tuple(loops.closed_loops(arms, study, statics, rate, progress))
     return Sensitivity(
         names=tuple(arms), joints=first[1].joint_names, study=study, rate=rate, poses=poses, statics=statics,
-        runs=runs, conclusions=conclusions(study, runs, statics),
+        runs=runs, conclusions=loops.conclusions(study, runs, statics),
     )  # fmt: skip
 
 
@@ -238,7 +231,8 @@ def error_table(result: Sensitivity, controller: str) -> Table:
 
     rows = []
     for i, model in enumerate(result.names):
-        marks = [_marks(runs[model, plant], result.rate) for plant in result.names]
+        row = [runs[model, plant] for plant in result.names]
+        marks = [FASTER * (r.rate > result.rate) + STOPPED * bool(r.metrics and r.metrics.stops.met) for r in row]
         rows.append((model, *zip(tips[i], worst[i], marks, strict=True)))
     plants = (Heading(f"on {name}", format=_errors, shade=shade) for name in result.names)
     return Table("", (controller, *plants), rows)
@@ -251,10 +245,6 @@ def errors_text(result: Sensitivity) -> str:
         f"{runs} runs of {duration:g} s at {result.rate:g} samples a second or more: RMS error of the tip ({RIGID})"
         " [mm] (largest error of a joint [mrad (mm)]); rows: the controller's model, columns: the plant"
     )
-
-
-def _marks(run: ClosedLoopResult, rate: float) -> str:
-    return (FASTER if run.rate > rate else "") + (STOPPED if run.metrics and run.metrics.stops.met else "")
 
 
 def _errors(cell: tuple[float, float, str]) -> str:

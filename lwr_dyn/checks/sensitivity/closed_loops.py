@@ -19,8 +19,8 @@ from lwr_dyn.checks.sensitivity.study_tasks import PublishedClaim, SimulatedTask
 from lwr_dyn.control.gains import Gains, Linearised, second_order_gains
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller, label_of
-from lwr_dyn.design.sampled_loop import Sampling
-from lwr_dyn.design.sampled_stability import stability_along
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
+from lwr_dyn.design.sampled_stability import stability_at
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import LwrDynError
@@ -118,22 +118,16 @@ def closed_loops(
         for model in arms:
             controller = controller_of(arms[model], choice, statics[model].b)
             for plant in arms:
-                yield _run(arms, study, label_of(controller), controller, model, plant, rate)
+                yield _run(arms, study, controller, model, plant, rate)
                 done += 1
                 if progress is not None:
                     progress(done / total)
 
 
 def _run(
-    arms: Mapping[str, Arm],
-    study: SimulatedTask,
-    name: str,
-    controller: Controller,
-    model: str,
-    plant: str,
-    rate: float,
+    arms: Mapping[str, Arm], study: SimulatedTask, controller: Controller, model: str, plant: str, rate: float
 ) -> ClosedLoopResult:
-    used = _rate_that_holds(arms[plant], controller, study, rate)
+    name, used = label_of(controller), _rate_that_holds(arms[plant], controller, study, rate)
     substeps = study.task.substeps
     try:
         run = simulate(arms[model], controller, study.reference, plant=arms[plant], rate=used, substeps=substeps)
@@ -146,7 +140,8 @@ def _rate_that_holds(plant: Arm, controller: Controller, study: SimulatedTask, r
     """The wanted rate [Hz], or a multiple of it `SAFE` above the least that holds along the reference, if any does."""
     reference = study.reference
     q = reference.sample(np.linspace(0.0, reference.duration, PLACES)).q
-    found = stability_along(dynamics_of(plant), cast(Linearised, controller), Sampling(rate), q)
+    loop = RestingLoop.of(dynamics_of(plant), cast(Linearised, controller), q)
+    found = stability_at(loop, Sampling(rate), q)
     return rate if found.holds or found.least_rate is None else rate * math.ceil(SAFE * found.least_rate / rate)
 
 
@@ -217,9 +212,11 @@ def _rules(study: SimulatedTask, runs: Sequence[ClosedLoopResult]) -> Iterator[t
             yield f"{better} tracks better than {worse} (RMS of the tip)", partial(_better, better, worse)
     for name in labels.values():
         if any(np.isfinite(m.torque_use).any() for m in known):
-            yield f"torques keep to their limits under {name}", partial(_judge, name, _within_torques)
+            uncut = partial(_judge, name, lambda m: bool((m.saturated_s == 0.0).all()))
+            yield f"torques keep to their limits under {name}", uncut
         if any(np.isfinite(m.speed_use).any() for m in known):
-            yield f"speeds keep to their limits under {name}", partial(_judge, name, _within_speeds)
+            within = partial(_judge, name, lambda m: bool(np.nanmax([0.0, *m.speed_use]) <= 1.0))
+            yield f"speeds keep to their limits under {name}", within
     for claim in task.claims:
         name = labels[claim.controller]
         yield f"{claim.text} under {name}", partial(_judge, name, partial(_are_largest, claim))
@@ -235,15 +232,6 @@ def _judge(controller: str, rule: Callable[[Metrics], bool], runs: Runs) -> bool
     """A rule about one controller's run; None where its simulation failed."""
     result = runs[controller].metrics
     return None if result is None else rule(result)
-
-
-def _within_torques(result: Metrics) -> bool:
-    """No torque was cut at a known limit."""
-    return bool((result.saturated_s == 0.0).all())
-
-
-def _within_speeds(result: Metrics) -> bool:
-    return bool(np.nanmax([0.0, *result.speed_use]) <= 1.0)
 
 
 def _are_largest(claim: PublishedClaim, result: Metrics) -> bool:

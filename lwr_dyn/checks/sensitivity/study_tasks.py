@@ -173,17 +173,10 @@ JOINT_LEG = 2.0
 """[s] of each leg of a joint move."""
 
 JOINT_MOVE = StudyTask(
-    robot="",
-    name="joint-move",
+    robot="", name="joint-move", where="for arms to which no paper sets a task", reference="joint-move", options={},
     about=f"every joint over {RANGE_SHARE:.0%} of its range about the middle and back, quintics of {JOINT_LEG:g} s",
-    where="for arms to which no paper sets a task",
-    reference="joint-move",
-    options={},
-    controllers=(
-        ControllerChoice("PD", "pd-gravity"),
-        ControllerChoice("inverse dynamics", "inverse-dynamics"),
-    ),
-)
+    controllers=(ControllerChoice("PD", "pd-gravity"), ControllerChoice("inverse dynamics", "inverse-dynamics")),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,7 +208,10 @@ def simulated_task(arm: Arm, name: str | None = None) -> SimulatedTask:
     task = tasks[name or own]
     registry = OWN_REFERENCES if task.reference in OWN_REFERENCES.rows else REFERENCES
     reference = registry.make(task.reference, arm, **task.options)
-    controllers = tuple(_with_known_gains(choice, arm) for choice in task.controllers)
+    controllers = task.controllers
+    if arm.gains is None:  # the gains of the arm's file are used only where it has some
+        unknown = [{k: v for k, v in choice.options.items() if k != "own_gains"} for choice in controllers]
+        controllers = tuple(replace(c, options=left) for c, left in zip(controllers, unknown, strict=True))
     claims = task.claims if task.robot == arm.name else ()
     labels = {choice.id: label_of(controller_of(arm, choice, np.ones(arm.n))) for choice in controllers}
     return SimulatedTask(replace(task, claims=claims, controllers=controllers), reference, labels)
@@ -225,13 +221,6 @@ def controller_of(arm: Arm, choice: ControllerChoice, b: Array) -> Controller:
     """The controller of a choice for an arm whose largest inertias `b` (n,) [kg m^2] are known."""
     known: dict[str, Any] = {"inertia": b} if choice.controller == "pd-gravity" else {}
     return make_controller(choice.controller, arm, **choice.options, **known)
-
-
-def _with_known_gains(choice: ControllerChoice, arm: Arm) -> ControllerChoice:
-    """The gains of the arm's file only where it has some."""
-    if arm.gains is not None:
-        return choice
-    return replace(choice, options={k: v for k, v in choice.options.items() if k != "own_gains"})
 
 
 def lspb_travel(arm: Arm, start: ArrayLike, travel: float, duration: float, blend: float) -> Reference:

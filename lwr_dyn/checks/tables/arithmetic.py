@@ -90,13 +90,10 @@ def names_in(node: ast.expr) -> Iterator[str]:
     name = name_of(node)
     if name is not None:
         yield name
-    elif isinstance(node, ast.BinOp):
-        yield from (*names_in(node.left), *names_in(node.right))
-    elif isinstance(node, ast.UnaryOp):
-        yield from names_in(node.operand)
-    elif isinstance(node, ast.Call):
-        for argument in node.args:
-            yield from names_in(argument)
+        return
+    for part in node.args if isinstance(node, ast.Call) else ast.iter_child_nodes(node):
+        if isinstance(part, ast.expr):
+            yield from names_in(part)
 
 
 def value_of(node: ast.expr | None, names: Mapping[str, float], degrees: bool = False) -> float:
@@ -148,6 +145,9 @@ _BASE: dict[str, tuple[Powers, float]] = {
     "J": ((2, 1, -2, 0), 1.0), "W": ((2, 1, -3, 0), 1.0), "1": (NUMBER, 1.0), "": (NUMBER, 1.0), "%": (NUMBER, 1e-2),
 }  # fmt: skip
 
+_WORD = re.compile(r"([A-Za-z%]+|1)\^?(-?\d)?")
+"""A base unit and its power: "mm^2", "s-1", "m2", "rad"."""
+
 _OTHER = str.maketrans({"\N{MIDDLE DOT}": " ", "*": " ", "\N{SUPERSCRIPT TWO}": "2", "\N{SUPERSCRIPT THREE}": "3",
                         "\N{DEGREE SIGN}": "deg", "[": "", "]": ""})  # fmt: skip
 
@@ -159,11 +159,6 @@ class Unit:
     powers: Powers
     factor: float
 
-    @property
-    def without_angle(self) -> Powers:
-        """The powers with the radian as a number: N m/rad is N m."""
-        return (*self.powers[:3], 0.0)
-
 
 def unit_of(text: str) -> Unit | None:
     """The unit that a text names; None for an unknown one.
@@ -174,24 +169,15 @@ def unit_of(text: str) -> Unit | None:
     if len(text) > 40:
         return None
     over, *under = re.sub(r"[()]", " ", text.translate(_OTHER)).split("/")
-    powers, factor = list(NUMBER), 1.0
+    powers, factor = NUMBER, 1.0
     for sign, part in [(1.0, over), *((-1.0, u) for u in under)]:
         for word in part.split():
-            factors = _word(word)
-            if factors is None:
+            match = _WORD.fullmatch(word)
+            if not match or match[1] not in _BASE:
                 return None
-            (base, size), power = factors
-            powers = [p + sign * power * b for p, b in zip(powers, base, strict=True)]
-            factor *= size ** (sign * power)
-    return Unit((powers[0], powers[1], powers[2], powers[3]), factor)
-
-
-def _word(word: str) -> tuple[tuple[Powers, float], float] | None:
-    """A base unit and its power: "mm^2", "s-1", "m2", "rad"."""
-    match = re.fullmatch(r"([A-Za-z%]+|1)\^?(-?\d)?", word)
-    if not match or match.group(1) not in _BASE:
-        return None
-    return _BASE[match.group(1)], float(match.group(2) or 1)
+            (base, size), power = _BASE[match[1]], sign * float(match[2] or 1)
+            powers, factor = _times(powers, base, power), factor * size**power
+    return Unit(powers, factor)
 
 
 class UnlikeError(Exception):
@@ -260,14 +246,12 @@ def in_words(powers: Powers) -> str:
     return " ".join(parts) or "1"
 
 
-_LENGTH, _ANGLE, _TIME, _MASS = "m", "rad", "s", "kg"
-
 QUANTITIES: dict[str, tuple[str, ...]] = {
-    "mass": (_MASS,), "masses": (_MASS,), "weight": (_MASS, "N"), "payload": (_MASS,),
-    "inertia": ("kg m^2",), "armature": ("kg m^2", _MASS), "torque": ("N m",), "effort": ("N m", "N"), "force": ("N",),
-    "length": (_LENGTH,), "distance": (_LENGTH,), "radius": (_LENGTH,), "height": (_LENGTH,), "reach": (_LENGTH,),
-    "com": (_LENGTH,), "angle": (_ANGLE,), "alpha": (_ANGLE,), "theta": (_ANGLE,), "roll": (_ANGLE,), "yaw": (_ANGLE,),
-    "time": (_TIME,), "duration": (_TIME,), "gravity": ("m/s^2",), "ratio": ("1",),
+    "mass": ("kg",), "masses": ("kg",), "weight": ("kg", "N"), "payload": ("kg",),
+    "inertia": ("kg m^2",), "armature": ("kg m^2", "kg"), "torque": ("N m",), "effort": ("N m", "N"), "force": ("N",),
+    "length": ("m",), "distance": ("m",), "radius": ("m",), "height": ("m",), "reach": ("m",),
+    "com": ("m",), "angle": ("rad",), "alpha": ("rad",), "theta": ("rad",), "roll": ("rad",), "yaw": ("rad",),
+    "time": ("s",), "duration": ("s",), "gravity": ("m/s^2",), "ratio": ("1",),
     "velocity": ("m/s", "rad/s"), "speed": ("m/s", "rad/s"), "acceleration": ("m/s^2", "rad/s^2"),
     "stiffness": ("N/m", "N m/rad"), "damping": ("N s/m", "N m s/rad"),
 }  # fmt: skip
@@ -295,13 +279,9 @@ def unit_sense(sheet: Sheet) -> Iterator[Finding]:
             yield from _joint_errors(table, unit, columns)
 
 
-def _words(column: SheetColumn) -> list[str]:
-    return words_of(column.group or column.name)
-
-
 def _is_error_of_joints(table: SheetTable, column: SheetColumn) -> bool:
     """The heading or the table's title contains a word for errors, and the rows are joints."""
-    words = set(_words(column)) | set(words_of(table.where))
+    words = {*words_of(column.group or column.name), *words_of(table.where)}
     labelled = any({"joint", "joints"} & set(words_of(c.name)) for c in table.columns if c is not column)
     return bool(words & set(ERRORS)) and (bool(table.declared.joints) or labelled) and column.numeric
 
@@ -323,7 +303,7 @@ def _joint_errors(table: SheetTable, text: str, columns: list[SheetColumn]) -> I
 
 
 def _quantity(table: SheetTable, column: SheetColumn) -> Iterator[Finding]:
-    words = [w for w in _words(column) if w in QUANTITIES]
+    words = [w for w in words_of(column.group or column.name) if w in QUANTITIES]
     unit = unit_of(column.unit)
     if not words or unit is None or unit.powers == NUMBER:  # a share or a count of anything has the unit 1
         return

@@ -12,20 +12,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from lwr_dyn.checks.tables.arithmetic import (
-    FUNCTIONS,
-    LONGEST,
-    Powers,
-    Unit,
-    UnlikeError,
-    dimension_of,
-    in_words,
-    name_of,
-    names_in,
-    parsed,
-    unit_of,
-    value_of,
-)
+from lwr_dyn.checks.tables import arithmetic
+from lwr_dyn.checks.tables.arithmetic import in_words, value_of
 from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable, TableError, plain_name
 from lwr_dyn.model.printed_number import PrintedNumber, power_of_ten, printed_number
 
@@ -134,25 +122,18 @@ class Formula:
     def scales(self) -> dict[str, float]:
         """Factor to SI of every name when all have units, else 1: then the formula holds in the printed units."""
         columns = {self.left: self.target, **self.names}
-        units = {name: unit_of(c.unit) if c.unit else None for name, c in columns.items()}
+        units = {name: arithmetic.unit_of(c.unit) if c.unit else None for name, c in columns.items()}
         known = {name: unit.factor for name, unit in units.items() if unit is not None}
         return known if len(known) == len(columns) else dict.fromkeys(columns, 1.0)
 
 
-def formulas_of(sheet: Sheet) -> Iterator[Formula]:
-    """The declared formulas; raises `TableError` for one that cannot be read."""
-    for table in sheet.tables:
-        for text in table.declared.formulas:
-            yield _formula(sheet, table, text)
-
-
 def _formula(sheet: Sheet, table: SheetTable, text: str) -> Formula:
     left, sign, right = text.partition("=")
-    tree = parsed(right)
-    if not sign or tree is None or name_of(parsed(left) or ast.Constant(0)) is None:
+    tree = arithmetic.parsed(right)
+    if not sign or tree is None or arithmetic.name_of(arithmetic.parsed(left) or ast.Constant(0)) is None:
         raise TableError(sheet.file, f"{table.name}, formula", repr(text), FORM)
     target = _named(sheet, table, left.strip(), text)
-    names = {name: _named(sheet, table, name, text) for name in names_in(tree)}
+    names = {name: _named(sheet, table, name, text) for name in arithmetic.names_in(tree)}
     for name, column in names.items():
         if len(column.cells) not in (1, len(target.cells)):
             raise TableError(
@@ -178,7 +159,8 @@ def _named(sheet: Sheet, table: SheetTable, name: str, text: str) -> SheetColumn
 
 def formulas(sheet: Sheet) -> Iterator[Finding]:
     """Rules 3, 4, 6 and 9 with formulas: exchanged cells, powers of ten, shifted rows, and dimensions that differ."""
-    declared = [(formula, list(formula.cells())) for formula in formulas_of(sheet)]
+    read = [_formula(sheet, table, text) for table in sheet.tables for text in table.declared.formulas]
+    declared = [(formula, list(formula.cells())) for formula in read]
     for formula, _ in declared:
         yield from _dimensions(formula)
     wrong = {c: c.printed for _, cells in declared for c in cells if not c.follows}
@@ -228,17 +210,17 @@ def _wrong(cell: FormulaCell) -> Finding:
 
 
 def _dimensions(formula: Formula) -> Iterator[Finding]:
-    """The two sides of a formula have different dimensions, or it adds unlike quantities."""
+    """The two sides of a formula have different dimensions, or it adds unlike quantities: N m/rad is N m here."""
     columns = {formula.left: formula.target, **formula.names}
-    units: dict[str, Unit] = {name: u for name, c in columns.items() if c.unit and (u := unit_of(c.unit)) is not None}
-    if len(units) < len(columns):
+    units = {name: arithmetic.unit_of(c.unit) if c.unit else None for name, c in columns.items()}
+    powers: dict[str, arithmetic.Powers] = {name: (*u.powers[:3], 0.0) for name, u in units.items() if u is not None}
+    if len(powers) < len(columns):
         return
-    powers: dict[str, Powers] = {name: u.without_angle for name, u in units.items()}
     left = powers[formula.left]
     try:
-        right = dimension_of(formula.tree, powers)
+        right = arithmetic.dimension_of(formula.tree, powers)
         fault = "" if right in (None, left) else f"{in_words(left)} on the left, {in_words(right or left)} on the right"
-    except UnlikeError as unlike:
+    except arithmetic.UnlikeError as unlike:
         fault = str(unlike)
     if fault:
         printed = ", ".join(f"{name} [{c.unit}]" for name, c in columns.items())
@@ -250,7 +232,9 @@ def _dimensions(formula: Formula) -> Iterator[Finding]:
 
 _NUM = r"(?>\d+\.?\d*|\.\d+)(?>[eE][+-]?\d+)?"
 
-_TOKEN = rf"(?>{_NUM}|\b(?:{'|'.join(sorted(FUNCTIONS, key=len, reverse=True))})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
+_NAMES = "|".join(sorted(arithmetic.FUNCTIONS, key=len, reverse=True))
+
+_TOKEN = rf"(?>{_NUM}|\b(?:{_NAMES})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
 
 _LEFT = re.compile(rf"(?<![\w.]){_TOKEN}+$")
 
@@ -277,7 +261,7 @@ class Equality:
             number = printed_number(match.group())
             if number is not None and not number.is_whole:
                 rounded = self.left[: match.start()] + repr(number.value + number.half) + self.left[match.end() :]
-                changes.append(abs(value_of(parsed(rounded), {}) - exact))
+                changes.append(abs(value_of(arithmetic.parsed(rounded), {}) - exact))
         return sum(x for x in changes if math.isfinite(x))
 
 
@@ -288,15 +272,16 @@ def equalities(text: str) -> Iterator[Equality]:
     [('350 + 820', '1170')]
     """
     for sign in re.finditer(r"(?<![=<>!])=(?!=)", text):
-        begin = max(0, sign.start() - 2 * LONGEST)  # a longer left side is no formula, and costs no time
+        begin = max(0, sign.start() - 2 * arithmetic.LONGEST)  # a longer left side is no formula, and costs no time
         before = _LEFT.search(text[begin : sign.start()].rstrip())
         after = _RIGHT.match(text[sign.end() :])
         if before is None or after is None:
             continue
         left = _balanced(before.group().replace("deg", "").strip(" ,"))
-        tree = parsed(left) if left else None
+        tree = arithmetic.parsed(left) if left else None
         rest = (after.group(3) or " ").lstrip()
-        if tree is None or not _is_computation(tree) or rest[:1] in tuple("+*/^-x("):
+        goes_on = rest[:1] in tuple("+*/^-x(")
+        if tree is None or goes_on or not any(isinstance(node, ast.BinOp | ast.Call) for node in ast.walk(tree)):
             continue
         texts = [after.group(1), *re.findall(rf"or\s+([-+]?{_NUM})", after.group(2))]
         numbers = tuple(n for t in texts if (n := printed_number(t)) is not None)
@@ -309,18 +294,11 @@ def _balanced(text: str) -> str:
     depth, start = 0, len(text)
     for k in range(len(text) - 1, -1, -1):
         depth += {")": 1, "(": -1}.get(text[k], 0)
-        if depth < 0:
-            break
-        if depth == 0 and text[k] == ",":
+        if depth < 0 or (depth == 0 and text[k] == ","):
             break
         start = k
     out = text[start:].strip()
     return "" if out[:1] in tuple("+*/^,x)") else out
-
-
-def _is_computation(tree: ast.expr) -> bool:
-    """The formula is more than a number."""
-    return any(isinstance(node, ast.BinOp | ast.Call) for node in ast.walk(tree))
 
 
 def sentences(sheet: Sheet) -> Iterator[Finding]:

@@ -60,16 +60,15 @@ class ColumnPair:
     columns: tuple[SheetColumn, SheetColumn]
 
     @property
-    def full_names(self) -> frozenset[str]:
+    def full_names(self) -> list[str]:
         """The columns with their tables."""
-        return frozenset(f"{t.name}.{c.name}" for t, c in zip(self.tables, self.columns, strict=True))
+        return [f"{t.name}.{c.name}" for t, c in zip(self.tables, self.columns, strict=True)]
 
     @property
     def name(self) -> str:
         """ "a / b", with the tables where they differ."""
         same = self.tables[0].name == self.tables[1].name
-        a, b = (c.name if same else f"{t.name}.{c.name}" for t, c in zip(self.tables, self.columns, strict=True))
-        return f"{a} / {b}"
+        return " / ".join([c.name for c in self.columns] if same else self.full_names)
 
     @property
     def rows(self) -> int:
@@ -131,7 +130,8 @@ def constant_ratio(pair: ColumnPair) -> ConstantRatio | None:
         return None
     ratios = _ratios(pair, pair.rows)
     best = _most(ratios)
-    if len(best) < max(LEAST_ROWS, LEAST_SHARE * len(ratios)) or not _is_significant(pair, best):
+    distinct = min(len({n.digits.rstrip("0") for i in best if (n := c.numbers[i])}) for c in pair.columns)
+    if len(best) < max(LEAST_ROWS, LEAST_SHARE * len(ratios)) or distinct < LEAST_DISTINCT:
         return None
     value = max(ratios[i][0] for i in best), min(ratios[i][1] for i in best)
     return ConstantRatio(pair, value, best, tuple(i for i in ratios if i not in best))
@@ -153,18 +153,12 @@ def _most(ratios: dict[int, Interval]) -> tuple[int, ...]:
     return tuple(i for i, (low, high) in ratios.items() if low <= at <= high)
 
 
-def _is_significant(pair: ColumnPair, rows: tuple[int, ...]) -> bool:
-    """Both columns print enough different numbers in these rows."""
-    texts = [{n.digits.rstrip("0") for i in rows if (n := c.numbers[i])} for c in pair.columns]
-    return min(len(t) for t in texts) >= LEAST_DISTINCT
-
-
 def proportions(sheet: Sheet) -> Iterator[Finding]:
     """Rules 3 and 4 without a formula: cells exchanged, or off by a power of ten, in a column that follows another."""
     seen: set[tuple[str, frozenset[str]]] = set()
     declared = {frozenset(names): text for text, names in _declared(sheet)}
     for pair in column_pairs(sheet):
-        constant, text = constant_ratio(pair), declared.get(pair.full_names, "")
+        constant, text = constant_ratio(pair), declared.get(frozenset(pair.full_names), "")
         if constant is None or not 0 < len(constant.broken) <= (len(constant.kept) if text else MOST_BROKEN):
             continue
         findings = [*_exchanged(constant), *_power_of_ten(constant)]
@@ -243,30 +237,15 @@ SAME = 1e-9
 Sizes = Sequence[float | None]
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnSizes:
-    """A column, or the components of a vector, as sizes without sign: a turned frame does not hide a repeat."""
-
-    name: str
-    unit: str
-    values: Sizes
-
-    @property
-    def text(self) -> str:
-        """The sizes, a dash where a cell prints no number."""
-        return ", ".join("-" if x is None else f"{x:.6g}" for x in self.values)
-
-
-def column_sizes(sheet: Sheet) -> Iterator[ColumnSizes]:
-    """The sizes of every column, or vector of up to three columns."""
+def column_sizes(sheet: Sheet) -> Iterator[tuple[str, str, Sizes]]:
+    """Name, unit and sizes of every column, or vector of up to three columns: a turned frame hides no repeat."""
     for table in sheet.tables:
         groups: dict[str, list[SheetColumn]] = {}
         for column in table.columns:
             groups.setdefault(column.group or column.name, []).append(column)
         for name, columns in groups.items():
             if len(columns) <= 3 and all(c.numeric for c in columns):
-                sizes = [_size(columns, i) for i in range(table.rows)]
-                yield ColumnSizes(f"{table.name}.{name}", columns[0].unit, sizes)
+                yield f"{table.name}.{name}", columns[0].unit, [_size(columns, i) for i in range(table.rows)]
 
 
 def _size(columns: Sequence[SheetColumn], row: int) -> float | None:
@@ -276,13 +255,13 @@ def _size(columns: Sequence[SheetColumn], row: int) -> float | None:
 
 def shifts(sheet: Sheet) -> Iterator[Finding]:
     """Rule 6: whole columns, or all rows of one from some row on, that fit another column one row up or down."""
-    for one, other in itertools.combinations(list(column_sizes(sheet)), 2):
-        if one.unit == other.unit and len(one.values) == len(other.values):
-            yield from _shifted(one, other)
+    for (one, unit, a), (other, its, b) in itertools.combinations(column_sizes(sheet), 2):
+        if unit == its and len(a) == len(b):
+            yield from _shifted(one, other, a, b)
 
 
-def _shifted(one: ColumnSizes, other: ColumnSizes) -> Iterator[Finding]:
-    a, b = one.values, other.values
+def _shifted(one: str, other: str, a: Sizes, b: Sizes) -> Iterator[Finding]:
+    printed, expected = (", ".join("-" if x is None else f"{x:.6g}" for x in sizes) for sizes in (a, b))
     straight = [_same(x, y) for x, y in zip(a, b, strict=True)]
     for step, sense in ((1, "lower"), (-1, "higher")):
         first = None if all(straight) else _first_shifted(a, b, straight, step)
@@ -290,10 +269,10 @@ def _shifted(one: ColumnSizes, other: ColumnSizes) -> Iterator[Finding]:
             continue
         since = "" if first == 0 else f" from row {first + 1} on"
         yield Finding(
-            "rows-shifted", "error", "likely", (one.name, other.name), one.text, other.text,
-            f"{one.name}{since} repeats the sizes of {other.name} when each stands one row {sense}; as printed "
+            "rows-shifted", "error", "likely", (one, other), printed, expected,
+            f"{one}{since} repeats the sizes of {other} when each stands one row {sense}; as printed "
             f"{sum(straight)} of {len(a)} rows agree: one of the two is shifted",
-            {"shift": step, "from_row": first + 1, one.name: list(a), other.name: list(b)},
+            {"shift": step, "from_row": first + 1, one: list(a), other: list(b)},
         )  # fmt: skip
         return
 

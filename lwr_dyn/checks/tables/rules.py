@@ -6,6 +6,7 @@ whole rows up to signs, and equal links repeat their masses: these are no faults
 its neighbour's differ otherwise, or when the copy has other digits than the original.
 """
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -73,7 +74,12 @@ def repeats(sheet: Sheet) -> Iterator[Finding]:
                 other, column_alone = alone.get((column.name, label), (None, None))
                 a, b = column.numbers[i], column_alone.numbers[0] if column_alone else None
                 if other and a and b and abs(a.value - b.value) > max(a.half, b.half) * (1.0 + ROUND):
-                    yield _printed_twice(table.place(i, column.name), f"{other.name}, {label}", a, b)
+                    places = table.place(i, column.name), f"{other.name}, {label}"
+                    yield Finding(
+                        "printed-twice", "error", "certain", places, f"{a.text}, {b.text}", "one value in both",
+                        f"{places[0]} prints {a.text}, {places[1]} prints {b.text}: the same value twice, "
+                        f"off by {a.value - b.value:+.3g}", {"difference": a.value - b.value},
+                    )  # fmt: skip
 
 
 def _labels(table: SheetTable) -> tuple[str, ...]:
@@ -85,22 +91,14 @@ def _labels(table: SheetTable) -> tuple[str, ...]:
     return labels.cells if labels is not None else ()
 
 
-def _printed_twice(place: str, other: str, a: PrintedNumber, b: PrintedNumber) -> Finding:
-    return Finding(
-        "printed-twice", "error", "certain", (place, other), f"{a.text}, {b.text}", "one value in both",
-        f"{place} prints {a.text}, {other} prints {b.text}: the same value twice, off by {a.value - b.value:+.3g}",
-        {"difference": a.value - b.value},
-    )  # fmt: skip
-
-
 def symmetry(sheet: Sheet) -> Iterator[Finding]:
     """Rule 8: entries (i, j) and (j, i) that print different numbers."""
     for matrix in sheet.matrices:
         pairs = list(_opposites(matrix))
         unequal = [p for p in pairs if not _agree(p[2], p[3])]
-        if matrix.symmetric or _nearly_symmetric(pairs, unequal):
-            for pair in unequal:
-                yield _asymmetry(matrix, *pair)
+        telling = sum(len(p[2].digits.rstrip("0")) >= 3 for p in pairs if p not in unequal)  # neither 0 nor 1
+        if matrix.symmetric or (len(unequal) == 1 and telling >= 3):
+            yield from (_asymmetry(matrix, *pair) for pair in unequal)
 
 
 def _asymmetry(matrix: SheetMatrix, i: int, j: int, a: PrintedNumber, b: PrintedNumber) -> Finding:
@@ -115,22 +113,14 @@ def _asymmetry(matrix: SheetMatrix, i: int, j: int, a: PrintedNumber, b: Printed
 
 
 def _opposites(matrix: SheetMatrix) -> Iterator[Opposite]:
-    size = len(matrix.cells)
-    for i in range(size):
-        for j in range(i + 1, size):
-            a, b = printed_number(matrix.cells[i][j]), printed_number(matrix.cells[j][i])
-            if a is not None and b is not None:
-                yield i, j, a, b
+    for i, j in itertools.combinations(range(len(matrix.cells)), 2):
+        a, b = printed_number(matrix.cells[i][j]), printed_number(matrix.cells[j][i])
+        if a is not None and b is not None:
+            yield i, j, a, b
 
 
 def _agree(a: PrintedNumber, b: PrintedNumber) -> bool:
     return a.value == b.value or abs(a.value - b.value) < max(a.half, b.half) * (a.half != b.half)
-
-
-def _nearly_symmetric(pairs: list[Opposite], unequal: list[Opposite]) -> bool:
-    """One pair differs, and at least three equal ones are neither 0 nor 1."""
-    equal = [p for p in pairs if p not in unequal and len(p[2].digits.rstrip("0")) >= 3]
-    return len(unequal) == 1 and len(equal) >= 3
 
 
 def _difference(a: PrintedNumber, b: PrintedNumber) -> str:
@@ -232,24 +222,22 @@ def _alike(columns: Sequence[SheetColumn], column: SheetColumn, i: int) -> bool 
 
 def _one_digit(table: SheetTable, columns: Sequence[SheetColumn]) -> Iterator[Finding]:
     """Two rows that are equal up to signs but for one number, which differs in one digit."""
-    for i in range(table.rows):
-        for j in range(i + 1, table.rows):
-            pairs = [(c, a, b) for c in columns if (a := c.numbers[i]) and (b := c.numbers[j])]
-            unequal = [(c, a, b) for c, a, b in pairs if abs(a.value) != abs(b.value)]
-            places = {c.group or c.name for c, _, _ in unequal}
-            telling = sum(len(a.digits.rstrip("0")) >= EXACT for _, a, _ in pairs)
-            if telling < 4 or len(places) != 1 or len({(a.text, b.text) for _, a, b in unequal}) > 1:
-                continue
-            column, a, b = unequal[0]
-            if one_digit_apart(a, b):
-                equal = len(pairs) - len(unequal)
-                yield Finding(
-                    "one-digit", "warning", "possible", (table.place(i, column.name), table.place(j, column.name)),
-                    f"{a.text}, {b.text}", f"{a.text} or {b.text} in both",
-                    f"rows {i + 1} and {j + 1} of {table.name} are equal up to signs in {equal} numbers"
-                    f"; {column.name} differs in one digit: {a.text} and {b.text}",
-                    {"equal": equal},
-                )  # fmt: skip
+    for i, j in itertools.combinations(range(table.rows), 2):
+        pairs = [(c, a, b) for c in columns if (a := c.numbers[i]) and (b := c.numbers[j])]
+        unequal = [(c, a, b) for c, a, b in pairs if abs(a.value) != abs(b.value)]
+        places = {c.group or c.name for c, _, _ in unequal}
+        telling = sum(len(a.digits.rstrip("0")) >= EXACT for _, a, _ in pairs)
+        if telling < 4 or len(places) != 1 or len({(a.text, b.text) for _, a, b in unequal}) > 1:
+            continue
+        column, a, b = unequal[0]
+        if one_digit_apart(a, b):
+            equal = len(pairs) - len(unequal)
+            yield Finding(
+                "one-digit", "warning", "possible", (table.place(i, column.name), table.place(j, column.name)),
+                f"{a.text}, {b.text}", f"{a.text} or {b.text} in both",
+                f"rows {i + 1} and {j + 1} of {table.name} are equal up to signs in {equal} numbers"
+                f"; {column.name} differs in one digit: {a.text} and {b.text}", {"equal": equal},
+            )  # fmt: skip
 
 
 def one_digit_apart(a: PrintedNumber, b: PrintedNumber) -> bool:
@@ -293,14 +281,8 @@ def lint(sheet: Sheet) -> tuple[Finding, ...]:
     return tuple(findings.values())
 
 
-def lint_file(path: str | Path, joints: str = "") -> tuple[Finding, ...]:
-    """The findings of all rules in a .toml or .csv file.
-
-    Parameters
-    ----------
-    path : path
-    joints : str
-        "revolute" or "prismatic", for files that do not state the kind of their joints.
+def sheet_of_file(path: str | Path) -> Sheet:
+    """A .toml or .csv file as a sheet, the kind of its joints unknown where it does not state it.
 
     Raises
     ------
@@ -309,18 +291,13 @@ def lint_file(path: str | Path, joints: str = "") -> tuple[Finding, ...]:
     TableError
         It can be read, but not as tables of numbers.
     """
-    return lint(sheet_of_file(path, joints))
-
-
-def sheet_of_file(path: str | Path, joints: str = "") -> Sheet:
-    """A file as a sheet; raises as `lint_file`."""
     file = Path(path)
     if file.suffix.lower() not in (".toml", ".csv"):
         raise FileAccessError(str(path), "neither .toml nor .csv", FORMATS)
     text = read_text(path, FORMATS, "utf-8-sig", LARGEST)
     if file.suffix.lower() == ".csv":
         return sheet_of_csv(text, str(path), file.stem)
-    return sheet_of_toml(text, str(path), joints)
+    return sheet_of_toml(text, str(path))
 
 
 def sheets_of_robot(robot: str) -> tuple[Sheet, ...]:

@@ -259,26 +259,20 @@ SEPARATORS = ",;\t|"
 DECLARATIONS = ("title", "formula", "ratio", "joints", "total", "role")
 
 
-@dataclass(slots=True)
-class CsvDeclarations:
-    """The # lines of a CSV text by their word."""
-
-    lines: dict[str, list[str]] = field(default_factory=dict)
-
-    def add(self, line: str) -> None:
-        """Take a line "# WORD: text"; others are comments."""
+def _declarations(text: str) -> dict[str, list[str]]:
+    """The lines "# WORD: text" of a CSV text by their word; others are comments."""
+    found: dict[str, list[str]] = {word: [] for word in DECLARATIONS}
+    for line in text.splitlines():
         word, sign, rest = line.lstrip("# ").partition(":")
-        if sign and word.strip().lower() in DECLARATIONS:
-            self.lines.setdefault(word.strip().lower(), []).append(rest.strip())
+        if line.lstrip().startswith("#") and sign:
+            found.setdefault(word.strip().lower(), []).append(rest.strip())
+    return found
 
-    def texts(self, word: str) -> tuple[str, ...]:
-        """The texts of a word, line by line."""
-        return tuple(self.lines.get(word, []))
 
-    def pairs(self, word: str) -> dict[str, str]:
-        """Lines such as "mass = 14.4462" as a mapping."""
-        split = [line.partition("=") for line in self.texts(word)]
-        return {name_in(key.strip()): value.strip() for key, _, value in split}
+def _pairs(lines: Sequence[str]) -> dict[str, str]:
+    """Lines such as "mass = 14.4462" as a mapping."""
+    split = [line.partition("=") for line in lines]
+    return {name_in(key.strip()): value.strip() for key, _, value in split}
 
 
 def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
@@ -298,14 +292,11 @@ def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
     TableError
         No CSV, no rows, a row of another length, two columns of one name.
     """
-    declared = CsvDeclarations()
-    body: list[str] = []
-    for line in text.splitlines():
-        (declared.add if line.lstrip().startswith("#") else body.append)(line)
-    headings, *cells = _rows(body, file)
+    declared = _declarations(text)
+    headings, *cells = _rows([line for line in text.splitlines() if not line.lstrip().startswith("#")], file)
     bare = [name_in(h) for h in headings]
     head = [name if bare.count(name) == 1 else heading for name, heading in zip(bare, headings, strict=True)]
-    roles = declared.pairs("role")
+    roles = _pairs(declared["role"])
     summed = _total_row(head, cells, roles)
     body_rows = cells[:-1] if summed else cells
     columns = tuple(
@@ -314,10 +305,10 @@ def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
     )
     sums = {h: cell for h, cell, c in zip(head, cells[-1], columns, strict=True) if summed and c.numeric}
     declarations = Declared(
-        formulas=declared.texts("formula"), ratios=declared.texts("ratio"), totals={**sums, **declared.pairs("total")},
-        roles=roles, joints=" ".join(declared.texts("joints")),
+        formulas=tuple(declared["formula"]), ratios=tuple(declared["ratio"]), roles=roles,
+        totals={**sums, **_pairs(declared["total"])}, joints=" ".join(declared["joints"]),
     )  # fmt: skip
-    title = " ".join(declared.texts("title"))
+    title = " ".join(declared["title"])
     table = SheetTable(name, columns, where=title, declared=declarations)
     return Sheet(file, (table,), sentences=(Sentence("title", title),))
 
@@ -325,25 +316,20 @@ def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
 def _rows(lines: Sequence[str], file: str) -> list[list[str]]:
     """The heading line and the rows, all of one length."""
     try:
-        stripped = [[c.strip() for c in row] for row in csv.reader(lines, delimiter=_separator(lines))]
+        separator = max(SEPARATORS, key=next((line for line in lines if line.strip()), "").count)
+        stripped = [[c.strip() for c in row] for row in csv.reader(lines, delimiter=separator)]
     except csv.Error as fault:
         raise TableError(file, "table", str(fault), "CSV") from None
     rows = [row for row in stripped if any(row)]
     if len(rows) < 2:
         raise TableError(file, "table", f"{len(rows)} lines", "a heading line and at least one row")
     head = rows[0]
-    for i, row in enumerate(rows[1:]):
+    for i, row in enumerate(rows):
         if len(row) != len(head):
-            raise TableError(file, f"row {i + 1}", f"{len(row)} cells", f"{len(head)}, as the heading has")
-    if len(set(head)) < len(head):
-        double = next(h for h in head if head.count(h) > 1)
+            raise TableError(file, f"row {i}", f"{len(row)} cells", f"{len(head)}, as the heading has")
+    for double in (h for h in head if head.count(h) > 1):
         raise TableError(file, "heading", f"{double!r} twice", "each column once")
     return rows
-
-
-def _separator(lines: Sequence[str]) -> str:
-    first = next((line for line in lines if line.strip()), "")
-    return max(SEPARATORS, key=first.count)
 
 
 def _total_row(head: Sequence[str], cells: Sequence[Sequence[str]], roles: dict[str, str]) -> bool:

@@ -5,21 +5,13 @@ matrices; a table with `values` is a column with its `unit`. Declarations stand 
 `formula`, `ratio` and `symmetric` are lists of texts, `total`, `role` and `unit` are by column, `joints` is a text.
 """
 
+import itertools
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lwr_dyn.checks.tables.sheet import (
-    Declared,
-    Sentence,
-    Sheet,
-    SheetColumn,
-    SheetMatrix,
-    SheetTable,
-    TableError,
-    words_of,
-)
+from lwr_dyn.checks.tables import sheet
 from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.model.printed_number import printed_number
@@ -39,45 +31,39 @@ def cell_text(value: Any) -> str | None:
 
 
 def columns_of(
-    name: str, raw: Any, path: str, unit: str, declared: Declared, matrices: list[SheetMatrix]
-) -> Iterator[SheetColumn]:
-    """The columns of a list: itself or its components; none for a list that is not of numbers."""
+    name: str, raw: Any, path: str, unit: str, declared: sheet.Declared, matrices: list[sheet.SheetMatrix]
+) -> Iterator[sheet.SheetColumn]:
+    """The columns of a list: itself or its components, of matrices those on and above the diagonal.
+
+    None for a list that is not of numbers; matrices are added to `matrices`.
+    """
     rows = raw if isinstance(raw, list) else [raw]
     cells = [cell_text(x) for x in rows]
     if rows and all(c is not None for c in cells):
-        yield SheetColumn(name, tuple(c or "" for c in cells), unit)
+        yield sheet.SheetColumn(name, tuple(c or "" for c in cells), unit)
         return
-    matrix = _matrix(rows)
+    words = set(sheet.words_of(name)) & set(SYMMETRIC_WORDS)
+    symmetric = name in declared.symmetric or unit in SYMMETRIC_UNITS or bool(words)
+    matrix, cubes = _matrix(rows), [_matrix(x) if isinstance(x, list) else () for x in rows]
     if matrix:
-        matrices.append(SheetMatrix(path, matrix, _symmetric(name, unit, declared)))
+        matrices.append(sheet.SheetMatrix(path, matrix, symmetric))
     width = max((len(x) for x in rows if isinstance(x, list)), default=0)
-    if 1 < width <= len(AXES):
-        yield from _vectors(name, rows, width, unit)
-        yield from _tensors(name, rows, path, unit, declared, matrices)
+    if not 1 < width <= len(AXES):
+        return
+    yield from _vectors(name, rows, width, unit)
+    if cubes[0] and all(len(m) == len(cubes[0]) for m in cubes):
+        matrices += [sheet.SheetMatrix(f"{path}, row {r + 1}, ", m, symmetric) for r, m in enumerate(cubes)]
+        for i, j in itertools.combinations_with_replacement(range(len(cubes[0])), 2):
+            yield sheet.SheetColumn(f"{name}.{AXES[i]}{AXES[j]}", tuple(m[i][j] for m in cubes), unit, group=name)
 
 
-def _vectors(name: str, rows: list[Any], width: int, unit: str) -> Iterator[SheetColumn]:
+def _vectors(name: str, rows: list[Any], width: int, unit: str) -> Iterator[sheet.SheetColumn]:
     """Components of a column of vectors; a row that is no vector ("-") is empty."""
     lists = [x if isinstance(x, list) and len(x) == width else ["-"] * width for x in rows]
     if any(cell_text(c) is None for row in lists for c in row):
         return
     for k in range(width):
-        yield SheetColumn(f"{name}.{AXES[k]}", tuple(cell_text(row[k]) or "" for row in lists), unit, group=name)
-
-
-def _tensors(
-    name: str, rows: list[Any], path: str, unit: str, declared: Declared, matrices: list[SheetMatrix]
-) -> Iterator[SheetColumn]:
-    """Entries on and above the diagonal of a column of matrices, and the matrices themselves."""
-    cubes = [_matrix(x) if isinstance(x, list) else () for x in rows]
-    size = len(cubes[0]) if cubes else 0
-    if not size or any(len(m) != size for m in cubes):
-        return
-    for r, cells in enumerate(cubes):
-        matrices.append(SheetMatrix(f"{path}, row {r + 1}, ", cells, _symmetric(name, unit, declared)))
-    for i in range(size):
-        for j in range(i, size):
-            yield SheetColumn(f"{name}.{AXES[i]}{AXES[j]}", tuple(m[i][j] for m in cubes), unit, group=name)
+        yield sheet.SheetColumn(f"{name}.{AXES[k]}", tuple(cell_text(row[k]) or "" for row in lists), unit, group=name)
 
 
 def _matrix(rows: list[Any]) -> tuple[tuple[str, ...], ...]:
@@ -86,10 +72,6 @@ def _matrix(rows: list[Any]) -> tuple[tuple[str, ...], ...]:
         return ()
     cells = tuple(tuple(cell_text(c) or "" for c in row) for row in rows)
     return cells if any(printed_number(c) for row in cells for c in row) else ()
-
-
-def _symmetric(name: str, unit: str, declared: Declared) -> bool:
-    return name in declared.symmetric or unit in SYMMETRIC_UNITS or bool(set(words_of(name)) & set(SYMMETRIC_WORDS))
 
 
 LISTS = ("formula", "ratio", "symmetric")
@@ -117,13 +99,13 @@ class SheetParts:
     """Tables, matrices and sentences collected from the file."""
 
     file: str
-    tables: list[SheetTable] = field(default_factory=list)
-    matrices: list[SheetMatrix] = field(default_factory=list)
-    sentences: list[Sentence] = field(default_factory=list)
+    tables: list[sheet.SheetTable] = field(default_factory=list)
+    matrices: list[sheet.SheetMatrix] = field(default_factory=list)
+    sentences: list[sheet.Sentence] = field(default_factory=list)
     errata: dict[str, str] = field(default_factory=dict)
 
 
-def sheet_of_toml(text: str, file: str, joints: str = "") -> Sheet:
+def sheet_of_toml(text: str, file: str, joints: str = "") -> sheet.Sheet:
     """All tables, matrices and sentences of a TOML text.
 
     Parameters
@@ -143,11 +125,11 @@ def sheet_of_toml(text: str, file: str, joints: str = "") -> Sheet:
     try:
         raw = parse_toml(text, file, parse_float=NumberText)
     except PaperError as fault:
-        raise TableError(file, "TOML", str(fault.found), fault.allowed) from None
+        raise sheet.TableError(file, "TOML", str(fault.found), fault.allowed) from None
     parts = SheetParts(file)
     _walk(raw, "", parts, joints or _joints(raw))
     _masses(raw, parts)
-    return Sheet(file, tuple(parts.tables), tuple(parts.matrices), tuple(parts.sentences), parts.errata)
+    return sheet.Sheet(file, tuple(parts.tables), tuple(parts.matrices), tuple(parts.sentences), parts.errata)
 
 
 def _joints(raw: Mapping[str, Any]) -> str:
@@ -161,8 +143,8 @@ def _joints(raw: Mapping[str, Any]) -> str:
 def _walk(raw: Mapping[str, Any], name: str, parts: SheetParts, joints: str) -> None:
     declared, units = _declared(raw.get("lint", {}), f"{name or 'file'}.lint", parts.file, joints)
     where = str(raw.get("where", ""))
-    columns: list[SheetColumn] = []
-    values: dict[str, SheetColumn] = {}
+    columns: list[sheet.SheetColumn] = []
+    values: dict[str, sheet.SheetColumn] = {}
     for key, value in _flat(raw):
         path = f"{name}.{key}" if name else key
         unit = units.get(key, "") or _unit_of_table(raw, key, value)
@@ -176,11 +158,11 @@ def _walk(raw: Mapping[str, Any], name: str, parts: SheetParts, joints: str) -> 
         elif isinstance(value, list):
             columns += columns_of(key, value, path, unit, declared, parts.matrices)
         elif cell_text(value) is not None:
-            values[key] = SheetColumn(key, (cell_text(value) or "",), unit)
+            values[key] = sheet.SheetColumn(key, (cell_text(value) or "",), unit)
     _sentences(raw, name, parts)
     named = raw.get("rows")
     labels = tuple(str(x) for x in named) if isinstance(named, list) else ()
-    _keep(SheetTable(name or "file", tuple(columns), values, where, declared, labels), parts)
+    _keep(sheet.SheetTable(name or "file", tuple(columns), values, where, declared, labels), parts)
 
 
 def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -192,7 +174,7 @@ def _flat(raw: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield key, value
 
 
-def _keep(table: SheetTable, parts: SheetParts) -> None:
+def _keep(table: sheet.SheetTable, parts: SheetParts) -> None:
     """One table for each length of columns; single values stand beside each."""
     lengths = list(dict.fromkeys(len(c.cells) for c in table.columns))
     values = {**table.values, **{c.name: c for c in table.columns if len(c.cells) == 1}}
@@ -211,10 +193,10 @@ def _records(records: list[dict[str, Any]], path: str, parts: SheetParts, joints
         else:
             _walk(record, f"{path}[{label}]", parts, joints)
     keys = dict.fromkeys(k for r in records for k in r)
-    columns = [SheetColumn(k, tuple(cell_text(r.get(k, "-")) or "" for r in records)) for k in keys]
+    columns = [sheet.SheetColumn(k, tuple(cell_text(r.get(k, "-")) or "" for r in records)) for k in keys]
     numeric = [c for c in columns if c.numeric]
     if numeric and len(records) > 1:
-        parts.tables.append(SheetTable(path, tuple(numeric)))
+        parts.tables.append(sheet.SheetTable(path, tuple(numeric)))
 
 
 def _patched(record: Mapping[str, Any], label: str) -> Iterator[tuple[str, str]]:
@@ -232,7 +214,7 @@ def _patched(record: Mapping[str, Any], label: str) -> Iterator[tuple[str, str]]
 def _sentences(raw: Mapping[str, Any], path: str, parts: SheetParts) -> None:
     for key, value in raw.items():
         if type(value) is str and printed_number(value) is None:
-            parts.sentences.append(Sentence(f"{path}, {key}" if path else key, value))
+            parts.sentences.append(sheet.Sentence(f"{path}, {key}" if path else key, value))
 
 
 def _unit(raw: Mapping[str, Any]) -> str:
@@ -246,7 +228,7 @@ def _unit_of_table(raw: Mapping[str, Any], key: str, value: Any) -> str:
     words = _PRINTED_IN.search(str(raw.get("where", "")))
     if words:
         listed = re.split(r"\s+and\s+", words.group(1).strip())
-        rate = {"velocity", "vel", "speed"} & set(words_of(key))
+        rate = {"velocity", "vel", "speed"} & set(sheet.words_of(key))
         return next((u for u in listed if ("/s" in u) == bool(rate)), "")
     units = raw.get("units", raw.get("unit", ""))
     if isinstance(units, dict):
@@ -254,19 +236,19 @@ def _unit_of_table(raw: Mapping[str, Any], key: str, value: Any) -> str:
     return str(units) if isinstance(value, list) else ""  # a value beside a table is seldom in its unit
 
 
-def _declared(raw: Any, path: str, file: str, joints: str) -> tuple[Declared, dict[str, str]]:
+def _declared(raw: Any, path: str, file: str, joints: str) -> tuple[sheet.Declared, dict[str, str]]:
     """The declarations of a table, and its units by column."""
     if not isinstance(raw, dict):
-        raise TableError(file, path, repr(raw), "a table")
+        raise sheet.TableError(file, path, repr(raw), "a table")
     for key, value in raw.items():
         kind = list if key in LISTS else str if key == "joints" else dict
         if key not in DECLARED:
-            raise TableError(file, f"{path}.{key}", "unknown", ", ".join(DECLARED))
+            raise sheet.TableError(file, f"{path}.{key}", "unknown", ", ".join(DECLARED))
         if not isinstance(value, kind):
-            raise TableError(file, f"{path}.{key}", repr(value), f"a {'text' if kind is str else kind.__name__}")
+            raise sheet.TableError(file, f"{path}.{key}", repr(value), f"a {'text' if kind is str else kind.__name__}")
     texts = {key: tuple(str(x) for x in raw.get(key, [])) for key in LISTS}
     maps = {key: {str(k): str(v) for k, v in raw.get(key, {}).items()} for key in ("total", "role", "unit")}
-    declared = Declared(
+    declared = sheet.Declared(
         formulas=texts["formula"], ratios=texts["ratio"], symmetric=texts["symmetric"], totals=maps["total"],
         roles=maps["role"], joints=str(raw.get("joints", joints)),
     )  # fmt: skip
@@ -283,6 +265,6 @@ def _masses(raw: Mapping[str, Any], parts: SheetParts) -> None:
     cells = [cell_text(x) for x in (base, *(links if isinstance(links, list) else [links]))]
     text = cell_text(total)
     if all(c is not None for c in cells) and text is not None:
-        masses = SheetColumn("mass", tuple(c or "" for c in cells), "kg")
+        masses = sheet.SheetColumn("mass", tuple(c or "" for c in cells), "kg")
         name = "base.mass and inertial.mass against ratings.mass"
-        parts.tables.append(SheetTable(name, (masses,), declared=Declared(totals={"mass": text})))
+        parts.tables.append(sheet.SheetTable(name, (masses,), declared=sheet.Declared(totals={"mass": text})))

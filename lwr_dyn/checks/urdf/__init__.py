@@ -9,8 +9,8 @@ inertia_shape_rules  Rules of mass, centre of mass and inertia against the shape
                      they can be believed
 inertial_rules       Rules of inertials that need no shape: missing, zero, negative, impossible, a stand-in, in grams
                      or millimetres
-joint_rules          Rules of joints: limits, axes, origins, angles that look like degrees, and the tree that they
-                     make
+joint_rules          Rules of joints: the tree that they make, limits, axes, origins, angles in degrees, efforts
+                     against the weight
 judgement            Each link's inertial held against the convex hull of its own shapes, with the slip that explains
                      what is odd
 lint                 A URDF judged by every rule: the findings with their severity, without those that the user
@@ -20,7 +20,6 @@ reports              What `lwr-dyn lint` makes of URDFs: the files of folders, f
 schema_rules         Rules of the format: the outermost element, names, tags, attributes, numbers
 shape_rules          Rules of the shapes: files that are not there or cannot be read, scales, sizes, units; bodies
                      that do not meet
-static_rules         Rules of statics: efforts against the weight that the joints hold
 undoings             Faults undone: each odd tensor or centre is tried as if one named slip had been made, and put
                      right
 xml_tree             XML text as elements that know their place: by expat, without namespaces, as urdfdom and Drake

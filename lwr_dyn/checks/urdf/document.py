@@ -5,7 +5,6 @@ findings too. Links that fixed joints weld together count as one mass; poses of 
 positions of the joints, and loops and broken trees are passed over.
 """
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -143,8 +142,6 @@ class UrdfDocument:
     path: Path
     header: str
     """The text before `<robot>`."""
-    digest: str
-    """SHA-256 of the text; of a xacro, of what it expands to."""
     root: XmlElement | None
     """None where the file is no XML."""
     links: tuple[LinkElement, ...]
@@ -179,19 +176,28 @@ class UrdfDocument:
         return tuple(name for name in self.by_name if name not in self.into)
 
     @property
-    def root_link(self) -> str | None:
-        """The one root of the tree; None where there is not exactly one."""
-        return self.roots[0] if len(self.roots) == 1 else None
-
-    @property
     def is_drawn_here(self) -> bool:
         """Whether this package wrote the file and drew its shapes: they say nothing about the bodies."""
         return WRITTEN_BY in self.header and DRAWN_HERE in self.header
 
     @property
-    def moved_links(self) -> tuple[LinkElement, ...]:
-        """The links that move, in the file's order."""
-        return tuple(link for link in self.links if link.name in self.moved)
+    def has_mass(self) -> bool:
+        """Whether any link of the file has mass; without, it describes kinematics only."""
+        return any(link.inertial is not None and not link.inertial.is_zero for link in self.links)
+
+    def mass_beyond(self, name: str, through_moving: bool) -> float:
+        """Mass [kg] of the links further out than a link, or of those fixed to it alone; without its own."""
+        mass, seen, waiting = 0.0, {name}, [name]
+        while waiting:
+            for joint in self.joints_from(waiting.pop()):
+                if joint.child in seen or (joint.moves and not through_moving):
+                    continue
+                seen.add(joint.child)
+                waiting.append(joint.child)
+                link = self.link(joint.child)
+                if link is not None and link.inertial is not None:
+                    mass += max(link.inertial.mass or 0.0, 0.0)
+        return mass
 
 
 def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfDocument:
@@ -232,12 +238,13 @@ def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfD
         into.setdefault(joint.child, joint)
         starting.setdefault(joint.parent, []).append(joint)
     out_of = {name: tuple(some) for name, some in starting.items()}
-    by_name = {link.name: link for link in reversed(links)}
-    by_name = {link.name: by_name[link.name] for link in links}
+    by_name: dict[str, LinkElement] = {}
+    for link in links:
+        by_name.setdefault(link.name, link)
+    driven = frozenset(joint.child for joint in into.values() if joint.moves)
     return UrdfDocument(
-        file, Path(file), content.partition(b"<robot")[0].decode("utf-8", "replace"),
-        hashlib.sha256(content).hexdigest(), root, links, joints, tuple(faults),
-        _moved(out_of), frozenset(j.child for j in into.values() if j.moves), by_name, into, out_of,
+        file, Path(file), content.partition(b"<robot")[0].decode("utf-8", "replace"), root, links, joints,
+        tuple(faults), _moved(out_of), driven, by_name, into, out_of,
     )  # fmt: skip
 
 
@@ -265,35 +272,6 @@ def _not_xml(content: bytes, fault: XmlFaultError) -> UrdfFinding:
         place = Place(fault.place.file, line, column)
         return UrdfFinding(what, why, place, "", "save the file as UTF-8", code="xml-encoding")
     return UrdfFinding(f"not XML: {fault.said}", why, fault.place, "", code="xml-syntax")
-
-
-def has_mass(document: UrdfDocument) -> bool:
-    """Whether any link of the file has mass; without, it describes kinematics only."""
-    return any(link.inertial is not None and not link.inertial.is_zero for link in document.links)
-
-
-def welded_mass(document: UrdfDocument, name: str) -> float:
-    """Mass [kg] of the links that are fixed to a link, further out, without its own."""
-    return _mass_beyond(document, name, through_moving=False)
-
-
-def heavier_beyond(document: UrdfDocument, name: str) -> bool:
-    """Whether any link further out has mass."""
-    return _mass_beyond(document, name, through_moving=True) > 0.0
-
-
-def _mass_beyond(document: UrdfDocument, name: str, through_moving: bool) -> float:
-    mass, seen, waiting = 0.0, {name}, [name]
-    while waiting:
-        for joint in document.joints_from(waiting.pop()):
-            if joint.child in seen or (joint.moves and not through_moving):
-                continue
-            seen.add(joint.child)
-            waiting.append(joint.child)
-            link = document.link(joint.child)
-            if link is not None and link.inertial is not None:
-                mass += max(link.inertial.mass or 0.0, 0.0)
-    return mass
 
 
 POSES = 12

@@ -84,8 +84,6 @@ class InertialElement:
 class ShapeElement:
     """`<visual>` or `<collision>`."""
 
-    place: Place
-    element: XmlElement
     role: str
     kind: str
     """Tag of the geometry; empty where there is none."""
@@ -131,8 +129,6 @@ class JointElement:
     upper: float | None
     effort: float | None
     velocity: float | None
-    damping: float | None
-    friction: float | None
     mimic: str | None
     """The joint that it follows."""
 
@@ -171,14 +167,13 @@ def link_of(element: XmlElement) -> LinkElement:
 
 def joint_of(element: XmlElement) -> JointElement:
     """A joint from its element."""
-    limit, dynamics, mimic = (element.child(tag) for tag in ("limit", "dynamics", "mimic"))
+    limit, mimic = element.child("limit"), element.child("mimic")
     lower, upper, effort, velocity = (scalar(limit, name) for name in ("lower", "upper", "effort", "velocity"))
     parent, child = (x.attributes.get("link", "") if (x := element.child(tag)) else "" for tag in ("parent", "child"))
     return JointElement(
         element.attributes.get("name", ""), element.place, element, element.attributes.get("type", ""), parent, child,
         origin_of(element), vector(element.child("axis"), "xyz", (1.0, 0.0, 0.0)), limit, lower, upper, effort,
-        velocity, scalar(dynamics, "damping"), scalar(dynamics, "friction"),
-        None if mimic is None else mimic.attributes.get("joint", ""),
+        velocity, None if mimic is None else mimic.attributes.get("joint", ""),
     )  # fmt: skip
 
 
@@ -199,11 +194,9 @@ def _shape(element: XmlElement) -> ShapeElement:
     geometry = element.child("geometry")
     solid = next((x for x in geometry.children if x.tag in GEOMETRY), None) if geometry else None
     if solid is None:
-        kind, size, mesh, scale, place = "", None, "", None, element.place
-    else:
-        kind, mesh, place = solid.tag, solid.attributes.get("filename", ""), solid.place
-        size, scale = _size(solid), vector(solid, "scale", (1.0, 1.0, 1.0))
-    return ShapeElement(element.place, element, element.tag, kind, size, mesh, scale, origin_of(element), place)
+        return ShapeElement(element.tag, "", None, "", None, origin_of(element), element.place)
+    scale, mesh = vector(solid, "scale", (1.0, 1.0, 1.0)), solid.attributes.get("filename", "")
+    return ShapeElement(element.tag, solid.tag, _size(solid), mesh, scale, origin_of(element), solid.place)
 
 
 def _size(solid: XmlElement) -> tuple[float, ...] | None:

@@ -12,7 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import FindingSeverity, Sureness, UrdfDocument, UrdfFinding, vector_text
+from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, Sureness, UrdfDocument, UrdfFinding, vector_text
+from lwr_dyn.checks.urdf.elements import JointElement
 from lwr_dyn.checks.urdf.judgement import NAMED, NOTED, Judgement, judgements
 from lwr_dyn.checks.urdf.undoings import Undoing, off_centre
 from lwr_dyn.checks.urdf.xml_tree import Place
@@ -62,22 +63,14 @@ def mass_slip(found: Judgement) -> MassSlip | None:
     rest, about, name, factor = min(tried)
     if rest > _FIT or float(np.hypot(density, spread)) - rest < _GAIN:
         return None
-    return _of_mass(found, name, factor) if about == MASS else _of_shapes(found, name, factor)
-
-
-def _of_mass(found: Judgement, name: str, factor: float) -> MassSlip:
-    tenfold = name in (_SMALL, _LARGE)
-    cause, says = (f"masses {name}", name) if tenfold else (f"masses in {name}", f"given in {name}")
-    return MassSlip(MASS, cause, f"the mass looks {says}", f'<mass value="{number_text(found.point.mass * factor)}"/>')
-
-
-def _of_shapes(found: Judgement, name: str, factor: float) -> MassSlip:
-    shape = found.body.link.shapes[0]
-    instead = "shapes in metres"
+    unit, given = (name, name) if name in (_SMALL, _LARGE, _TWICE) else (f"in {name}", f"given in {name}")
+    if about == MASS:
+        instead = f'<mass value="{number_text(found.point.mass * factor)}"/>'
+        return MassSlip(MASS, f"masses {unit}", f"the mass looks {given}", instead)
+    shape, instead = found.body.link.shapes[0], "shapes in metres"
     if shape.kind == "mesh" and shape.scale is not None:
         instead = f'<mesh filename="{shape.mesh}" scale="{vector_text(shape.scale * factor)}"/>'
-    cause, says = (f"shapes {name}", name) if name == _TWICE else (f"shapes in {name}", f"given in {name}")
-    return MassSlip(SHAPES, cause, f"the shapes look {says}", instead)
+    return MassSlip(SHAPES, f"shapes {unit}", f"the shapes look {given}", instead)
 
 
 def misfit(found: Judgement) -> float:
@@ -114,6 +107,46 @@ def believed_masses(document: UrdfDocument) -> dict[str, tuple[float, Array]]:
         inside = found.outside <= FAR
         out[name] = (mass if usual else found.usual * found.hull.volume, com if inside else found.hull.centroid)
     return out
+
+
+_GRAVITY, _ARM = 9.81, 0.05
+"""[m/s^2], [m]."""
+
+
+def largest_weight(document: UrdfDocument, joint: JointElement, poses: dict[str, Array]) -> tuple[float, float]:
+    """The weight of all links behind a joint in any mounting: its largest moment [N m], and that at 5 cm.
+
+    For sliding joints both are the weight [N].
+    """
+    masses, centres = _behind(document, joint.child, poses)
+    length = 0.0 if joint.axis is None else float(np.linalg.norm(joint.axis))
+    weight = sum(masses) * _GRAVITY
+    if joint.axis is None or not length > 0.0 or not weight > 0.0 or joint.child not in poses:
+        return 0.0, 0.0
+    if joint.type not in TURNING:
+        return (weight, weight) if joint.type == "prismatic" else (0.0, 0.0)
+    frame = poses[joint.child]
+    centre = np.einsum("k,kpi->pi", np.array(masses), np.array(centres)) / sum(masses)
+    arm = centre - frame[:, :3, 3]
+    axis = frame[:, :3, :3] @ (joint.axis / length)
+    return weight * float(np.linalg.norm(np.cross(axis, arm), axis=1).max()), weight * _ARM
+
+
+def _behind(document: UrdfDocument, child: str, poses: dict[str, Array]) -> tuple[list[float], list[Array]]:
+    """Masses and centres (12, 3) of the links behind a joint, in the root's frame."""
+    believed = believed_masses(document)
+    masses, centres, waiting, seen = [], [], [child], set[str]()
+    while waiting:
+        name = waiting.pop()
+        if name not in poses or name in seen:
+            continue
+        seen.add(name)
+        waiting += [joint.child for joint in document.joints_from(name)]
+        if name in believed:
+            mass, com = believed[name]
+            masses.append(mass)
+            centres.append(poses[name][:, :3, :3] @ com + poses[name][:, :3, 3])
+    return masses, centres
 
 
 @lru_cache(maxsize=4)
@@ -250,8 +283,8 @@ def density(document: UrdfDocument) -> Iterable[UrdfFinding]:
         if not _density_is_odd(found):
             continue
         rho = found.density
-        severity: FindingSeverity = "error" if rho < EMPTY or rho > SOLID else "warning"
-        severity = "note" if SPARSE < rho < DENSE else severity
+        impossible = rho < EMPTY or rho > SOLID
+        severity: FindingSeverity = "error" if impossible else "note" if SPARSE < rho < DENSE else "warning"
         named = mass_slip(found)
         what = f"mass over volume is {rho:.3g} kg/m^3"
         why = f"mass {found.point.mass:.4g} kg, hull {found.hull.volume:.3g} m^3; the file's usual is {found.usual:.0f}"

@@ -5,17 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import (
-    FindingSeverity,
-    UrdfDocument,
-    UrdfFinding,
-    has_mass,
-    heavier_beyond,
-    tag_text,
-    vector_text,
-    welded_mass,
-)
-from lwr_dyn.checks.urdf.elements import InertialElement, LinkElement
+from lwr_dyn.checks.urdf.document import FindingSeverity, UrdfDocument, UrdfFinding, tag_text, vector_text
+from lwr_dyn.checks.urdf.elements import MOMENTS, InertialElement, LinkElement
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import number_text
 
@@ -43,7 +34,7 @@ def inertials_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
     A file in which no link has mass describes kinematics only, and is not judged.
     """
-    if not has_mass(document):
+    if not document.has_mass:
         return
     for link in document.links:
         inertial = link.inertial
@@ -52,9 +43,9 @@ def inertials_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
         if inertial is None and any(x.tag.lower().startswith("inert") for x in link.element.children):
             continue  # misspelt, which has a finding of its own
         severity: FindingSeverity
-        if welded_mass(document, link.name) > 0.0:
+        if document.mass_beyond(link.name, through_moving=False) > 0.0:
             severity, why = "note", "its mass is that of links fixed to it"
-        elif heavier_beyond(document, link.name) and not link.shapes:
+        elif document.mass_beyond(link.name, through_moving=True) > 0.0 and not link.shapes:
             severity, why = "note", "links further out have mass"
         else:
             severity, why = "error", "a joint moves it" + (" and it has shapes" if link.shapes else " and nothing else")
@@ -87,13 +78,6 @@ def masses_zero(document: UrdfDocument) -> Iterator[UrdfFinding]:
             )  # fmt: skip
 
 
-def _written_error(inertial: InertialElement) -> float:
-    """How far the moments may be from what was meant [kg m^2]: half a unit of the last digit of each, added up."""
-    element = inertial.element.child("inertia")
-    cells = [] if element is None else [element.attributes.get(name, "0") for name in ("ixx", "iyy", "izz")]
-    return sum(map(half_digit, cells))
-
-
 def half_digit(text: str) -> float:
     """Half a unit of the last digit of a number as written.
 
@@ -108,20 +92,18 @@ def half_digit(text: str) -> float:
         return 0.0
 
 
-def _moments(tensor: Array) -> Array:
-    """Principal moments, ascending."""
-    return np.asarray(np.linalg.eigvalsh(tensor))
+def _tensors(document: UrdfDocument) -> Iterator[tuple[LinkElement, InertialElement, Array, Array]]:
+    """Links with an inertial whose tensor is not 0, with its principal moments, ascending."""
+    for link, inertial in _inertials(document):
+        if inertial.tensor is not None and inertial.tensor.any():
+            yield link, inertial, inertial.tensor, np.asarray(np.linalg.eigvalsh(inertial.tensor), float)
 
 
 def tensors_not_positive(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A tensor with a principal moment below 0, which no body has: a turn about that axis would release energy, and the
     mass matrix can lose its inverse. A moment of exactly 0 is a rod without thickness, and only noted.
     """
-    for link, inertial in _inertials(document):
-        tensor = inertial.tensor
-        if tensor is None or not tensor.any():
-            continue
-        moments = _moments(tensor)
+    for link, inertial, tensor, moments in _tensors(document):
         if moments[0] < -ROUNDING * abs(moments).max():
             on_diagonal = np.diag(tensor).min() < 0.0
             products = np.abs(tensor - np.diag(np.diag(tensor))).max()
@@ -142,13 +124,11 @@ def tensors_triangle(document: UrdfDocument) -> Iterator[UrdfFinding]:
     variances of the mass, so none can exceed the sum of the others. An excess that the written digits or 1 % explain
     is a note. 48 of 353 public arms break it.
     """
-    for link, inertial in _inertials(document):
-        tensor = inertial.tensor
-        if tensor is None or not tensor.any():
-            continue
-        moments = _moments(tensor)
-        excess = float(moments[2] - moments[0] - moments[1])
-        largest, slack = float(moments[2]), _written_error(inertial)
+    for link, inertial, _, moments in _tensors(document):
+        excess, largest = float(moments[2] - moments[0] - moments[1]), float(moments[2])
+        element = inertial.element.child("inertia")
+        cells = [] if element is None else [element.attributes.get(name, "0") for name in MOMENTS]
+        slack = sum(map(half_digit, cells))
         if moments[0] <= -ROUNDING * largest or excess <= ROUNDING * largest:
             continue
         doubtful: FindingSeverity = "warning" if excess > COARSE * largest else "note"
@@ -179,7 +159,9 @@ def placeholders(document: UrdfDocument) -> Iterator[UrdfFinding]:
         if tensor is None or inertial.mass is None or inertial.mass <= 0.0:
             continue
         moment = float(tensor[0, 0])
-        if moment <= 0.0 or not np.array_equal(tensor, moment * np.eye(3)) or not _is_power_of_ten(moment):
+        if moment <= 0.0 or not np.array_equal(tensor, moment * np.eye(3)):
+            continue
+        if abs(math.log10(moment) - round(math.log10(moment))) >= 1e-9:
             continue
         radius = math.sqrt(1.5 * moment / inertial.mass)
         yield UrdfFinding(
@@ -188,11 +170,6 @@ def placeholders(document: UrdfDocument) -> Iterator[UrdfFinding]:
             inertial.tensor_place, link.subject, "the link's mass and tensor",
             "likely", "stand-ins for unknown inertia", "error" if radius > 1.0 else None, link.name,
         )  # fmt: skip
-
-
-def _is_power_of_ten(value: float) -> bool:
-    exponent = math.log10(value)
-    return abs(exponent - round(exponent)) < 1e-9
 
 
 def inertials_equal(document: UrdfDocument) -> Iterator[UrdfFinding]:

@@ -11,25 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lwr_dyn.checks.urdf import undoings
 from lwr_dyn.checks.urdf.document import UrdfDocument, link_poses
 from lwr_dyn.checks.urdf.elements import InertialElement, LinkElement, ShapeElement
 from lwr_dyn.checks.urdf.hulls import Hull, MeshPointsError, directions, mesh_path, mesh_points, solid_hull
-from lwr_dyn.checks.urdf.undoings import (
-    AXES_OF_BASE,
-    IN_BASE,
-    MassPoint,
-    Undoing,
-    as_written,
-    bound_ratio,
-    centre_undoings,
-    inertias,
-    log_distance,
-    off_centre,
-    outside,
-    possible,
-    spread_ratios,
-    tensor_undoings,
-)
+from lwr_dyn.checks.urdf.undoings import MassPoint, Undoing
 from lwr_dyn.foundation.arrays import Array
 
 DIFFERS, WIDER = 8.0, 2.0
@@ -242,34 +228,25 @@ class Judgement:
 @lru_cache(maxsize=4)
 def judgements(document: UrdfDocument) -> tuple[Judgement, ...]:
     """The judgement of every link that has a mass above 0, a readable inertial and a hull."""
-    found = [_measured(body) for body in bodies_of(document).values()]
-    heavy = [x for x in found if x is not None]
-    usual, spread = _usual_density(heavy), float(np.median([x.spread for x in heavy])) if heavy else 0.0
-    explained = [_explained(replace(x, usual=usual, usual_spread=spread), document) for x in heavy]
+    found = [x for body in bodies_of(document).values() if (x := _measured(body)) is not None]
+    density = float(np.median([x.density for x in found if x.point.mass > _LIGHT] or [USUAL_DENSITY]))
+    usual = density if 100.0 < density < 5000.0 else USUAL_DENSITY
+    spread = float(np.median([x.spread for x in found] or [0.0]))
+    explained = [_explained(replace(x, usual=usual, usual_spread=spread), document) for x in found]
     return tuple(_base_frame(explained, document))
 
 
 def _measured(body: LinkBody) -> Judgement | None:
     inertial, hull = body.link.inertial, body.hull
-    point = as_written(inertial) if inertial is not None else None
+    point = undoings.as_written(inertial) if inertial is not None else None
     if inertial is None or hull is None or point is None:
         return None
-    ratios = spread_ratios(point.inertia, point.mass, hull)
+    ratios = undoings.spread_ratios(point.inertia, point.mass, hull)
     return Judgement(
-        body, inertial, hull, point, point.mass / hull.volume, USUAL_DENSITY, ratios, _mean_log(ratios),
-        bound_ratio(point, hull),
-        outside(point.com, hull), off_centre(point.com, hull),
+        body, inertial, hull, point, point.mass / hull.volume, USUAL_DENSITY, ratios,
+        float(np.log(np.maximum(ratios, 1e-12)).mean()), undoings.bound_ratio(point, hull),
+        undoings.outside(point.com, hull), undoings.off_centre(point.com, hull),
     )  # fmt: skip
-
-
-def _mean_log(ratios: Array) -> float:
-    return float(np.log(np.maximum(ratios, 1e-12)).mean())
-
-
-def _usual_density(found: Iterable[Judgement]) -> float:
-    densities = [x.density for x in found if x.point.mass > _LIGHT]
-    median = float(np.median(densities)) if densities else USUAL_DENSITY
-    return median if 100.0 < median < 5000.0 else USUAL_DENSITY
 
 
 def _explained(found: Judgement, document: UrdfDocument) -> Judgement:
@@ -279,26 +256,25 @@ def _explained(found: Judgement, document: UrdfDocument) -> Judgement:
 
 def _tensor_slip(found: Judgement, in_base: Array | None) -> tuple[Undoing | None, float]:
     """The undoing that shortens the distance most, to one that is usual, and by how much, its prior taken off."""
-    before = float(log_distance(found.ratios))
-    undoings = tensor_undoings(found.inertial, in_base) if before > NOTED else []
-    if not undoings:
+    before = float(undoings.log_distance(found.ratios))
+    tried = undoings.tensor_undoings(found.inertial, in_base) if before > NOTED else []
+    if not tried:
         return None, 0.0
-    mended = inertias(undoings, found.inertial.origin)
-    after = log_distance(spread_ratios(mended, found.point.mass, found.hull))
-    gains = np.where(
-        possible(mended) & (after < _USUAL_REST), before - after - np.array([u.prior for u in undoings]), 0.0
-    )
+    mended = undoings.inertias(tried)
+    after = undoings.log_distance(undoings.spread_ratios(mended, found.point.mass, found.hull))
+    cuts = before - after - np.array([u.prior for u in tried])
+    gains = np.where(undoings.possible(mended) & (after < _USUAL_REST), cuts, 0.0)
     best = int(np.argmax(gains))
-    return (undoings[best], float(gains[best])) if gains[best] > 0.0 else (None, 0.0)
+    return (tried[best], float(gains[best])) if gains[best] > 0.0 else (None, 0.0)
 
 
 def _centre_slip(found: Judgement, document: UrdfDocument) -> Undoing | None:
     """The undoing that brings the centre back into the hull and nearest to its centroid."""
     best, nearest = None, found.off - CENTRE_NAMED
-    undoings = centre_undoings(found.inertial, *_frames(found.body.link.name, document)) if nearest > 0.0 else []
-    for undoing in undoings:
-        off = off_centre(undoing.com, found.hull) + undoing.prior
-        if off < nearest and outside(undoing.com, found.hull) < 0.0:
+    tried = undoings.centre_undoings(found.inertial, *_frames(found.body.link.name, document)) if nearest > 0.0 else []
+    for undoing in tried:
+        off = undoings.off_centre(undoing.com, found.hull) + undoing.prior
+        if off < nearest and undoings.outside(undoing.com, found.hull) < 0.0:
             best, nearest = undoing, off
     return best
 
@@ -316,7 +292,7 @@ def _base_frame(found: list[Judgement], document: UrdfDocument) -> list[Judgemen
     """
     odd = [x for x in found if x.outside > _ODD and x.body.link.name in document.moved]
     moved = {x.body.link.name: _into_base(x, document) for x in odd}
-    off = [(x.off, off_centre(u.com, x.hull)) for x in odd if (u := moved[x.body.link.name])]
+    off = [(x.off, undoings.off_centre(u.com, x.hull)) for x in odd if (u := moved[x.body.link.name])]
     nearer = sum(before > 1.5 * after for before, after in off)
     if nearer < max(_WHOLE_FILE, 0.75 * len(odd)):
         return found
@@ -329,19 +305,20 @@ def _with_axes_of_base(found: Judgement, document: UrdfDocument) -> Judgement:
     if found.tensor_slip is None:
         return found
     in_base = _frames(found.body.link.name, document)[1]
-    undoing = next((u for u in tensor_undoings(found.inertial, in_base) if u.cause == AXES_OF_BASE), None)
+    tried = undoings.tensor_undoings(found.inertial, in_base)
+    undoing = next((u for u in tried if u.cause == undoings.AXES_OF_BASE), None)
     if undoing is None:
         return found
-    ratios = spread_ratios(inertias([undoing], found.inertial.origin)[0], found.point.mass, found.hull)
-    cut = float(log_distance(found.ratios) - log_distance(ratios))
+    ratios = undoings.spread_ratios(undoings.inertias([undoing])[0], found.point.mass, found.hull)
+    cut = float(undoings.log_distance(found.ratios) - undoings.log_distance(ratios))
     if cut < found.cut - 0.1:
         return found
-    return replace(found, tensor_slip=replace(undoing, cause=IN_BASE, prior=0.0), cut=cut)
+    return replace(found, tensor_slip=replace(undoing, cause=undoings.IN_BASE, prior=0.0), cut=cut)
 
 
 def _into_base(found: Judgement, document: UrdfDocument) -> Undoing | None:
-    tried = centre_undoings(found.inertial, *_frames(found.body.link.name, document))
-    undoing = next((u for u in tried if u.cause == IN_BASE), None)
-    if undoing is not None and outside(undoing.com, found.hull) > _ODD:
+    tried = undoings.centre_undoings(found.inertial, *_frames(found.body.link.name, document))
+    undoing = next((u for u in tried if u.cause == undoings.IN_BASE), None)
+    if undoing is not None and undoings.outside(undoing.com, found.hull) > _ODD:
         return replace(undoing, element="")
     return undoing

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import SEVERITIES, FindingSeverity, UrdfDocument, UrdfFinding, has_mass, read_document
+from lwr_dyn.checks.urdf import shape_rules
+from lwr_dyn.checks.urdf.document import SEVERITIES, FindingSeverity, UrdfDocument, UrdfFinding, read_document
 from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement
 from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.foundation.registry import Registry, Row
@@ -97,8 +98,8 @@ RULES: Registry[UrdfRule] = Registry(
         "inertia-bound": rule("inertia_shape_rules:bound", "warning", "an inertia that no mass in the shapes has"),
         "inertia-slip": rule("inertia_shape_rules:slip", "warning", "an inertia that one slip explains"),
         # statics
-        "effort-weight": rule("static_rules:effort_against_weight", "warning", "effort against the weight to hold"),
-        "effort-unlike": rule("static_rules:unlike_others", "warning", "an effort far from all others"),
+        "effort-weight": rule("joint_rules:effort_against_weight", "warning", "effort against the weight to hold"),
+        "effort-unlike": rule("joint_rules:unlike_others", "warning", "an effort far from all others"),
     },
 )
 """In the order of their findings: schema, tree, joints, inertials, shapes, statics."""
@@ -115,15 +116,18 @@ def codes() -> tuple[str, ...]:
     return (*READING, *RULES.names)
 
 
+def about(code: str) -> str:
+    """What a rule is about, in one line."""
+    return READING[code] if code in READING else RULES[code].about
+
+
 def explanation(code: str) -> str:
     """What a rule looks at and why; raises `UnknownNameError`."""
     if code in READING:
-        return f"{code} (error): {READING[code]}\n\nNo program can read such a file, so no other rule runs."
+        return f"{code} (error): {about(code)}\n\nNo program can read such a file, so no other rule runs."
     if code not in RULES.names:
         raise UnknownNameError("code of a rule", code, codes())
-    row = RULES[code]
-    text = getdoc(RULES.load(code)) or ""
-    return f"{code} ({severity_of(code)}): {row.about}\n\n{text}"
+    return f"{code} ({severity_of(code)}): {about(code)}\n\n{getdoc(RULES.load(code)) or ''}"
 
 
 ALL = "all"
@@ -186,14 +190,9 @@ def lint_document(document: UrdfDocument, ignore: Collection[str] = ()) -> LintR
     places = dict(_ignored_places(document.root))
     kept = [f for f in found if f.code not in ignore and not {f.code, ALL} & places.get(f.place, frozenset())]
     kept.sort(key=lambda f: SEVERITIES.index(f.level))
-    return LintReport(
-        document.file,
-        tuple(kept),
-        tuple(_remarks(document)),
-        len(document.links),
-        len(document.moved_links),
-        len(found) - len(kept),
-    )
+    moved = sum(link.name in document.moved for link in document.links)
+    remarks = tuple(_remarks(document))
+    return LintReport(document.file, tuple(kept), remarks, len(document.links), moved, len(found) - len(kept))
 
 
 def _found(document: UrdfDocument) -> list[UrdfFinding]:
@@ -211,15 +210,13 @@ def _found(document: UrdfDocument) -> list[UrdfFinding]:
 
 def _remarks(document: UrdfDocument) -> Iterable[str]:
     """What could not be judged."""
-    from lwr_dyn.checks.urdf.shape_rules import remarks  # loads SciPy, which `--explain` and tables do without
-
     asked = {code for _, ignored in _ignored_places(document.root) for code in ignored}
     for code in sorted(asked - {ALL, *codes()}):
         yield f"a comment asks to ignore {code!r}: no rule has this code"
-    if document.links and not has_mass(document):
+    if document.links and not document.has_mass:
         yield "no link has mass: kinematics only, nothing about mass and inertia is judged"
     elif document.links:
-        yield from remarks(document)
+        yield from shape_rules.remarks(document)
 
 
 def _severity(finding: UrdfFinding, code: str, document: UrdfDocument) -> FindingSeverity:

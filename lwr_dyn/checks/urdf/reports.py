@@ -15,9 +15,8 @@ from urllib.parse import quote
 
 import click
 
-from lwr_dyn.checks.arm.verdict import FileVerdict
 from lwr_dyn.checks.urdf.document import SEVERITIES, FindingSeverity, UrdfFinding
-from lwr_dyn.checks.urdf.lint import READING, RULES, LintReport, explanation, lint_file, severity_of
+from lwr_dyn.checks.urdf.lint import LintReport, about, explanation, lint_file, severity_of
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
 from lwr_dyn.foundation.tables import json_text
@@ -59,7 +58,7 @@ def grouped(findings: Sequence[UrdfFinding]) -> tuple[FindingGroup, ...]:
     """The groups: errors first, then warnings, then notes; of these the largest first."""
     by_cause: dict[str, list[UrdfFinding]] = defaultdict(list)
     for finding in findings:
-        by_cause[finding.cause or _about(finding.code)].append(finding)
+        by_cause[finding.cause or about(finding.code)].append(finding)
     causes = {cause: {f.subject for f in own} for cause, own in by_cause.items() if cause in FOLLOWING}
     follows = [(f, cause) for f in findings if (cause := _followed(f, causes))]
     absorbed = {id(f) for f, _ in follows}
@@ -80,11 +79,6 @@ def _followed(finding: UrdfFinding, causes: Mapping[str, Collection[str]]) -> st
     return ""
 
 
-def _about(code: str) -> str:
-    """What a rule is about, in one line."""
-    return READING[code] if code in READING else RULES[code].about
-
-
 SHOWN = 5
 """Findings of a group that are printed without `--all`; of a group of notes one."""
 
@@ -101,12 +95,6 @@ def report_text(report: LintReport, everything: bool = False) -> str:
     lines = [line for group in grouped(report.findings) for line in _group(group, everything)]
     lines += [f"{report.file}: {remark}" for remark in report.remarks]
     return "\n".join([*lines, summary([report])])
-
-
-def file_verdict(path: str, xacro_args: Mapping[str, str]) -> FileVerdict:
-    """A file's report, as `lwr-dyn check` prints it before its own checks; raises as `lint_file`."""
-    report = lint_file(path, xacro_args=xacro_args)
-    return FileVerdict(report_text(report), [finding.record() for finding in report.findings], report.holds())
 
 
 def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
@@ -171,13 +159,10 @@ def sarif_record(reports: Sequence[LintReport]) -> dict[str, Any]:
     """
     findings = _worst_first(reports)[:MOST]
     codes = list(dict.fromkeys(f.code for f in findings))
-    lines = _Lines()
     driver = {"name": "lwr_dyn", "version": VERSION, "semanticVersion": VERSION, "rules": [_rule(c) for c in codes]}
-    run = {
-        "tool": {"driver": driver},
-        "columnKind": "unicodeCodePoints",
-        "results": [_result(f, codes.index(f.code), lines) for f in findings],
-    }
+    marked = zip(findings, _fingerprints(findings), strict=True)
+    results = [_result(f, codes.index(f.code), fingerprint) for f, fingerprint in marked]
+    run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     return {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
 
 
@@ -186,17 +171,12 @@ def _worst_first(reports: Iterable[LintReport]) -> list[UrdfFinding]:
 
 
 def _rule(code: str) -> dict[str, Any]:
-    about = READING[code] if code in READING else RULES[code].about
-    return {
-        "id": code,
-        "shortDescription": {"text": about},
-        "fullDescription": {"text": about},
-        "help": {"text": explanation(code)},
-        "defaultConfiguration": {"level": severity_of(code)},
-    }
+    texts = {"shortDescription": {"text": about(code)}, "fullDescription": {"text": about(code)}}
+    level = {"level": severity_of(code)}
+    return {"id": code, **texts, "help": {"text": explanation(code)}, "defaultConfiguration": level}
 
 
-def _result(finding: UrdfFinding, index: int, lines: "_Lines") -> dict[str, Any]:
+def _result(finding: UrdfFinding, index: int, fingerprint: str) -> dict[str, Any]:
     place = finding.place
     region = {"startLine": place.line, "startColumn": place.column}
     return {
@@ -205,7 +185,7 @@ def _result(finding: UrdfFinding, index: int, lines: "_Lines") -> dict[str, Any]
         "level": finding.level,
         "message": {"text": finding.message},
         "locations": [{"physicalLocation": {"artifactLocation": {"uri": uri_of(place.file)}, "region": region}}],
-        "partialFingerprints": {"primaryLocationLineHash": lines.fingerprint(finding)},
+        "partialFingerprints": {"primaryLocationLineHash": fingerprint},
     }
 
 
@@ -219,29 +199,21 @@ def uri_of(file: str) -> str:
     return Path(file).resolve().as_uri() if relative.startswith("..") else quote(Path(relative).as_posix())
 
 
-class _Lines:
-    """The lines of the files with findings, and how often each fingerprint was given."""
-
-    def __init__(self) -> None:
-        self._files: dict[str, list[bytes]] = {}
-        self._given: Counter[str] = Counter()
-
-    def fingerprint(self, finding: UrdfFinding) -> str:
-        """A number that names a finding by code, subject and the text of its line, and counts equal ones."""
-        text = self._line(finding.place.file, finding.place.line).strip()
-        words = "\0".join((finding.code, finding.subject)).encode()
-        digest = hashlib.sha256(words + b"\0" + text).hexdigest()[:16]
-        self._given[digest] += 1
-        return f"{digest}:{self._given[digest]}"
-
-    def _line(self, file: str, line: int) -> bytes:
-        if file not in self._files:
+def _fingerprints(findings: Iterable[UrdfFinding]) -> Iterator[str]:
+    """Numbers that name each finding by code, subject and the text of its line, and count equal ones."""
+    files: dict[str, list[bytes]] = {}
+    given: Counter[str] = Counter()
+    for finding in findings:
+        place = finding.place
+        if place.file not in files:
             try:
-                self._files[file] = Path(file).read_bytes().split(b"\n")
+                files[place.file] = Path(place.file).read_bytes().split(b"\n")
             except (OSError, ValueError):
-                self._files[file] = []
-        lines = self._files[file]
-        return lines[line - 1] if line <= len(lines) else b""
+                files[place.file] = []
+        text = b"".join(files[place.file][place.line - 1 : place.line]).strip()
+        digest = hashlib.sha256(f"{finding.code}\0{finding.subject}\0".encode() + text).hexdigest()[:16]
+        given[digest] += 1
+        yield f"{digest}:{given[digest]}"
 
 
 def annotations(reports: Iterable[LintReport]) -> Iterable[str]:

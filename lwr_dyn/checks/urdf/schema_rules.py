@@ -7,7 +7,7 @@ urdfdom 4's `capsule`; Drake's, Gazebo's and ros2_control's own elements are nam
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, tag_text
@@ -18,7 +18,7 @@ from lwr_dyn.foundation.arrays import number_of
 _POSE = {"xyz": 3, "rpy": 3}
 
 _ALIEN = ("gazebo", "ros2_control", "sensor", "transmission", "mujoco", "plugin", "pybullet", "isaac", "loop_joint")
-"""Elements of other programs, at any place."""
+"""Elements of other programs, at any place, beside those with a prefix (`drake:...`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,20 +30,15 @@ class TagRule:
     """Attributes that must be there."""
     texts: tuple[str, ...] = ()
     """Attributes that are words."""
-    figures: Mapping[str, int] | None = None
+    figures: Mapping[str, int] = field(default_factory=dict)
     """Attributes that are numbers, and how many."""
     only: tuple[str, ...] = ()
     """Children that engines read once: a second one is passed over."""
 
     @property
-    def numeric(self) -> Mapping[str, int]:
-        """Numeric attributes with their counts."""
-        return self.figures or {}
-
-    @property
     def attributes(self) -> tuple[str, ...]:
         """All attributes that are known."""
-        return (*self.texts, *self.numeric)
+        return (*self.texts, *self.figures)
 
 
 def _figures(*needed: str, optional: tuple[str, ...] = (), texts: tuple[str, ...] = ()) -> TagRule:
@@ -92,11 +87,6 @@ TAGS: Mapping[str, TagRule] = {
     "safety_controller": _figures("k_velocity", optional=("k_position", "soft_lower_limit", "soft_upper_limit")),
 }  # fmt: skip
 """Elements that are looked into; children and attributes of others are not."""
-
-
-def is_alien(tag: str) -> bool:
-    """Whether an element belongs to another program: `drake:...`, `gazebo`, `ros2_control`."""
-    return ":" in tag or tag in _ALIEN
 
 
 @lru_cache(maxsize=4096)
@@ -179,10 +169,8 @@ def missing_names(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """The robot, every link and every joint need a name: joints refer to links by it, programs to joints."""
     for element, _ in owned(document):
         if element.tag in ("robot", "link", "joint") and not element.attributes.get("name"):
-            yield UrdfFinding(
-                f"<{element.tag}> without a name", "nothing can refer to it", element.place, "",
-                tag_text(element, name="..."),
-            )  # fmt: skip
+            what, instead = f"<{element.tag}> without a name", tag_text(element, name="...")
+            yield UrdfFinding(what, "nothing can refer to it", element.place, "", instead)
 
 
 def names_twice(document: UrdfDocument) -> Iterator[UrdfFinding]:
@@ -193,10 +181,8 @@ def names_twice(document: UrdfDocument) -> Iterator[UrdfFinding]:
         for part in parts:
             before = first[part.name]
             if part.name and part is not before:
-                yield UrdfFinding(
-                    "its name is used twice", f"first in line {before.place.line}", part.place, part.subject,
-                    "another name",
-                )  # fmt: skip
+                why = f"first in line {before.place.line}"
+                yield UrdfFinding("its name is used twice", why, part.place, part.subject, "another name")
 
 
 def misspelt_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
@@ -219,18 +205,16 @@ def unknown_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
     for element, child, owner in _unknown_children(document):
         if not nearest(child.tag, TAGS[element.tag].children):
             cause = f"<{child.tag}> in <{element.tag}>: no part of a URDF"
-            yield UrdfFinding(
-                f"<{child.tag}> is not known here", f"<{element.tag}> holds {', '.join(TAGS[element.tag].children)}"
-                if TAGS[element.tag].children else f"<{element.tag}> holds no elements", child.place, owner,
-                cause=cause,
-            )  # fmt: skip
+            known = ", ".join(TAGS[element.tag].children) or "no elements"
+            why = f"<{element.tag}> holds {known}"
+            yield UrdfFinding(f"<{child.tag}> is not known here", why, child.place, owner, cause=cause)
 
 
 def _unknown_children(document: UrdfDocument) -> Iterator[tuple[XmlElement, XmlElement, str]]:
     """Parent, child and owner of each child that its parent should not have."""
     for element, owner in owned(document):
         for child in element.children:
-            if child.tag not in TAGS[element.tag].children and not is_alien(child.tag):
+            if child.tag not in TAGS[element.tag].children and ":" not in child.tag and child.tag not in _ALIEN:
                 own = f"{child.tag} {child.attributes['name']}" if not owner and "name" in child.attributes else owner
                 yield element, child, own
 
@@ -253,19 +237,17 @@ def misspelt_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def unknown_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """An attribute that no URDF reader knows at this element; those with a prefix are known."""
-    by_element: dict[XmlElement, list[str]] = {}
-    owners: dict[XmlElement, str] = {}
+    by_element: dict[Owned, list[str]] = {}
     for element, name, owner in _unknown_attributes(document):
         meant = nearest(name, TAGS[element.tag].attributes)
         if not meant or meant in element.attributes:
-            by_element.setdefault(element, []).append(name)
-            owners[element] = owner
-    for element, names in by_element.items():
+            by_element.setdefault((element, owner), []).append(name)
+    for (element, owner), names in by_element.items():
         known = ", ".join(TAGS[element.tag].attributes) or "no attributes"
         what = f"{', '.join(names)} of <{element.tag}>"
         yield UrdfFinding(
             f"{what} {'is' if len(names) == 1 else 'are'} not known", f"<{element.tag}> has {known}", element.place,
-            owners[element], cause=f"{what}: no part of a URDF",
+            owner, cause=f"{what}: no part of a URDF",
         )  # fmt: skip
 
 
@@ -323,18 +305,15 @@ def malformed_numbers(document: UrdfDocument) -> Iterator[UrdfFinding]:
     expression that was not expanded. Limits may be infinite.
     """
     for element, owner in owned(document):
-        for name, width in TAGS[element.tag].numeric.items():
+        for name, width in TAGS[element.tag].figures.items():
             text = element.attributes.get(name)
             fault = "" if text is None else _number_fault(text, width, name in _LIMITS)
             if fault and text is not None:
-                instead = (
-                    text.replace(",", ".")
-                    if fault == _COMMA and not _number_fault(text.replace(",", "."), width, True)
-                    else ""
-                )
+                dotted = text.replace(",", ".")
+                mended = fault == _COMMA and not _number_fault(dotted, width, True)
                 yield UrdfFinding(
                     f"{name} of <{element.tag}> is {text[:60]!r}", fault, element.place, owner,
-                    tag_text(element, **{name: instead}) if instead else "",
+                    tag_text(element, **{name: dotted}) if mended else "",
                 )  # fmt: skip
 
 
@@ -346,11 +325,8 @@ def _number_fault(text: str, width: int, may_be_infinite: bool) -> str:
     if "${" in text or "$(" in text:
         return "a xacro expression that was not expanded"
     words = text.split()
-    faults = [_word_fault(word, may_be_infinite) for word in words]
-    found = next((fault for fault in faults if fault), "")
-    if found:
-        return found
-    return "" if len(words) == width else f"{len(words)} numbers where {width} belong"
+    counted = "" if len(words) == width else f"{len(words)} numbers where {width} belong"
+    return next((fault for word in words if (fault := _word_fault(word, may_be_infinite))), counted)
 
 
 def _word_fault(word: str, may_be_infinite: bool) -> str:

@@ -70,16 +70,14 @@ def packages_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """
     said: set[str] = set()
     for link, shape in _shapes(document):
-        if shape.kind == "mesh" and shape.mesh:
-            package = mesh_path(shape.mesh, document.path).package_missing
-            if package and package not in said and package not in _packages_here(document):
-                said.add(package)
-                count = sum(s.mesh.partition("://")[2].startswith(f"{package}/") for _, s in _shapes(document))
-                yield UrdfFinding(
-                    f"the package {package} is not on this machine", f"{count} meshes come from it",
-                    shape.geometry_place, link.subject,
-                    f"put the folder {package} above or beside the file, or into ROS_PACKAGE_PATH",
-                )  # fmt: skip
+        package = mesh_path(shape.mesh, document.path).package_missing if shape.kind == "mesh" and shape.mesh else ""
+        if package and package not in said and package not in _packages_here(document):
+            said.add(package)
+            count = sum(s.mesh.partition("://")[2].startswith(f"{package}/") for _, s in _shapes(document))
+            yield UrdfFinding(
+                f"the package {package} is not on this machine", f"{count} meshes come from it", shape.geometry_place,
+                link.subject, f"put the folder {package} above or beside the file, or into ROS_PACKAGE_PATH",
+            )  # fmt: skip
 
 
 def mesh_scales(document: UrdfDocument) -> Iterator[UrdfFinding]:
@@ -89,18 +87,14 @@ def mesh_scales(document: UrdfDocument) -> Iterator[UrdfFinding]:
     for link, shape in _shapes(document):
         if shape.kind != "mesh" or shape.scale is None:
             continue
-        sizes = np.abs(shape.scale)
+        sizes, what = np.abs(shape.scale), f"a mesh scale of {vector_text(shape.scale)}"
+        place, subject = shape.geometry_place, link.subject
         if not sizes.all():
-            what, why, severity = "0", "the shape has no volume", None
+            yield UrdfFinding("a mesh scale of 0", "the shape has no volume", place, subject)
         elif sizes.max() >= 100.0 * sizes.min():
-            what, why, severity = vector_text(shape.scale), "the axes differ 100-fold or more", "warning"
+            yield UrdfFinding(what, "the axes differ 100-fold or more", place, subject, severity="warning")
         elif np.prod(shape.scale) < 0.0:
-            what, why, severity = vector_text(shape.scale), "the shape is a mirror image", "note"
-        else:
-            continue
-        yield UrdfFinding(
-            f"a mesh scale of {what}", why, shape.geometry_place, link.subject, severity=severity,  # type: ignore[arg-type]
-        )  # fmt: skip
+            yield UrdfFinding(what, "the shape is a mirror image", place, subject, severity="note")
 
 
 def shape_sizes(document: UrdfDocument) -> Iterator[UrdfFinding]:
@@ -153,13 +147,10 @@ def origin_slip(parent: Hull, child: Hull, pose: Array) -> JointSlip | None:
         moved[:3, 3] = xyz
         cut = written - depth(parent, xyz) / parent.diameter
         far = np.linalg.norm(xyz - pose[:3, 3]) > _MOVED * child.diameter
-        if far and cut > (best.cut if best else 0.0) and gap(parent, child, moved) < _MEETS * _larger(parent, child):
+        apart = _MEETS * max(parent.diameter, child.diameter)
+        if far and cut > (best.cut if best else 0.0) and gap(parent, child, moved) < apart:
             best = JointSlip(says, xyz, cut)
     return best
-
-
-def _larger(parent: Hull, child: Hull) -> float:
-    return max(parent.diameter, child.diameter)
 
 
 def _other_origins(xyz: Array) -> list[tuple[str, Array]]:

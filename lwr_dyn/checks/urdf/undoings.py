@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.checks.urdf.document import inertia_text, vector_text
-from lwr_dyn.checks.urdf.elements import InertialElement, OriginElement
+from lwr_dyn.checks.urdf.elements import InertialElement
 from lwr_dyn.checks.urdf.hulls import Hull, depth, directions, reach_along
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.model.spatial import from_rpy
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,16 +174,13 @@ def tensor_undoings(inertial: InertialElement, in_base: Array | None = None) -> 
         says = "the tensor looks given in the axes of the base frame"
         out.append(Undoing(AXES_OF_BASE, says, com, rpy, turn.T @ point.inertia @ turn, "inertia", 0.1))
     about = rotation.T @ (point.inertia - point.mass * (com @ com * np.eye(3) - np.outer(com, com))) @ rotation
-    return [
-        *out,
-        Undoing(_ABOUT_JOINT, f"{_ABOUT_JOINT[:7]} looks taken {_ABOUT_JOINT[8:]}", com, rpy, about, "inertia"),
-    ]
+    says = f"{_ABOUT_JOINT[:7]} looks taken {_ABOUT_JOINT[8:]}"
+    return [*out, Undoing(_ABOUT_JOINT, says, com, rpy, about, "inertia")]
 
 
-def inertias(undoings: list[Undoing], point: OriginElement) -> Array:
+def inertias(undoings: list[Undoing]) -> Array:
     """The inertias about the centre of mass in the axes of the link: (k, 3, 3) array."""
-    turned = [OriginElement(point.place, None, u.com, u.rpy).rotation for u in undoings]
-    rotations = np.array(turned)
+    rotations = np.array([from_rpy(u.rpy) for u in undoings])
     return np.asarray(rotations @ np.array([u.tensor for u in undoings]) @ rotations.swapaxes(1, 2))
 
 
@@ -203,24 +201,22 @@ def _swaps(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
         yield "moments in another order", "ixx, iyy, izz look permuted", out, 0.3
 
 
-def _six(tensor: Array) -> Array:
-    return tensor[[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]]
-
-
-def _tensor(xx: float, xy: float, xz: float, yy: float, yz: float, zz: float) -> Array:
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+_ROW_ORDERS = (
+    ("ixx iyy izz ixy ixz iyz", (0, 3, 4, 1, 5, 2), 0.0),
+    ("ixx iyy izz ixy iyz ixz", (0, 3, 5, 1, 4, 2), 0.1),
+    ("ixx iyy izz iyz ixz ixy", (0, 5, 4, 1, 3, 2), 0.1),
+    ("by rows", (0, 3, 5, 1, 2, 4), 0.0),
+    ("by rows", (0, 3, 2, 1, 5, 4), 0.1),
+)
+"""An order in which the six numbers may have been written, which of those in the file are then ixx ixy ixz iyy iyz izz,
+and the prior; by rows, they were read into ixx iyy izz ixy ixz iyz."""
 
 
 def _row_orders(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
-    one, two, three, four, five, six = _six(tensor)
-    says = "the six numbers look written in another order"
-    cause = "tensors written in another order"
-    yield cause, f"{says} (ixx iyy izz ixy ixz iyz)", _tensor(one, four, five, two, six, three), 0.0
-    yield cause, f"{says} (ixx iyy izz ixy iyz ixz)", _tensor(one, four, six, two, five, three), 0.1
-    yield cause, f"{says} (ixx iyy izz iyz ixz ixy)", _tensor(one, six, five, two, four, three), 0.1
-    # the values of ixx ixy ixz iyy iyz izz, read into ixx iyy izz ixy ixz iyz
-    yield cause, f"{says} (by rows)", _tensor(one, four, six, two, three, five), 0.0
-    yield cause, f"{says} (by rows)", _tensor(one, four, three, two, six, five), 0.1
+    six, places = tensor[np.triu_indices(3)], np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+    for name, order, prior in _ROW_ORDERS:
+        says = f"the six numbers look written in another order ({name})"
+        yield "tensors written in another order", says, six[list(order)][places], prior
 
 
 def _products(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
@@ -242,11 +238,9 @@ def _products(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
 
 def _powers(tensor: Array) -> Iterator[tuple[str, str, Array, float]]:
     for power in (1, 2, 3, 4, 6, 9):
-        for sign in (1, -1):
-            factor = 10.0 ** (sign * power)
-            word = "small" if sign > 0 else "large"
-            cause = f"tensors {10**power} times too {word}"
-            yield cause, f"the tensor looks {10**power} times too {word}", tensor * factor, 0.0
+        for sign, word in ((1, "small"), (-1, "large")):
+            off = f"{10**power} times too {word}"
+            yield f"tensors {off}", f"the tensor looks {off}", tensor * 10.0 ** (sign * power), 0.0
 
 
 def _turned(rpy: Array) -> Iterator[tuple[str, str, Array, float]]:
@@ -287,12 +281,11 @@ def _scaled(com: Array) -> Iterator[tuple[str, str, Array, float]]:
 
 
 def _frames(com: Array, in_parent: Array | None, in_base: Array | None) -> Iterator[tuple[str, str, Array, float]]:
-    frames = ("base", in_base, 0.0), ("parent", in_parent, 0.0)
-    for name, pose, prior in frames:
+    for name, pose in (("base", in_base), ("parent", in_parent)):
         if pose is not None and not np.allclose(pose, np.eye(4)):
             moved = pose[:3, :3].T @ (com - pose[:3, 3])
             says = f"the centre of mass looks given in the {name} frame"
-            yield IN_BASE if name == "base" else f"centres of mass in the {name} frame", says, moved, prior
+            yield f"centres of mass in the {name} frame", says, moved, 0.0
 
 
 def _reordered(com: Array) -> Iterator[tuple[str, str, Array, float]]:

@@ -43,7 +43,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class XmlElement:
-    """One element: its tag with the prefix as written, attributes, place, children."""
+    """One element: its tag with the prefix as written, attributes but for `xmlns...`, place, children."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -51,8 +51,6 @@ class XmlElement:
     ignored: frozenset[str]
     """Codes that comments before it, or before what it stands in, ask to ignore."""
     children: list["XmlElement"] = field(default_factory=list)
-    declared: Mapping[str, str] = field(default_factory=dict)
-    """Attributes `xmlns...`."""
 
     def child(self, tag: str) -> "XmlElement | None":
         """The first child of this tag."""
@@ -87,8 +85,8 @@ class _Reader:
         """An opening tag."""
         inherited = self.open[-1].ignored if self.open else frozenset[str]()
         place = self.place(attributes.pop(PLACE, "") if self.carried else "")
-        declared = {k: attributes.pop(k) for k in list(attributes) if k == "xmlns" or k.startswith("xmlns:")}
-        element = XmlElement(tag, attributes, place, inherited | self.pending, [], declared)
+        kept = {k: v for k, v in attributes.items() if k != "xmlns" and not k.startswith("xmlns:")}
+        element = XmlElement(tag, kept, place, inherited | self.pending)
         self.pending = set()
         if self.open:
             self.open[-1].children.append(element)

@@ -6,14 +6,9 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options, readable_logs
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.elastic_joints import (
-    TWO_ENCODERS,
-    elastic_record,
-    elastic_text,
-    identify_elastic,
-)
+from lwr_dyn.identification.elastic_joints import TWO_ENCODERS, elastic_document, identify_elastic
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
 
@@ -41,8 +36,5 @@ def command(
         usable, faults = readable_logs(logs, declared_units(units), arm, given["columns"], True, NEEDS, ())
         found = identify_elastic(usable, arm, rule) if usable else None
     if found is not None:
-        if as_json:
-            print_json(elastic_record(found, robot))
-        else:
-            click.echo(elastic_text(found, arm))
+        show(elastic_document(found, arm, robot), as_json)
     end(faults)

@@ -9,40 +9,22 @@ import numpy as np
 from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, robot_options, show
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.excitation.design import (
-    DURATION,
-    HARMONICS,
-    NOISE,
-    STARTS,
-    check_choices,
-    check_rate,
-    check_target,
-    design_excitation,
-    noise_of_joints,
-    write_excitation,
-)
+from lwr_dyn.identification.excitation import design, motion_limits
 from lwr_dyn.identification.excitation.motion_design import check_room
-from lwr_dyn.identification.excitation.motion_limits import (
-    KEPT,
-    MARGIN,
-    SPEED_SHARE,
-    TORQUE_SHARE,
-    MotionLimits,
-    clearance_of,
-)
+from lwr_dyn.identification.excitation.motion_limits import KEPT, MARGIN, SPEED_SHARE, TORQUE_SHARE
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES
 from lwr_dyn.model.arm import arm_with_payload
 
 
 @click.command("excite")
 @robot_options
-@click.option("--duration", default=DURATION, show_default=True, help="Of the motion, s.")
+@click.option("--duration", default=design.DURATION, show_default=True, help="Of the motion, s.")
 @click.option("--objective", type=OneOf(OBJECTIVES), default=OBJECTIVES[0], show_default=True,
               help="Least sigma of the parameters (d), or least condition number (cond).")  # fmt: skip
-@click.option("--starts", default=STARTS, show_default=True, help="Random motions from which the search begins.")
+@click.option("--starts", default=design.STARTS, show_default=True, help="Random motions from which the search begins.")
 @click.option("--seed", default=0, show_default=True, help="Of the random motions.")
-@click.option("--harmonics", default=HARMONICS, show_default=True, help="Of one over the duration.")
-@click.option("--noise", type=NUMBERS, default=(NOISE,), show_default=f"{NOISE:g}",
+@click.option("--harmonics", default=design.HARMONICS, show_default=True, help="Of one over the duration.")
+@click.option("--noise", type=NUMBERS, default=(design.NOISE,), show_default=f"{design.NOISE:g}",
               help="Standard deviation of the joint torques, N m: one, or one each.")  # fmt: skip
 @click.option("--payload", default=0.0, show_default=True, help="Load on the flange, kg.")
 @click.option("--speed", type=float, help="Speed limit of joints whose own is unknown, rad/s or m/s.")
@@ -66,27 +48,27 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     arm's table, with friction only where its file gives it. Exit 2 where no start ends in such a motion.
     """
     out, noise = given["out"], given["noise"]
-    check_choices(given["objective"], given["starts"], given["seed"], given["duration"])
-    check_rate(given["rate"], given["duration"])
+    design.check_choices(given["objective"], given["starts"], given["seed"], given["duration"])
+    design.check_rate(given["rate"], given["duration"])
     if not given["margin_deg"] >= 0.0:
         raise OptionError("--margin-deg", given["margin_deg"], "0 or more, in deg")
     if out is not None:
-        check_target(out)
+        design.check_target(out)
     arm = load_robot(robot, reading, tip, locks)
     if given["payload"] != 0.0:
         arm = arm_with_payload(arm, given["payload"])
-    weights = noise_of_joints(noise[0] if len(noise) == 1 else noise, arm.n)
+    weights = design.noise_of_joints(noise[0] if len(noise) == 1 else noise, arm.n)
     margin = float(np.radians(given["margin_deg"]))
-    limits = MotionLimits.of(arm, margin, given["speed_share"], given["torque_share"], given["speed"])
-    clearance = clearance_of(arm, given["keep"], given["floor"], given["column"])
+    limits = motion_limits.MotionLimits.of(arm, margin, given["speed_share"], given["torque_share"], given["speed"])
+    clearance = motion_limits.clearance_of(arm, given["keep"], given["floor"], given["column"])
     check_room(clearance, given["column"])
     with progress("searching an exciting motion") as report:
-        found = design_excitation(
+        found = design.design_excitation(
             arm, given["duration"], given["objective"], given["starts"], given["harmonics"], given["seed"],
             noise=weights, limits=limits, clearance=clearance, report=report,
         )  # fmt: skip
     if out is not None:
-        write_excitation(out, found, given["rate"])
+        design.write_excitation(out, found, given["rate"])
     show(found.document, given["as_json"])
     if out is not None and not given["as_json"]:
         click.echo(f"wrote {out}{_next(out, robot, reading=reading, tip=tip, lock=locks, payload=given['payload'])}")

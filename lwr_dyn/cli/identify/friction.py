@@ -6,17 +6,11 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options
-from lwr_dyn.cli.options import OneOf, OptionRule, print_json, refuse_unused
+from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
 from lwr_dyn.foundation.progress import progress
+from lwr_dyn.identification.friction import identify_friction
 from lwr_dyn.identification.friction.direction_fit import MODELS
 from lwr_dyn.identification.friction.friction_map import DEFAULT_CRUISE, SUBTRACT, CruiseRule
-from lwr_dyn.identification.friction.identify_friction import (
-    FitOptions,
-    friction_map_figure,
-    friction_record,
-    friction_text,
-    identify_friction_files,
-)
 from lwr_dyn.identification.logs.log_columns import column_map, declared_units
 from lwr_dyn.pages.plotting.plots import check_figure, save_figure
 
@@ -44,19 +38,16 @@ def command(logs: tuple[str, ...], robot: str | None, reading: str | None, units
     if given["plot"] is not None:
         check_figure(given["plot"])
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
-    options = FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
+    options = identify_friction.FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if robot is None else load(robot, reading)
     with progress("reading and fitting the logs"):
-        result = identify_friction_files(
+        result = identify_friction.identify_friction_files(
             logs, declared_units(units), arm, given["subtract"], options, column_map(given["columns"])
         )
-    subtract = "none" if arm is None else given["subtract"]
-    if result.points and given["as_json"]:
-        print_json(friction_record(result, options, robot, subtract))
-    elif result.points:
-        click.echo(friction_text(result, options, subtract))
+    if result.points:
+        show(identify_friction.friction_document(result, robot), given["as_json"])
     if result.points and given["plot"] is not None:
-        png, svg = save_figure(friction_map_figure(result), given["plot"])
+        png, svg = save_figure(identify_friction.friction_map_figure(result), given["plot"])
         if not given["as_json"]:
             click.echo(f"wrote {png} and {svg}")
     end(result.faults)

@@ -8,12 +8,12 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import NUMBERS, OptionRule, refuse_unused
-from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LogError, LwrDynError
 from lwr_dyn.identification.log_faults.found_faults import log_faults, prepared_logs
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import column_map
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
+from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.model.arm import Arm
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -107,9 +107,12 @@ def chosen_motors(arm: Arm, given: Mapping[str, Any]) -> MotorMap | None:
     return motor_map(arm, given["torque_constant"], given["motor_home"]) if given["motor_side"] else None
 
 
-def slowest_motors(slowest: float, motors: MotorMap | None) -> float | Array:
-    """The speed of every motor (n,) where its joints have that speed [rad/s]; the speed itself for logs of joints."""
-    return slowest if motors is None else slowest * np.linalg.norm(motors.transmission.matrix, axis=1)
+def sample_rule(cutoff: float, slowest: float, motors: MotorMap | None) -> SampleRule:
+    """How instants are taken; of motors' logs none at which a motor is slower than where its joints have that speed."""
+    if motors is None:
+        return SampleRule(cutoff, slowest=slowest)
+    speeds = slowest * np.linalg.norm(motors.transmission.matrix, axis=1)
+    return SampleRule(cutoff, slowest=speeds, transmission=motors.transmission)
 
 
 def joint_logs(

@@ -14,7 +14,7 @@ from lwr_dyn.cli.identify.log_options import (
     joint_logs,
     log_options,
     motor_options,
-    slowest_motors,
+    sample_rule,
     warn,
 )
 from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
@@ -33,7 +33,7 @@ from lwr_dyn.identification.motion.motion_result import (
     motion_document,
 )
 from lwr_dyn.identification.motion.validation import Validation
-from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, sample_notes
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
 from lwr_dyn.identification.slips.slip_tables import table_card
@@ -89,8 +89,7 @@ def command(
     refuse_unused(INSTRUMENT_RULES, given)
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
     motors = chosen_motors(arm, given)
-    transmission = None if motors is None else motors.transmission
-    samples = SampleRule(given["cutoff"], slowest=slowest_motors(float(slowest), motors), transmission=transmission)
+    samples = sample_rule(given["cutoff"], float(slowest), motors)
     rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["deviation"], given["known"])
     _check_paths(given, arm, paper)
     with progress("reading and fitting the logs"):

@@ -11,16 +11,16 @@ from lwr_dyn.cli.identify.log_options import (
     joint_logs,
     log_options,
     motor_options,
-    slowest_motors,
+    sample_rule,
     warn,
 )
-from lwr_dyn.cli.options import OneOf, print_json
+from lwr_dyn.cli.options import OneOf, show
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
-from lwr_dyn.identification.payload.possible_load import load_record, load_text, load_warnings, possible_load
-from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule
+from lwr_dyn.identification.payload.possible_load import load_document, load_warnings
+from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
 
 
 @click.command("payload")
@@ -45,8 +45,7 @@ def command(
     cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
     arm, declared = load(robot, reading), declared_units(units)
     motors = chosen_motors(arm, given)
-    slowest, transmission = slowest_motors(given["slowest"], motors), None if motors is None else motors.transmission
-    rules = [SampleRule(cutoff, slowest=slowest, transmission=transmission) for cutoff in cutoffs]
+    rules = [sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):
         usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], True)
         empty, more = joint_logs(given["without"], declared, arm, motors, given["columns"], True)
@@ -54,10 +53,7 @@ def command(
         usable = [] if same else usable  # one of the two is not what it is called
         found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
-        body = possible_load(found) if found.found else None
+        show(load_document(found, robot), as_json)
         if as_json:
-            print_json(load_record(found, body, robot))
             warn(load_warnings(found))
-        else:
-            click.echo(load_text(found, body))
     end([*faults, *more, *same])

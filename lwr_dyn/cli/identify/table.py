@@ -4,7 +4,7 @@ import click
 
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.identify.log_options import check_option, end, log_options, readable_logs
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
@@ -18,7 +18,7 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRul
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
 from lwr_dyn.identification.slips.printed_cells import printed_cells
-from lwr_dyn.identification.slips.slip_tables import best_table, slip_record, slip_text, slips_card, table_against_log
+from lwr_dyn.identification.slips.slip_tables import best_table, slip_document, slips_card, table_against_log
 from lwr_dyn.identification.slips.trace import DEVIATION, checked_deviation, trace_slips
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.pages.document import page_html
@@ -55,10 +55,7 @@ def command(
         information = _information(usable, arm, rule)
         report = trace_slips(information, source, deviation=share)
         cells = table_against_log(information, source, deviation=share, at=best_table(report))
-    if as_json:
-        print_json({"robot": robot, "reading": arm.reading, **slip_record(report, cells, paper)})
-    else:
-        click.echo(slip_text(report, cells, paper))
+    show(slip_document(report, cells, paper, robot=robot, reading=arm.reading), as_json)
     if html is not None:
         result = identify_motion(usable, arm, MotionRule(rule))
         card = slips_card(result.information, source, report)

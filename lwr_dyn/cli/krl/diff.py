@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import asdict
 from typing import Annotated, Any, TypedDict
 
 import click
@@ -9,7 +10,7 @@ import click
 from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.krl.comparing import FileComparison, compare
+from lwr_dyn.krl.comparing import CodeLine, FileComparison, PointChange, ValueChange, compare
 
 
 @click.command("diff")
@@ -29,46 +30,13 @@ def diff(before: str, after: str, as_json: bool) -> None:
     sys.exit(0 if same else 1)
 
 
-class AxisRecord(TypedDict):
-    """An axis of a point that moved."""
-
-    axis: str
-    change: Annotated[float, "Later minus earlier [deg, mm]."]
-
-
-class PointRecord(TypedDict):
-    """A point that moved."""
-
-    name: str
-    line: int
-    moved_mm: Annotated[float | None, "[mm] null where it is not a pose."]
-    turned_deg: Annotated[float | None, "[deg]"]
-    axes_deg: Annotated[list[AxisRecord], "Axes that changed."]
-    others: Annotated[list[str], "What else of it changed, such as Status and Turn."]
-
-
-class ValueRecord(TypedDict):
-    """A value that changed."""
-
-    name: str
-    before: Annotated[str | None, "Null where it was added."]
-    after: Annotated[str | None, "Null where it was removed."]
-
-
-class LineRecord(TypedDict):
-    """A line of a routine."""
-
-    line: int
-    text: str
-
-
 class RoutineRecord(TypedDict):
     """A routine whose logic changed."""
 
     routine: str
     kind: Annotated[str, "changed, added or removed."]
-    removed: list[LineRecord]
-    added: list[LineRecord]
+    removed: list[CodeLine]
+    added: list[CodeLine]
 
 
 class ChangedFileRecord(TypedDict):
@@ -77,8 +45,8 @@ class ChangedFileRecord(TypedDict):
     file: str
     kind: Annotated[str, "changed, added, removed, or layout: only comments and layout differ."]
     configuration: Annotated[bool, "Whether it is no program."]
-    points: list[PointRecord]
-    values: list[ValueRecord]
+    points: list[PointChange]
+    values: list[ValueChange]
     routines: list[RoutineRecord]
 
 
@@ -131,18 +99,12 @@ def _lines(file: FileComparison) -> Iterator[str]:
 
 
 def _record(file: FileComparison) -> dict[str, Any]:
-    points = [
-        {"name": p.name, "line": p.line, "moved_mm": p.moved_mm, "turned_deg": p.turned_deg,
-         "axes_deg": [{"axis": axis, "change": x} for axis, x in p.axes_deg.items()], "others": list(p.others)}
-        for p in file.points
-    ]  # fmt: skip
     routines = [
-        {"routine": r.routine, "kind": r.kind,
-         "removed": [{"line": x.line, "text": x.text} for old, _ in r.pieces for x in old],
-         "added": [{"line": x.line, "text": x.text} for _, new in r.pieces for x in new]}
+        {"routine": r.routine, "kind": r.kind, "removed": [asdict(x) for old, _ in r.pieces for x in old],
+         "added": [asdict(x) for _, new in r.pieces for x in new]}
         for r in file.routines
     ]  # fmt: skip
-    values = [{"name": v.name, "before": v.before, "after": v.after} for v in file.values]
+    points, values = (list(map(asdict, found)) for found in (file.points, file.values))
     return {
         "file": file.name, "kind": file.kind, "configuration": file.configuration, "points": points,
         "values": values, "routines": routines,

@@ -1,7 +1,5 @@
 """The options that `krl check` and `krl run` share; `lwr-dyn new cell`, a commented cell file to start from."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, wraps

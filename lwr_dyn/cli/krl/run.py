@@ -1,77 +1,145 @@
 """`lwr-dyn krl run`: cycle time, motions, speeds and torques of a program, as text and as one JSON object."""
 
 import sys
-from typing import Any
+from dataclasses import replace
+from typing import Annotated, NotRequired, TypedDict
 
 import click
 import numpy as np
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
-from lwr_dyn.cli.options import print_json
+from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.foundation.tables import aligned
-from lwr_dyn.krl.diagnostics import has_no_error
+from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.krl.diagnostics import DiagnosticRecord, has_no_error
 from lwr_dyn.krl.running.program_run import ProgramRun, run_program
 
 
-def run_record(run: ProgramRun) -> dict[str, Any]:
-    """A run as one JSON object."""
-    rows = [
-        {"line": x.position.line, "file": x.position.file, "motion": x.kind, "begin": x.begin, "end": x.end,
-         "blend": x.overlap, "q_deg": np.degrees(x.q), "flange": [p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg],
-         "s": p.s, "t": p.t}
-        for x, p in zip(run.executed, run.poses(), strict=True)
+class MachineDataRecord(TypedDict):
+    """`MachineData.to_json`."""
+
+    ramp: Annotated[float, "[s] From rest to rated speed of each axis at 100 % of $ACC_AXIS."]
+    ramps: NotRequired[Annotated[list[float], "[s] The same axis by axis, of the robot's machine data ($RAISE_TIME)."]]
+    vel_cp: Annotated[float, "[m/s] $VEL.CP after BAS(#INITMOV, 0)."]
+    acc_cp: Annotated[float, "[m/s^2] $ACC.CP."]
+    vel_ori: Annotated[float, "[deg/s] $VEL.ORI1 and ORI2."]
+    acc_ori: Annotated[float, "[deg/s^2] $ACC.ORI1 and ORI2."]
+    steps: Annotated[int, "Most statements that are executed."]
+    seconds: Annotated[float, "Longest simulated time."]
+    motions: Annotated[int, "Most motions."]
+    passes: Annotated[int, "Most passes of a LOOP without a way out."]
+
+
+class CycleTimesRecord(TypedDict):
+    """`CycleTimes.to_json`."""
+
+    overlap: Annotated[float, "[s] The ramps of neighbours overlap; the motion itself is by this law."]
+    advance: Annotated[float, "[s] By $ADVANCE."]
+    known: Annotated[float, "[s] The whole path is known beforehand."]
+    chained: Annotated[int, "Motions that pass into one another without a stop."]
+    assumed: Annotated[list[str], "What the three laws are."]
+
+
+class PassesRecord(TypedDict):
+    """`LoopPasses.to_json` with the times of a pass."""
+
+    file: str
+    line: Annotated[int, "In which the loop ends."]
+    cycle_time: Annotated[float, "[s] Of one pass, the mean of those that are counted."]
+    seconds: Annotated[list[float], "Of each pass after the first."]
+    period: Annotated[int, "How many passes repeat for ever; 0 where the state did not come back."]
+    cycle_times: Annotated[CycleTimesRecord, "[s] Of one pass by three laws of look-ahead."]
+
+
+def run_document(run: ProgramRun) -> Document:
+    """A run: its motions, axes, what it assumes and diagnoses."""
+    times, pass_times = run.times(), run.pass_times()
+    passes = None
+    if run.passes is not None and pass_times is not None:
+        passes = {**run.passes.to_json(), "cycle_times": pass_times.to_json()}
+    parts: list[Part] = [
+        Fact("program", run.program, "Its name."),
+        Fact("robot", run.arm.name, "Its name."),
+        Fact("duration", run.duration, "[s] Of all that was simulated."),
+        Fact("cycle_time", run.cycle_time, "[s] Of a pass of the endless loop at which the run ended, else of the "
+             "whole program; null where the run is cut.", kind=float),
+        Fact("cycle_times", times.to_json(), "Of the whole run, by three laws of look-ahead; `duration` is by the "
+             "first.", kind=CycleTimesRecord),
+        _motions(run),
+        Note([] if run.passes is None else str(run.passes)),
+        _axes(run),
+        Note(_assumed(run)),
+        Note(times.lines()),
+        Note([] if pass_times is None else pass_times.lines(" of a pass")),
+        Fact("assumed", run.machine.to_json(), "Machine data that are not published, and bounds of the run.",
+             kind=MachineDataRecord),
+        Note([str(x) for x in run.assumptions], before="assumed: "),
+        Table("", [Heading(key="name", says="Of the variable or the rule."),
+                   Heading(key="value", says="Empty for a rule."), Heading(key="why", says="Where it comes from.")],
+              [(x.name, x.value, x.why) for x in run.assumptions], key="assumptions",
+              says="Values and rules that neither the program nor its files give."),
+        Table("", [Heading(key="time", says="[s]"), Heading(key="file"), Heading(key="line"),
+                   Heading(key="kind", says="output, trigger, interrupt, reply or halt."), Heading(key="text")],
+              [(x.time, x.position.file, x.position.line, x.kind, x.text) for x in run.events], key="events",
+              says="Outputs, triggers, interrupts and answers of the cell, in order of time."),
+        Fact("passes", passes, "Of the endless loop at which the run ended; null without one.",
+             kind=PassesRecord | None),
+        Note([str(x) for x in run.diagnostics]),
+        Fact("diagnoses", [d.to_json() for d in run.diagnostics], "Warnings and notes of the run, errors that it "
+             "did not come to, axes over their speed.", kind=list[DiagnosticRecord]),
     ]  # fmt: skip
-    return {
-        "program": run.program, "robot": run.arm.name, "duration": run.duration, "cycle_time": run.cycle_time,
-        "cycle_times": run.times().to_json(), "motions": rows,
-        "peak_speed_deg": np.degrees(run.peak_speeds), "peak_static_torque": _peaks(run, run.static_torque),
-        "peak_torque": _peaks(run, run.torque), "assumed": run.machine.to_json(),
-        "assumptions": [x.to_json() for x in run.assumptions],
-        "events": [x.to_json() for x in run.events],
-        "passes": _passes(run),
-        "diagnoses": [d.to_json() for d in run.diagnostics],
-    }  # fmt: skip
+    verdict = f"{run.program} on {run.arm.name}: {_headline(run)}"
+    return Document("", verdict, [Section("", parts)], "lwr-dyn krl run")
 
 
-def run_text(run: ProgramRun) -> str:
-    """A run as text: its motions, axes and diagnostics."""
+def _motions(run: ProgramRun) -> Table:
+    """A row for each motion, with the flange at its end."""
+    headings = [
+        Heading("line", key="line"), Heading(key="file"), Heading("motion", key="motion", says="Its keyword."),
+        Heading("from s", format=".3f", key="begin", says="[s]"), Heading("to s", format=".3f", key="end", says="[s]"),
+        Heading(key="blend", says="[s] Of it that overlaps with the motion before."),
+        Heading(key="q_deg", says="[deg] The joints at its end."),
+        Heading(key="flange", says="X, Y, Z [mm], A, B, C [deg] at its end."),
+        *(Heading(f"{x} mm", format="z.3f", key=None) for x in "XYZ"),
+        *(Heading(f"{x} deg", format="z.2f", key=None) for x in "ABC"),
+        Heading("branch", key=None), Heading(key="s", says="Status."), Heading(key="t", says="Turn."),
+    ]  # fmt: skip
     rows = []
     for x, p in zip(run.executed, run.poses(), strict=True):
-        pose = [f"{v:.3f}" for v in (p.x_mm, p.y_mm, p.z_mm)] + [f"{v + 0.0:.2f}" for v in (p.a_deg, p.b_deg, p.c_deg)]
-        pose = ["0.00" if v == "-0.00" else v for v in pose]
-        rows.append((str(x.position.line), x.kind, f"{x.begin:.3f}", f"{x.end:.3f}", *pose, f"S {p.s} T {p.t}"))
-    head = ("line", "motion", "from s", "to s", "X mm", "Y mm", "Z mm", "A deg", "B deg", "C deg", "branch")
-    arm, peaks = run.arm, [_peaks(run, x) for x in (run.static_torque, run.torque)]
-    axes = [
-        (name, f"{np.degrees(v):.1f}", f"{v / most:.0%}", *("-" if np.isnan(x) else f"{x:.1f}" for x in of_axis))
-        for name, v, most, *of_axis in zip(arm.joint_names, run.peak_speeds, arm.velocity, *peaks, strict=True)
+        flange = [p.x_mm, p.y_mm, p.z_mm, p.a_deg, p.b_deg, p.c_deg]
+        place = x.position.line, x.position.file
+        rows.append((
+            *place, x.kind, x.begin, x.end, x.overlap, np.degrees(x.q), flange, *flange, f"S {p.s} T {p.t}", p.s, p.t,
+        ))  # fmt: skip
+    return Table("", headings, rows, key="motions", says="In the order in which they are executed.")
+
+
+def _axes(run: ProgramRun) -> Table:
+    """Peak speeds and torques of the axes."""
+    arm, torque = run.arm, Heading(format=lambda x: "-" if np.isnan(x) else f"{x:.1f}", kind=list[float])
+    headings = [
+        Heading("axis", key=None),
+        Heading("peak deg/s", format=".1f", key="peak_speed_deg", says="[deg/s] The largest speed of each axis."),
+        Heading("of rated", format=".0%", key=None),
+        replace(torque, head="static N m", key="peak_static_torque", says="[N m] The largest that holds the arm."),
+        replace(torque, head="dynamic N m", key="peak_torque", says="[N m] The largest of the motion."),
     ]
+    torques = [_peaks(run, x) for x in (run.static_torque, run.torque)]
+    speeds = run.peak_speeds
+    rows = zip(arm.joint_names, np.degrees(speeds), speeds / arm.velocity, *torques, strict=True)
+    return Table("", headings, [*rows], columnwise=True)
+
+
+def _assumed(run: ProgramRun) -> str:
     ramps = ", ".join(f"{x:g}" for x in run.machine.ramps or (run.machine.ramp,))
     source = "$RAISE_TIME of its machine data" if run.machine.ramps else "assumed"
-    masses = (
-        "masses unknown, so no torques" if run.torque is None else f"masses of {arm.name} as its data file has them"
-    )
-    assumed = f"{source}: {ramps} s to rated speed; {masses}"
-    return "\n".join([
-        f"{run.program} on {arm.name}: {_headline(run)}",
-        aligned(rows, head),
-        *([] if run.passes is None else [str(run.passes)]),
-        aligned(axes, ("axis", "peak deg/s", "of rated", "static N m", "dynamic N m")),
-        assumed,
-        *run.times().lines(),
-        *([] if (times := run.pass_times()) is None else times.lines(" of a pass")),
-        *(f"assumed: {x}" for x in run.assumptions),
-        *map(str, run.diagnostics),
-    ])  # fmt: skip
-
-
-def _passes(run: ProgramRun) -> dict[str, Any] | None:
-    times = run.pass_times()
-    return None if run.passes is None or times is None else {**run.passes.to_json(), "cycle_times": times.to_json()}
+    known = f"masses of {run.arm.name} as its data file has them"
+    masses = "masses unknown, so no torques" if run.torque is None else known
+    return f"{source}: {ramps} s to rated speed; {masses}"
 
 
 def _headline(run: ProgramRun) -> str:
@@ -105,13 +173,10 @@ def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_
     if out is not None:
         result.to_run().save(out)
     if html is not None:
-        from lwr_dyn.krl.page.program_page import write_program_page
+        from lwr_dyn.krl.page import write_program_page
 
         write_program_page(html, result, program)
-    if as_json:
-        print_json(run_record(result))
-    else:
-        click.echo(run_text(result))
-        for path in filter(None, (out, html)):
-            click.echo(f"wrote {path}")
+    show(run_document(result), as_json)
+    for path in () if as_json else filter(None, (out, html)):
+        click.echo(f"wrote {path}")
     sys.exit(0 if has_no_error(result.diagnostics) else 1)

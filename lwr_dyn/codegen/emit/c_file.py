@@ -13,16 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.codegen.emit.emission import (
-    STATES,
-    TOLERANCE,
-    EmittedArm,
-    EmittedCase,
-    emitted_cases,
-    identifier,
-    provenance_lines,
-    wrapped,
-)
+from lwr_dyn.codegen.emit import emission
+from lwr_dyn.codegen.emit.emission import STATES, EmittedArm, EmittedCase, identifier, wrapped
 from lwr_dyn.codegen.emit.functions import Argument, EmittedCode, Operation, Store, TemplateFunction
 from lwr_dyn.codegen.kernels.straight_line import Node
 from lwr_dyn.foundation.arrays import Array
@@ -154,14 +146,13 @@ static double test_difference(const {number} *found, const double *expected, int
 def self_test(emitted: EmittedArm) -> str:
     """The self-test behind #ifdef PREFIX_SELF_TEST."""
     number, _ = C_TYPES[emitted.dtype]
-    cases = emitted_cases(emitted)
+    cases = emission.emitted_cases(emitted)
     arguments = {_test_name(a): rows for case in cases for a, rows in case.rows()}
     inputs = [_array(name, number, rows, emitted.dtype) for name, rows in arguments.items()]
     results = [_array(f"expected_{case.function.name}", "double", case.results, "float64") for case in cases]
     tests = [line for case in cases for line in _test(emitted, case)]
-    for template in emitted.templates:
-        if "c" in template.self_test:
-            tests.append(f"failed += {emitted.name_of(template.name)}_self_test();")
+    tested = [template for template in emitted.templates if "c" in template.self_test]
+    tests += [f"failed += {emitted.name_of(template.name)}_self_test();" for template in tested]
     return "\n".join([
         f"#ifdef {emitted.prefix.upper()}_SELF_TEST",
         "#include <stdio.h>",
@@ -169,8 +160,7 @@ def self_test(emitted: EmittedArm) -> str:
         *inputs,
         *results,
         *([_DIFFERENCE.format(number=number)] if cases else []),
-        *(t.self_test["c"].replace("@NAME@", emitted.name_of(t.name)).replace("@NUMBER@", number)
-          for t in emitted.templates if "c" in t.self_test),
+        *(filled(t.self_test["c"], t, emitted) for t in tested),
         "int main(void)",
         "{",
         *([f"    static {number} out[{max(case.function.width for case in cases)}];", "    double difference;",
@@ -191,7 +181,7 @@ def _test(emitted: EmittedArm, case: EmittedCase) -> Iterator[str]:
     yield f"    {emitted.name_of(name)}({arguments}out);"
     yield f"    difference = test_difference(out, expected_{name}[i], {width}) / {case.largest!r};"
     yield f'    printf("{name} %d: %.1e\\n", i, difference);'
-    yield f"    failed += !(difference <= {TOLERANCE[emitted.dtype]!r});"
+    yield f"    failed += !(difference <= {emission.TOLERANCE[emitted.dtype]!r});"
     yield "}"
 
 
@@ -241,7 +231,7 @@ def c_text(emitted: EmittedArm, header: str) -> str:
     """The source, which includes the header of that name."""
     library = emitted.templates or any(needs_library(code) for code in emitted.codes)
     parts = [
-        comment(provenance_lines(emitted)),
+        comment(emission.provenance_lines(emitted)),
         f'#include "{header}"\n' + ("#include <math.h>\n" if library else "") + "#include <float.h>\n",
         _FAST_MATH + (_PRECISION if emitted.kind == "own" else ""),
         *filter(None, [shared_functions(emitted.codes)]),
@@ -258,7 +248,7 @@ def header_text(emitted: EmittedArm, stem: str) -> str:
     guard = "_".join([*dict.fromkeys((emitted.prefix, identifier(stem))), "h"]).upper()
     restrict = restrict_of(emitted)
     parts = [
-        comment(provenance_lines(emitted)),
+        comment(emission.provenance_lines(emitted)),
         f"#ifndef {guard}\n#define {guard}\n",
         f"#if defined(__cplusplus) || defined(_MSC_VER)\n#define {restrict}\n#else",
         f"#define {restrict} restrict\n#endif\n",

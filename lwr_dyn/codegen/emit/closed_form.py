@@ -12,15 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.codegen.emit import restricted_c
 from lwr_dyn.codegen.emit.functions import Argument, TemplateCase, TemplateFunction
-from lwr_dyn.codegen.emit.restricted_c import (
-    angle_constants,
-    c_text,
-    declarations,
-    javascript_text,
-    used_functions,
-    with_own_angles,
-)
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
@@ -92,11 +85,14 @@ def _template(
     source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str,
     vectors: Callable[[], tuple[TemplateCase, ...]],
 ) -> TemplateFunction:  # fmt: skip
-    constants |= angle_constants()
-    library, own = (used_functions(each, functions) for each in (source, with_own_angles(source)))
-    texts = {"c": c_text(own, constants, "@NAME@"), "c libm": c_text(library, constants, "@NAME@")}
-    texts |= {"js": javascript_text(own, constants), "js libm": javascript_text(library, constants)}
-    heads = {"c": declarations(library, functions, "@NAME@"), "js": ", ".join(functions)}
+    constants |= restricted_c.angle_constants()
+    library = restricted_c.used_functions(source, functions)
+    texts = {}
+    for kind, whole in (("", restricted_c.with_own_angles(source)), (" libm", source)):
+        used = restricted_c.used_functions(whole, functions)
+        texts[f"c{kind}"] = restricted_c.c_text(used, constants, "@NAME@")
+        texts[f"js{kind}"] = restricted_c.javascript_text(used, constants)
+    heads = {"c": restricted_c.declarations(library, functions, "@NAME@"), "js": ", ".join(functions)}
     return TemplateFunction(NAME, text, heads, texts, {"c": test}, vectors)
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.urdf.elements import estimates, numbers
+from lwr_dyn.codegen.emit import functions as emit
 from lwr_dyn.codegen.emit.functions import (
     EMITTED,
     Argument,
@@ -24,19 +25,10 @@ from lwr_dyn.codegen.emit.functions import (
     SinCosKind,
     TemplateCase,
     TemplateFunction,
-    check_sincos,
-    emitted_code,
-    emitted_function,
 )
+from lwr_dyn.codegen.kernels import kernel_spec as specs
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel_spec import (
-    FRICTION,
-    KernelSpec,
-    chosen_inputs,
-    inertial_parameters,
-    kernel_spec,
-    payload_parameters,
-)
+from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, MissingPackageError
 from lwr_dyn.foundation.registry import Registry, Row
@@ -78,11 +70,9 @@ class EmittedArm:
 LANGUAGES: Registry[Callable[[EmittedArm, Path], dict[Path, str]]] = Registry(
     "language",
     {
-        "c": Row("lwr_dyn.codegen.emit.c_file:c_files", "C99 that is also C++: FILE.c and FILE.h", extra="batch"),
+        "c": Row("lwr_dyn.codegen.emit.c_file:c_files", "C99 that is also C++: FILE.c and FILE.h", "batch"),
         "js": Row(
-            "lwr_dyn.codegen.emit.javascript_file:js_files",
-            "FILE.js, a plain script; FILE.mjs, an ES module",
-            extra="batch",
+            "lwr_dyn.codegen.emit.javascript_file:js_files", "FILE.js, a plain script; FILE.mjs, an ES module", "batch"
         ),
     },
 )
@@ -125,7 +115,7 @@ def emitted_arm(
     MissingDataError
         A named function needs numbers that the arm does not have.
     """
-    check_sincos(kind)
+    emit.check_sincos(kind)
     wanted = tuple(dict.fromkeys(functions))
     spec = _spec(arm, inputs, friction, dtype)
     codes: list[EmittedCode] = []
@@ -133,11 +123,11 @@ def emitted_arm(
     left_out: list[tuple[str, str]] = []
     for name in wanted or EMITTED.names:
         try:
-            found = emitted_function(spec, name, arm)
+            found = emit.emitted_function(spec, name, arm)
             if isinstance(found, TemplateFunction):
                 templates.append(found)
             else:
-                codes.append(emitted_code(found, kind, dtype))
+                codes.append(emit.emitted_code(found, kind, dtype))
         except MissingPackageError:
             raise
         except LwrDynError as fault:
@@ -150,9 +140,9 @@ def emitted_arm(
 
 def _spec(arm: Arm, inputs: Iterable[str], friction: str, dtype: str) -> KernelSpec:
     """The options, checked; an arm without masses keeps its kinematics."""
-    chosen = chosen_inputs(inputs)
+    chosen = specs.chosen_inputs(inputs)
     try:
-        return kernel_spec(arm, chosen, friction, "armature", dtype)
+        return specs.kernel_spec(arm, chosen, friction, "armature", dtype)
     except MissingDataError:
         if friction != "none":
             raise
@@ -250,20 +240,20 @@ class EmittedCase:
 
 def emitted_cases(emitted: EmittedArm) -> tuple[EmittedCase, ...]:
     """The test vectors of each function, at the same states."""
-    values = argument_values(emitted)
-    return tuple(_case(code.function, values) for code in emitted.codes)
+    values, cases = argument_values(emitted), []
+    for function in (code.function for code in emitted.codes):
+        arguments = tuple(values[a.name] if a.name in values else _other(a) for a in function.arguments)
+        results = [np.asarray(function.symbolic(*rows)).ravel() for rows in zip(*arguments, strict=True)]
+        cases.append(EmittedCase(function, arguments, np.array(results, dtype=np.float64)))
+    return tuple(cases)
 
 
 def argument_values(emitted: EmittedArm) -> dict[str, Array]:
     """Argument -> its values, a state a row, rounded to the number type."""
     arm, rng = emitted.arm, np.random.default_rng(30)
-    kinds = [link.kind for link in arm.chain.links]
-    share = np.where([kind is JointKind.REVOLUTE for kind in kinds], 1.0, _SLIDING)
-    drawn: dict[str, Array] = {
-        name: rng.uniform(-most, most, (STATES, arm.n)) * share for name, most in _LARGEST.items()
-    }
-    for name in emitted.spec.inputs:
-        drawn[name] = np.tile(np.ravel(_input(arm, name)), (STATES, 1))
+    share = np.where(arm.chain.turning, 1.0, _SLIDING)
+    drawn = {name: rng.uniform(-most, most, (STATES, arm.n)) * share for name, most in _LARGEST.items()}
+    drawn |= {name: np.tile(np.ravel(_input(arm, name)), (STATES, 1)) for name in emitted.spec.inputs}
     return {name: rows.astype(emitted.dtype).astype(np.float64) for name, rows in drawn.items()}
 
 
@@ -275,14 +265,11 @@ def vectors_text(emitted: EmittedArm) -> str:
     functions: list[dict[str, Any]] = [
         {
             "name": case.function.name,
-            "arguments": [
-                {"name": a.name, "unit": a.unit, "rows": rows.tolist()}
-                for a, rows in case.rows()
-            ],
+            "arguments": [{"name": a.name, "unit": a.unit, "rows": rows.tolist()} for a, rows in case.rows()],
             "result": {"unit": case.function.unit, "shape": case.function.shape, "rows": case.results.tolist()},
         }
         for case in emitted_cases(emitted)
-    ]  # fmt: skip
+    ]
     functions += [_template_record(case) for template in emitted.templates for case in template.cases()]
     top: Mapping[str, Any] = {
         "robot": emitted.arm.name,
@@ -311,12 +298,6 @@ def _listed(x: Any) -> Any:
     return None if x != x else x
 
 
-def _case(function: EmittedFunction, values: Mapping[str, Array]) -> EmittedCase:
-    arguments = tuple(values[a.name] if a.name in values else _other(a) for a in function.arguments)
-    results = [np.asarray(function.symbolic(*rows), dtype=np.float64).ravel() for rows in zip(*arguments, strict=True)]
-    return EmittedCase(function, arguments, np.array(results))
-
-
 def _other(argument: Argument) -> Array:
     """Values of an argument that is no joint vector and no input, such as gains: others for another name."""
     rng = np.random.default_rng(list(argument.name.encode()))
@@ -326,10 +307,10 @@ def _other(argument: Argument) -> Array:
 def _input(arm: Arm, name: str) -> Array:
     match name:
         case "inertia":
-            return inertial_parameters(arm.chain)
+            return specs.inertial_parameters(arm.chain)
         case "payload":
-            return payload_parameters(2.0, (0.01, -0.02, 0.1))
+            return specs.payload_parameters(2.0, (0.01, -0.02, 0.1))
         case "gravity":
             return arm.chain.gravity
         case _:
-            return np.full((len(FRICTION), arm.n), 0.25)
+            return np.full((len(specs.FRICTION), arm.n), 0.25)

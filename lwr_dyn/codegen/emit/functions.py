@@ -5,7 +5,7 @@ products and sums) or calls of the language's library ("libm").
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, get_args
@@ -121,9 +121,8 @@ def of_batch(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
     states = [Argument(state, spec.n, UNITS[state]) for state in shape.states]
     inputs = [Argument(x, math.prod(parameter_shape(x, spec.n)), UNITS[x]) for x in spec.parameters_of(name)]
     result = symbolic_function(spec, name)
-    return EmittedFunction(
-        name, shape.formula, (*states, *inputs), shape.result(spec.n), RESULT_UNITS[name], result
-    )  # fmt: skip
+    arguments = (*states, *inputs)
+    return EmittedFunction(name, shape.formula, arguments, shape.result(spec.n), RESULT_UNITS[name], result)
 
 
 _STEP, _FRICTION = "further_functions:registered_step", "further_functions:friction_function"
@@ -224,23 +223,14 @@ class EmittedCode:
     @cached_property
     def statements(self) -> tuple[Operation | Store, ...]:
         """In order; constants and inputs have no statement of their own."""
-        return tuple(self._early() if self.stores_early else self._late())
-
-    def _operations(self) -> Iterator[Operation]:
-        return (Operation(i, node) for i, node in enumerate(self.nodes) if node.op in OPERATIONS)
-
-    def _late(self) -> Iterator[Operation | Store]:
-        yield from self._operations()
-        yield from (Store(place, value) for place, value in enumerate(self.code.results))
-
-    def _early(self) -> Iterator[Operation | Store]:
+        out, is_early = list[Operation | Store](), self.stores_early
         wanted: dict[int, list[Store]] = {}
         for place, value in enumerate(self.code.results):
-            wanted.setdefault(value.node, []).append(Store(place, value))
+            wanted.setdefault(value.node if is_early else -1, []).append(Store(place, value))
         for i, node in enumerate(self.nodes):
-            if node.op in OPERATIONS:
-                yield Operation(i, node)
-            yield from wanted.get(i, ())
+            out += [Operation(i, node)] if node.op in OPERATIONS else []
+            out += wanted.get(i, ())
+        return (*out, *wanted.get(-1, ()))
 
 
 def check_sincos(kind: str) -> None:

@@ -5,7 +5,6 @@ the torque at a sample and the memory of the next, by its kernel form: measured 
 arguments, the law's model is the arm with its own constants.
 """
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -14,6 +13,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
+from lwr_dyn.codegen.emit import functions as emit
 from lwr_dyn.codegen.emit.functions import (
     RESULT_UNITS,
     UNITS,
@@ -21,15 +21,12 @@ from lwr_dyn.codegen.emit.functions import (
     EmittedFunction,
     TemplateCase,
     TemplateFunction,
-    of_batch,
 )
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
-from lwr_dyn.codegen.kernels.result_form import compact
-from lwr_dyn.codegen.kernels.straight_line import straight_line_code
+from lwr_dyn.codegen.kernels.straight_line import compact, straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
-from lwr_dyn.codegen.rollouts.law_forms import LawInputs, law_form
-from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicModel
+from lwr_dyn.codegen.rollouts.law_forms import law_form, traced
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.dynamics.regressor import chain_with_dynamics
@@ -111,7 +108,7 @@ def compact_result(function: Any) -> CompactResult:
 
 def compact_function(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
     """The row "torque_regressor_compact" of `EMITTED`; raises as that of the regressor."""
-    dense, function = of_batch(spec, DENSE, arm), compact_regressor(spec).function
+    dense, function = emit.of_batch(spec, DENSE, arm), compact_regressor(spec).function
     width = int(function.size1_out(0))
     text = f"the {width} distinct numbers of {DENSE}, to be placed by {EXPANDED}"
     return EmittedFunction(name, text, dense.arguments, (width,), RESULT_UNITS[DENSE].partition(";")[0], function)
@@ -119,7 +116,7 @@ def compact_function(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
 
 def expanding_function(spec: KernelSpec, name: str, arm: Arm) -> TemplateFunction:
     """The row "torque_regressor_expanded" of `EMITTED`; raises as that of the regressor."""
-    of_batch(spec, DENSE, arm)
+    emit.of_batch(spec, DENSE, arm)
     made, n = compact_regressor(spec), arm.n
     width, places = int(made.function.size1_out(0)), made.index.size
     words = {"wide": places, "narrow": width}
@@ -247,15 +244,10 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
         As `law_forms.law_form`.
     """
     form, n = law_form(controller, arm), arm.n
-    widths = {x: n for x in JOINT}
-    widths |= {"memory": form.memory, "h": 1} if form.memory else {}
-    widths |= {x: math.prod(shape) for x, shape in form.parameters.items()}
-    x = {argument: casadi.SX.sym(argument, width) for argument, width in widths.items()}
-    gains = {gain: x[gain] for gain in form.parameters}
-    memory, h = x.get("memory", casadi.SX.zeros(0)), x.get("h", casadi.SX.zeros(1))
-    given = LawInputs(**{joint: x[joint] for joint in JOINT}, memory=memory, parameters=gains, h=h)
-    out = casadi.densify(casadi.vertcat(*form.torque(SymbolicModel.of(arm.chain), given)))
-    arguments = tuple(Argument(argument, width, _unit(argument)) for argument, width in widths.items())
+    symbols, results = traced(form, arm)
+    x = {name: symbol for name, symbol in symbols.items() if form.memory or name not in ("memory", "h")}
+    out = casadi.densify(casadi.vertcat(*results))
+    arguments = tuple(Argument(name, symbol.numel(), _unit(name)) for name, symbol in x.items())
     after = (
         f"; out[{n}] on: the memory of the next sample, which starts at {_numbers(form.start())}" if form.memory else ""
     )

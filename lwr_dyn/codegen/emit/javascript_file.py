@@ -16,9 +16,9 @@ from typing import Literal, get_args
 
 import casadi
 
+from lwr_dyn.codegen.emit import functions as emit
 from lwr_dyn.codegen.emit.emission import EmittedArm, provenance_lines
 from lwr_dyn.codegen.emit.functions import (
-    Argument,
     Emitted,
     EmittedCode,
     EmittedFunction,
@@ -26,7 +26,6 @@ from lwr_dyn.codegen.emit.functions import (
     SinCosKind,
     Store,
     TemplateFunction,
-    emitted_code,
 )
 from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, Node
 from lwr_dyn.foundation.errors import OptionError
@@ -202,8 +201,8 @@ def _sincos() -> str:
     """`sincos(x, i)`: sine and cosine of x[i] into `turned`, operation by operation those of the C code."""
     x = casadi.SX.sym("x")
     symbolic = casadi.Function("sincos", [x], [casadi.vertcat(casadi.sin(x), casadi.cos(x))])
-    function = EmittedFunction("sincos", "", (Argument("x", 1, "rad"),), (2,), "1", symbolic)
-    text = js_function(emitted_code(function, "own"), "sincos")
+    function = EmittedFunction("sincos", "", (emit.Argument("x", 1, "rad"),), (2,), "1", symbolic)
+    text = js_function(emit.emitted_code(function, "own"), "sincos")
     head = "const turned = new Float64Array(2);\nfunction sincos(x, i) {"
     text = text.replace("function sincos(x, out = new Float64Array(2)) {", head)
     return text.replace("x[0]", "x[i]").replace("out[", "turned[").replace("  return out;\n", "")
@@ -287,12 +286,14 @@ def javascript_source(
     else:
         exported = ", ".join([*facts, *names])
         text = f"const robot = {text}export default robot;\nexport const {{ {exported} }} = robot;\n"
-    return _comment(head) + (_compact(text) if is_compact else text)
+    if is_compact:  # statements without space and with short numbers
+        text = "\n".join(map(_short, text.splitlines())) + "\n"
+    return "".join(f"// {line}".rstrip() + "\n" for line in head.splitlines()) + text
 
 
 def _text(function: Emitted, sincos: SinCosKind) -> str:
     if isinstance(function, EmittedFunction):
-        return js_function(emitted_code(function, "libm"), function.name, sincos)
+        return js_function(emit.emitted_code(function, "libm"), function.name, sincos)
     members = ", ".join(_names(function))
     source = function.written("js", sincos).replace("@NAME@", function.name)
     return f"const {{ {members} }} = (function () {{\n{source.rstrip()}\nreturn {{ {members} }};\n}})();\n"
@@ -323,19 +324,11 @@ def _use(emitted: EmittedArm, form: ScriptForm) -> list[str]:
     return [first, "arrays of numbers; a last argument out is filled and returned, without it a new one is made"]
 
 
-def _comment(head: str) -> str:
-    return "".join(f"// {line}".rstrip() + "\n" for line in head.splitlines())
-
-
 _STATEMENT = re.compile(r"(v\d+|out\[\d+\]|turned\[\d\]) = ")
 
 
-def _compact(text: str) -> str:
-    """Statements without space and with short numbers; lines that are none stay."""
-    return "\n".join(_short(line) for line in text.splitlines()) + "\n"
-
-
 def _short(line: str) -> str:
+    """A line that is no statement stays."""
     line = line.lstrip()
     if not _STATEMENT.match(line):
         return line

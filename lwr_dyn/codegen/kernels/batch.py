@@ -5,6 +5,7 @@ A state with a value that is not finite gives a row of NaN and a `NotFiniteWarni
 computed.
 """
 
+import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -15,21 +16,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.kernels.kernel import Kernel, kernel_of, require_packages, thread_count
+from lwr_dyn.codegen.kernels.kernel import Kernel, kernel_of, require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape, kernel_spec, parameter_shape
 from lwr_dyn.codegen.kernels.result_form import MatrixEntries, ResultForm, matrix_entries
 from lwr_dyn.dynamics.protocol import FUNCTIONS, Gated
 from lwr_dyn.foundation.arrays import Array, arm_argument
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.chain import Chain
 
-Rows = NDArray[Any]
+Numbers = NDArray[Any]
+"""An array of the batch's number type."""
 
 
 def input_rows(
     spec: KernelSpec, function: str, states: dict[str, Any], inputs: dict[str, Any]
-) -> tuple[list[Rows], int]:
+) -> tuple[list[Numbers], int]:
     """Joint vectors and inputs as arrays (N or 1, width), and N.
 
     Raises
@@ -55,7 +57,7 @@ def input_rows(
     return [row for row, _ in rows.values()], count
 
 
-def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Rows, bool]:
+def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Numbers, bool]:
     """The array as (N, width), and whether it has an axis of rows."""
     try:
         array = np.asarray(value)
@@ -76,13 +78,13 @@ def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Ro
     return (flat if in_place else np.ascontiguousarray(flat)), True
 
 
-def address_and_step(row: Rows, count: int) -> tuple[int, int]:
+def address_and_step(row: Numbers, count: int) -> tuple[int, int]:
     """The address of the first row and the step to the next, in numbers; 0 when one row is used for all."""
     step = 0 if len(row) == 1 and count > 1 else row.strides[0] // row.dtype.itemsize
     return int(row.__array_interface__["data"][0]), step
 
 
-def result_array(out: Rows | None, form: ResultForm, count: int, rows: list[Rows]) -> Rows:
+def result_array(out: Numbers | None, form: ResultForm, count: int, rows: list[Numbers]) -> Numbers:
     """A new array for that many states, or `out` if it fits; raises `ShapeError`."""
     if out is None:
         return form.empty(count)
@@ -98,15 +100,10 @@ def result_array(out: Rows | None, form: ResultForm, count: int, rows: list[Rows
     return out
 
 
-def wrap_angles(chain: Chain, q: Rows) -> Rows:
+def wrap_angles(chain: Chain, q: Numbers) -> Numbers:
     """The same positions with every angle within +-pi."""
-    turning = np.array([link.kind is JointKind.REVOLUTE for link in chain.links])
     exact = q.astype(np.float64)
-    return np.where(turning, np.arctan2(np.sin(exact), np.cos(exact)), exact).astype(q.dtype)
-
-
-Numbers = NDArray[Any]
-"""An array of the batch's number type."""
+    return np.where(chain.turning, np.arctan2(np.sin(exact), np.cos(exact)), exact).astype(q.dtype)
 
 
 class NotFiniteWarning(UserWarning):
@@ -316,7 +313,7 @@ def batch_dynamics(
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise OptionError("threads", repr(threads), "a whole number above 0, or None for all processors")
     require_packages()
-    return BatchDynamics(spec, thread_count(threads))
+    return BatchDynamics(spec, (os.cpu_count() or 1) if threads is None else threads)
 
 
 def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:

@@ -35,27 +35,16 @@ class SinCos:
     def expand(self, writer: Any, x: Any) -> tuple[Any, Any, Any]:
         """sin x, cos x and the half turns m, as nodes of straight-line code."""
         plus, minus, times, number = writer.plus, writer.minus, writer.times, writer.number
-
-        def rounded(value: Any) -> Any:
-            magic = number(self.magic)
-            return plus(plus(value, magic), minus(magic))
-
-        half_turns = rounded(times(x, number(1.0 / np.pi)))
-        odd = plus(half_turns, minus(times(number(2.0), rounded(times(half_turns, number(0.5))))))
+        half_turns = _rounded(writer, times(x, number(1.0 / np.pi)))
+        odd = plus(half_turns, minus(times(number(2.0), _rounded(writer, times(half_turns, number(0.5))))))
         sign = plus(number(1.0), minus(times(number(2.0), times(odd, odd))))
         first, second, third = (times(half_turns, number(part)) for part in self.pi_parts)
         r = plus(plus(x, minus(first)), minus(plus(second, third)))  # exact, then one rounding
         square, signed = times(r, r), times(sign, r)
-        sine = plus(signed, times(times(signed, square), self._horner(writer, self.sine, square)))
+        sine = plus(signed, times(times(signed, square), _polynomial(writer, self.sine, square)))
         low = plus(number(1.0), minus(times(number(0.5), square)))
-        high = times(times(square, square), self._horner(writer, self.cosine, square))
+        high = times(times(square, square), _polynomial(writer, self.cosine, square))
         return sine, times(sign, plus(low, high)), half_turns
-
-    def _horner(self, writer: Any, coefficients: tuple[float, ...], x: Any) -> Any:
-        total = writer.number(coefficients[0])
-        for c in coefficients[1:]:
-            total = writer.plus(times_x := writer.times(total, x), writer.number(c)) if c else times_x
-        return total
 
 
 @cache

@@ -28,7 +28,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ from numpy.typing import NDArray
 from lwr_dyn.codegen.kernels.kernel_spec import KernelInterface, KernelSpec, function_shape
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.foundation.files import LEFT_OVER, cache_folder, user_folder, write_file
+
+T = TypeVar("T")
 
 _MARK = b"lwr_dyn kernel 2\n"
 
@@ -174,21 +176,7 @@ class Kernel:
         parts = self._parts(count, threads)
         if len(parts) == 1:
             return self._part(arguments, out, *parts[0])
-        left = deque(parts)
-
-        def work() -> int:
-            invalid = 0
-            while left:
-                try:
-                    part = left.popleft()
-                except IndexError:  # another thread took the last one
-                    break
-                invalid += self._part(arguments, out, *part)
-            return invalid
-
-        others = [_pool(threads - 1).submit(work) for _ in range(threads - 1)]
-        invalid = work()  # this thread works too; threads that have not begun by the end are cancelled
-        return invalid + sum(other.result() for other in others if not other.cancel())
+        return shared_out(parts, lambda part: self._part(arguments, out, *part), threads)
 
     def _parts(self, count: int, threads: int) -> list[tuple[int, int]]:
         """First and last row of each part, whole blocks of states."""
@@ -204,10 +192,27 @@ class Kernel:
         return invalid
 
 
-def _pool(threads: int) -> ThreadPoolExecutor:
+def shared_out(parts: Iterable[T], task: Callable[[T], int], threads: int) -> int:
+    """The sum of what a task gives for each part, over threads: each takes the next part when it has done one."""
+    left = deque(parts)
+
+    def work() -> int:
+        total = 0
+        while left:
+            try:
+                part = left.popleft()
+            except IndexError:  # another thread took the last one
+                break
+            total += task(part)
+        return total
+
+    if threads == 1:
+        return work()
     if threads not in _pools:
-        _pools[threads] = ThreadPoolExecutor(threads, thread_name_prefix="lwr_dyn")
-    return _pools[threads]
+        _pools[threads] = ThreadPoolExecutor(threads - 1, thread_name_prefix="lwr_dyn")
+    others = [_pools[threads].submit(work) for _ in range(threads - 1)]
+    total = work()  # this thread works too; threads that have not begun by the end are cancelled
+    return total + sum(other.result() for other in others if not other.cancel())
 
 
 MAKERS = ("numba", "llvmlite", "mpmath")
@@ -236,19 +241,29 @@ def cache_name(kind: str, text: Iterable[str]) -> str:
 
 def kept_code(key: str, source: Callable[[], str], inputs: int) -> Any:
     """The `LoadedCode` of that key: of this process, from the cache, or built now from the source."""
-    from lwr_dyn.codegen.kernels.machine_code import compiled, load
+    from lwr_dyn.codegen.kernels.machine_code import load
 
     with _building:
         if key not in _codes:
-            kept = read_cache(key)
-            symbol = None if kept is None else kept[0].get("symbol")
-            if kept is None or not isinstance(symbol, str):
-                code, symbol = compiled(source())
-                write_cache(key, {"symbol": symbol}, code)
-            else:
-                code = kept[1]
-            _codes[key] = load(code, symbol, inputs)
+            record, code = _record_and_code(key, set(), lambda: (source(), {}))
+            _codes[key] = load(code, record["symbol"], inputs)
         return _codes[key]
+
+
+def _record_and_code(
+    key: str, names: set[str], made: Callable[[], tuple[str, dict[str, Any]]]
+) -> tuple[dict[str, Any], bytes]:
+    """A record of these names and the function's symbol, and the code: from the cache, or of the source made now."""
+    from lwr_dyn.codegen.kernels.machine_code import compiled
+
+    kept = read_cache(key)
+    if kept is not None and kept[0].keys() == {"symbol", *names} and isinstance(kept[0]["symbol"], str):
+        return kept
+    source, record = made()
+    code, symbol = compiled(source)
+    record = {"symbol": symbol} | record
+    write_cache(key, record, code)
+    return record, code
 
 
 def require_packages() -> None:
@@ -283,41 +298,21 @@ def kernel_of(spec: KernelSpec, function: str) -> Kernel:
     """
     function_shape(function)
     require_packages()
+    from lwr_dyn.codegen.kernels.machine_code import load
+
     key = key_of(spec, function)
     kernel = _loaded.get(key)
     if kernel is None:
-        kernel = _loaded[key] = _from_cache(spec, key) or _built(spec, function, key)
+        record, code = _record_and_code(key, {f.name for f in fields(KernelInterface)}, lambda: _made(spec, function))
+        values: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in record.items()}
+        symbol = values.pop("symbol")
+        interface = KernelInterface(**values)
+        kernel = _loaded[key] = Kernel(interface, np.dtype(spec.dtype), load(code, symbol, len(interface.inputs)))
     return kernel
 
 
-def _from_cache(spec: KernelSpec, key: str) -> Kernel | None:
-    cached = read_cache(key)
-    if cached is None:
-        return None
-    record, code = cached
-    symbol = record.pop("symbol", None)
-    if symbol is None or record.keys() != {f.name for f in fields(KernelInterface)}:
-        return None
-    record |= {name: tuple(value) for name, value in record.items() if isinstance(value, list)}
-    return _loaded_kernel(spec, KernelInterface(**record), symbol, code)
-
-
-def _built(spec: KernelSpec, function: str, key: str) -> Kernel:
+def _made(spec: KernelSpec, function: str) -> tuple[str, dict[str, Any]]:
     from lwr_dyn.codegen.kernels.kernel_source import generate
-    from lwr_dyn.codegen.kernels.machine_code import compiled
 
     source = generate(spec, function)
-    code, symbol = compiled(source.text)
-    write_cache(key, {"symbol": symbol} | asdict(source.interface), code)
-    return _loaded_kernel(spec, source.interface, symbol, code)
-
-
-def _loaded_kernel(spec: KernelSpec, interface: KernelInterface, symbol: str, code: bytes) -> Kernel:
-    from lwr_dyn.codegen.kernels.machine_code import load
-
-    return Kernel(interface, np.dtype(spec.dtype), load(code, symbol, len(interface.inputs)))
-
-
-def thread_count(threads: int | None) -> int:
-    """The number of threads; all processors for None."""
-    return os.cpu_count() or 1 if threads is None else threads
+    return source.text, asdict(source.interface)

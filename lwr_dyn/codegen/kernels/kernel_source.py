@@ -4,15 +4,15 @@ The body is plain Python over lanes; `lowering.straight_line` gives it to numba 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
-from lwr_dyn.codegen.kernels.result_form import compact, row_step
-from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, StraightLineCode, Value, straight_line_code
+from lwr_dyn.codegen.kernels.result_form import row_step
+from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, StraightLineCode, Value, compact, straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
 from lwr_dyn.foundation.version import VERSION
 
@@ -95,35 +95,14 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     """The source of a kernel, in blocks of `lanes` states; raises `UnknownNameError` for an unknown function."""
     numbers, symbolic = sincos(spec.dtype), symbolic_function(spec, function)
     widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
-    limit = (numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1))
-    wide = lanes_of(spec.dtype) if lanes is None else lanes
+    limit = float((numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1)))
+    lanes = lanes_of(spec.dtype) if lanes is None else lanes
     code = straight_line_code(
         symbolic, numbers, flagged_by="results" if function == "forward_dynamics" else "few results"
     )  # accelerations are not determined where B is singular
-    if spec.structure == "dense":
-        return kernel_source(spec, function, code, widths, wide, float(limit))
-    distinct, entries, constants = compact(code)
-    source = kernel_source(spec, function, distinct, widths, wide, float(limit))
-    return replace(source, interface=replace(source.interface, entries=entries, constants=constants))
-
-
-def kernel_source(
-    spec: KernelSpec, function: str, code: StraightLineCode, widths: Sequence[int], lanes: int, limit: float
-) -> KernelSource:
-    """The Python source of a kernel.
-
-    Parameters
-    ----------
-    spec : KernelSpec
-    function : str
-    code : StraightLineCode
-    widths : sequence of int
-        Values in one row of each input.
-    lanes : int
-        States in a block, W.
-    limit : float
-        The largest angle [rad] that the range reduction accepts; callers wrap larger ones.
-    """
+    entries, constants = tuple[int, ...](), tuple[float, ...]()
+    if spec.structure == "compact":
+        code, entries, constants = compact(code)
     names = (*function_shape(function).states, *spec.parameters_of(function))
     first = [sum(widths[:i]) for i in range(len(widths))]
     slots = {("in", i, j): first[i] + j for i in range(len(widths)) for j in range(widths[i])}
@@ -155,30 +134,20 @@ def kernel_source(
         two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
         copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip
-    interface = KernelInterface(names, tuple(widths), width, size, lanes, limit, code.operations, fused, (), ())
-    return KernelSource(text, interface)
+    counts = (code.operations, fused)
+    return KernelSource(
+        text, KernelInterface(names, tuple(widths), width, size, lanes, limit, *counts, entries, constants)
+    )
 
 
 def _copy(name: str, width: int, first: int, lanes: int) -> str:
-    """Rows of one input into the buffer."""
-    take = _groups(f"take_{name}({name}, s * {name}_step, {name}_step, b, {{}})", width, lanes)
+    """Rows of one input into the buffer, by a transpose for every W columns; the last one ends with the row."""
+    call = f"take_{name}({name}, s * {name}_step, {name}_step, b, {{}})"
+    take = " " * 12 + call.format(0)
+    if width > lanes:
+        last = call.format(f"min(c, {width - lanes})")
+        take = f"            for c in range(0, {width}, {lanes}):\n" + " " * 16 + last
     return _COPY.format(name=name, width=width, first=first, lanes=lanes, take=take)
-
-
-def _groups(call: str, width: int, lanes: int) -> str:
-    """A transpose for every W columns; the last group overlaps the one before it, so as to end with the row."""
-    if width <= lanes:
-        return " " * 12 + call.format(0)
-    last = f"min(c, {width - lanes})"
-    return f"            for c in range(0, {width}, {lanes}):\n" + " " * 16 + call.format(last)
-
-
-def body_lines(
-    code: StraightLineCode, slots: dict[tuple[str, int, int], int], flag: int, results: int, lanes: int
-) -> list[str]:
-    """Lines of the loop over lanes, with the results in slots one after the other."""
-    places = [flag, *range(results, results + len(code.results))]
-    return placed_lines(code, slots, places, lanes)
 
 
 _FORMS = {

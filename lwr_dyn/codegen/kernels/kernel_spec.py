@@ -6,7 +6,7 @@ any values, such as base parameters from identification (a mass of 0).
 """
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,8 +18,9 @@ from lwr_dyn.dynamics.regressor import body_parameters, chain_with_dynamics
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body, Chain, with_payload
-from lwr_dyn.model.friction import FRICTIONLESS
+from lwr_dyn.model.chain import Body, Chain, ChainLink, JointKind, with_payload
+from lwr_dyn.model.friction import FRICTIONLESS, JointFriction
+from lwr_dyn.model.spatial import Pose
 
 INPUTS = ("inertia", "payload", "gravity", "friction")
 """Possible inputs of a kernel, in the order of its arguments."""
@@ -40,13 +41,7 @@ def parameter_shape(name: str, n: int) -> tuple[int, ...]:
     >>> parameter_shape("inertia", 7), parameter_shape("friction", 7)
     ((7, 10), (5, 7))
     """
-    shapes: dict[str, tuple[int, ...]] = {
-        "inertia": (n, 10),
-        "payload": (10,),
-        "gravity": (3,),
-        "friction": (len(FRICTION), n),
-    }
-    return shapes[name]
+    return {"inertia": (n, 10), "payload": (10,), "gravity": (3,), "friction": (len(FRICTION), n)}[name]
 
 
 def chosen_inputs(inputs: Iterable[str]) -> tuple[str, ...]:
@@ -72,9 +67,6 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
     >>> payload_parameters(2.0, (0.0, 0.0, 0.1))[[0, 3, 4]]
     array([2.  , 0.2 , 0.02])
     """
-    from lwr_dyn.model.chain import ChainLink, JointKind
-    from lwr_dyn.model.spatial import Pose
-
     identity = Pose.identity()
     bare = Chain((ChainLink("joint", "link", JointKind.REVOLUTE, identity, identity),), identity, np.zeros(3))
     body = with_payload(bare, mass, com, inertia_com).links[0].body
@@ -89,25 +81,33 @@ def friction_parameters(arm: Arm) -> Array:
     OptionError
         A joint with a Stribeck curve, which kernels do not support.
     """
+    return friction_table(arm.friction_models(), arm.joint_names)
+
+
+def friction_table(models: Sequence[JointFriction | None], names: Sequence[str] = ()) -> Array:
+    """The friction of joints as a table (5, n), rows as `FRICTION`; raises as `friction_parameters`."""
     columns = []
-    for name, model in zip(arm.joint_names, arm.friction_models(), strict=True):
+    for name, model in zip(names or [f"joint {i}" for i in range(1, len(models) + 1)], models, strict=True):
         friction = model or FRICTIONLESS
-        for side in (friction.positive, friction.negative):
-            if side.stribeck_velocity is not None and side.holding > side.coulomb:
-                allowed = "Coulomb and viscous friction per direction, and an offset"
-                raise OptionError(f"friction of {name}", "a Stribeck curve", f"in kernels {allowed}")
-        sides = [x for side in (friction.positive, friction.negative) for x in (side.coulomb, side.viscous)]
-        columns.append([*sides, friction.offset])
+        sides = (friction.positive, friction.negative)
+        if any(side.stribeck_velocity is not None and side.holding > side.coulomb for side in sides):
+            allowed = "in kernels Coulomb and viscous friction per direction, and an offset"
+            raise OptionError(f"friction of {name}", "a Stribeck curve", allowed)
+        columns.append([*(x for side in sides for x in (side.coulomb, side.viscous)), friction.offset])
     return np.array(columns).T
 
 
-def in_parent_frame(parameters: Any, rotation: Array, position: Array) -> list[Any]:
-    """Inertial parameters (numbers or symbols) in the parent of a frame with this pose; linear in them.
+def to_parent(pose: Pose) -> Array:
+    """The matrix (10, 10) from inertial parameters in a frame with this pose to those in its parent."""
+    return np.array([in_parent_frame(unit, pose.rotation, pose.position) for unit in np.eye(10)]).T
+
+
+def in_parent_frame(parameters: Array, rotation: Array, position: Array) -> Array:
+    """Inertial parameters (10,) in the parent of a frame with this pose; linear in them.
 
     m' = m, (m c)' = R mc + m p, and the second moments tr(I)/2 E - I transform as R S R^T plus the terms of the shift.
     """
-    m, first = _scalar(parameters[0]), np.array([*parameters[1:4]], dtype=object)
-    tensor = np.empty((3, 3), dtype=object)
+    m, first, tensor = parameters[0], parameters[1:4], np.empty((3, 3))
     for (i, j), value in zip(TENSOR, parameters[4:], strict=True):
         tensor[i, j] = tensor[j, i] = value
     turned = rotation @ first
@@ -115,18 +115,11 @@ def in_parent_frame(parameters: Any, rotation: Array, position: Array) -> list[A
     second = _half_trace(tensor) * np.eye(3) - tensor
     second = rotation @ second @ rotation.T + across + across.T + m * np.outer(position, position)
     tensor = 2 * _half_trace(second) * np.eye(3) - second
-    return [parameters[0], *(turned + m * position), *(tensor[i, j] for i, j in TENSOR)]
+    return np.array([m, *(turned + m * position), *(tensor[i, j] for i, j in TENSOR)])
 
 
-def _half_trace(tensor: Any) -> Any:
-    return _scalar((tensor[0, 0] + tensor[1, 1] + tensor[2, 2]) / 2)
-
-
-def _scalar(x: Any) -> Any:
-    """An array of one, so that a symbol times an array is an array of symbols."""
-    out = np.empty(1, dtype=object)
-    out[0] = x
-    return out
+def _half_trace(tensor: Array) -> float:
+    return float(tensor[0, 0] + tensor[1, 1] + tensor[2, 2]) / 2
 
 
 GENERATOR = 16
@@ -151,31 +144,30 @@ class FunctionShape:
     """The result as a formula or in words."""
 
 
-_BODIES = ("inertia", "payload")
-
-_ALL = ("inertia", "payload", "gravity", "friction")
+_BODIES, _PULLED = INPUTS[:2], INPUTS[:3]
+"""Inputs of what depends on the bodies, and on gravity too."""
 
 _Q, _QV = ("q",), ("q", "dq")
 
 _INVERSE, _FORWARD = ("q", "dq", "ddq"), ("q", "dq", "tau")
 
 FUNCTIONS = {
-    "inverse_dynamics": FunctionShape(_INVERSE, lambda n: (n,), _ALL, "tau"),
+    "inverse_dynamics": FunctionShape(_INVERSE, lambda n: (n,), INPUTS, "tau"),
     "mass_matrix": FunctionShape(_Q, lambda n: (n, n), _BODIES, "B"),
-    "bias_torque": FunctionShape(_QV, lambda n: (n,), (*_BODIES, "gravity"), "C dq + g"),
-    "gravity_vector": FunctionShape(_Q, lambda n: (n,), (*_BODIES, "gravity"), "g"),
+    "bias_torque": FunctionShape(_QV, lambda n: (n,), _PULLED, "C dq + g"),
+    "gravity_vector": FunctionShape(_Q, lambda n: (n,), _PULLED, "g"),
     "coriolis_matrix": FunctionShape(_QV, lambda n: (n, n), _BODIES, "C"),
-    "forward_dynamics": FunctionShape(_FORWARD, lambda n: (n,), _ALL, "ddq"),
+    "forward_dynamics": FunctionShape(_FORWARD, lambda n: (n,), INPUTS, "ddq"),
     "flange_pose": FunctionShape(_Q, lambda n: (4, 4), (), "T of the flange in the base"),
     "jacobian": FunctionShape(_Q, lambda n: (6, n), (), "J of the flange, linear rows over angular rows"),
     "kinetic_energy": FunctionShape(_QV, lambda n: (), _BODIES, "dq^T B dq / 2"),
-    "potential_energy": FunctionShape(_Q, lambda n: (), (*_BODIES, "gravity"), "U"),
+    "potential_energy": FunctionShape(_Q, lambda n: (), _PULLED, "U"),
     "torque_regressor": FunctionShape(_INVERSE, lambda n: (n, 10 * n), ("gravity",), "Y with tau = Y pi + armature"),
     "inverse_dynamics_derivatives": FunctionShape(
-        _INVERSE, lambda n: (3, n, n), _ALL, "d tau by q, by dq, by ddq (the last is B)"
+        _INVERSE, lambda n: (3, n, n), INPUTS, "d tau by q, by dq, by ddq (the last is B)"
     ),
     "forward_dynamics_derivatives": FunctionShape(
-        _FORWARD, lambda n: (3, n, n), _ALL, "d ddq by q, by dq, by tau (the last is B^-1)"
+        _FORWARD, lambda n: (3, n, n), INPUTS, "d ddq by q, by dq, by tau (the last is B^-1)"
     ),
 }
 
@@ -211,7 +203,7 @@ class KernelInterface:
     fused: int
     """Operations when a product and a sum count as one."""
     entries: tuple[int, ...]
-    """With structure="compact": for every entry of the result, as `result_form.compact` gives them."""
+    """With structure="compact": for every entry of the result, as `straight_line.compact` gives them."""
     constants: tuple[float, ...]
 
 
@@ -240,15 +232,8 @@ class KernelSpec:
 
     def digest(self, function: str) -> str:
         """SHA-256 of everything on which the kernel of a function depends."""
-        text = [
-            f"generator {GENERATOR}",
-            function,
-            self.dtype,
-            str(self.rotors),
-            self.layout,
-            self.structure,
-            *self.inputs,
-        ]
+        text = [f"generator {GENERATOR}", function, self.dtype, str(self.rotors), self.layout, self.structure]
+        text += self.inputs
         for link in self.chain.links:
             text.append(link.kind.value)
             rotor = (0.0, 0.0) if link.rotor is None else (link.rotor.gear_ratio, link.rotor.inertia)

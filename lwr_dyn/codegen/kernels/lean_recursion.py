@@ -21,8 +21,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
-from lwr_dyn.codegen.kernels.kernel_spec import in_parent_frame
+from lwr_dyn.codegen.kernels.kernel_spec import to_parent
 from lwr_dyn.dynamics.recursion import lever_acceleration
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Chain, JointKind
@@ -40,10 +41,6 @@ class AxisFrame:
     turn: Matrix3
     shift: Vector
     link: Pose
-
-    def to_own(self, parameters: list[Any]) -> list[Any]:
-        """Inertial parameters of a body (10,), given in the link's frame, in this frame; linear in them."""
-        return in_parent_frame(parameters, self.link.rotation, self.link.position)
 
 
 def axis_frames(chain: Chain) -> tuple[AxisFrame, ...]:
@@ -63,11 +60,7 @@ def axis_frames(chain: Chain) -> tuple[AxisFrame, ...]:
 
 def parameter_map(frames: Sequence[AxisFrame]) -> Array:
     """The matrix (10 n, 10 n) from inertial parameters in the links' frames to those in `frames`."""
-    n = len(frames)
-    out = np.zeros((10 * n, 10 * n))
-    for i, frame in enumerate(frames):
-        part = slice(10 * i, 10 * i + 10)
-        out[part, part] = np.array([frame.to_own(list(unit)) for unit in np.eye(10)], dtype=np.float64).T
+    out: Array = block_diag(*(to_parent(frame.link) for frame in frames))
     return out
 
 
@@ -130,12 +123,7 @@ def _backward(frames: Sequence[AxisFrame], bodies: Any, turns: Any, q: Any, moti
         spin = body.tensor.times(omega)
         moment = moment + body.tensor.times(domega) + omega.cross(spin) + body.first.cross(a)
         tau[i] = moment.z if frame.is_turning else force.z
-        if frame.is_turning:
-            force, moment = turns[i].ahead(force), turns[i].ahead(moment)
-        else:
-            moment = moment + Z.times(q[i]).cross(force)
-        force, moment = frame.turn @ force, frame.turn @ moment
-        moment = moment + frame.shift.cross(force)
+        force, moment = _to_parent(frame, turns[i], q[i], force, moment)
     return tau
 
 
@@ -163,12 +151,12 @@ def potential_energy(frames: Sequence[AxisFrame], bodies: Sequence[Body], gravit
     for i in reversed(range(len(frames))):
         frame, body = frames[i], _Composite.of(bodies[i])
         mass, first = add(mass, body.mass), first + body.first
-        first = _Turn.of(q[i]).ahead(first) if frame.is_turning else first + Z.times(multiply(q[i], mass))
+        first = Turn.of(q[i]).ahead(first) if frame.is_turning else first + Z.times(multiply(q[i], mass))
         first = frame.turn @ first + frame.shift.times(mass)
     return multiply(-1.0, gravity.dot(first))
 
 
-def _to_parent(frame: AxisFrame, turn: "_Turn", q: Scalar, force: Vector, moment: Vector) -> tuple[Vector, Vector]:
+def _to_parent(frame: AxisFrame, turn: "Turn", q: Scalar, force: Vector, moment: Vector) -> tuple[Vector, Vector]:
     if frame.is_turning:
         force, moment = turn.ahead(force), turn.ahead(moment)
     else:
@@ -189,15 +177,16 @@ def _curl(omega: Vector, domega: Vector) -> Matrix3:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Turn:
+class Turn:
     """A turn about z by its cosine and sine."""
 
     c: Scalar
     s: Scalar
 
     @classmethod
-    def of(cls, angle: Scalar) -> "_Turn":
-        return cls(np.cos(angle), np.sin(angle))
+    def of(cls, angle: Any) -> "Turn":
+        """Of an angle; a turn stays as it is."""
+        return angle if isinstance(angle, Turn) else cls(np.cos(angle), np.sin(angle))
 
     def ahead(self, v: Vector) -> Vector:
         """A vector of the moved frame in the frame before the motion."""
@@ -210,9 +199,9 @@ class _Turn:
         return Vector(x, subtract(multiply(self.c, v.y), multiply(self.s, v.x)), v.z)
 
 
-def _turns(frames: Sequence[AxisFrame], q: Any) -> list[_Turn]:
+def _turns(frames: Sequence[AxisFrame], q: Any) -> list[Turn]:
     """The turn of each joint; of a sliding one none."""
-    return [_Turn.of(x) if frame.is_turning else _Turn(1.0, 0.0) for frame, x in zip(frames, q, strict=True)]
+    return [Turn.of(x) if frame.is_turning else Turn(1.0, 0.0) for frame, x in zip(frames, q, strict=True)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -261,7 +250,7 @@ class _Composite:
             return Vector(multiply(-1.0, h.y), h.x, 0.0), Vector(self.tensor.xz, self.tensor.yz, self.tensor.zz)
         return Z.times(self.mass), Vector(h.y, multiply(-1.0, h.x), 0.0)
 
-    def turned(self, by: _Turn) -> "_Composite":
+    def turned(self, by: Turn) -> "_Composite":
         """Rz I Rz^T in few operations: xx and yy change by the same u."""
         I, c, s = self.tensor, by.c, by.s  # noqa: E741
         half = add(multiply(s, subtract(I.xx, I.yy)), multiply(c, I.xy))

@@ -19,8 +19,8 @@ import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel import address, aligned, cache_name, kept_code, require_packages
 from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.kinematics import pose_solver
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
-from lwr_dyn.kinematics.pose_search import pose_error, with_turns
 from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE, SearchRanges, search_ranges
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
@@ -48,9 +48,9 @@ def finish(chain: Chain, ranges: SearchRanges, T: Array, row: Array, near: Array
     T, q = pose_array("T", T), row[:n]
     for step in range(_STEPS):
         axes = joint_axes(chain, q)
-        e, sizes = pose_error(T, axes.flange)
+        e, sizes = pose_solver.pose_error(T, axes.flange)
         if sizes[0] <= TOLERANCE**2 and sizes[1] <= TOLERANCE**2 and sizes[2] > 0.0:
-            q = q if near is None else with_turns(q, near, ranges)
+            q = q if near is None else pose_solver.with_turns(q, near, ranges)
             outside = bool(((q < ranges.lower) | (q > ranges.upper)).any())
             return np.array([*q, OUTSIDE if outside else FOUND, *sizes, row[-2], row[-1] + step])
         J = jacobian_at(axes, axes.flange[:3, 3])

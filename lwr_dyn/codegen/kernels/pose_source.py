@@ -15,7 +15,7 @@ import casadi
 import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel_source import body_lines
+from lwr_dyn.codegen.kernels.kernel_source import placed_lines
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
 from lwr_dyn.codegen.kernels.pose_driver import POSE
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
@@ -109,5 +109,5 @@ def pose_source(name: str, chain: Chain, ranges: SearchRanges, lanes: int | None
     widths = (n, POSE, 1)
     slots = {("in", row, j): sum(widths[:row]) + j for row, width in enumerate(widths) for j in range(width)}
     flag = sum(widths)
-    body = "\n".join(body_lines(code, slots, flag, flag + 1, W))
+    body = "\n".join(placed_lines(code, slots, range(flag, flag + 1 + len(code.results)), W))
     return _TEXT.format(name=name, operations=code.operations, lanes=W, version=VERSION, body=body)

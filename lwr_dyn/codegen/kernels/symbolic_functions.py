@@ -13,15 +13,10 @@ from typing import Any
 import casadi
 import numpy as np
 
+from lwr_dyn.codegen.kernels import kernel_spec as specs
 from lwr_dyn.codegen.kernels import lean_recursion as lean
-from lwr_dyn.codegen.kernels.kernel_spec import (
-    KernelSpec,
-    function_shape,
-    in_parent_frame,
-    inertial_parameters,
-    parameter_shape,
-)
-from lwr_dyn.codegen.kernels.lean_recursion import EXACT, AxisFrame, axis_frames, base_matrix, parameter_map
+from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
+from lwr_dyn.codegen.kernels.lean_recursion import EXACT, AxisFrame
 from lwr_dyn.dynamics.recursion import inverse_dynamics, link_constants
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
@@ -49,8 +44,7 @@ def _moved(parameters: Any, pose: Pose) -> list[Any]:
 
     As terms that cancel do not stand in it, single precision keeps its digits.
     """
-    units = [in_parent_frame(list(unit), pose.rotation, pose.position) for unit in np.eye(10)]
-    matrix = np.array(units, dtype=np.float64).T
+    matrix = specs.to_parent(pose)
     rows = np.where(np.abs(matrix) < EXACT, 0.0, matrix).tolist()
     return [reduce(add, map(multiply, parameters, row)) for row in rows]
 
@@ -67,11 +61,6 @@ class SymbolicDynamics:
     inputs: dict[str, Symbols]
     """The inputs, flat."""
     frames: tuple[AxisFrame, ...]
-
-    @classmethod
-    def of(cls, spec: KernelSpec, q: Symbols, dq: Symbols, last: Symbols, inputs: dict[str, Symbols]) -> Any:
-        """With the frames of the arm's joint axes."""
-        return cls(spec, q, dq, last, inputs, axis_frames(spec.chain))
 
     def gravity(self) -> Vector:
         """The gravity vector, constant or input."""
@@ -96,25 +85,25 @@ class SymbolicDynamics:
     @cached_property
     def constants(self) -> Array:
         """The arm's inertial parameters in the frames of its joint axes, (10 n,)."""
-        return np.asarray(parameter_map(self.frames) @ inertial_parameters(self.spec.chain).ravel())
+        return np.asarray(lean.parameter_map(self.frames) @ specs.inertial_parameters(self.spec.chain).ravel())
 
     @cached_property
     def folded(self) -> Array:
         """The same as base parameters, (10 n,)."""
         gravity = None if "gravity" in self.inputs else self.spec.chain.gravity
-        return np.asarray(base_matrix(self.frames, gravity) @ self.constants)
+        return np.asarray(lean.base_matrix(self.frames, gravity) @ self.constants)
 
     def torque(self, dq: Any, ddq: Any, gravity: Vector | None = None) -> Any:
         """Torque of the bodies and rotors, as a column; None for a joint vector of zeros."""
         pull = self.gravity() if gravity is None else gravity
         dq, ddq = ([0.0] * self.spec.n if x is None else list(x) for x in (dq, ddq))
-        bodies = lean.inverse_dynamics(self.frames, self.bodies(), pull, self._positions, dq, ddq)
+        bodies = lean.inverse_dynamics(self.frames, self.bodies(), pull, self.positions, dq, ddq)
         return column([add(a, b) for a, b in zip(bodies, self._rotors(dq, ddq), strict=True)])
 
     def mass_matrix(self) -> Any:
         """B, by composite bodies."""
         n = self.spec.n
-        B = lean.mass_matrix(self.frames, self.bodies(), self._positions)
+        B = lean.mass_matrix(self.frames, self.bodies(), self.positions)
         for j in range(n):
             rotors = self._rotors([0.0] * n, [float(i == j) for i in range(n)])
             for i in range(n):
@@ -123,7 +112,7 @@ class SymbolicDynamics:
 
     def potential_energy(self) -> Any:
         """U of the bodies."""
-        return lean.potential_energy(self.frames, self.bodies(are_folded=False), self.gravity(), self._positions)
+        return lean.potential_energy(self.frames, self.bodies(are_folded=False), self.gravity(), self.positions)
 
     def friction(self) -> Any:
         """Torque of friction, as a column: per direction F_c sign(dq) + F_v dq, plus the offset (`model.friction`)."""
@@ -138,7 +127,8 @@ class SymbolicDynamics:
         return self.torque(self.dq, ddq) + self.friction()
 
     @property
-    def _positions(self) -> list[Any]:
+    def positions(self) -> list[Any]:
+        """q, joint by joint."""
         return [self.q[..., i] for i in range(self.spec.n)]  # as NumPy's cos takes symbols
 
     def _rotors(self, dq: Sequence[Any], ddq: Sequence[Any]) -> list[Any]:
@@ -150,7 +140,7 @@ class SymbolicDynamics:
             armature = (x.gear_ratio**2 * x.rotor_inertia for x in links)
             return [multiply(j, a) for j, a in zip(armature, ddq, strict=True)]
         bare = [replace(x, mass=0.0, com=ZERO, inertia=Matrix3(ZERO, ZERO, ZERO)) for x in links]
-        return inverse_dynamics(bare, ZERO, self._positions, dq, ddq, rotors)
+        return inverse_dynamics(bare, ZERO, self.positions, dq, ddq, rotors)
 
 
 def _friction(dq: Any, c_up: Any, v_up: Any, c_down: Any, v_down: Any, offset: Any) -> Any:
@@ -206,9 +196,8 @@ def _forward_dynamics(x: SymbolicDynamics) -> Any:
 
 def _inverse_derivatives(x: SymbolicDynamics) -> Any:
     torque = x.applied(x.last)
-    return casadi.vertcat(
-        *(_row_major(casadi.jacobian(torque, column(v))) for v in (x.q, x.dq)), _row_major(x.mass_matrix())
-    )
+    by_state = (_row_major(casadi.jacobian(torque, column(v))) for v in (x.q, x.dq))
+    return casadi.vertcat(*by_state, _row_major(x.mass_matrix()))
 
 
 def _forward_derivatives(x: SymbolicDynamics) -> Any:
@@ -225,10 +214,8 @@ def _regressor(x: SymbolicDynamics) -> Any:
     """Y: the derivative of the torque by each link's parameters, joint by joint (adjoint sweeps)."""
     n = x.spec.n
     given = casadi.SX.sym("pi", 10 * n)
-    positions = [x.q[..., i] for i in range(n)]
-    torque = column(
-        lean.inverse_dynamics(x.frames, x.own(scalars(given)), x.gravity(), positions, list(x.dq), list(x.last))
-    )
+    bodies = x.own(scalars(given))
+    torque = column(lean.inverse_dynamics(x.frames, bodies, x.gravity(), x.positions, list(x.dq), list(x.last)))
     unit = casadi.DM.eye(n)
     rows = [casadi.jtimes(torque, given, unit[:, i], True).T for i in range(n)]
     return casadi.substitute(casadi.vertcat(*rows), given, casadi.DM.zeros(10 * n))
@@ -274,17 +261,12 @@ def symbolic_function(spec: KernelSpec, function: str) -> Any:
 
     Raises `UnknownNameError` for a function that does not exist.
     """
-    shape = function_shape(function)
-    n = spec.n
-    symbols = {
-        name: scalars(casadi.SX.sym(name, n))
-        for name in ("q", "dq", shape.states[-1] if len(shape.states) > 2 else "ddq")
-    }
-    inputs = {
-        name: scalars(casadi.SX.sym(name, int(np.prod(parameter_shape(name, n)))))
-        for name in spec.parameters_of(function)
-    }
+    shape, n = specs.function_shape(function), spec.n
+    names = ("q", "dq", shape.states[-1] if len(shape.states) > 2 else "ddq")
+    symbols = {name: scalars(casadi.SX.sym(name, n)) for name in names}
+    widths = {name: int(np.prod(specs.parameter_shape(name, n))) for name in spec.parameters_of(function)}
+    inputs = {name: scalars(casadi.SX.sym(name, width)) for name, width in widths.items()}
     q, dq, last = symbols.values()
-    out = EXPRESSIONS[function](SymbolicDynamics.of(spec, q, dq, last, inputs))
+    out = EXPRESSIONS[function](SymbolicDynamics(spec, q, dq, last, inputs, lean.axis_frames(spec.chain)))
     arguments = [symbols[name] for name in shape.states] + list(inputs.values())
     return casadi.Function(function, [column(a) for a in arguments], [casadi.densify(casadi.SX(out))])

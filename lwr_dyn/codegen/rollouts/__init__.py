@@ -21,8 +21,6 @@ run_parameters       The parameters that differ from run to run: names, shapes a
                      rows for kernels
 step                 One sample of a closed loop on symbols, as one straight line: reading, law, delay, saturation,
                      figures, RK4 substeps
-symbolic_model       An arm's dynamics on symbols: the lean recursion on bodies that are constants, base parameters or
-                     symbols
-symbolic_plant       The simulated arm on symbols: its dynamics with smooth friction, its tip, and a step of RK4 under
-                     a held torque
+symbolic_arm         An arm on symbols: its dynamics, as a law or a plant knows it, and the plant's friction, tip and
+                     step of RK4
 """

@@ -8,20 +8,18 @@ an encoder with a resolution, which leaves the arm alone between two counts.
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel import MAKERS, address, cache_name, kept_code, require_packages
-from lwr_dyn.codegen.kernels.machine_code import host_cpu
-from lwr_dyn.codegen.rollouts.kernel import body_text, row_width
+from lwr_dyn.codegen.kernels.kernel import address, kept_code, require_packages
+from lwr_dyn.codegen.kernels.kernel_spec import friction_table
+from lwr_dyn.codegen.rollouts.kernel import body_text, plan_key, row_width
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
 from lwr_dyn.codegen.rollouts.step import GAIN, GENERATOR, MOST_DELAY, Slots, StepPlan, steps
-from lwr_dyn.codegen.rollouts.symbolic_model import armature_of
-from lwr_dyn.codegen.rollouts.symbolic_plant import LARGEST, friction_table
+from lwr_dyn.codegen.rollouts.symbolic_arm import LARGEST
 from lwr_dyn.control.protocol import label_of
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import ungated
@@ -128,14 +126,6 @@ def kernel(common_, common_n, reference_, samples, out_, b_, start, stop):
 '''
 
 
-@dataclass(frozen=True, slots=True)
-class WholeSource:
-    """The Python text of a kernel, and where each kept name stands in a row of its results."""
-
-    text: str
-    columns: dict[str, slice]
-
-
 def kept_columns(slots: Slots) -> dict[str, slice]:
     """Where each kept name stands in a row."""
     out, first = {}, 0
@@ -145,20 +135,19 @@ def kept_columns(slots: Slots) -> dict[str, slice]:
     return out
 
 
-def whole_source(plan: StepPlan) -> WholeSource:
+def whole_source(plan: StepPlan) -> str:
     """The source of the scalar kernel of a plan with `whole`."""
     slots, columns = plan.slots, kept_columns(plan.slots)
     parts = [body_text(plan, step, name, 1) for step, name in zip(steps(plan), ("body", "motion"), strict=False)]
     calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (len(parts) > 1)
     width = columns[AFTER[-1]].stop
-    text = _SOURCE.format(
+    return _SOURCE.format(
         name=f"{plan.plant.name} ({plan.plant.reading})", law=plan.form.name, version=VERSION, generator=GENERATOR,
         operations=sum(part[1] for part in parts), bodies="\n\n".join(part[0] for part in parts), size=slots.size,
         row=row_width(plan), width=width, row_first=slots.first("reference"), sample=slots.first("sample"),
         step="\n".join(" " * 8 + call for call in calls), before=_kept(slots, columns, BEFORE, width),
         after=_kept(slots, columns, AFTER, width),
     )  # fmt: skip
-    return WholeSource(text, columns)
 
 
 def _kept(slots: Slots, columns: dict[str, slice], names: Sequence[str], width: int) -> str:
@@ -208,16 +197,11 @@ class WholeKernel:
         return {name: out[:, place] for name, place in columns.items()}
 
 
-def whole_key_of(plan: StepPlan) -> str:
-    """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
-    text = [plan.digest, "whole", *host_cpu(), version("casadi"), *map(version, MAKERS)]
-    return cache_name("rollout-whole", text)
-
-
 def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
     require_packages()
-    return WholeKernel(plan.slots, kept_code(whole_key_of(plan), lambda: whole_source(plan).text, len(INPUTS)))
+    key = plan_key("rollout-whole", plan, "whole")
+    return WholeKernel(plan.slots, kept_code(key, lambda: whole_source(plan), len(INPUTS)))
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
@@ -275,7 +259,7 @@ def _common(setup: Setup, plan: StepPlan) -> Array:
     plant, encoder = setup.plant, setup.loop.encoder
     values: Mapping[str, ArrayLike] = {
         "q": setup.start[0], "dq": setup.start[1], "memory": plan.form.start(), "effort": plant.effort,
-        "armature": armature_of(plant.arm.chain), "lower": plant.lower, "upper": plant.upper, "delay": plan.most_delay,
+        "armature": plant.arm.armature, "lower": plant.lower, "upper": plant.upper, "delay": plan.most_delay,
         "friction": _friction(setup), "resolution": 0.0 if encoder is None else encoder.resolution, "noise": 1.0,
         "tolerance": np.inf, "last": setup.motion.t.size - 1,
     } | {GAIN + name: value for name, value in plan.form.values().items()}  # fmt: skip

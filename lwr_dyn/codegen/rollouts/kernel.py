@@ -4,18 +4,15 @@ A block holds W lanes of every slot. Numbers of a run that are not given for eac
 same kernel serves whatever varies; the rows of a reference are shared, or picked lane by lane.
 """
 
-from __future__ import annotations
-
-from collections import deque
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel import MAKERS, address, aligned, cache_name, kept_code, require_packages
+from lwr_dyn.codegen.kernels.kernel import MAKERS, address, aligned, cache_name, kept_code, require_packages, shared_out
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
 from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
@@ -222,34 +219,14 @@ class RolloutKernel:
         figures = np.empty((runs, len(self.slots.all_places(FIGURES))))
         record = room_for_record(runs, kept, 3 * self.joints) if kept else None
         out = Computed(figures, np.empty((runs, len(task.quantiles))), record)
-        left = deque(range(0, runs, BLOCK))
-
-        def work() -> None:
-            _memory, desk = aligned((self.slots.size + 1) * self.lanes * 8)
-            trace = np.empty((BLOCK, task.samples)) if task.quantiles else np.empty((1, 1))
-            while left:
-                try:
-                    first = left.popleft()
-                except IndexError:  # another thread took the last one
-                    return
-                last = min(first + BLOCK, runs)
-                self._block(task, out, desk, trace, first, last)
-                if task.quantiles:
-                    with np.errstate(invalid="ignore"):  # of runs that are not finite
-                        errors = np.sqrt(trace[: last - first])
-                        out.quantiles[first:last] = np.quantile(errors, task.quantiles, axis=1).T
-
-        if threads == 1 or len(left) == 1:
-            work()
-            return out
-        with ThreadPoolExecutor(threads - 1, thread_name_prefix="lwr_dyn") as pool:
-            others = [pool.submit(work) for _ in range(threads - 1)]
-            work()
-            for other in others:
-                other.result()
+        shared_out(range(0, runs, BLOCK), partial(self._block, task, out), threads if runs > BLOCK else 1)
         return out
 
-    def _block(self, task: Task, out: Computed, desk: int, trace: Array, first: int, last: int) -> None:
+    def _block(self, task: Task, out: Computed, first: int) -> int:
+        """The runs from `first` on; gives 0."""
+        last = min(first + BLOCK, task.runs)
+        _memory, desk = aligned((self.slots.size + 1) * self.lanes * 8)
+        trace = np.empty((BLOCK, task.samples)) if task.quantiles else np.empty((1, 1))
         record, kept = (out.figures, 0) if out.record is None else (out.record, out.record.shape[1])
         pairs = {
             "common": (address(task.common), int(bool(task.quantiles))),
@@ -260,6 +237,11 @@ class RolloutKernel:
         }  # fmt: skip
         arguments = [x for name in INPUTS for x in pairs[name]]
         self.code.call(*arguments, address(out.figures), desk, first, last)
+        if task.quantiles:
+            with np.errstate(invalid="ignore"):  # of runs that are not finite
+                errors = np.sqrt(trace[: last - first])
+                out.quantiles[first:last] = np.quantile(errors, task.quantiles, axis=1).T
+        return 0
 
 
 def room_for_record(runs: int, kept: int, width: int) -> Array:
@@ -271,10 +253,9 @@ def room_for_record(runs: int, kept: int, width: int) -> Array:
         raise OptionError("record", size, "what the memory holds: fewer runs, or a larger stride") from None
 
 
-def key_of(plan: StepPlan, lanes: int) -> str:
+def plan_key(kind: str, plan: StepPlan, form: str) -> str:
     """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
-    text = [plan.digest, str(lanes), *host_cpu(), version("casadi"), *map(version, MAKERS)]
-    return cache_name("rollout", text)
+    return cache_name(kind, [plan.digest, form, *host_cpu(), version("casadi"), *map(version, MAKERS)])
 
 
 def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
@@ -284,5 +265,5 @@ def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """
     require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    code = kept_code(key_of(plan, wide), lambda: rollout_source(plan, wide).text, len(INPUTS))
+    code = kept_code(plan_key("rollout", plan, str(wide)), lambda: rollout_source(plan, wide).text, len(INPUTS))
     return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)

@@ -9,16 +9,15 @@ controller may be of another arm.
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, prod
 from typing import Any, Protocol
 
 import casadi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.codegen.kernels.kernel_spec import FRICTION
-from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicModel
-from lwr_dyn.codegen.rollouts.symbolic_plant import friction_column, friction_models, friction_table
+from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, friction_table
+from lwr_dyn.codegen.rollouts.symbolic_arm import Column, SymbolicModel, friction_column, friction_models
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.control.laws.motor_side import MotorSidePD
 from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
@@ -35,9 +34,6 @@ from lwr_dyn.model.spatial import ZERO
 class NoKernelFormError(OptionError):
     """A controller without a form that kernels take, or one that does not act as its form."""
 
-
-Column = Any
-"""A casadi.SX column."""
 
 UNLIMITED = 1e300
 """[N m] Stands for a torque limit of infinity among the values of a law: 0 times it is 0, not NaN."""
@@ -263,20 +259,23 @@ JOINT = ("q", "dq", "q_ref", "dq_ref", "ddq_ref")
 Step = Callable[..., tuple[Array, Array]]
 
 
+def traced(form: LawForm, arm: Arm) -> tuple[dict[str, Column], tuple[Column, Column]]:
+    """Symbols by their names, those of `JOINT`, memory, h and the parameters; the torque (n,) and the next memory."""
+    widths = {**dict.fromkeys(JOINT, arm.n), "memory": form.memory, "h": 1}
+    gains = {name: casadi.SX.sym(name, prod(shape)) for name, shape in form.parameters.items()}
+    x = {name: casadi.SX.sym(name, width) for name, width in widths.items()}
+    return x | gains, form.torque(SymbolicModel.of(arm.chain), LawInputs(**x, parameters=gains))
+
+
 def form_function(form: LawForm, arm: Arm) -> Step:
     """The form in NumPy: (q, dq, q_ref, dq_ref, ddq_ref, memory, values, h) -> torque (n,), next memory (m,)."""
-    n, names = arm.n, list(form.parameters)
-    joint = {name: casadi.SX.sym(name, n) for name in JOINT}
-    memory, h = casadi.SX.sym("memory", form.memory), casadi.SX.sym("h")
-    gains = {name: casadi.SX.sym(name, int(np.prod(form.parameters[name]))) for name in names}
-    x = LawInputs(**joint, memory=memory, parameters=gains, h=h)
-    out = form.torque(SymbolicModel.of(arm.chain), x)
-    function = casadi.Function("law", [*joint.values(), memory, *gains.values(), h], [casadi.densify(y) for y in out])
+    x, out = traced(form, arm)
+    function = casadi.Function("law", list(x.values()), [casadi.densify(y) for y in out])
 
     def step(*given: Any) -> tuple[Array, Array]:
         *state, values, time = given
-        flat = [np.asarray(values[name], dtype=np.float64).ravel() for name in names]
-        tau, after = function(*state, *flat, time)
+        flat = [np.asarray(values[name], dtype=np.float64).ravel() for name in form.parameters]
+        tau, after = function(*state, time, *flat)
         return np.array(tau).ravel(), np.array(after).ravel()
 
     return step

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.codegen.kernels.kernel_spec import friction_table
 from lwr_dyn.codegen.rollouts.philox import MOST_SEED
 from lwr_dyn.codegen.rollouts.run_parameters import mass_matrices
-from lwr_dyn.codegen.rollouts.symbolic_plant import check_friction, friction_table
+from lwr_dyn.codegen.rollouts.symbolic_arm import check_friction
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError

@@ -17,27 +17,21 @@ from typing import Any
 import casadi
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
-from lwr_dyn.codegen.kernels.kernel_spec import in_parent_frame
+from lwr_dyn.codegen.kernels.kernel_spec import to_parent
 from lwr_dyn.codegen.kernels.lean_recursion import axis_frames
 from lwr_dyn.codegen.kernels.symbolic_functions import scalars
-from lwr_dyn.codegen.rollouts.law_forms import Column, LawInputs, finite_limits
-from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel
-from lwr_dyn.control.laws.adaptive import (
-    FRICTION_WIDTH,
-    PER_LINK,
-    AdaptedParameters,
-    Adaptive,
-    SlotineLiRegressor,
-    sliding,
-)
+from lwr_dyn.codegen.rollouts.law_forms import LawInputs, finite_limits
+from lwr_dyn.codegen.rollouts.symbolic_arm import Column, KeptParameters, SymbolicModel, placed_bodies
+from lwr_dyn.control.laws import adaptive
 from lwr_dyn.control.laws.robust import Robust
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
-from lwr_dyn.model.spatial import add
+from lwr_dyn.model.spatial import Pose, add
 
 Bodies = Sequence[Sequence[Any]]
 
@@ -55,7 +49,7 @@ class Sliding:
     @classmethod
     def of(cls, x: LawInputs, omega_n: Any) -> "Sliding":
         """Of what a law is given, with Lambda = k = omega_n."""
-        return cls(x.q, x.dq, *sliding(omega_n, x.q, x.dq, x.q_ref, x.dq_ref, x.ddq_ref))
+        return cls(x.q, x.dq, *adaptive.sliding(omega_n, x.q, x.dq, x.q_ref, x.dq_ref, x.ddq_ref))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,25 +68,18 @@ class AddedBodies:
     def load(cls, chain: Chain) -> "AddedBodies":
         """The ten of what is fixed to the last link, in the frame of its joint."""
         shift = axis_frames(chain)[-1].link.position - chain.links[-1].after.position
-        rows = [in_parent_frame(list(unit), np.eye(3), shift) for unit in np.eye(10)]
-        return cls(chain.n, np.arange(10 * chain.n - 10, 10 * chain.n), np.array(rows, dtype=np.float64).T)
+        return cls(chain.n, np.arange(10 * chain.n - 10, 10 * chain.n), to_parent(Pose(np.eye(3), shift)))
 
     @classmethod
     def combined(cls, chain: Chain, W: Array) -> "AddedBodies":
         """W theta (10 n,), W (10 n, m), in the frames of the joints, by the parameters on which a torque depends."""
-        kept, to_link = KeptParameters.of(chain), np.zeros((10 * chain.n, 10 * chain.n))
-        for i, link in enumerate(chain.links):
-            back = link.after.inverse()
-            rows = [in_parent_frame(list(unit), back.rotation, back.position) for unit in np.eye(10)]
-            to_link[10 * i : 10 * i + 10, 10 * i : 10 * i + 10] = np.array(rows, dtype=np.float64).T
+        kept = KeptParameters.of(chain)
+        to_link = block_diag(*(to_parent(link.after.inverse()) for link in chain.links))
         return cls(chain.n, kept.kept, np.asarray(kept.matrix @ to_link @ W))
 
     def bodies(self, values: Any) -> list[list[Any]]:
-        """Ten parameters a body from those at the places, a casadi column (p,); all others are a literal 0.0."""
-        out: list[list[Any]] = [[0.0] * 10 for _ in range(self.n)]
-        for place, value in zip(self.places.tolist(), scalars(values), strict=True):
-            out[place // 10][place % 10] = value
-        return out
+        """Ten parameters a body from those at the places, a casadi column (p,)."""
+        return placed_bodies(self.n, self.places, scalars(values))
 
     def torque(self, model: SymbolicModel, at: Sliding, theta: Any) -> Any:
         """B a + C(q, dq) dq_r + g with theta added, (n,) [N m]."""
@@ -118,7 +105,7 @@ def _polar(model: SymbolicModel, bodies: Bodies, at: Sliding) -> Any:
     return model.torque(bodies, at.q, half, at.a) - model.torque(bodies, at.q, half - at.dq_r, None, gravity=False)
 
 
-LOAD = len(PER_LINK)
+LOAD = len(adaptive.PER_LINK)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,13 +115,13 @@ class AdaptiveForm:
     A sampled run needs no rule for rates at a bound: the memory is cut at its bounds after each sample.
     """
 
-    law: Adaptive
+    law: adaptive.Adaptive
     added: AddedBodies
-    takes = Adaptive
-    name = Adaptive.name
+    takes = adaptive.Adaptive
+    name = adaptive.Adaptive.name
 
     @classmethod
-    def of(cls, law: Adaptive, arm: Arm) -> "AdaptiveForm":
+    def of(cls, law: adaptive.Adaptive, arm: Arm) -> "AdaptiveForm":
         """The form of a controller."""
         W = law.adapted.W
         return cls(law, AddedBodies.load(arm.chain) if W is None else AddedBodies.combined(arm.chain, W))
@@ -166,7 +153,7 @@ class AdaptiveForm:
     def digest(self) -> str:
         """The variant, and what its parameters add to which parameters of the bodies."""
         added = hashlib.sha256(self.added.places.tobytes() + self.added.matrix.tobytes()).hexdigest()
-        return f"{self.name} friction={self.adapts_friction} width={FRICTION_WIDTH!r} bodies={added}"
+        return f"{self.name} friction={self.adapts_friction} width={adaptive.FRICTION_WIDTH!r} bodies={added}"
 
     def values(self) -> Mapping[str, Array]:
         """The controller's gains, bounds and limits."""
@@ -193,7 +180,7 @@ class AdaptiveForm:
         tau, slope = self.added.torque(model, at, x.memory[: self.bodies]), self.added.power(model, at)
         gains, lower, upper = p["adaptation_gains"], p["lower_load"], p["upper_load"]
         if self.adapts_friction:
-            shape = casadi.tanh(x.dq_ref / FRICTION_WIDTH)
+            shape = casadi.tanh(x.dq_ref / adaptive.FRICTION_WIDTH)
             coulomb, viscous = casadi.vertsplit(p["friction_start"] + x.memory[self.bodies :], self.added.n)
             tau = tau + coulomb * shape + viscous * at.dq_r
             slope = casadi.vertcat(slope, shape * at.s, at.dq_r * at.s)
@@ -218,12 +205,12 @@ class AdaptiveForm:
     def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
         """See `LawForm`."""
         v = {name: np.array(value) for name, value in values.items()}
-        adapted = AdaptedParameters(
+        adapted = adaptive.AdaptedParameters(
             self.law.adapted.name, self.law.adapted.W, v["adaptation_gains"], v["lower_load"], v["upper_load"]
         )
         friction = (v["friction_gains"], v["friction_start"]) if self.adapts_friction else (None, None)
-        return Adaptive(
-            SlotineLiRegressor(arm), dynamics_of(arm), float(v["omega_n"]), adapted,
+        return adaptive.Adaptive(
+            adaptive.SlotineLiRegressor(arm), dynamics_of(arm), float(v["omega_n"]), adapted,
             friction[0], v["law_effort"], friction[1],
         )  # fmt: skip
 
@@ -243,7 +230,7 @@ class RobustForm:
     @classmethod
     def of(cls, law: Robust, arm: Arm) -> "RobustForm":
         """The form of a controller."""
-        middle = (law._parameters - SlotineLiRegressor(arm).parameters)[-LOAD:]
+        middle = (law._parameters - adaptive.SlotineLiRegressor(arm).parameters)[-LOAD:]
         return cls(law, middle, AddedBodies.load(arm.chain))
 
     @property
@@ -277,7 +264,7 @@ class RobustForm:
     def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
         """See `LawForm`."""
         v = {name: np.array(value) for name, value in values.items()}
-        regressor = SlotineLiRegressor(arm)
+        regressor = adaptive.SlotineLiRegressor(arm)
         regressor.parameters[-LOAD:] += v["middle_load"]
         numbers = (float(v["omega_n"]), v["scale"], float(v["rho"]), float(v["layer"]))
         return Robust(regressor, dynamics_of(arm), *numbers)

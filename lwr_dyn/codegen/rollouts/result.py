@@ -1,8 +1,7 @@
 """What rollouts give: metrics of every run, flags, and each run again, whole, by `simulate`.
 
-Metrics of runs from a kernel's figures, or from a `Run`, by the conventions of `simulation.metrics` in SI units.
-
-Runs that carry a flag: computed again by `simulate`, or their metrics marked as not known.
+Metrics come from a kernel's figures, or from a `Run`, by the conventions of `simulation.metrics` in SI units. Runs that
+carry a flag are computed again by `simulate`, or their metrics marked as not known.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,20 +15,20 @@ from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.rollouts.kernel import Computed
 from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup
 from lwr_dyn.codegen.rollouts.step import FIGURES, Slots
-from lwr_dyn.codegen.rollouts.symbolic_plant import LARGEST
+from lwr_dyn.codegen.rollouts.symbolic_arm import LARGEST
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run, repr_html
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.contact import TURN
 
 STOP, NOT_FINITE, OUT_OF_RANGE = "stop", "not finite", "out of range"
 
 FLAGS = ("", STOP, NOT_FINITE, OUT_OF_RANGE)
 """What ended a run's course in the kernel, in words: nothing; a joint reached its stop, which the kernel does not have;
-a state or torque that is not finite; a speed above `small_turn.LARGEST` (0.2 rad) a step of RK4, or an angle beyond the
-range reduction."""
+a state or torque that is not finite; a speed above `symbolic_arm.LARGEST` (0.2 rad) a step of RK4, or an angle beyond
+the range reduction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +59,6 @@ class Rollouts:
     digest: str = ""
     """Of all on which the kernel depends but processor and versions: runs of one digest may stand side by side."""
     again: Callable[[int], Run] | None = field(default=None, repr=False)
-    _repr_html_ = repr_html
 
     def __repr__(self) -> str:
         flagged = ", ".join(f"{self.flags.count(flag)} {flag}" for flag in FLAGS if flag in self.flags and flag)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.codegen.kernels.kernel_spec import friction_table
 from lwr_dyn.codegen.rollouts.kernel import RolloutKernel, Task, rollout_kernel
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, finite_limits, law_form
 from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, check_smooth_friction, check_starts, loop_setup
@@ -16,8 +17,7 @@ from lwr_dyn.codegen.rollouts.philox import CountedEncoder
 from lwr_dyn.codegen.rollouts.result import Rollouts, checked_quantiles, figures_of, metrics_of_computed, settle
 from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run, kept_values, parameter_shapes, run_parameters
 from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, STARTS, Slots, StepPlan
-from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, armature_of
-from lwr_dyn.codegen.rollouts.symbolic_plant import friction_function, friction_table
+from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, friction_function
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.foundation.arrays import Array, arm_argument
@@ -57,7 +57,7 @@ def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float 
     plant, form, motion = setup.plant, plan.form, setup.motions[0]
     encoder = setup.loop.encoder or DEFAULT_ENCODER
     values = {
-        **STARTS, "q": motion.q[0], "dq": motion.dq[0], "memory": form.start(), "armature": armature_of(plant.chain),
+        **STARTS, "q": motion.q[0], "dq": motion.dq[0], "memory": form.start(), "armature": plant.armature,
         "effort": _cut(setup, plant.effort), "rating": finite_limits(plant.effort), "lower": plant.lower,
         "upper": plant.upper,
         "tolerance": np.inf if tolerance is None else tolerance**2, "last": setup.samples - 1.0,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR, inertial_parameters
 from lwr_dyn.codegen.rollouts.step import MOST_DELAY
-from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel, armature_of
+from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, SymbolicModel
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -174,7 +174,7 @@ def mass_matrices(chain: Chain, q: Array, given: Mapping[str, Array]) -> Array:
     flat = casadi.vertcat(*(x for row in rows for x in row))
     linear = np.array(casadi.Function("B", [symbols], [casadi.jacobian(flat, symbols)])(own).full())
     kept = kept_values(chain, *(given.get(name) for name in ("inertia", "payload", "payload_com")))
-    rotors = given.get("armature", armature_of(chain)[None])
+    rotors = given.get("armature", chain.armature[None])
     return _product(kept, linear).reshape(-1, n, n) + rotors[:, :, None] * np.eye(n)
 
 

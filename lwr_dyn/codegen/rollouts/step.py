@@ -2,7 +2,7 @@
 
 The state before the sample is judged (figures, trouble), then moved to the next; a driver calls the step k + 1 times,
 the last only for its figures. The laws of `simulate` are repeated in its order: encoder (`simulation.plant.Encoder`
-with `control.velocity.FilteredDifference`, number for number), controller, delay (`simulation.loops`), saturation. The
+with its `FilteredDifference`, number for number), controller, delay (`simulation.loops`), saturation. The
 numbers of one run stand by name in rows of lanes of a kernel's block (`Slots`).
 """
 
@@ -17,8 +17,7 @@ import casadi
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, LawInputs
 from lwr_dyn.codegen.rollouts.philox import words_of
-from lwr_dyn.codegen.rollouts.symbolic_model import KeptParameters, SymbolicModel
-from lwr_dyn.codegen.rollouts.symbolic_plant import SymbolicPlant
+from lwr_dyn.codegen.rollouts.symbolic_arm import Column, KeptParameters, SymbolicModel, SymbolicPlant
 from lwr_dyn.control.protocol import saturate
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import Vector
@@ -118,10 +117,6 @@ def figures(x: Mapping[str, Any], tip: Vector, command: Any, applied: Any) -> di
         "angle_worst": casadi.fmax(x["angle_worst"], casadi.dot(q, q)),
         "trouble": x["trouble"] + x["nothing"] * (casadi.sum1(q) + casadi.sum1(dq) + casadi.sum1(command)),
     }
-
-
-Column = Any
-"""A casadi.SX column."""
 
 
 class EncoderReading(NamedTuple):
@@ -316,7 +311,7 @@ def _sample(plan: StepPlan, x: Mapping[str, Any]) -> dict[str, Any]:
     applied = saturate(command, x["effort"])
     plant = _plant(plan, x)
     out = {
-        **figures(x, plant.tip(plant.positions(x["q"])), command, applied), "memory": memory, "encoder": encoder,
+        **figures(x, plant.tip(x["q"]), command, applied), "memory": memory, "encoder": encoder,
         "commands": commands, "applied": applied, "command": command, "friction_torque": plant.friction(x["dq"]),
     }  # fmt: skip
     if plan.substeps > 1:

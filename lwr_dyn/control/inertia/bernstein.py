@@ -40,7 +40,8 @@ _INNER = np.array([1.0, 2.0, 1.0])
 def nodes(is_turning: bool, lower: float, upper: float) -> Precise:
     """Joint positions [rad or m] whose values determine B_ii along a joint: 5 around the turn, or 3 over the range."""
     if is_turning:
-        return np.asarray(2 * _pi() * np.arange(WAVES) / WAVES, dtype=np.longdouble)
+        pi = 4 * np.arctan(np.longdouble(1))  # to extended precision
+        return np.asarray(2 * pi * np.arange(WAVES) / WAVES, dtype=np.longdouble)
     low, up = np.longdouble(lower), np.longdouble(upper)
     return np.array([low, (low + up) / 2, up])
 
@@ -97,11 +98,6 @@ def _weights(w: Any) -> Precise:
     """The coefficients c of 1."""
     one = np.array([np.longdouble(1), np.cos(w), np.longdouble(1)])
     return _product(one, one)
-
-
-def _pi() -> Any:
-    """To extended precision."""
-    return 4 * np.arctan(np.longdouble(1))
 
 
 MOST_VALUES = WAVES**7

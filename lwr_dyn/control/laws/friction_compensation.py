@@ -43,7 +43,7 @@ Sources: Siciliano et al., Robotics, section 8.5 (gravity compensation); Armstro
 Automatica 30 (1994) (compensation of friction). SI units.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from typing import Annotated, Any
 
@@ -134,10 +134,14 @@ class FrictionCompensation(Wrapped):
     def _linear_feedback(self, q: Array) -> LinearFeedback:
         """The inner controller's with the slope of friction at rest taken off its damping; see `Linearised`."""
         law: LinearFeedback = self.inner.linear_feedback(q)  # type: ignore[attr-defined]
-        h = SLOPE_STEP * self.width
-        v = np.full(len(self.models), h)
-        slope = (self.torque(v) - self.torque(-v)) / (2 * h)
+        slope = slope_at_rest(self.torque, len(self.models), self.width)
         return replace(law, velocity=law.velocity - diagonal(slope, len(q)))
+
+
+def slope_at_rest(friction: Callable[[Array], Array], n: int, width: float) -> Array:
+    """Slope (n,) of a smooth friction of n joints over the speed, at rest, by a central difference."""
+    v = np.full(n, SLOPE_STEP * width)
+    return np.asarray((friction(v) - friction(-v)) / (2 * v))
 
 
 def with_friction(
@@ -244,11 +248,8 @@ class HandGuiding:
     @property
     def label(self) -> str:
         """The controller and its variant."""
-        return f"hand guiding, {f'{self.share:.0%} of the friction' if self.share else 'friction'} {self._ending}"
-
-    @property
-    def _ending(self) -> str:
-        return "compensated" if self.share else "not compensated"
+        share = f"{self.share:.0%} of the friction compensated" if self.share else "friction not compensated"
+        return f"hand guiding, {share}"
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -262,9 +263,7 @@ class HandGuiding:
 
     def linear_feedback(self, q: Array) -> LinearFeedback:
         """See `Linearised`: no spring, and d B less the slope of the compensation at rest."""
-        step = 1e-3 * self.width
-        ahead, behind = (self._friction(np.full(q.shape[-1], side * step)) for side in (1.0, -1.0))
-        slope = np.diag(self.share * (ahead - behind) / (2.0 * step))
+        slope = np.diag(self.share * slope_at_rest(self._friction, q.shape[-1], self.width))
         B = self._dynamics.mass_matrix(q)
         return LinearFeedback(np.zeros_like(B), self.fading * B - slope, gravity=self._dynamics)
 

@@ -65,17 +65,8 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.control.gains import (
-    OMEGA_N,
-    XI,
-    DampingRatio,
-    LinearFeedback,
-    Modes,
-    diagonal,
-    modes,
-    no_torque_known,
-    worst_case_gains,
-)
+from lwr_dyn.control import gains
+from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, LinearFeedback, modes
 from lwr_dyn.control.protocol import positive_gains
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.foundation.arrays import Array
@@ -160,7 +151,7 @@ class JointImpedance:
         """Tau (n,) [N m]."""
         found = modes(self._mass(q), np.diag(self._root))
         if found is None:
-            return no_torque_known(q.size)
+            return gains.no_torque_known(q.size)
         root, joint, _, task = found
         damped = task.dot(self._root * (dq_ref - dq))
         tau = self._carried(q, dq, dq_ref, ddq_ref) + self.stiffness * (q_ref - q)
@@ -179,7 +170,7 @@ class JointImpedance:
     def linear_feedback(self, q: Array) -> LinearFeedback:
         """See `Linearised`: K and D(q)."""
         damping = np.array([self.damping(pose) for pose in q])
-        return LinearFeedback(diagonal(self.stiffness, len(q)), damping, gravity=self._dynamics)
+        return LinearFeedback(gains.diagonal(self.stiffness, len(q)), damping, gravity=self._dynamics)
 
 
 def tuned_joint_impedance(
@@ -199,7 +190,7 @@ def tuned_joint_impedance(
     OptionError, MissingDataError
         A number that is not above 0; no limits to search the worst-case inertia in.
     """
-    K = worst_case_gains(arm, omega_n, xi, inertia).Kp if stiffness is None else stiffness
+    K = gains.worst_case_gains(arm, omega_n, xi, inertia).Kp if stiffness is None else stiffness
     return JointImpedance(dynamics, K, xi, feedforward)
 
 
@@ -300,7 +291,7 @@ class CartesianImpedance:
         T, J = self._tip(q)
         found = modes(self._mass(q), (self._root[:, None] * J).T)
         if found is None:
-            return no_torque_known(q.size)
+            return gains.no_torque_known(q.size)
         root, joint, frequency, task = found
         off = self.offset(T_ref, T)
         along = task.dot(self._root * (speed_ref - J.dot(dq)))
@@ -323,7 +314,7 @@ class CartesianImpedance:
         """What the damping of modes slower than `SLOWEST` is raised by [1/s]."""
         return 2.0 * self.xi * np.maximum(SLOWEST - frequency, 0.0)
 
-    def at(self, q: Array) -> tuple[Modes, Array] | None:
+    def at(self, q: Array) -> tuple[gains.Modes, Array] | None:
         """The modes at one pose q (n,) and J (6, n); None where the model's B is not positive definite."""
         J = self._tip(q)[1].copy()
         found = modes(self._mass(q), (self._root[:, None] * J).T)

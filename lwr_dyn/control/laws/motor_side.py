@@ -55,17 +55,8 @@ from typing import Annotated, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.control.gains import (
-    OMEGA_N,
-    XI,
-    DampingRatio,
-    LinearFeedback,
-    NaturalFrequency,
-    diagonal,
-    gravity_stiffness,
-    second_order_gains,
-    worst_case_gains,
-)
+from lwr_dyn.control import gains
+from lwr_dyn.control.gains import OMEGA_N, XI, DampingRatio, LinearFeedback, NaturalFrequency
 from lwr_dyn.control.protocol import Controller, JointReadings, Wrapped, positive_gains, reset
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
 from lwr_dyn.foundation.arrays import Array, joint_array
@@ -199,12 +190,14 @@ class MotorSidePD:
     def linear_feedback(self, q: Array) -> LinearFeedback:
         """See `Linearised`: on the motor side, with torque feedback r - 1; what is fed forward is constant at rest."""
         k, r = len(q), self.lighter
-        feedback = None if r == 1.0 else diagonal(np.full(self.Kp.size, r - 1.0), k)
-        return LinearFeedback(diagonal(r * self.Kp, k), diagonal(r * self.Kd, k), torque=feedback, motor=True)
+        feedback = None if r == 1.0 else gains.diagonal(np.full(self.Kp.size, r - 1.0), k)
+        return LinearFeedback(
+            gains.diagonal(r * self.Kp, k), gains.diagonal(r * self.Kd, k), torque=feedback, motor=True
+        )
 
     def static_margin(self, q: ArrayLike) -> Array:
         """The smallest eigenvalue of dg/dq + (1/Kp + 1/K)^-1 at the poses q (k, n), (k,) [N m/rad]."""
-        slope = gravity_stiffness(self._dynamics, np.asarray(q, dtype=np.float64))
+        slope = gains.gravity_stiffness(self._dynamics, np.asarray(q, dtype=np.float64))
         series = np.diag(1.0 / (1.0 / self.Kp + self._compliance))
         return np.asarray(np.linalg.eigvalsh((slope + np.swapaxes(slope, -1, -2)) / 2 + series)[..., 0])
 
@@ -230,11 +223,11 @@ def tuned_motor_side_pd(
         As `worst_case_gains` and `MotorSidePD`.
     """
     elasticity = assumed_elasticity(arm, gear_stiffness)
-    gains = worst_case_gains(arm, omega_n, xi, inertia)
+    found = gains.worst_case_gains(arm, omega_n, xi, inertia)
     if lighter > 1.0:
-        felt = gains.Kp / omega_n**2 - arm.armature * (1.0 - 1.0 / lighter)
-        gains = second_order_gains(felt, omega_n, xi)
-    return MotorSidePD(dynamics, gains.Kp, gains.Kd, elasticity.stiffness, arm.armature, feedforward, lighter)
+        felt = found.Kp / omega_n**2 - arm.armature * (1.0 - 1.0 / lighter)
+        found = gains.second_order_gains(felt, omega_n, xi)
+    return MotorSidePD(dynamics, found.Kp, found.Kd, elasticity.stiffness, arm.armature, feedforward, lighter)
 
 
 class MotorSide(Wrapped):

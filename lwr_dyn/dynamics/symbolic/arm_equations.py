@@ -6,7 +6,7 @@ B is the Hessian of K in dq, C its Christoffel form, g the gradient of U. tau is
 tau - (B ddq + C dq + g) = 0 is a check and not a definition.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -122,7 +122,7 @@ def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> Equatio
     kinetic, potential = _energies(links, motions, gravity, x)
     K, U = sp.Add(*kinetic.values()), sp.Add(*potential.values())
     B = normal_form(sp.hessian(K, x.dq), x.q)
-    C = normal_form(_christoffel(B, x), x.q)
+    C = normal_form(sp.Matrix(len(x.q), len(x.q), lambda i, j: christoffel(lambda i, j: B[i, j], i, j, x)), x.q)
     g = normal_form(sp.Matrix([U.diff(q) for q in x.q]), x.q)
     lagrange = [x.derivative(K.diff(dq)) - (K - U).diff(q) for q, dq in zip(x.q, x.dq, strict=True)]
     return EquationsOfMotion(x, motions, kinetic, potential, B, C, g, normal_form(sp.Matrix(lagrange), x.q))
@@ -184,15 +184,12 @@ def _energies(
     return kinetic | ({"a": rotors} if rotors != 0 else {}), potential
 
 
-def _christoffel(B: sp.Matrix, x: Variables) -> sp.Matrix:
+def christoffel(B: Callable[[int, int], sp.Expr], i: int, j: int, x: Variables) -> sp.Expr:
     """c_ij = sum_k (dB_ij/dq_k + dB_ik/dq_j - dB_jk/dq_i) dq_k / 2 (Siciliano eqs. 7.44, 7.45)."""
-
-    def entry(i: int, j: int) -> sp.Expr:
-        terms = [(B[i, j].diff(x.q[k]) + B[i, k].diff(x.q[j]) - B[j, k].diff(x.q[i])) * x.dq[k] for k in range(n)]
-        return sp.Add(*terms) / 2
-
-    n = B.rows
-    return sp.Matrix(n, n, entry)
+    rates = list(enumerate(x.dq))
+    if i == j:  # half of dB_ii/dt: the other terms cancel
+        return sp.Add(*(B(i, i).diff(x.q[k]) * dq for k, dq in rates)) / 2
+    return sp.Add(*((B(i, j).diff(x.q[k]) + B(i, k).diff(x.q[j]) - B(j, k).diff(x.q[i])) * dq for k, dq in rates)) / 2
 
 
 AXES = "xyz"

@@ -23,7 +23,8 @@ import sympy as sp
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.dynamics.protocol import Gated
-from lwr_dyn.dynamics.symbolic.arm_equations import EquationsOfMotion, gravity_symbols, symbol_values, symbolic_links
+from lwr_dyn.dynamics.symbolic import arm_equations
+from lwr_dyn.dynamics.symbolic.arm_equations import EquationsOfMotion, christoffel
 from lwr_dyn.dynamics.symbolic.link_motion import SymbolicLink, Variables, normal_form, readable, terms_of
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
@@ -254,15 +255,8 @@ class SymbolicEntries:
         return self._found[i, j]
 
     def coriolis(self, i: int, j: int) -> Any:
-        """C_ij = sum_k (dB_ij/dq_k + dB_ik/dq_j - dB_jk/dq_i) dq_k / 2 (Siciliano eqs. 7.44, 7.45)."""
-        q, dq = self.variables.q, self.variables.dq
-        if i == j:  # half of dB_ii/dt: the other terms cancel
-            return normal_form(sp.Add(*(self.mass(i, i).diff(q[k]) * dq[k] / 2 for k in range(len(q)))), q)
-        terms = [
-            (self.mass(i, j).diff(q[k]) + self.mass(i, k).diff(q[j]) - self.mass(j, k).diff(q[i])) * dq[k] / 2
-            for k in range(len(q))
-        ]
-        return normal_form(sp.Add(*terms), q)
+        """C_ij, 0-based, in normal form."""
+        return normal_form(christoffel(self.mass, i, j, self.variables), self.variables.q)
 
     def weight(self, i: int) -> Any:
         """g_i, in normal form (Siciliano eq. 7.39)."""
@@ -312,10 +306,12 @@ def symbolic_entries(chain: Chain, paper: Paper | None = None) -> SymbolicEntrie
     Lengths are numbers where a paper has none for all of the chain.
     """
     try:
-        links = symbolic_links(chain, paper, chain.bodies)
+        links = arm_equations.symbolic_links(chain, paper, chain.bodies)
     except OptionError:
-        links, paper = symbolic_links(chain, None, chain.bodies), None
-    return SymbolicEntries(links, gravity_symbols(chain.gravity), symbol_values(chain, paper))
+        links, paper = arm_equations.symbolic_links(chain, None, chain.bodies), None
+    return SymbolicEntries(
+        links, arm_equations.gravity_symbols(chain.gravity), arm_equations.symbol_values(chain, paper)
+    )
 
 
 def entry_text(robot: str | Path, entry: str, reading: str | None = None) -> str:

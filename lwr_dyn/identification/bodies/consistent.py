@@ -29,7 +29,7 @@ from lwr_dyn.identification.bodies.body_prior import (
     constrained_prior,
     scaled_inverse,
 )
-from lwr_dyn.identification.bodies.possible_bodies import are_bodies, pseudo_inertias
+from lwr_dyn.identification.bodies.possible_bodies import are_bodies
 from lwr_dyn.identification.regression.information import Information
 
 _ROUNDS, _SETTLED, _ARMIJO, _SHORTEST = 60, 1e-9, 1e-4, 1e-10
@@ -224,8 +224,6 @@ class ConsistentFit:
     """The same of rotors."""
     chosen: bool
     """Whether the weights are those of most evidence (False: one was given)."""
-    evidence: float
-    """Log of the likelihood of the log under that weight, less what does not depend on the weight."""
     price: Price
     iterations: int
     """Newton steps of the last fit."""
@@ -245,11 +243,6 @@ class ConsistentFit:
     def sigma(self) -> Array:
         """Standard errors (p,)."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-
-    @property
-    def pseudo_inertias(self) -> Array:
-        """(n, 4, 4), positive definite."""
-        return pseudo_inertias(self.parameters[: self.bodies].reshape(-1, 10))
 
     @property
     def physical(self) -> NDArray[np.bool_]:
@@ -309,7 +302,7 @@ def consistent_fit(
     names = () if constraints is None else constraints.names
     return ConsistentFit(
         best.parameters, best.covariance, prior.bodies, best.weight, best.rotor_weight, weight is None,
-        problem.evidence(best), _price(information, best.parameters), best.iterations, prior.lifted, names,
+        _price(information, best.parameters), best.iterations, prior.lifted, names,
     )  # fmt: skip
 
 

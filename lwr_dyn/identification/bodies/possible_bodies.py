@@ -23,6 +23,7 @@ from lwr_dyn.foundation.document import Fact
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.kinematics.solution import drawing_range
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 
@@ -75,8 +76,6 @@ def are_bodies(parameters: Array) -> NDArray[np.bool_]:
 CONFIGURATIONS = 400
 """Random ones inside the position limits, at which the mass matrix is looked at."""
 _ROUNDING = 1e-9
-_OPEN_RANGE = {JointKind.REVOLUTE: np.pi, JointKind.PRISMATIC: 1.0}
-"""Half width of the range of q where a limit is not known [rad, m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +166,9 @@ def _links(columns: TorqueColumns, row: Array) -> tuple[int, ...]:
 
 
 def _indefinite(arm: Arm, columns: TorqueColumns, estimate: Estimate) -> IndefiniteMassMatrix | None:
-    q = _configurations(arm)
+    turning = np.array([link.kind is JointKind.REVOLUTE for link in arm.chain.links])
+    ends = drawing_range(turning, arm.lower, arm.upper)
+    q = np.random.default_rng(0).uniform(*ends, (CONFIGURATIONS, arm.n))
     per_unit = mass_matrix_columns(columns, q)
     values, vectors = np.linalg.eigh(per_unit @ estimate.values)
     lowest, motion = values[:, 0], vectors[:, :, 0]
@@ -192,13 +193,6 @@ def mass_matrix_columns(columns: TorqueColumns, q: Array) -> Array:
     Y = columns(rows, np.zeros((k * n, n)), np.tile(np.eye(n), (k, 1)))[:, :, kept] - np.repeat(still, n, axis=0)
     # row (k, i) is the torque of a unit acceleration of joint i: column i of B
     return np.swapaxes(Y.reshape(k, n, n, len(kept)), 1, 2)
-
-
-def _configurations(arm: Arm) -> Array:
-    wide = np.array([_OPEN_RANGE[link.kind] for link in arm.chain.links])
-    low = np.where(np.isfinite(arm.lower), arm.lower, np.where(np.isfinite(arm.upper), arm.upper - 2.0 * wide, -wide))
-    high = np.where(np.isfinite(arm.upper), arm.upper, low + 2.0 * wide)
-    return np.asarray(np.random.default_rng(0).uniform(low, high, (CONFIGURATIONS, arm.n)))
 
 
 def _scheffe_factor(parameters: int, dof: int) -> float:

@@ -17,23 +17,8 @@ from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError
 from lwr_dyn.foundation.files import check_writable, write_file
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.identification.excitation.motion_design import (
-    CHECK_RATE,
-    MOST_CHECKS,
-    MotionDesign,
-    SearchedMotion,
-    check_room,
-    column_words,
-)
+from lwr_dyn.identification.excitation import motion_design, objectives
 from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, clearance_of
-from lwr_dyn.identification.excitation.objectives import (
-    OBJECTIVES,
-    SCORE_RATE,
-    FourierMotion,
-    MotionScore,
-    ObjectiveName,
-    motion_score,
-)
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
@@ -59,9 +44,9 @@ class Excitation:
 
     arm: Arm
     columns: TorqueColumns
-    motion: FourierMotion
-    objective: ObjectiveName
-    score: MotionScore
+    motion: objectives.FourierMotion
+    objective: objectives.ObjectiveName
+    score: objectives.MotionScore
     noise: Array
     """(n,) [N m or N] With which the score weighs the joints."""
     position_use: Array
@@ -71,7 +56,7 @@ class Excitation:
     """Least distance at `check_rate` beyond the radii [m], at least what was to be kept; infinite without obstacles."""
     nearest: str
     """Between what and what it is."""
-    starts: tuple[SearchedMotion, ...]
+    starts: tuple[motion_design.SearchedMotion, ...]
     seconds: float
     column: str
     """What the column is and which links are not held against it; empty without one."""
@@ -96,7 +81,7 @@ class Excitation:
 def design_excitation(
     arm: Arm,
     duration: float = DURATION,
-    objective: ObjectiveName = "d",
+    objective: objectives.ObjectiveName = "d",
     starts: int = STARTS,
     harmonics: int = HARMONICS,
     seed: int = 0,
@@ -151,12 +136,12 @@ def design_excitation(
     begin = perf_counter()
     check_choices(objective, starts, seed, duration)
     clear_of = clearance or clearance_of(arm)
-    check_room(clear_of)
-    design = MotionDesign(
+    motion_design.check_room(clear_of)
+    design = motion_design.MotionDesign(
         arm, duration, harmonics, objective, noise_of_joints(noise, arm.n),
         columns or TorqueColumns(arm.require_dynamics()), limits or MotionLimits.of(arm), clear_of,
     )  # fmt: skip
-    found: list[SearchedMotion] = []
+    found: list[motion_design.SearchedMotion] = []
     for i in range(starts):
         found.append(design.start(np.random.default_rng([seed, i])))
         report((i + 1) / (starts + 1))
@@ -169,23 +154,23 @@ def design_excitation(
     clear = float(distances.min(initial=np.inf))
     return Excitation(
         arm, design.columns, motion, objective,
-        motion_score(design.columns, rows_of(motion), design.noise), design.noise,
+        objectives.motion_score(design.columns, rows_of(motion), design.noise), design.noise,
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
         design.clearance.names[place] if distances.size else "", tuple(found),
-        perf_counter() - begin, column_words(clear_of), design.check_rate,
+        perf_counter() - begin, motion_design.column_words(clear_of), design.check_rate,
     )  # fmt: skip
 
 
-def rows_of(motion: FourierMotion, rate: float = SCORE_RATE) -> Motion:
+def rows_of(motion: objectives.FourierMotion, rate: float = objectives.SCORE_RATE) -> Motion:
     """The motion at `rate` [Hz], each instant of its period once."""
     return motion.sample(np.arange(max(1, round(motion.duration * rate))) / rate)
 
 
 def check_choices(objective: str, starts: int, seed: int, duration: float = DURATION) -> None:
     """Raise `OptionError` for an objective that does not exist, numbers that are not whole, or out of their range."""
-    if objective not in OBJECTIVES:
-        raise OptionError("objective", repr(objective), ", ".join(OBJECTIVES))
+    if objective not in objectives.OBJECTIVES:
+        raise OptionError("objective", repr(objective), ", ".join(objectives.OBJECTIVES))
     if not 0.0 < duration <= LONGEST:
         raise OptionError("duration", duration, f"a time above 0 s, at most {LONGEST:g} s")
     for name, value, least, most in (("starts", starts, 1, MOST_STARTS), ("seed", seed, 0, np.inf)):
@@ -264,8 +249,8 @@ def _document(found: Excitation) -> Document:
 
 
 def _check_rate(duration: float) -> str:
-    rate = min(CHECK_RATE, MOST_CHECKS / duration)
-    return "1 kHz" if rate == CHECK_RATE else f"{rate:.3g} Hz"
+    rate = min(motion_design.CHECK_RATE, motion_design.MOST_CHECKS / duration)
+    return "1 kHz" if rate == motion_design.CHECK_RATE else f"{rate:.3g} Hz"
 
 
 def use_table(found: Excitation) -> Table:
@@ -308,7 +293,7 @@ def sigma_table(found: Excitation) -> Table:
         Heading("largest", "SI", ".2g"), Heading("of"), Heading("largest in the table", "SI", ".2g"),
     )  # fmt: skip
     noise = ", ".join(f"{x:g}" for x in dict.fromkeys(found.noise.tolist()))
-    title = f"Sigma from torque noise of {noise} N m, {SCORE_RATE:g} rows a second"
+    title = f"Sigma from torque noise of {noise} N m, {objectives.SCORE_RATE:g} rows a second"
     return Table(title, head, rows, "--json has all of them")
 
 

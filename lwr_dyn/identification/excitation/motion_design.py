@@ -15,15 +15,8 @@ from scipy.optimize import minimize
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FaultError, OptionError
+from lwr_dyn.identification.excitation import objectives
 from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, TorqueUse, random_positions
-from lwr_dyn.identification.excitation.objectives import (
-    LARGE,
-    FourierBasis,
-    FourierMotion,
-    MotionObjective,
-    ObjectiveName,
-    fourier_basis,
-)
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.arm import Arm
@@ -41,8 +34,8 @@ class SearchSpace:
     `buffer` [m] is added to what distances keep; `torque` is None where torques do not bind.
     """
 
-    objective: MotionObjective
-    basis: FourierBasis
+    objective: objectives.MotionObjective
+    basis: objectives.FourierBasis
     limits: MotionLimits
     clearance: Clearance
     buffer: float = 0.02
@@ -98,8 +91,8 @@ class _Best:
     """The best iterate inside the limits: a search may end outside, after a step to a degenerate motion."""
 
     def __init__(self, space: SearchSpace, x: Array) -> None:
-        self.space, self.x, self.value = space, x, LARGE
-        self.last = x, LARGE
+        self.space, self.x, self.value = space, x, objectives.LARGE
+        self.last = x, objectives.LARGE
 
     def value_of(self, x: Array) -> tuple[float, Array]:
         """The objective with its gradient; the last value is kept."""
@@ -192,19 +185,19 @@ class MotionDesign:
     arm: Arm
     duration: float
     harmonics: int
-    objective: ObjectiveName
+    objective: objectives.ObjectiveName
     noise: Array
     columns: TorqueColumns
     limits: MotionLimits
     clearance: Clearance
     torques: TorqueUse = field(init=False)
-    check: FourierBasis = field(init=False)
+    check: objectives.FourierBasis = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "torques", TorqueUse.of(self.arm, self.limits.torque))
-        fourier_basis(self.duration, self.harmonics, 1)  # refuse bad numbers before they size an array
+        objectives.fourier_basis(self.duration, self.harmonics, 1)  # refuse bad numbers before they size an array
         instants = int(min(MOST_CHECKS, max(self.duration * CHECK_RATE, 20.0 * self.harmonics)))
-        object.__setattr__(self, "check", fourier_basis(self.duration, self.harmonics, instants))
+        object.__setattr__(self, "check", objectives.fourier_basis(self.duration, self.harmonics, instants))
 
     @property
     def check_rate(self) -> float:
@@ -252,7 +245,7 @@ class MotionDesign:
             torque = min(torque, 1.0) / max(best.torque + 0.01, 1.0) if best.torque > 1.0 else torque
         return best
 
-    def motion(self, X: Array) -> FourierMotion:
+    def motion(self, X: Array) -> objectives.FourierMotion:
         """The series of coordinates X (b, n)."""
         return self.check.motion(X)
 
@@ -262,9 +255,10 @@ class MotionDesign:
 
     def _space(self, size: Resolution, buffer: float = BUFFER, torque: float = np.inf) -> SearchSpace:
         basis, limits = (
-            fourier_basis(self.duration, self.harmonics, k * self.harmonics) for k in (size.objective, size.limits)
+            objectives.fourier_basis(self.duration, self.harmonics, k * self.harmonics)
+            for k in (size.objective, size.limits)
         )
-        objective = MotionObjective(self.columns, basis, self.noise, self.objective)
+        objective = objectives.MotionObjective(self.columns, basis, self.noise, self.objective)
         use = replace(self.torques, limit=torque * self.limits.torque) if np.isfinite(torque) else None
         return SearchSpace(objective, limits, self.limits, self.clearance, buffer, use)
 

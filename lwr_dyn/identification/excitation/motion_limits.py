@@ -69,8 +69,9 @@ class Clearance:
     @property
     def names(self) -> tuple[str, ...]:
         """What each distance is between, in order."""
+        points = (*self.arm.joint_names, "the flange")
         return (
-            *(f"{self._point(i)} and the {self.planes[plane].name}" for i, _, plane in self.low),
+            *(f"{points[i]} and the {self.planes[plane].name}" for i, _, plane in self.low),
             *(f"{self._capsule(b)} and {self._capsule(a)}" for a, b in self.pairs),
         )
 
@@ -110,9 +111,6 @@ class Clearance:
             for i, share in shares.items():
                 pulls[:, column, i] += share[:, None] * away
         return values, pulls
-
-    def _point(self, i: int) -> str:
-        return "the flange" if i == self.arm.n else self.arm.joint_names[i]
 
     def _capsule(self, i: int) -> str:
         start, end = self.capsules[i]

@@ -7,7 +7,7 @@ may take its part out of the torques row by row: gravity, inertia (B ddq + C dq)
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, sqrt
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,29 +28,14 @@ LEAST_ROWS = 5
 
 @dataclass(frozen=True, slots=True)
 class CruiseRule:
-    """What counts as a cruise.
+    """What counts as a cruise: every number above 0, else it raises `OptionError`."""
 
-    Parameters
-    ----------
-    shortest : float
-        Least duration [s].
-    window : float
-        Span over which a speed is taken [s]; a change of speed is one between two neighbouring spans.
-    tolerance : float
-        Share of its speed by which a cruise may wander.
-    slowest : float
-        Least speed that is a motion [rad/s or m/s].
-
-    Raises
-    ------
-    OptionError
-        A number that is not above 0.
-    """
-
-    shortest: float = 0.5
-    window: float = 0.2
-    tolerance: float = 0.03
-    slowest: float = 1e-3
+    shortest: Annotated[float, "Least duration, s."] = 0.5
+    window: Annotated[
+        float, "Span over which a speed is taken, s; a change of speed is one between two neighbouring spans."
+    ] = 0.2
+    tolerance: Annotated[float, "Share of its speed by which a cruise may wander."] = 0.03
+    slowest: Annotated[float, "Least speed that is a motion, rad/s (m/s)."] = 1e-3
 
     def __post_init__(self) -> None:
         for name in ("shortest", "window", "tolerance", "slowest"):
@@ -201,22 +186,20 @@ def _chunks(array: Array) -> list[Array]:
 
 @dataclass(frozen=True, slots=True)
 class FrictionPoint:
-    """One cruise: the mean velocity [rad/s or m/s], the mean friction torque [N m or N] and the samples behind them.
+    """One cruise."""
 
-    `spread` is the standard deviation of the torque inside the cruise. `inertia` is the mean of B ddq + C dq over it:
-    the bias of a plain average, left in unless `ModelTorque.subtract` is "inertia" or "all"; None without a model.
-    `first` and `last` are rows of the source, counted from 1.
-    """
-
-    joint: int
-    velocity: float
-    torque: float
-    spread: float
-    samples: int
-    inertia: float | None
-    source: str
-    first: int
-    last: int
+    joint: Annotated[int, "From 1."]
+    velocity: Annotated[float, "Its mean, rad/s (m/s)."]
+    torque: Annotated[float, "Mean of the friction, N m (N)."]
+    spread: Annotated[float, "Standard deviation of the torque inside the cruise."]
+    samples: Annotated[int, "How many are behind the means."]
+    inertia: Annotated[
+        float | None,
+        "Mean of B ddq + C dq, the bias of a plain average, left in unless it is taken out; null without a model.",
+    ]
+    source: Annotated[str, "The log."]
+    first: Annotated[int, "Row of the source, from 1."]
+    last: Annotated[int, "Row of the source, from 1."]
 
 
 def map_points(

@@ -1,24 +1,18 @@
-"""Friction of an arm from constant-velocity runs, as the WAM paper identifies it; as figure, text and record."""
+"""Friction of an arm from constant-velocity runs, as the WAM paper identifies it; figure and document."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal, TypedDict
 
 import numpy as np
 
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import LogError, LwrDynError, OptionError
-from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.foundation.tables import Heading, Table, with_error
+from lwr_dyn.identification.friction import friction_map
 from lwr_dyn.identification.friction.direction_fit import NAMES, DirectionFit, Model, fit_direction
-from lwr_dyn.identification.friction.friction_map import (
-    DEFAULT_CRUISE,
-    CruiseRule,
-    FrictionPoint,
-    ModelTorque,
-    Subtract,
-    map_points,
-    points_of,
-)
+from lwr_dyn.identification.friction.friction_map import CruiseRule, FrictionPoint, Subtract
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, repeated
 from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
 from lwr_dyn.model.arm import Arm
@@ -36,7 +30,7 @@ class FitOptions:
     model: Model = "viscous+coulomb"
     robust: bool = False
     equal_weights: bool = False
-    rule: CruiseRule = DEFAULT_CRUISE
+    rule: CruiseRule = friction_map.DEFAULT_CRUISE
 
 
 DEFAULT_FIT = FitOptions()
@@ -49,8 +43,16 @@ class FrictionIdentification:
     points: tuple[FrictionPoint, ...]
     fits: tuple[DirectionFit, ...]
     faults: tuple[LwrDynError, ...] = ()
+    options: FitOptions = DEFAULT_FIT
+    subtracted: Subtract = "none"
+    """What the arm's model took out of the torques."""
     __repr__ = short_repr
     _repr_html_ = repr_html
+
+    @property
+    def document(self) -> Document:
+        """The fits for people and programs."""
+        return friction_document(self)
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -96,16 +98,16 @@ def identify_friction(
     OptionError, MissingDataError
         Another model or word; an arm without inertias.
     """
-    model = None if arm is None else ModelTorque(arm, subtract)
+    model = None if arm is None else friction_map.ModelTorque(arm, subtract)
     points: list[FrictionPoint] = []
     faults: list[LwrDynError] = []
     for log in logs:
         try:
-            points += map_points(log, model, options.rule)
+            points += friction_map.map_points(log, model, options.rule)
         except LogError as fault:
             faults.append(fault)
     fits, misses = _fits(points, options, subtract in ("none", "gravity"))
-    return FrictionIdentification(tuple(points), fits, (*faults, *misses))
+    return FrictionIdentification(tuple(points), fits, (*faults, *misses), options, "none" if arm is None else subtract)
 
 
 def identify_friction_files(
@@ -133,7 +135,7 @@ def identify_friction_files(
                 faults.append(repeat)
 
     result = identify_friction(readable(), arm, subtract, options)
-    return FrictionIdentification(result.points, result.fits, (*faults, *result.faults))
+    return replace(result, faults=(*faults, *result.faults))
 
 
 def _fits(
@@ -143,22 +145,18 @@ def _fits(
     misses: list[LogError] = []
     for joint in sorted({p.joint for p in points}):
         for sign, way in ((1, "positive"), (-1, "negative")):
-            chosen = points_of(points, joint, sign)
+            chosen = friction_map.points_of(points, joint, sign)
             try:
                 if not chosen:
-                    raise _points_of_direction(points, joint, way)
+                    files = ", ".join(dict.fromkeys(p.source for p in points if p.joint == joint))
+                    needed = "cruises at two or more speeds in either direction"
+                    raise LogError(files, f"column q{joint}", f"no cruise in the {way} direction", needed)
                 fits.append(
                     fit_direction(chosen, options.model, options.robust, options.equal_weights, inertia_left_in)
                 )
             except LogError as fault:
                 misses.append(fault)
     return tuple(fits), misses
-
-
-def _points_of_direction(points: Sequence[FrictionPoint], joint: int, way: str) -> LogError:
-    files = ", ".join(dict.fromkeys(p.source for p in points if p.joint == joint))
-    found = f"no cruise in the {way} direction"
-    return LogError(files, f"column q{joint}", found, "cruises at two or more speeds in either direction")
 
 
 def friction_map_figure(identification: FrictionIdentification) -> Figure:
@@ -194,72 +192,88 @@ _TAKEN = {"none": "nothing", "gravity": "g", "inertia": "B ddq + C dq", "all": "
 _UNITS = {"coulomb": "N m", "viscous": "N m s/rad", "static": "N m", "stribeck_velocity": "rad/s"}
 
 
-def friction_record(
-    result: FrictionIdentification, options: FitOptions, robot: str | None, subtract: str
-) -> dict[str, Any]:
-    """Fits, map and faults."""
-    return {
-        "robot": robot, "subtracted": subtract, "model": options.model, "robust": options.robust,
-        "weights": "equal" if options.equal_weights else "samples", "rule": asdict(options.rule),
-        "fits": [_fit_record(fit, result) for fit in result.fits],
-        "map": [asdict(point) for point in result.points],
-        "faults": [str(fault) for fault in result.faults],
-    }  # fmt: skip
+class FittedRecord(TypedDict):
+    """A parameter of a fit: coulomb, viscous, static, stribeck_velocity."""
+
+    value: Annotated[float, "Against the motion."]
+    standard_error: Annotated[float, "Null where there are as many cruises as parameters."]
+    three_sigma: Annotated[float, "Half width of the interval of 99.73 %, by Student's t."]
+    unit: Annotated[str, "Of the value."]
+    bias_of_averaging: Annotated[
+        float | None, "What the mean of B ddq + C dq puts on it where that is left in; null without a model."
+    ]
 
 
-def _fit_record(fit: DirectionFit, result: FrictionIdentification) -> dict[str, Any]:
+def friction_document(result: FrictionIdentification, robot: str | None = None) -> Document:
+    """The fits; `robot` is the name of the one whose model was taken out."""
+    options, points = result.options, result.points
+    files, loss = len({p.source for p in points}), "Huber's loss" if options.robust else "least squares"
+    verdict = f"{len(points)} cruises in {files} files, {loss}, taken out of the torques: {_TAKEN[result.subtracted]}"
+    facts = [
+        Fact("robot", robot, "Name of the robot.", kind=str | None),
+        Fact("subtracted", result.subtracted, "What its model took out: g, B ddq + C dq, or both.", kind=Subtract),
+        Fact("model", options.model, "What is fitted.", kind=Model),
+        Fact("robust", options.robust, "Whether the loss is Huber's."),
+        Fact("weights", "equal" if options.equal_weights else "samples", "What a cruise counts by.",
+             kind=Literal["equal", "samples"]),
+        Fact("rule", asdict(options.rule), "What counts as a cruise.", kind=CruiseRule),
+    ]  # fmt: skip
+    bias, exact = _bias(result), any(fit.estimate.dof == 0 for fit in result.fits)
+    fits = Section("", [
+        _table(result),
+        Note("no error: as many cruises as parameters", exact),
+        Note(bias, bool(bias)),
+        Fact("map", [asdict(point) for point in points], "The points of the friction-velocity map.",
+             kind=list[FrictionPoint]),
+        Note([str(fault) for fault in result.faults], key="faults", says="What could not be read or fitted, and why.",
+             page=True),
+    ], brief=True)  # fmt: skip
+    return Document("Friction from cruises", verdict, [fits], "lwr-dyn identify friction", facts=facts)
+
+
+def _table(result: FrictionIdentification) -> Table:
+    """One row a joint and direction."""
+    names = NAMES[result.options.model]
+    columns = (
+        Heading("joint", says="From 1."),
+        Heading("way", "", lambda way: "+" if way == "positive" else "-", "direction", "positive or negative."),
+        *(Heading(name, _UNITS[name], key=None) for name in names),
+        Heading(key="parameters", kind=dict[str, FittedRecord], says="Name -> value; coulomb, viscous, ..."),
+        Heading("RMS", "N m", ".3g", "residual_rms", "Of what is left of the cruises' torques."),
+        Heading("speeds", "rad/s", lambda ends: "{:.4g} to {:.4g}".format(*ends), "speeds", "Slowest and fastest."),
+        Heading("cruises", key="cruises", says="How many were fitted."),
+        Heading(key="dof", says="Cruises less parameters."),
+    )  # fmt: skip
+    rows = []
+    for fit in result.fits:
+        e = fit.estimate
+        shown = [with_error(v, s) for v, s in zip(e.values, e.standard_errors, strict=True)]
+        rows.append((fit.joint, "positive" if fit.sign > 0 else "negative", *shown, _parameters(fit), e.rms,
+                     [fit.slowest, fit.fastest], int(e.residuals.size), e.dof))  # fmt: skip
+    note = "value +- standard error; magnitudes against the motion; an offset raises one way, lowers the other"
+    return Table("", columns, rows, note, "fits", "One for each joint and direction.")
+
+
+def _parameters(fit: DirectionFit) -> dict[str, FittedRecord]:
     e = fit.estimate
-    parameters = {
+    return {
         name: {
             "value": e.values[i], "standard_error": e.standard_errors[i], "three_sigma": e.half_widths[i],
             "unit": _UNITS[name], "bias_of_averaging": None if fit.bias is None else fit.bias[i],
         }
         for i, name in enumerate(fit.names)
     }  # fmt: skip
-    return {
-        "joint": fit.joint, "direction": "positive" if fit.sign > 0 else "negative", "parameters": parameters,
-        "residual_rms": e.rms, "speeds": [fit.slowest, fit.fastest], "cruises": int(e.residuals.size), "dof": e.dof,
-    }  # fmt: skip
 
 
-def friction_text(result: FrictionIdentification, options: FitOptions, subtract: str) -> str:
-    """One row a joint and direction, and what averaging does to it."""
-    names = NAMES[options.model]
-    head = ("joint", "way", *(f"{n} [{_UNITS[n]}]" for n in names), "RMS [N m]", "speeds [rad/s]", "cruises")
-    files = len({p.source for p in result.points})
-    loss = "Huber's loss" if options.robust else "least squares"
-    lines = [f"{len(result.points)} cruises in {files} files, {loss}, taken out of the torques: {_TAKEN[subtract]}"]
-    if result.fits:
-        lines.append(aligned([_row(fit) for fit in result.fits], head))
-        lines.append(
-            "value +- standard error; magnitudes against the motion; an offset raises one way, lowers the other"
-        )
-    lines += _bias_lines(result, subtract)
-    return "\n".join(lines)
-
-
-def _row(fit: DirectionFit) -> tuple[str, ...]:
-    e = fit.estimate
-    cells = [with_error(v, s) for v, s in zip(e.values, e.standard_errors, strict=True)]
-    speeds = f"{fit.slowest:.4g} to {fit.fastest:.4g}"
-    return (str(fit.joint), "+" if fit.sign > 0 else "-", *cells, f"{e.rms:.3g}", speeds, str(e.residuals.size))
-
-
-def with_error(value: float, error: float) -> str:
-    """`value +- standard error`."""
-    return f"{value:.5g}" + (" (no error: as many cruises as parameters)" if np.isnan(error) else f" +- {error:.2g}")
-
-
-def _bias_lines(result: FrictionIdentification, subtract: str) -> list[str]:
-    known = [p for p in result.points if p.inertia is not None]
+def _bias(result: FrictionIdentification) -> str:
+    """What averaging a cruise does to its torque; "" without a model."""
+    known = [(abs(p.inertia), p.joint) for p in result.points if p.inertia is not None]
     if not known:
-        return []
-    worst = max(known, key=lambda p: abs(p.inertia or 0.0))
-    sentence = (
-        f"the mean of B ddq + C dq over a cruise is at most {abs(worst.inertia or 0.0):.3g} N m (joint {worst.joint})"
-    )
-    if subtract in ("inertia", "all"):
-        return [f"{sentence}; it is taken out"]
+        return ""
+    largest, joint = max(known, key=lambda one: one[0])
+    said = f"the mean of B ddq + C dq over a cruise is at most {largest:.3g} N m (joint {joint})"
+    if result.subtracted in ("inertia", "all"):
+        return f"{said}; it is taken out"
     biases = [
         (abs(float(b)), f"{name} of joint {fit.joint}{'+' if fit.sign > 0 else '-'}")
         for fit in result.fits
@@ -267,6 +281,5 @@ def _bias_lines(result: FrictionIdentification, subtract: str) -> list[str]:
         for b, name in zip(fit.bias, fit.names, strict=True)
     ]
     if biases:
-        size, where = max(biases)
-        sentence += f"; left in, it moves a parameter by at most {size:.3g} ({where})"
-    return [f"{sentence}; --subtract all takes it out"]
+        said += "; left in, it moves a parameter by at most {:.3g} ({})".format(*max(biases))
+    return f"{said}; --subtract all takes it out"

@@ -16,16 +16,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.column_files import SUFFIXES, read_columns, read_head, table_bytes
 from lwr_dyn.foundation.errors import FileAccessError, LogError
 from lwr_dyn.foundation.files import write_file
-from lwr_dyn.identification.logs.log_columns import (
-    NO_MAP,
-    SI,
-    UNITS,
-    ColumnMap,
-    Layout,
-    LogColumn,
-    check_kinds,
-    layout_of,
-)
+from lwr_dyn.identification.logs import log_columns
+from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap, Layout, LogColumn
 from lwr_dyn.identification.logs.ros_bags import bag_table, is_bag
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
@@ -103,7 +95,7 @@ def _check_times(file: str, lines: int, column: LogColumn, time: Array) -> None:
     step = float(np.median(steps)) * column.factor
     if not STEPS[0] <= step <= STEPS[1]:
         found = f"{step:.3g} s from row to row, as [{column.unit}] is declared"
-        fits = next((unit for unit, factor in UNITS["time"].items()
+        fits = next((unit for unit, factor in log_columns.UNITS["time"].items()
                      if column.unit == "s" and STEPS[0] <= step * factor <= STEPS[1]), None)  # fmt: skip
         needed = f"{STEPS[0]:g} to {STEPS[1]:g} s; declare the unit it is in{f' ({fits} would fit)' if fits else ''}"
         raise LogError(file, "column time", found, needed)
@@ -121,7 +113,7 @@ def _check_position(file: str, column: LogColumn, values: Array, arm: Arm | None
     if low < lower or high > upper:
         unit = "m" if _slides(column, arm) else "rad"
         found = f"{low:.4g} to {high:.4g} {unit}, as [{column.unit}] is declared"
-        scale = UNITS["q"]["deg"]
+        scale = log_columns.UNITS["q"]["deg"]
         fits = column.unit == "rad" and low * scale >= lower and high * scale <= upper
         far = max(high / upper if upper > 0.0 else 0.0, low / lower if lower < 0.0 else 0.0) > DEGREES
         other = "" if arm is None else ", or take the robot that it is a log of"
@@ -138,7 +130,7 @@ def _check_torque(file: str, column: LogColumn, values: Array, arm: Arm | None) 
         unit = "N" if _slides(column, arm) else "N m"
         found = f"reaches {peak:.4g} {unit}, as [{column.unit}] is declared"
         needed = f"at most {OVERLOAD:g} times {limit:g} {unit}, the limit of {arm.joint_names[column.joint - 1]}"
-        fits = column.unit in ("N m", "Nm") and peak * UNITS["tau"]["mN m"] <= OVERLOAD * limit
+        fits = column.unit in ("N m", "Nm") and peak * log_columns.UNITS["tau"]["mN m"] <= OVERLOAD * limit
         needed += f"; declare the unit it is in{' (mN m would fit)' if fits else ''}"
         raise LogError(file, f"column {column.shown}", found, needed)
 
@@ -242,7 +234,7 @@ def read_log(
         return _made(str(path), bag.layout, tuple(bag.layout.columns.values()), bag.table, 0, arm, bag.notes)
     head = read_head(place)
     mapped = columns.of(str(path), head.names, joint_names)
-    layout = layout_of(str(path), mapped.names, {**mapped.units, **(units or {})}, needs, mapped.own)
+    layout = log_columns.layout_of(str(path), mapped.names, {**mapped.units, **(units or {})}, needs, mapped.own)
     quantities = [*needs, *(x for x in ("q", "tau", *also) if x not in needs and layout.has(x))]
     taken = [layout.columns[x] for x in ("time", *(f"{quantity}{j}" for quantity in quantities for j in layout.joints))]
     _check_joints(str(path), layout, arm)
@@ -262,7 +254,7 @@ def _of_run_file(path: Path, arm: Arm | None, needs: Sequence[str]) -> JointLog:
 def _check_joints(file: str, layout: Layout, arm: Arm | None) -> None:
     if arm is not None:
         check_arm(file, layout.joints, arm)
-        check_kinds(file, layout, [link.kind for link in arm.chain.links])
+        log_columns.check_kinds(file, layout, [link.kind for link in arm.chain.links])
 
 
 def _made(
@@ -291,13 +283,13 @@ def write_log(path: str | Path, log: JointLog) -> None:
     suffix = Path(path).suffix
     if suffix not in SUFFIXES:
         raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", "a path that ends in .csv or .parquet")
-    names, columns = [f"time [{SI['time']}]"], [log.t]
+    names, columns = [f"time [{log_columns.SI['time']}]"], [log.t]
     for quantity, field in FIELDS.items():
         values = getattr(log, field)
         if values is None or np.isnan(values).all():
             continue
         for i, joint in enumerate(log.joints):
-            names.append(f"{quantity}{joint} [{SI[quantity]}]")
+            names.append(f"{quantity}{joint} [{log_columns.SI[quantity]}]")
             columns.append(values[:, i])
     write_file(path, table_bytes(names, columns, suffix))
 

@@ -67,7 +67,7 @@ class CorrelatedGroup:
     """Correlation of the closest pair, signed."""
 
 
-def correlated_groups(information: Information, limit: float = TOGETHER) -> tuple[CorrelatedGroup, ...]:
+def correlated_groups(information: Information) -> tuple[CorrelatedGroup, ...]:
     """Groups of two and more of the determined base parameters, the closest first."""
     chosen = np.flatnonzero(information.determined & np.isfinite(information.sigma))
     if not chosen.size:
@@ -76,7 +76,7 @@ def correlated_groups(information: Information, limit: float = TOGETHER) -> tupl
     sigma = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigma, sigma)
     np.fill_diagonal(correlation, 0.0)
-    near = np.abs(correlation) > limit
+    near = np.abs(correlation) > TOGETHER
     left, out = set(np.flatnonzero(near.any(axis=1)).tolist()), []
     while left:
         group, border = set(), {min(left)}

@@ -14,9 +14,7 @@ from lwr_dyn.identification.bodies.body_prior import constraints_of
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.possible_bodies import judge_bodies
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion.identifiable import (
-    correlated_groups,
-)
+from lwr_dyn.identification.motion.identifiable import correlated_groups
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
 from lwr_dyn.identification.motion.validation import (
     Folds,

@@ -15,27 +15,10 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit
-from lwr_dyn.identification.bodies.possible_bodies import (
-    LONGEST,
-    BodyVerdict,
-    body_lines,
-    body_parts,
-    short,
-)
+from lwr_dyn.identification.bodies.possible_bodies import LONGEST, BodyVerdict, body_lines, body_parts, short
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion.identifiable import (
-    FROM_BOTH,
-    FROM_LOG,
-    FROM_TABLE,
-    MEANING,
-    TOGETHER,
-    CorrelatedGroup,
-    MissingMotion,
-    cell_origins,
-    half_widths,
-    missing_motions,
-    parameter_states,
-)
+from lwr_dyn.identification.motion import identifiable
+from lwr_dyn.identification.motion.identifiable import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
 from lwr_dyn.identification.motion.validation import (
     Validation,
     Whiteness,
@@ -134,7 +117,7 @@ class MotionIdentification:
     """One a joint, over motions kept from the fit in turn."""
     whiteness: tuple[Whiteness, ...]
     """Of the residuals of every joint that moved."""
-    groups: tuple[CorrelatedGroup, ...]
+    groups: tuple[identifiable.CorrelatedGroup, ...]
     bodies: BodyVerdict
     """Whether no bodies can have the values of least squares."""
     stribeck: StribeckSearch | None = None
@@ -162,12 +145,12 @@ class MotionIdentification:
     @property
     def half_widths(self) -> Array:
         """Of the 3-sigma intervals of the base parameters (b,)."""
-        return half_widths(self.information)
+        return identifiable.half_widths(self.information)
 
     @property
     def states(self) -> tuple[str, ...]:
         """Of each base parameter: identified, or why not (`parameter_states.MEANING`)."""
-        return parameter_states(self.information, self.of_the_model)
+        return identifiable.parameter_states(self.information, self.of_the_model)
 
     @property
     def identified(self) -> int:
@@ -191,12 +174,14 @@ class MotionIdentification:
             return ()
         own = self.columns.own(self.arm)
         prior = replace(body_prior(self.columns, own), rotor_weight=self.consistent.rotor_weight)
-        return cell_origins(self.consistent.sigma, np.sqrt(np.diag(prior.covariance(self.consistent.weight))))
+        return identifiable.cell_origins(
+            self.consistent.sigma, np.sqrt(np.diag(prior.covariance(self.consistent.weight)))
+        )
 
-    def missing_motions(self) -> tuple[MissingMotion, ...]:
+    def missing_motions(self) -> tuple[identifiable.MissingMotion, ...]:
         """Swings that would identify what this motion does not."""
         wanted = [i for i, state in enumerate(self.states) if state != IDENTIFIED]
-        return missing_motions(self.information, self.arm, wanted)
+        return identifiable.missing_motions(self.information, self.arm, wanted)
 
     def residuals(self) -> Array:
         """Measured torques less those of the fit, (k, n) [N m or N], NaN where not used."""
@@ -245,7 +230,7 @@ def motion_document(
         ]),
         Section("Bodies", body_parts(result.bodies), key="bodies", says="Whether bodies can have the values."),
         Section("Parameters", [
-            parameters(result), *(Note(f"{s}: {m}", s in result.states) for s, m in MEANING.items()),
+            parameters(result), *(Note(f"{s}: {m}", s in result.states) for s, m in identifiable.MEANING.items()),
             *_stribeck(result),
         ]),
         Section("What the logs leave open", [together(result), missing(result)]),
@@ -322,7 +307,8 @@ def missing(result: MotionIdentification) -> Table:
     names = [short(name) for name in result.base.statements()]
     motions = result.missing_motions() if result.identified < result.base.count else ()
     columns = (
-        Heading("10 s of a swing", key=None), Heading("about q", key="pose", kind=Numbers, format=_joined),
+        Heading("10 s of a swing", key=None),
+        Heading("about q", key="pose", kind=Numbers, format=lambda q: ", ".join(f"{x:.2g}" for x in q)),
         Heading("3 sigma then", key=None), Heading(key="joints", kind=list[int]),
         Heading(key="amplitudes", kind=Numbers), Heading(key="hertz", kind=Numbers),
         Heading(key="parameters", kind=list[int]),
@@ -333,10 +319,6 @@ def missing(result: MotionIdentification) -> Table:
             for m in motions]  # fmt: skip
     says = "Swings that would identify what is not."
     return Table("not identified yet; what would do it", columns, rows, "", "missing_motions", says, most=_FEW)
-
-
-def _joined(values: Sequence[float]) -> str:
-    return ", ".join(f"{x:.2g}" for x in values)
 
 
 def _consistent(result: MotionIdentification) -> list[Any]:

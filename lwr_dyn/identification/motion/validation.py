@@ -76,7 +76,11 @@ def predicted(samples: Samples, columns: TorqueColumns, base_values: Array) -> A
 
 
 def rms(values: Array) -> float:
-    """Root mean square of those that are not NaN; NaN of none."""
+    """Root mean square of those that are not NaN; NaN of none.
+
+    >>> rms(np.array([3.0, np.nan, -3.0]))
+    3.0
+    """
     known = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(np.square(known)))) if known.size else float("nan")
 
@@ -259,7 +263,7 @@ def cross_validation(
     unseen = folds.held_out(noise)
     bodies = None if refit is None else folds.held_out(noise, refit)
     seen = residuals_of(samples, columns, information.values)
-    return _by_joint(samples, seen, unseen, bodies, _model(folds, own))
+    return _by_joint(samples, seen, unseen, bodies, residuals_of(samples, columns, own))
 
 
 def validated_on(
@@ -273,13 +277,7 @@ def validated_on(
     unseen = np.where(known, samples.tau - predicted(samples, columns, values), np.nan)
     bodies = None if parameters is None else residuals_of(samples, columns, columns.base().of(parameters))
     nothing = np.full(unseen.shape, np.nan)
-    left = np.where(samples.used, samples.tau - predicted(samples, columns, own), np.nan)
-    return _by_joint(samples, nothing, unseen, bodies, left)
-
-
-def _model(folds: Folds, own: Array) -> Array:
-    left = folds.samples.tau - predicted(folds.samples, folds.columns, own)
-    return np.where(folds.samples.used, left, np.nan)
+    return _by_joint(samples, nothing, unseen, bodies, residuals_of(samples, columns, own))
 
 
 def _by_joint(
@@ -322,17 +320,14 @@ def validation_table(found: Sequence[Validation], about: str, key: str, says: st
         Heading("left, unseen", "", ".4g", "held_out", "Left by fits that did not see the motion.", float),
         Heading("by bodies", "", ".4g", "consistent", "Left by bodies that did not see the motion.", float),
         Heading("by the model", "", ".4g", "model", "Left by the robot's own model.", float),
-        Heading("unseen, thirds of the speed, slow first", "", _lefts, "by_speed",
+        Heading("unseen, thirds of the speed, slow first", "",
+                lambda bands: " ".join(f"{band['left']:.3g}" for band in bands), "by_speed",
                 "Held out, by thirds of the speed.", list[SpeedBand]),
         Heading("unseen, left out", "", ".3g", "left_out",
                 "Held out, at instants that no fit takes: slow, or beside a reversal.", float),
     )  # fmt: skip
     rows = [[asdict(v)[h.key or ""] for h in columns] for v in found]
     return Table(f"validation, RMS in N m (N): {about}", columns, rows, "", key, says)
-
-
-def _lefts(bands: Sequence[dict[str, float]]) -> str:
-    return " ".join(f"{band['left']:.3g}" for band in bands)
 
 
 def whiteness_table(found: Sequence[Whiteness]) -> Table:

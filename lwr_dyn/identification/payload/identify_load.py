@@ -320,6 +320,3 @@ def _result(
         fit.values[:TEN], covariance[:TEN, :TEN], fit.determined[:TEN], fit.noise, slow, n.equations,
         fit.rms(fit.values), fit.rms(np.concatenate([np.zeros(TEN), without])), cutoff, known, nuisance,
     )  # fmt: skip
-
-
-__all__ = ["FRICTIONS", "NAMES", "LoadIdentification", "identify_load"]

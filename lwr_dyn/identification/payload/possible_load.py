@@ -1,4 +1,4 @@
-"""The body that a load can be: nearest to what the torques say, of positive mass everywhere; as text and as a record.
+"""The body that a load can be: nearest to what the torques say, of positive mass everywhere.
 
     min over phi   1/2 (phi - b)^T Lambda (phi - b) + w D(P, P0)
 
@@ -7,18 +7,18 @@ solid ball of the same mass and centre. With w = 1 the ball is believed to a fac
 the motion shows nothing, a tensor after a slow motion say, and keeps the rest positive.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.tables import aligned
+from lwr_dyn.foundation.tables import Heading, Table, with_error
 from lwr_dyn.identification.bodies.body_prior import BodyPrior
 from lwr_dyn.identification.bodies.consistent import NearestBodies, Target, nearest_bodies
 from lwr_dyn.identification.bodies.possible_bodies import are_bodies, inertial_parameters
-from lwr_dyn.identification.friction.identify_friction import with_error
 from lwr_dyn.identification.payload.identify_load import NAMES as LINEAR
 from lwr_dyn.identification.payload.identify_load import SYSTEMATIC, LoadIdentification, body_of
 from lwr_dyn.model.chain import Body
@@ -94,18 +94,16 @@ def possible_load(found: LoadIdentification, weight: float = WEIGHT) -> Possible
     precision[np.ix_(shown, shown)] = np.linalg.inv(found.covariance[np.ix_(shown, shown)])
     sharpest = float(np.linalg.eigvalsh(precision * np.outer(prior.units, prior.units))[-1])
     phi, share = prior.table, min(1.0, _FIRST / sharpest)
+
+    def nearest_to(believed: Array) -> NearestBodies:
+        return nearest_bodies(Target(found.parameters, believed, np.eye(10)), prior, weight, phi)
+
     while share < 1.0:
-        phi, share = _nearest(found, share * precision, prior, weight, phi).parameters, min(1.0, share * _FASTER)
-    nearest = _nearest(found, precision, prior, weight, phi)
+        phi, share = nearest_to(share * precision).parameters, min(1.0, share * _FASTER)
+    nearest = nearest_to(precision)
     off = nearest.parameters - found.parameters
     possible = bool(are_bodies(found.parameters)) and bool(shown.all())
     return PossibleLoad(nearest.parameters, nearest.covariance, float(weight), float(off @ precision @ off), possible)
-
-
-def _nearest(
-    found: LoadIdentification, precision: Array, prior: BodyPrior, weight: float, start: Array
-) -> NearestBodies:
-    return nearest_bodies(Target(found.parameters, precision, np.eye(10)), prior, weight, start)
 
 
 def _ball(found: LoadIdentification) -> BodyPrior:
@@ -126,6 +124,7 @@ def _values(parameters: Array) -> Array:
     return np.concatenate([[body.mass], body.com, body.inertia_com[_ROWS, _COLUMNS]])
 
 
+Maybe = float | None
 UNITS = ("kg", *("m",) * 3, *("kg m^2",) * 6)
 SIGMAS = 3.0
 STATES = {True: "identified", False: "not excited"}
@@ -134,39 +133,73 @@ _ARM_LENGTH = 0.1
 """[m] The size of a hand-held load, which makes mass, first moment and tensor comparable."""
 
 
-def load_text(found: LoadIdentification, load: PossibleLoad | None) -> str:
-    """The body, how sure each of its numbers is, and the torques with and without it."""
-    torques = [
-        (str(j), *(f"{x:.4g}" for x in row), str(count))
-        for j, (*row, count) in enumerate(
-            zip(found.without, found.left, found.noise, found.slow, found.equations, strict=True), 1
-        )
-    ]
-    lines = _body_lines(found, load) if load is not None else [
-        f"no load found: torques give {with_error(float(found.parameters[0]), float(found.sigma[0]))} kg{_doubt(found)}"
+def load_document(found: LoadIdentification, robot: str = "") -> Document:
+    """The body, how sure each of its numbers is, and the torques with and without it; no body without a load."""
+    load = possible_load(found) if found.found else None
+    torques = zip(found.without, found.left, found.noise, found.slow, found.equations.tolist(), strict=True)
+    linear = zip(LINEAR, found.parameters, found.sigma, states(found), strict=True)
+    facts = [
+        Fact("robot", robot, "Name of the robot."),
+        Fact("found", found.found, "Whether the load's mass is above 3 sigma."),
+        Fact("weight", load and load.weight, "Of the log-det distance to a solid ball of that mass.", kind=Maybe),
+        Fact("price", load and load.price, "Chi^2 of the body above that of least squares.", kind=Maybe),
+        Fact("least_squares_is_a_body", load is not None and load.was_possible,
+             "Whether some body has what least squares gives."),
     ]  # fmt: skip
-    return "\n".join((
-        *lines,
-        f"positions filtered at {found.cutoff:g} Hz" if found.cutoff else "positions not filtered",
-        f"taken as known: {found.known}" + (f"; fitted beside it: {_kinds(found)}" if found.nuisance else ""),
-        *load_warnings(found),
-        "",
-        aligned(torques, ("joint", "RMS torque left without it", "with it", "noise", "in slow sums", "equations")),
-    ))  # fmt: skip
+    body = Section("", [
+        _body(found, load),
+        Note(_about(load) if load else ()),
+        Fact("cutoff", found.cutoff, "Of the filter on positions, Hz.", "positions filtered at", "Hz", "g", Maybe),
+        Note("positions not filtered", found.cutoff is None),
+        Fact("known", found.known, "What was taken as known.", "taken as known"),
+        Fact("fitted_beside", list(found.nuisance), "Parameters that were fitted beside the load.", "fitted beside it",
+             format=_kinds, kind=list[str]),
+        Note(load_warnings(found), key="warnings", says="Where the residual is not noise."),
+    ])  # fmt: skip
+    columns = (
+        Heading("joint", says="From 1."),
+        Heading("RMS torque left without it", "", ".4g", "left_without",
+                "Left when no load is assumed and all else is fitted."),
+        Heading("with it", "", ".4g", "left", "Left with the load."),
+        Heading("noise", "", ".4g", "noise", "Of the torque."),
+        Heading("in slow sums", "", ".4g", "in_slow_sums",
+                "The noise in slow sums: more than the noise where the model is wrong."),
+        Heading("equations", key="equations", says="How many were used."),
+    )  # fmt: skip
+    joints = Table("", columns, [(j, *row) for j, row in enumerate(torques, 1)], key="joints",
+                   says="RMS torques of each joint.")  # fmt: skip
+    least_squares = Table(
+        "", (Heading(key="parameter", says="Mass, first moment and tensor, SI."), Heading(key="value", says="SI."),
+             Heading(key="standard_error", says="Null where the motion does not show it."),
+             Heading(key="state", says="identified, or not excited.")),
+        [*linear], key="least_squares", says="The ten linear parameters about the flange's origin.",
+    )  # fmt: skip
+    mass, sigma = (found.parameters, found.sigma) if load is None else (load.values, load.sigma)
+    kilograms = f"{with_error(float(mass[0]), float(sigma[0]))} kg{_doubt(found)}"
+    verdict = f"load of {kilograms}" if load else f"no load found: torques give {kilograms}"
+    return Document("Load in the hand", verdict, [body, Section("Torques", [joints, least_squares])],
+                    "lwr-dyn identify payload", facts=facts)  # fmt: skip
 
 
-def _body_lines(found: LoadIdentification, load: PossibleLoad) -> list[str]:
-    rows = [
-        (f"{name} [{unit}]", with_error(float(value), float(sigma)), state)
-        for name, unit, value, sigma, state in zip(NAMES, UNITS, load.values, load.sigma, states(found), strict=True)
-    ]
-    return [
-        f"load of {with_error(float(load.values[0]), float(load.sigma[0]))} kg{_doubt(found)}",
-        aligned(rows, ("of the load", "value", "by the motion")),
-        "com in the frame of the flange (of the tool's point where the arm has one), tensor about com along its axes",
-        "by the motion: of the mass, m com and the tensor about that frame, which are what least squares determines",
-        _about(load),
-    ]
+def _body(found: LoadIdentification, load: PossibleLoad | None) -> Table:
+    columns = (
+        Heading("of the load", key=None), Heading("value", key="value", says="SI.", sigma="standard_error"),
+        Heading("by the motion", key=None), Heading(key="name", says="mass, com_x, ..., Ixx, ..."),
+        Heading(key="unit", says="Of the value."), Heading(key="standard_error", says="Of the value."),
+    )  # fmt: skip
+    rows = () if load is None else [
+        (f"{name} [{unit}]", value, state, name, unit, sigma)
+        for name, unit, value, state, sigma in zip(NAMES, UNITS, load.values, states(found), load.sigma, strict=True)
+    ]  # fmt: skip
+    note = (
+        "com in the frame of the flange (of the tool's point where the arm has one), tensor about com along its axes\n"
+        "by the motion: of the mass, m com and the tensor about that frame, which are what least squares determines"
+    )
+    says = (
+        "The nearest body: mass, centre of mass in the flange's frame, tensor about it along its axes. Empty when no "
+        "load is found."
+    )
+    return Table("", columns, rows, note, "load", says)
 
 
 def _doubt(found: LoadIdentification) -> str:
@@ -188,28 +221,6 @@ def load_warnings(found: LoadIdentification) -> tuple[str, ...]:
     )
 
 
-def load_record(found: LoadIdentification, load: PossibleLoad | None, robot: str) -> dict[str, Any]:
-    """The body, the least-squares parameters about the flange's origin, and the torques; no body without a load."""
-    body = () if load is None else zip(NAMES, UNITS, load.values, load.sigma, strict=True)
-    linear = zip(LINEAR, found.parameters, found.sigma, states(found), strict=True)
-    joints = zip(found.without, found.left, found.noise, found.slow, found.equations, strict=True)
-    return {
-        "robot": robot, "found": found.found, "known": found.known, "cutoff": found.cutoff,
-        "fitted_beside": list(found.nuisance),
-        "load": [{"name": n, "unit": u, "value": v, "standard_error": s} for n, u, v, s in body],
-        "weight": None if load is None else load.weight, "price": None if load is None else load.price,
-        "least_squares_is_a_body": load is not None and load.was_possible,
-        "least_squares": [
-            {"parameter": n, "value": v, "standard_error": s, "state": state} for n, v, s, state in linear
-        ],
-        "joints": [
-            {"joint": j, "left_without": w, "left": left, "noise": noise, "in_slow_sums": slow, "equations": int(k)}
-            for j, (w, left, noise, slow, k) in enumerate(joints, 1)
-        ],
-        "warnings": list(load_warnings(found)),
-    }  # fmt: skip
-
-
 def states(found: LoadIdentification) -> tuple[str, ...]:
     """Of each linear parameter: whether the motion shows it, by what a body of that mass and a hand's size can have."""
     mass = max(abs(float(found.parameters[0])), 3.0 * float(found.sigma[0]))
@@ -226,6 +237,8 @@ def _about(load: PossibleLoad) -> str:
     )
 
 
-def _kinds(found: LoadIdentification) -> str:
-    kinds = dict.fromkeys(name.rsplit("_", 1)[0] for name in found.nuisance)
-    return ", ".join(kinds) + " of the joints" if len(kinds) < 10 else f"{len(found.nuisance)} parameters of the arm"
+def _kinds(names: Sequence[str]) -> str:
+    kinds = dict.fromkeys(name.rsplit("_", 1)[0] for name in names)
+    if not kinds:
+        return ""
+    return ", ".join(kinds) + " of the joints" if len(kinds) < 10 else f"{len(names)} parameters of the arm"

@@ -282,12 +282,6 @@ class Information:
         return self.noise / self.inflation
 
     @property
-    def joint_precision(self) -> Array:
-        """W_j^T W_j / s_j^2 of every joint, (n, b, b): their sum is the precision."""
-        seen = self.equations > 0
-        return self.normal.matrices * np.where(seen, 1.0 / np.where(seen, self.noise, 1.0) ** 2, 0.0)[:, None, None]
-
-    @property
     def covariance(self) -> Array:
         """(b, b): the inverse of the precision in the directions that the log shows; see `sigma` for the others."""
         return Spectrum.of(self.precision).inverse()
@@ -318,10 +312,7 @@ class Information:
 
 
 def information_of(
-    samples: Samples | Iterable[Samples],
-    columns: TorqueColumns,
-    base: BaseParameters | None = None,
-    noise: Array | None = None,
+    samples: Samples | Iterable[Samples], columns: TorqueColumns, noise: Array | None = None
 ) -> Information:
     """What instants of logs say of the base parameters.
 
@@ -330,8 +321,6 @@ def information_of(
     samples : Samples or iterable of Samples
         All instants, or a part at a time (`sample_parts`).
     columns : TorqueColumns
-    base : BaseParameters, optional
-        Those of the columns if not given.
     noise : (n,) array, optional
         Standard deviation of every joint's torque [N m or N]; estimated from the residuals if not given.
 
@@ -344,8 +333,8 @@ def information_of(
     ShapeError
         Samples of another number of joints.
     """
-    chosen = columns.base() if base is None else base
-    return solve(normal_equations(samples, columns, chosen), columns, chosen, noise)
+    base = columns.base()
+    return solve(normal_equations(samples, columns, base), columns, base, noise)
 
 
 def solve(

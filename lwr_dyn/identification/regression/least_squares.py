@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 from scipy.linalg import qr, solve_triangular
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only
@@ -190,7 +190,7 @@ def student_factor(dof: int) -> float:
     >>> round(student_factor(10), 3), round(student_factor(10**6), 3)
     (3.957, 3.0)
     """
-    return float(stats.t.ppf(stats.norm.cdf(SIGMAS), dof)) if dof > 0 else float("nan")
+    return float(special.stdtrit(dof, special.ndtr(SIGMAS))) if dof > 0 else float("nan")
 
 
 def has_full_rank(X: Array) -> bool:

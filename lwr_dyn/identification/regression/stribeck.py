@@ -75,7 +75,7 @@ class StribeckSearch:
         return np.asarray((self.speeds <= 1.01 * self.lowest) | (self.speeds >= 0.99 * self.highest))
 
 
-def stribeck_search(samples: Samples, columns: TorqueColumns, worth: float = WORTH) -> StribeckSearch:
+def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
     """The Stribeck speed of every joint whose torques ask for one.
 
     Parameters
@@ -84,8 +84,6 @@ def stribeck_search(samples: Samples, columns: TorqueColumns, worth: float = WOR
         With low speeds in them: a rule whose `slowest` is well below the v_s that is looked for.
     columns : TorqueColumns
         Whose geometry and form of friction stay; their v_s do not count.
-    worth : float
-        Drop of chi^2 below which a joint has no Stribeck term.
 
     Returns
     -------
@@ -108,7 +106,7 @@ def stribeck_search(samples: Samples, columns: TorqueColumns, worth: float = WOR
     grid, drop = np.empty((columns.n, 0)), np.zeros(columns.n)
     for _ in range(PASSES):
         grid = np.geomspace(low, high, SPEEDS, axis=1)
-        chosen, drop = _choice(samples, replace(plain, stribeck_velocity=grid), plain.base(), worth)
+        chosen, drop = _choice(samples, replace(plain, stribeck_velocity=grid), plain.base())
         step = (high / low) ** (1.0 / (SPEEDS - 1))
         middle = np.where(chosen >= 0, grid[np.arange(columns.n), chosen], np.sqrt(low * high))
         found = chosen >= 0
@@ -129,9 +127,7 @@ def _bounds(samples: Samples) -> tuple[Array, Array]:
     return np.minimum(lowest, highest / 2.0), highest
 
 
-def _choice(
-    samples: Samples, several: TorqueColumns, plain: BaseParameters, worth: float
-) -> tuple[NDArray[np.intp], Array]:
+def _choice(samples: Samples, several: TorqueColumns, plain: BaseParameters) -> tuple[NDArray[np.intp], Array]:
     """Which v_s of each joint's is best, -1 for none, and the drop of chi^2 that it brings."""
     terms, kept = _terms(several), plain.kept + _shift(several, plain)
     whole = BaseParameters(several.names, np.concatenate([kept, *terms.reshape(-1, terms.shape[2])]), np.eye(1))
@@ -152,7 +148,7 @@ def _choice(
                 places = _places(trial, b, width)
                 chi2, values = _chi2(normal, places, noise)
                 rises = values[-width * np.count_nonzero(trial[j:] >= 0) :][:width].sum() > 0.0
-                if rises and without - chi2 > max(worth, drop[j]):
+                if rises and without - chi2 > max(WORTH, drop[j]):
                     chosen[j], drop[j] = k, without - chi2
         noise = solve(_part(normal, _places(chosen, b, width)), several, plain).noise
         if (chosen == before).all():

@@ -15,14 +15,6 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.ellipsoid import SolidEllipsoid, solid_ellipsoid
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.replay_page import (
-    RATE,
-    generator_line,
-    meshcat_bundle,
-    resource_text,
-    run_record,
-    script_safe,
-)
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
 
 PACKAGE = "lwr_dyn.identification.report"
@@ -50,12 +42,12 @@ def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, af
     shown = [_shown(arm, one) for one in recordings]
     return {
         "scene": list(replay_page.arm_commands(shown[0], 0)),
-        "runs": [run_record(shown[0], _stride(shown[0]))],
-        "others": [run_record(one, _stride(one)) for one in shown[1:]],
+        "runs": [replay_page.run_record(shown[0], _stride(shown[0]))],
+        "others": [replay_page.run_record(one, _stride(one)) for one in shown[1:]],
         "native": [replay_page.column_major(link.after) for link in arm.chain.links],
         "before": _ellipsoids(before),
         "after": _ellipsoids(after),
-        "made_by": generator_line(),
+        "made_by": replay_page.generator_line(),
     }
 
 
@@ -72,7 +64,7 @@ def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:
 
 def _stride(shown: ReplayedRun) -> int:
     steps, duration = shown.run.t.size - 1, float(np.ptp(shown.run.t))
-    return max(1, round(steps / max(duration * RATE / 2, 1.0)), -(-steps // _SAMPLES))
+    return max(1, round(steps / max(duration * replay_page.RATE / 2, 1.0)), -(-steps // _SAMPLES))
 
 
 def stage_html(recordings: Sequence[ShownRecording]) -> str:
@@ -103,11 +95,11 @@ def stage_html(recordings: Sequence[ShownRecording]) -> str:
 
 def stage_scripts(data: dict[str, Any]) -> str:
     """Script elements: the data, meshcat and the page's own code."""
-    text = script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
-    code = "\n".join([*map(resource_text, _SCRIPTS), resource_text("report.js", PACKAGE)])
+    text = replay_page.script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
+    code = "\n".join([*map(replay_page.resource_text, _SCRIPTS), replay_page.resource_text("report.js", PACKAGE)])
     return (
         f'<script type="application/json" id="stage-data">{text}</script>\n'
-        f"<script>\n{meshcat_bundle()}\n</script>\n<script>\n{code}\n</script>\n"
+        f"<script>\n{replay_page.meshcat_bundle()}\n</script>\n<script>\n{code}\n</script>\n"
     )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.number_text import short
+from lwr_dyn.identification.motion import validation
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length
 from lwr_dyn.pages.plotting.drawn_panel import tick_marks
@@ -54,12 +55,9 @@ def torque_rows_html(one: ShownRecording, noise: Array, joints: tuple[str, ...],
     """
     across = axis_of(one.t, most=8, padding=0.0)
     rows = "".join(_row(one, j, float(noise[j]), joints[j], units[j], across) for j in range(len(joints)))
-    foot = f'<div class="trow foot"><div></div><div class="area"><div class="yt"></div>{_seconds(across)}</div></div>'
+    seconds = tick_marks(across, "xt", "left", "s")
+    foot = f'<div class="trow foot"><div></div><div class="area"><div class="yt"></div>{seconds}</div></div>'
     return f'<div class="torques" data-low="{across.low:.6g}" data-high="{across.high:.6g}">{rows}{foot}</div>'
-
-
-def _seconds(across: Axis) -> str:
-    return tick_marks(across, "xt", "left", "s")
 
 
 def _row(one: ShownRecording, j: int, noise: float, joint: str, unit: str, across: Axis) -> str:
@@ -70,7 +68,7 @@ def _row(one: ShownRecording, j: int, noise: float, joint: str, unit: str, acros
     reach = max(float(np.nanmax(np.abs(left), initial=0.0)), wide) or 1.0
     end = round_length(reach)
     below = Axis(-1.1 * reach, 1.1 * reach, (-end, 0.0, end))
-    rms, peak = rms_of(left), largest_of(left)
+    rms, peak = validation.rms(left), largest_of(left)
     label = (
         f"{joint}: torque at most {said(largest_of(measured), unit)}; measured less predicted has an RMS "
         f"of {said(rms, unit)} and reaches {said(peak, unit)}"
@@ -107,16 +105,6 @@ def largest_of(values: Array) -> float:
     """The largest magnitude of the finite values; NaN of none."""
     finite = values[np.isfinite(values)]
     return float(np.abs(finite).max()) if finite.size else float("nan")
-
-
-def rms_of(values: Array) -> float:
-    """Root mean square of the finite values; NaN of none.
-
-    >>> rms_of(np.array([3.0, np.nan, -3.0]))
-    3.0
-    """
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(np.square(finite)))) if finite.size else float("nan")
 
 
 KEY = (

@@ -23,14 +23,7 @@ from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.arm_stage import (
-    PACKAGE,
-    central_moments,
-    link_ellipsoid,
-    stage_data,
-    stage_html,
-    stage_scripts,
-)
+from lwr_dyn.identification.report import arm_stage
 from lwr_dyn.identification.report.charts import KEY, ShownRecording, friction_maps_html, torque_rows_html
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
@@ -205,8 +198,8 @@ def figure_sections(drawn: DrawnMotion) -> list[Section]:
     """The motion in 3D with the links before and after, torques against their prediction, friction over speed."""
     units = [UNITS[link.kind] for link in drawn.arm.chain.links]
     stage = PageFigure(
-        lambda: stage_html(drawn.recordings), resource_text("report.css", PACKAGE),
-        lambda: stage_scripts(stage_data(drawn.arm, drawn.recordings, drawn.before, drawn.after)),
+        lambda: arm_stage.stage_html(drawn.recordings), resource_text("report.css", arm_stage.PACKAGE),
+        lambda: arm_stage.stage_scripts(arm_stage.stage_data(drawn.arm, drawn.recordings, drawn.before, drawn.after)),
     )  # fmt: skip
     return [
         Section("The motion, and the links before and after", [Note(ELLIPSOIDS), stage, link_table(drawn)], page=True),
@@ -245,9 +238,11 @@ def link_table(drawn: DrawnMotion) -> Table:
     """Mass, centre of mass and ellipsoid of each link, by the table and by the result."""
     rows = []
     for link, before, after in zip(drawn.arm.chain.links, drawn.before, drawn.after, strict=True):
-        (m0, c0, _), (m1, c1, _) = central_moments(before), central_moments(after)
+        (m0, c0, _), (m1, c1, _) = arm_stage.central_moments(before), arm_stage.central_moments(after)
         moved = 1e3 * float(np.linalg.norm(c1 - c0)) if m0 > 0.0 and m1 > 0.0 else None
-        rows.append((link.link, m0, m1, moved, _axes(before), _axes(after), link_ellipsoid(after) is not None))
+        rows.append(
+            (link.link, m0, m1, moved, _axes(before), _axes(after), arm_stage.link_ellipsoid(after) is not None)
+        )
     columns = (
         Heading("link"), Heading("mass, table", "kg", short), Heading("mass", "kg", short),
         Heading("centre moved by", "mm", short), Heading("semi-axes, table", "mm"),
@@ -257,7 +252,7 @@ def link_table(drawn: DrawnMotion) -> Table:
 
 
 def _axes(parameters: Array) -> str:
-    found = link_ellipsoid(parameters)
+    found = arm_stage.link_ellipsoid(parameters)
     return "none" if found is None else ", ".join(f"{1e3 * x:.0f}" for x in found.semi_axes)
 
 

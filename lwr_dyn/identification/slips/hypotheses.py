@@ -11,7 +11,7 @@ directions; freed cells are at their best values in it.
 u is the change of r per unit of a freed cell and s the size that its quantity has in the table.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -23,17 +23,7 @@ from scipy.linalg import qr
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, link_discrepancies
-from lwr_dyn.identification.slips.repairs import (
-    AXES,
-    COLUMN,
-    CONVENTION,
-    COPY,
-    POWERS_APART,
-    UNIT,
-    VALUE,
-    Repair,
-    repeats,
-)
+from lwr_dyn.identification.slips.repairs import Repair, SlipKind, repeats
 
 RANK = 1e-9
 """Share of the largest singular value below which a direction is not there."""
@@ -41,11 +31,13 @@ CONFIDENCE = 0.999
 """A table whose chi^2 is beyond this share of its distribution does not fit."""
 COUNT = 500.0
 """How many repairs a table has, by order of magnitude: what a repair, or a body that cannot be, must win."""
-WAYS = {CONVENTION: 20.0, COLUMN: 50.0, AXES: 60.0, COPY: 80.0, POWERS_APART: 5000.0, UNIT: 5000.0}
+WAYS: Mapping[SlipKind, float] = {
+    "convention": 20.0, "column": 50.0, "axes": 60.0, "copy": 80.0, "two powers of ten": 5000.0, "unit": 5000.0,
+}  # fmt: skip
 """The same for kinds that have fewer, or happen less."""
 POSSIBLE = -0.01
 """Least eigenvalue of a body's pseudo-inertia, scaled to a diagonal of 1, that printed digits may leave."""
-FREED = (COPY, VALUE)
+FREED = ("copy", "value")
 """Kinds of repairs whose value is the log's."""
 SHOWN = 1e-6
 """In sigma: a cell whose typical size moves the log by less is shown by no motion."""
@@ -231,8 +223,9 @@ def free_cells(at: Hypothesis, cells: Sequence[Cell]) -> FreeCells:
 
 
 def freed_repair(table: PrintedCells, cell: Cell, value: float) -> Repair:
-    """A cell with the log's value; `COPY` where the printed one repeats its neighbour."""
+    """A cell with the log's value; a copy where the printed one repeats its neighbour."""
     other = repeats(table, cell)
-    kind, why = (VALUE, "") if other is None else (COPY, f", which repeats {other.name}")
+    why = "" if other is None else f", which repeats {other.name}"
     text = f"{cell.name} = {table.shown(cell, value)}, printed {table.shown(cell)}{why}"
-    return Repair(kind, (cell,), text, table.with_cell(cell, value), partial(freed_repair, cell=cell, value=value))
+    again = partial(freed_repair, cell=cell, value=value)
+    return Repair("copy" if other else "value", (cell,), text, table.with_cell(cell, value), again)

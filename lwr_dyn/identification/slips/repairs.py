@@ -5,10 +5,11 @@ sign, the point its tensors are about, the sign of its products. Cells that chan
 one link; cells, rows and bodies of neighbouring links.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 
@@ -27,11 +28,15 @@ from lwr_dyn.identification.slips.printed_cells import (
     PrintedCells,
 )
 
-SIGN, POWER, POWERS_APART, UNIT, GEAR = "sign", "power of ten", "two powers of ten", "unit", "gear ratio"
-COLUMN, EXCHANGE, AXES, ROWS, COPY = "column", "exchange", "axes", "rows", "copy"
-VALUE, CONVENTION = "value", "convention"
-"""Kinds of slips."""
-POWERS = {10.0: POWER, 0.1: POWER, 100.0: POWERS_APART, 0.01: POWERS_APART, 1e3: UNIT, 1e-3: UNIT}
+SlipKind = Literal[
+    "sign", "power of ten", "two powers of ten", "unit", "gear ratio", "column", "exchange", "axes", "rows", "copy",
+    "value", "convention",
+]  # fmt: skip
+"""Of a slip."""
+POWERS: Mapping[float, SlipKind] = {
+    10.0: "power of ten", 0.1: "power of ten", 100.0: "two powers of ten", 0.01: "two powers of ten", 1e3: "unit",
+    1e-3: "unit",
+}  # fmt: skip
 """Factors of one cell."""
 _AXES = "xyz"
 _EVERY = range(len(QUANTITIES))
@@ -49,7 +54,7 @@ SAME = 1e-6
 class Repair:
     """One change of a table: its kind, the cells it touches, what it says, and the table afterwards."""
 
-    kind: str
+    kind: SlipKind
     cells: tuple[Cell, ...]
     text: str
     table: PrintedCells
@@ -68,16 +73,16 @@ def of_cells(table: PrintedCells) -> Iterator[Repair]:
         if table.value(cell) == 0.0:
             continue
         if cell.quantity not in (MASS, ROTOR):
-            yield _cell(table, cell, -1.0, SIGN)
+            yield _cell(table, cell, -1.0, "sign")
         for factor, kind in POWERS.items():
             yield _cell(table, cell, factor, kind)
         ratio = float(np.sqrt(table.rotor_factor[cell.link]))
         if cell.quantity == ROTOR and ratio not in (0.0, 1.0):
             for factor in (ratio, 1.0 / ratio, ratio**2, ratio**-2):
-                yield _cell(table, cell, factor, GEAR)
+                yield _cell(table, cell, factor, "gear ratio")
 
 
-def _cell(table: PrintedCells, cell: Cell, factor: float, kind: str) -> Repair:
+def _cell(table: PrintedCells, cell: Cell, factor: float, kind: SlipKind) -> Repair:
     value = factor * table.value(cell)
     text = f"{cell.name} = {table.shown(cell, value)}, printed {table.shown(cell)}"
     again = partial(_cell, cell=cell, factor=factor, kind=kind)
@@ -89,14 +94,14 @@ def of_columns(table: PrintedCells) -> Iterator[Repair]:
     every = np.ones(table.n, dtype=bool)
     for name, factors in COLUMN_FACTORS.items():
         for factor in factors:
-            yield _scaled(table, every, name, factor, COLUMN)
-    yield _scaled(table, every, "com", -1.0, SIGN)
+            yield _scaled(table, every, name, factor, "column")
+    yield _scaled(table, every, "com", -1.0, "sign")
     links = [every, *(np.arange(table.n) == i for i in range(table.n))]
     for rows in links:
         yield _turned(table, rows, "about_origin")
         yield _turned(table, rows, "integral")
     for rows in links[1:]:
-        yield _scaled(table, rows, "com", -1.0, SIGN)
+        yield _scaled(table, rows, "com", -1.0, "sign")
 
 
 def _of_links(rows: Array) -> str:
@@ -107,7 +112,7 @@ def _cells(table: PrintedCells, rows: Array, quantities: Sequence[int]) -> tuple
     return tuple(c for c in table.cells if rows[c.link] and c.quantity in quantities)
 
 
-def _scaled(table: PrintedCells, rows: Array, column: str, factor: float, kind: str) -> Repair:
+def _scaled(table: PrintedCells, rows: Array, column: str, factor: float, kind: SlipKind) -> Repair:
     values = table.values.copy()
     values[rows, COLUMNS[column]] *= factor
     cells = _cells(table, rows, _EVERY[COLUMNS[column]])
@@ -119,14 +124,15 @@ def _scaled(table: PrintedCells, rows: Array, column: str, factor: float, kind: 
 def _turned(table: PrintedCells, rows: Array, flag: str) -> Repair:
     """The tensor of some links about the other point (`about_origin`), or its products of the other sign."""
     now, places = getattr(table, flag), PRODUCTS if flag == "integral" else _EVERY[TENSOR]
+    kind: SlipKind = "sign" if flag == "integral" else "rows"
     if flag == "integral":
-        kind, text = SIGN, f"products of inertia of {_of_links(rows)} of the other sign"
+        text = f"products of inertia of {_of_links(rows)} of the other sign"
     else:
         point = "centre of mass" if now[rows].all() else "link's origin"
-        kind, text = ROWS, f"tensor of {_of_links(rows)} about the {point}"
+        text = f"tensor of {_of_links(rows)} about the {point}"
     changed = replace(table, **{flag: np.where(rows, ~now, now)})
     again = partial(_turned, rows=rows, flag=flag)
-    return Repair(CONVENTION if rows.all() else kind, _cells(table, rows, places), text, changed, again)
+    return Repair("convention" if rows.all() else kind, _cells(table, rows, places), text, changed, again)
 
 
 def possible(table: PrintedCells, before: PrintedCells) -> bool:
@@ -148,7 +154,7 @@ def repeats(table: PrintedCells, cell: Cell) -> Cell | None:
 
 
 Place = tuple[int, int]
-Move = tuple[list[tuple[Place, Place]], str, str]
+Move = tuple[list[tuple[Place, Place]], str, SlipKind]
 """(from, to) of every place that moves, what is said of it, its kind."""
 
 
@@ -167,7 +173,7 @@ def exchanges(table: PrintedCells) -> Iterator[Repair]:
                     yield repair
 
 
-def _exchanged(table: PrintedCells, places: Sequence[tuple[Place, Place]], text: str, kind: str) -> Repair:
+def _exchanged(table: PrintedCells, places: Sequence[tuple[Place, Place]], text: str, kind: SlipKind) -> Repair:
     values = table.values.copy()
     for source, target in places:
         values[target] = table.values[source]
@@ -184,7 +190,7 @@ def _turned_com(table: PrintedCells, link: int, axis: int, sign: float) -> Repai
     changed = tuple(Cell(link, k) for k in (a, b) if table.known[link, k] and values[link, k] != table.values[link, k])
     text = f"com of link {link + 1} turned by {90.0 * sign:+.0f} deg about {_AXES[axis]}"
     again = partial(_turned_com, link=link, axis=axis, sign=sign)
-    return Repair(EXCHANGE, changed, text, table.with_values(values), again)
+    return Repair("exchange", changed, text, table.with_values(values), again)
 
 
 def _permutations(n: int) -> Iterator[Move]:
@@ -198,7 +204,7 @@ def _permutations(n: int) -> Iterator[Move]:
     for name, part in COLUMNS.items():
         for step in (1, -1):
             rows = [((i, k), ((i + step) % n, k)) for i in range(n) for k in _EVERY[part]]
-            yield rows, f"{name}: every row belongs one {'lower' if step == 1 else 'higher'}", ROWS
+            yield rows, f"{name}: every row belongs one {'lower' if step == 1 else 'higher'}", "rows"
 
 
 def _between(i: int, j: int) -> Iterator[Move]:
@@ -209,7 +215,7 @@ def _between(i: int, j: int) -> Iterator[Move]:
     if j - i == 1:
         for name, part in (("com", COM), ("tensor", TENSOR), ("row", slice(0, ROTOR))):
             here, there = ([(link, k) for k in _EVERY[part]] for link in (i, j))
-            yield _swap(here, there, f"{name} of links {i + 1} and {j + 1} exchanged", ROWS)
+            yield _swap(here, there, f"{name} of links {i + 1} and {j + 1} exchanged", "rows")
 
 
 def _within(i: int, a: int, b: int) -> Iterator[Move]:
@@ -221,10 +227,10 @@ def _within(i: int, a: int, b: int) -> Iterator[Move]:
     )
     axes = f"{_AXES[a]} and {_AXES[b]}"
     yield _swap(com_a, com_b)
-    yield _swap(tensor_a, tensor_b, f"axes {axes} of the tensor of link {i + 1} exchanged", AXES)
-    yield _swap(com_a + tensor_a, com_b + tensor_b, f"axes {axes} of link {i + 1} exchanged", AXES)
+    yield _swap(tensor_a, tensor_b, f"axes {axes} of the tensor of link {i + 1} exchanged", "axes")
+    yield _swap(com_a + tensor_a, com_b + tensor_b, f"axes {axes} of link {i + 1} exchanged", "axes")
 
 
-def _swap(here: Sequence[Place], there: Sequence[Place], text: str = "", kind: str = EXCHANGE) -> Move:
+def _swap(here: Sequence[Place], there: Sequence[Place], text: str = "", kind: SlipKind = "exchange") -> Move:
     text = text or f"{Cell(*here[0]).name} and {Cell(*there[0]).name} exchanged"
     return [*zip(here, there, strict=True), *zip(there, here, strict=True)], text, kind

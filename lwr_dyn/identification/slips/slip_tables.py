@@ -1,13 +1,13 @@
-"""A table against a log: what each cell would be if it alone were wrong; its slips as text, record, card of a page."""
+"""A table against a log: what each cell would be if it alone were wrong; its slips as document and card of a page."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Literal, TypedDict, get_args
 
 import numpy as np
 
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.foundation.document import Note, Section
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.number_text import short
 from lwr_dyn.foundation.tables import Heading, Table
@@ -24,12 +24,13 @@ from lwr_dyn.identification.slips.printed_cells import (
     printed_cells,
     shown_cells,
 )
-from lwr_dyn.identification.slips.repairs import CONVENTION, Repair
+from lwr_dyn.identification.slips.repairs import Repair, SlipKind
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport, checked_deviation
 from lwr_dyn.model.arm import Arm
 
-AGREES, OFF, HIDDEN, FAINT = "agrees", "off", "no motion shows it", "hardly shown by this log"
-"""States of a cell."""
+State = Literal["agrees", "off", "no motion shows it", "hardly shown by this log"]
+"""Of a cell."""
+AGREES, OFF, HIDDEN, FAINT = get_args(State)
 PULL = 3.0
 """Sigmas beyond which a cell is off."""
 OTHERS = 4
@@ -56,7 +57,7 @@ class CellAgainstLog:
     """(value - printed)/sigma; 0 where no motion shows the cell."""
     left: float
     """chi^2 that is left with that value."""
-    state: str
+    state: State
     """One of `AGREES`, `OFF`, `HIDDEN`, `FAINT` (sigma is larger than the printed number)."""
     like: tuple[Cell, ...]
     """Other cells that no motion distinguishes from this one."""
@@ -99,35 +100,88 @@ def table_against_log(
     return tuple(rows)
 
 
-def slip_text(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Paper | None = None) -> str:
+class RepairRecord(TypedDict):
+    """A repair of a table."""
+
+    kind: Annotated[SlipKind, "Of the slip."]
+    cells: Annotated[list[str], "Cells that it touches: m1, c1x, I1xx, rotor1, ..."]
+    text: Annotated[str, "What is done."]
+    errata: Annotated[list[str], "Errata of the paper, not applied by the reading, that patch the same cells."]
+
+
+class ExplanationRecord(TypedDict):
+    """Repairs with which a table meets the logs."""
+
+    repairs: Annotated[list[RepairRecord], "All of them together."]
+    chi2: Annotated[float, "With them."]
+    evidence: Annotated[float, "-2 log p up to a constant."]
+
+
+class AgainstLogRecord(TypedDict):
+    """A cell against the logs."""
+
+    cell: Annotated[str, "m1, c1x, I1xx, rotor1, ..."]
+    printed: Annotated[float, "SI."]
+    value: Annotated[float | None, "With which the cell alone would meet the log best; null where no motion shows it."]
+    sigma: Annotated[float | None, "Of that value, the arm's own distance from its table in it."]
+    pull: Annotated[float, "(value - printed) / sigma."]
+    state: Annotated[State, "Off: beyond 3 sigma."]
+    like: Annotated[list[str], "Cells that no motion distinguishes from this one."]
+
+
+def slip_document(
+    report: SlipReport, cells: Sequence[CellAgainstLog], paper: Paper | None = None, *, robot: str = "",
+    reading: str = "",
+) -> Document:  # fmt: skip
     """The verdict, the repairs, every cell against the log, what have the same effect and what no motion shows.
 
     `cells` are those of `table_against_log` at the table that the report ends with (`best_table`). Errata of a paper
     that touch a repaired cell are named.
     """
-    lines = [*slip_lines(report, paper), "", cell_table(report, cells).text()]
-    if report.shown.together:
-        lines.append(f"one effect on all motions: {_groups(report.shown.together)}")
-    if report.shown.hidden:
-        lines.append(f"no motion shows: {_names(report.shown.hidden)}")
-    return "\n".join(lines)
 
+    def records(repairs: Iterable[Repair]) -> list[RepairRecord]:
+        return [{"kind": r.kind, "cells": list(r.names), "text": r.text, "errata": _errata(r, paper)} for r in repairs]
 
-def slip_lines(report: SlipReport, paper: Paper | None = None) -> tuple[str, ...]:
-    """The verdict, then each repair with what may stand in its place."""
-    lines = (_verdict(report), *_repairs(report, paper))
-    if report.common_factor is None:
-        return lines
-    more = f"all masses and tensors times {report.common_factor:.3g}"
-    also = f"or no cell is wrong: the table meets the log with {more} (a heavier arm, or torques off by that factor)"
-    return (*lines, also)
-
-
-def cell_table(report: SlipReport, cells: tuple[CellAgainstLog, ...]) -> Table:
-    """A row for every cell that some motion shows."""
+    explanations: list[ExplanationRecord] = [
+        {"repairs": records(one.repairs), "chi2": one.chi2, "evidence": one.evidence} for one in report.explanations
+    ]
+    against: list[AgainstLogRecord] = [
+        {
+            "cell": c.cell.name, "printed": c.printed, "value": c.value, "sigma": c.sigma, "pull": c.pull,
+            "state": c.state, "like": [other.name for other in c.like],
+        }
+        for c in cells
+    ]  # fmt: skip
+    factor, together, hidden = report.common_factor, report.shown.together, report.shown.hidden
+    facts = [
+        Fact("robot", robot, "Name of the robot."), Fact("reading", reading, "Its reading."),
+        Fact("fits", report.fits, "Whether the table meets the logs as printed."),
+        Fact("chi2", report.printed.chi2, "Of the table as printed."),
+        Fact("limit", report.limit, "Largest chi2 of a table that meets the logs."),
+        Fact("deviation", report.deviation, "How far the arm itself may be from a right table, as a share."),
+        Fact("common_factor", factor,
+             "Of all masses and tensors, with which the table as printed meets the logs too.", kind=float | None),
+        Fact("sure", records(report.sure), "Repairs that every explanation has.", kind=list[RepairRecord]),
+        Fact("explanations", explanations, "The likeliest first.", kind=list[ExplanationRecord]),
+        Fact("cells", against, "All that are printed.", kind=list[AgainstLogRecord]),
+        Fact("same_effect", [[c.name for c in group] for group in together],
+             "Groups of cells that no motion tells apart.", kind=list[list[str]]),
+        Fact("shown_by_no_motion", [c.name for c in hidden], "Cells.", kind=list[str]),
+    ]  # fmt: skip
+    said = Note(
+        f"or no cell is wrong: the table meets the log with all masses and tensors times {factor or 1.0:.3g} (a "
+        "heavier arm, or torques off by that factor)",
+        factor is not None,
+    )
     head = ("cell", "in the table", "the log's, if it alone is off", "sigmas off", "state", "same effect")
     table = best_table(report).table
-    return Table("", head, [_row(c, table) for c in cells if c.state != HIDDEN])
+    every = Section("Every cell", [
+        Table("", head, [_row(c, table) for c in cells if c.state != HIDDEN]),
+        Note(f"one effect on all motions: {_groups(together)}", bool(together)),
+        Note(f"no motion shows: {_names(hidden)}", bool(hidden)),
+    ])  # fmt: skip
+    sections = [Section("", [Note(_repairs(report, paper)), said]), every]
+    return Document("A table against logs", _verdict(report), sections, "lwr-dyn identify table", facts=facts)
 
 
 def best_table(report: SlipReport) -> Hypothesis:
@@ -182,7 +236,7 @@ def _errata(repair: Repair, paper: Paper | None) -> list[str]:
 def _places(repair: Repair) -> tuple[str, ...]:
     """Where a data file has what is repaired."""
     quantities = {cell.quantity for cell in repair.cells}
-    if repair.kind == CONVENTION:
+    if repair.kind == "convention":
         return ("inertial.inertia.products" if quantities <= set(PRODUCTS) else "inertial.inertia.about",)
     columns = {c.quantity: "mass" if c.quantity == MASS else "com" if c.quantity < TENSOR.start else "inertia"
                for c in repair.cells}  # fmt: skip
@@ -204,47 +258,13 @@ def _groups(groups: Iterable[Sequence[Cell]]) -> str:
     return ", ".join(" = ".join(c.name for c in group) for group in groups)
 
 
-def slip_record(report: SlipReport, cells: tuple[CellAgainstLog, ...], paper: Paper | None = None) -> dict[str, Any]:
-    """The same as a JSON object (numbers in SI)."""
-    return {
-        "fits": report.fits,
-        "chi2": report.printed.chi2,
-        "limit": report.limit,
-        "deviation": report.deviation,
-        "common_factor": report.common_factor,
-        "sure": [_repair_record(r, paper) for r in report.sure],
-        "explanations": [
-            {"repairs": [_repair_record(r, paper) for r in e.repairs], "chi2": e.chi2, "evidence": e.evidence}
-            for e in report.explanations
-        ],
-        "cells": [
-            {
-                "cell": c.cell.name, "printed": c.printed, "value": None if c.state == HIDDEN else c.value,
-                "sigma": None if c.state == HIDDEN else c.sigma, "pull": c.pull, "state": c.state,
-                "like": [other.name for other in c.like],
-            }
-            for c in cells
-        ],
-        "same_effect": [[c.name for c in group] for group in report.shown.together],
-        "shown_by_no_motion": [c.name for c in report.shown.hidden],
-    }  # fmt: skip
-
-
-def _repair_record(repair: Repair, paper: Paper | None) -> dict[str, Any]:
-    errata = _errata(repair, paper)
-    return {"kind": repair.kind, "cells": list(repair.names), "text": repair.text, "errata": errata}
-
-
-def table_card(information: Information, source: Paper | Arm, deviation: float = DEVIATION) -> tuple[Section, ...]:
+def table_card(information: Information, source: Paper | Arm) -> tuple[Section, ...]:
     """The card without repairs; none for a source without inertias, and for rotors that are fitted at their motors.
 
     Parameters
     ----------
-    information : Information
-    source : Paper or Arm
+    information, source
         As `table_against_log` takes them.
-    deviation : float
-        How far the arm is taken to be from a right table.
     """
     if information.columns.transmission is not None:
         return ()
@@ -253,7 +273,7 @@ def table_card(information: Information, source: Paper | Arm, deviation: float =
     except OptionError:
         return ()
     notes = ("A slip pulls at many cells; lwr-dyn identify table looks for the repairs that explain them.",)
-    return (_section(table_against_log(information, source, deviation=deviation), table, deviation, (), notes),)
+    return (_section(table_against_log(information, source), table, DEVIATION, (), notes),)
 
 
 def slips_card(information: Information, source: Paper | Arm, slips: SlipReport) -> Section:

@@ -36,16 +36,7 @@ from lwr_dyn.identification.slips.printed_cells import (
     shown_cells,
     stacked_parameters,
 )
-from lwr_dyn.identification.slips.repairs import (
-    CONVENTION,
-    VALUE,
-    Repair,
-    exchanges,
-    of_cells,
-    of_columns,
-    possible,
-    repeats,
-)
+from lwr_dyn.identification.slips.repairs import Repair, exchanges, of_cells, of_columns, possible, repeats
 from lwr_dyn.model.arm import Arm
 
 LARGEST = 3.0
@@ -101,7 +92,7 @@ def each_once(hypotheses: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
 
 def _beam(found: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The likeliest, the likeliest without free values, and the likeliest of each way to read all tensors."""
-    stated = [h for h in found if all(r.kind != VALUE for r in h.repairs)]
+    stated = [h for h in found if all(r.kind != "value" for r in h.repairs)]
     ways: dict[tuple[bool, bool], Hypothesis] = {}
     for h in stated:
         ways.setdefault((bool(h.table.about_origin.all()), bool(h.table.integral.sum() > h.table.n // 2)), h)
@@ -149,7 +140,7 @@ def _least_slip(table: PrintedCells, cell: Cell, deviation: float) -> float:
 def _promising(at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
     """The repairs that leave the least chi^2 while the discrepancy stays that of the table before."""
     repairs, chi2 = _looked_through(at)
-    ways = [i for i, r in enumerate(repairs) if r.kind == CONVENTION]
+    ways = [i for i, r in enumerate(repairs) if r.kind == "convention"]
     order = list(dict.fromkeys([*np.argsort(chi2, kind="stable")[:LOOKED_AT], *ways]))
     cells = [c for c in shown.visible if c not in at.freed]
     free = free_cells(at, cells)
@@ -201,22 +192,8 @@ class SlipReport:
     @property
     def sure(self) -> tuple[Repair, ...]:
         """Repairs that every explanation has."""
-        common = self._common
-        return tuple(r for e in self.explanations[:1] for r, key in e.keyed if key in common)
-
-    @property
-    def alternatives(self) -> tuple[tuple[Repair, ...], ...]:
-        """What each explanation has beside `sure`, the likeliest first: the log cannot say which of them is right.
-
-        Empty where there is one explanation only.
-        """
-        common = self._common
-        several = self.explanations if len(self.explanations) > 1 else ()
-        return tuple(tuple(r for r, key in e.keyed if key not in common) for e in several)
-
-    @property
-    def _common(self) -> set[Key]:
-        return set.intersection(*(set(e.keys) for e in self.explanations)) if self.explanations else set()
+        others = [set(e.keys) for e in self.explanations]
+        return tuple(r for e in self.explanations[:1] for r, key in e.keyed if all(key in keys for keys in others))
 
     @property
     def cells(self) -> tuple[Cell, ...]:

@@ -30,36 +30,14 @@ from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingPackageError
-from lwr_dyn.kinematics import inverse
+from lwr_dyn.kinematics import inverse, solution
 from lwr_dyn.kinematics.arm_geometry import meeting_point
 from lwr_dyn.kinematics.forward import JointAxes, flange_pose, joint_axes
 from lwr_dyn.kinematics.inverse import distinct, missed
-from lwr_dyn.kinematics.six_joints.spherical_wrist import (
-    WRIST_ARM,
-    ClosedForm,
-    SixJointBranches,
-    SixJointGeometry,
-    ball_angles,
-    ball_rotation,
-    branch_result,
-    closed_form,
-    elbow_angles,
-    planar_arm,
-    shoulder_angles,
-    six_axes,
-    turned,
-)
-from lwr_dyn.kinematics.solution import (
-    REACH_SLACK,
-    IkSolver,
-    InverseResult,
-    JointRanges,
-    PoseProblem,
-    joint_ranges,
-    turned_result,
-    wrap,
-)
-from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.kinematics.six_joints import spherical_wrist as wrist
+from lwr_dyn.kinematics.six_joints.spherical_wrist import ClosedForm, SixJointBranches, SixJointGeometry
+from lwr_dyn.kinematics.solution import JointRanges, joint_ranges, wrap
+from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import turn_about
 
 SNAP = 3e-3
@@ -93,13 +71,13 @@ class SnappedArm:
 @lru_cache(maxsize=32)
 def snapped_arm(chain: Chain, ball_starts: int) -> SnappedArm | None:
     """Of the arm whose axes from `ball_starts` (0-based) on meet, or nearly; None when it is not near to one."""
-    axes = six_axes(chain)
+    axes = wrist.six_axes(chain)
     if axes is None:
         return None
-    itself, near = planar_arm(axes, ball_starts), _snapped(axes, ball_starts)
+    itself, near = wrist.planar_arm(axes, ball_starts), _snapped(axes, ball_starts)
     if itself is not None:
         return SnappedArm(itself, 0.0)
-    nearest, missed = planar_arm(near, ball_starts), np.cross(axes.z, near.p - axes.p)
+    nearest, missed = wrist.planar_arm(near, ball_starts), np.cross(axes.z, near.p - axes.p)
     return None if nearest is None else SnappedArm(nearest, float(np.abs([near.z - axes.z, missed]).max()))
 
 
@@ -118,7 +96,9 @@ def _snapped(axes: JointAxes, ball_starts: int) -> JointAxes:
     return replace(axes, z=z, p=p)
 
 
-def solve_snapped(closed_form: ClosedForm, problem: PoseProblem, snapped: SnappedArm) -> InverseResult:
+def solve_snapped(
+    closed_form: ClosedForm, problem: solution.PoseProblem, snapped: SnappedArm
+) -> solution.InverseResult:
     """Every solution of one flange pose with all its copies of `whole_turns`; ungated."""
     arm, ranges, geometry = problem.arm, joint_ranges(problem.arm), snapped.geometry
     branches = closed_form(geometry, ranges, problem.pose[None], ROUNDED)
@@ -130,13 +110,13 @@ def solve_snapped(closed_form: ClosedForm, problem: PoseProblem, snapped: Snappe
         q, kept = _polished(problem, q)
         q, which = ranges.middle + wrap(q - ranges.middle), which[kept]
     if len(q):
-        return branch_result(problem, branches, q, which, complete=not snapped.off)
+        return wrist.branch_result(problem, branches, q, which, complete=not snapped.off)
     if snapped.off and branches.reach_excess.min() < snapped.unsure.max():
         return inverse.solve_pose(problem, arm.chain)
-    return InverseResult("out of reach", (), (), not snapped.off, distance=float(branches.reach_excess.min()))
+    return solution.InverseResult("out of reach", (), (), not snapped.off, distance=float(branches.reach_excess.min()))
 
 
-def _polished(problem: PoseProblem, q: Array) -> tuple[Array, NDArray[np.intp]]:
+def _polished(problem: solution.PoseProblem, q: Array) -> tuple[Array, NDArray[np.intp]]:
     """The distinct solutions (m, 6) that starts q (k, 6) lead to, without limits, and the start of each (m,)."""
     anywhere = np.full(6, np.inf)
     ends, residual = inverse.descend(problem.arm.chain, -anywhere, anywhere, problem.pose, q, NEARLY)
@@ -159,8 +139,8 @@ def _nearby() -> Array:
 _NEARBY = _nearby()
 """Where a snapped arm is nearly singular its branches start from these poses too: some may be out of reach, or meet."""
 
-ROUNDED_WRIST_SOLVER = IkSolver(
-    partial(snapped_arm, ball_starts=3), partial(solve_snapped, closed_form), f"nearly {WRIST_ARM}"
+ROUNDED_WRIST_SOLVER = solution.IkSolver(
+    partial(snapped_arm, ball_starts=3), partial(solve_snapped, wrist.closed_form), f"nearly {wrist.WRIST_ARM}"
 )
 """The row "rounded-wrist" of the solvers."""
 
@@ -168,16 +148,16 @@ PARALLEL_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 and 4 parallel
 
 
 def three_parallel_closed_form(
-    g: SixJointGeometry, ranges: JointRanges, T: Array, slack: float = REACH_SLACK
+    g: SixJointGeometry, ranges: JointRanges, T: Array, slack: float = solution.REACH_SLACK
 ) -> SixJointBranches:
     """All branches for flange poses T (k, 4, 4); a branch that is out of reach by less than `slack` [m] has q."""
     sense = float(np.sign(g.ball.basis[:, 2] @ g.frame[:, 1]))
-    q1, along, out, missing, shoulder = shoulder_angles(g, ranges, T)
+    q1, along, out, missing, shoulder = wrist.shoulder_angles(g, ranges, T)
     free = sense * _reachable_turn(g, along, out)
-    roll, q5, q6, tilt = ball_angles(g, ball_rotation(g, T, turned(g.frame[:, 2], q1)), free)
+    roll, q5, q6, tilt = wrist.ball_angles(g, wrist.ball_rotation(g, T, wrist.turned(g.frame[:, 2], q1)), free)
     c, s = np.cos(sense * roll), np.sin(sense * roll)
     a, b = g.lever
-    planar = elbow_angles(g, along[..., None] - (a * c - b * s), out[..., None] - (a * s + b * c))
+    planar = wrist.elbow_angles(g, along[..., None] - (a * c - b * s), out[..., None] - (a * s + b * c))
     q2, q3, bend, excess = (np.swapaxes(x, 2, 3) for x in planar)
     roll, q5, q6, tilt = (x[:, :, None] for x in (roll, q5, q6, tilt))
     q = [q1[..., None, None], q2, q3, roll - sense * (q2 + g.elbow_sign * q3), q5, q6]
@@ -194,7 +174,7 @@ def _reachable_turn(g: SixJointGeometry, along: Array, out: Array) -> Array:
     return np.asarray(np.arctan2(out, along) - np.arctan2(g.lever[1], g.lever[0]) + np.arccos(cosine))
 
 
-THREE_PARALLEL_SOLVER = IkSolver(
+THREE_PARALLEL_SOLVER = solution.IkSolver(
     partial(snapped_arm, ball_starts=4), partial(solve_snapped, three_parallel_closed_form), PARALLEL_ARM
 )
 """The row "three-parallel" of the solvers."""
@@ -214,7 +194,7 @@ class EaikArm:
 
 def recognise(chain: Chain) -> EaikArm | None:
     """EAIK's robot of the chain, or None for an arm that it has no closed form of."""
-    if chain.n != 6 or any(link.kind is not JointKind.REVOLUTE for link in chain.links):
+    if chain.n != 6 or not chain.turning.all():
         return None
     try:
         from eaik.IK_HP import HPRobot
@@ -226,7 +206,7 @@ def recognise(chain: Chain) -> EaikArm | None:
     return EaikArm(robot, axes.flange[:3, :3]) if robot.hasKnownDecomposition() else None
 
 
-def solve_by_eaik(problem: PoseProblem, geometry: EaikArm) -> InverseResult:
+def solve_by_eaik(problem: solution.PoseProblem, geometry: EaikArm) -> solution.InverseResult:
     """The solutions of EAIK that forward kinematics confirms, with all their copies whole turns of joints apart."""
     arm, ranges, pose = problem.arm, joint_ranges(problem.arm), problem.pose.copy()
     pose[:3, :3] = pose[:3, :3] @ geometry.home_rotation.T
@@ -236,8 +216,8 @@ def solve_by_eaik(problem: PoseProblem, geometry: EaikArm) -> InverseResult:
     if not len(q):
         return missed(problem, arm.chain)
     q = ranges.middle + wrap(q - ranges.middle)
-    return turned_result(problem, q[distinct(q, np.ones(6, dtype=bool))], complete=False)
+    return solution.turned_result(problem, q[distinct(q, np.ones(6, dtype=bool))], complete=False)
 
 
-EAIK_SOLVER = IkSolver(recognise, solve_by_eaik, "a six-joint arm that EAIK has a closed form of")
+EAIK_SOLVER = solution.IkSolver(recognise, solve_by_eaik, "a six-joint arm that EAIK has a closed form of")
 """The row "eaik" of the solvers."""

@@ -27,23 +27,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.kinematics import solution
 from lwr_dyn.kinematics.arm_geometry import MEETING, Ball, ball_of, meeting_point, required
 from lwr_dyn.kinematics.forward import JointAxes, joint_axes
-from lwr_dyn.kinematics.solution import (
-    ALIGNED,
-    BRANCHES,
-    REACH_SLACK,
-    IkSolver,
-    InverseResult,
-    JointRanges,
-    PoseProblem,
-    elbow_bend,
-    joint_ranges,
-    turned_result,
-    wrap,
-)
+from lwr_dyn.kinematics.solution import ALIGNED, BRANCHES, REACH_SLACK, JointRanges, elbow_bend, joint_ranges, wrap
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Chain, JointKind
+from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import turn_about
 
 WRIST_ARM = "a six-joint arm with axis 2 perpendicular to 1, 3 parallel to 2, a spherical wrist"
@@ -99,8 +88,7 @@ def wrist_arm_geometry(chain: Chain) -> SixJointGeometry | None:
 
 def six_axes(chain: Chain) -> JointAxes | None:
     """The axes at q = 0, or None when the chain has not six revolute joints."""
-    revolute = chain.n == 6 and all(link.kind is JointKind.REVOLUTE for link in chain.links)
-    return joint_axes(chain, np.zeros(6)) if revolute else None
+    return joint_axes(chain, np.zeros(6)) if chain.n == 6 and chain.turning.all() else None
 
 
 def planar_arm(axes: JointAxes, ball_starts: int) -> SixJointGeometry | None:
@@ -182,22 +170,24 @@ class SixJointBranches:
 ClosedForm = Callable[[SixJointGeometry, JointRanges, Array, float], SixJointBranches]
 
 
-def solve_pose(closed_form: ClosedForm, problem: PoseProblem, geometry: SixJointGeometry) -> InverseResult:
+def solve_pose(
+    closed_form: ClosedForm, problem: solution.PoseProblem, geometry: SixJointGeometry
+) -> solution.InverseResult:
     """Every solution of one flange pose with all its copies of `whole_turns`; ungated."""
     branches = closed_form(geometry, joint_ranges(problem.arm), problem.pose[None], REACH_SLACK)
     which = np.flatnonzero(branches.reachable[0])
     if not len(which):
-        return InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
+        return solution.InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
     return branch_result(problem, branches, branches.q[0, which], which, complete=True)
 
 
 def branch_result(
-    problem: PoseProblem, branches: SixJointBranches, q: Array, which: NDArray[np.intp], complete: bool
-) -> InverseResult:
+    problem: solution.PoseProblem, branches: SixJointBranches, q: Array, which: NDArray[np.intp], complete: bool
+) -> solution.InverseResult:
     """Solutions q (k, 6) of the branches `which` (k,) of one pose, with their singularities and whole turns."""
     near = branches.clearance[0, which] < NEAR_SINGULAR
     names = [tuple(s for s, x in zip(SINGULARITIES, row, strict=True) if x) for row in near]
-    return turned_result(problem, q, complete, [BRANCHES[b].label for b in which], names)
+    return solution.turned_result(problem, q, complete, [BRANCHES[b].label for b in which], names)
 
 
 SIGNS = np.array([1.0, -1.0])
@@ -284,5 +274,5 @@ def all_branches(arm: Arm, T: Array) -> SixJointBranches:
     return closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
 
 
-SOLVER = IkSolver(wrist_arm_geometry, partial(solve_pose, closed_form), WRIST_ARM)
+SOLVER = solution.IkSolver(wrist_arm_geometry, partial(solve_pose, closed_form), WRIST_ARM)
 """The row "spherical-wrist" of the solvers."""

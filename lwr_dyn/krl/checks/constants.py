@@ -17,22 +17,10 @@ _PERCENTS = frozenset({
 })  # fmt: skip
 
 
-def number_of(x: e.Expression | None) -> float | None:
-    """The value of a number with its sign; None for anything else.
-
-    >>> number_of(e.Unary("-", e.Integer(3)))
-    -3.0
-    """
-    if isinstance(x, e.Unary) and x.operator in ("+", "-"):
-        value = number_of(x.operand)
-        return None if value is None else value if x.operator == "+" else -value
-    return float(x.value) if isinstance(x, e.Integer | e.Real) else None
-
-
 def check_indices(scope: Scope, of: Type, x: e.Index) -> None:
     """Report constant indices before the first or after the last element."""
     for i, index in enumerate(x.indices):
-        value = number_of(index)
+        value = e.number_of(index)
         last = of.sizes[i] if i < len(of.sizes) else 0
         if value is not None and (value < 1 or (last and value > last)):
             name = _place(scope, x.of, of)
@@ -42,22 +30,16 @@ def check_indices(scope: Scope, of: Type, x: e.Index) -> None:
 
 def check_setting(scope: Scope, target: e.Reference, of: Type, value: e.Expression) -> None:
     """Report a constant that is too large for what is assigned: of a structure, each component."""
-    _check_value(scope, _place(scope, target, of), value)
-
-
-def check_components(scope: Scope, of: Type, x: e.Aggregate) -> None:
-    """Report constants that are too large among the components of a structure."""
-    for item in x.items:
-        _check_value(scope, f"{of.name}.{item.name.upper()}", item.value)
+    check_value(scope, _place(scope, target, of), value)
 
 
 def check_arguments(scope: Scope, x: e.FunctionCall) -> None:
     """Report constants that are too large as arguments: `BAS(#VEL_PTP, 150)`."""
     key = x.name.upper()
     if key == "BAS" and len(x.arguments) == 2 and isinstance(x.arguments[0], e.EnumLiteral):
-        _check_value(scope, f"BAS.{x.arguments[0].name.upper()}", x.arguments[1])
+        check_value(scope, f"BAS.{x.arguments[0].name.upper()}", x.arguments[1])
     elif x.arguments:
-        _check_value(scope, f"{key}.1", x.arguments[0])
+        check_value(scope, f"{key}.1", x.arguments[0])
 
 
 def _place(scope: Scope, x: e.Reference, of: Type) -> str:
@@ -72,12 +54,13 @@ def _place(scope: Scope, x: e.Reference, of: Type) -> str:
     return f"{'?' if whole is None else whole.name}.{x.name}".upper()
 
 
-def _check_value(scope: Scope, place: str, x: e.Expression | None) -> None:
+def check_value(scope: Scope, place: str, x: e.Expression | None) -> None:
+    """Report a constant that is too large for a place such as `$VEL.CP`; of a structure, each component."""
     if isinstance(x, e.Aggregate):
         for item in x.items:
-            _check_value(scope, f"{place}.{item.name.upper()}", item.value)
+            check_value(scope, f"{place}.{item.name.upper()}", item.value)
         return
-    value = number_of(x)
+    value = e.number_of(x)
     if value is None or x is None:
         return
     name = place.removesuffix(".1")
@@ -116,7 +99,8 @@ def check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
 
 def _check_anywhere(scope: Scope, x: e.EnumLiteral) -> None:
     """Where no enumeration is expected: a constant that none has, one slip away from one of a known enumeration."""
-    enums = [*scope.own.enums.values(), *scope.program.names.enums.values(), *scope.known.enums.values()]
+    tables = (*(names.enums for names in scope.tables), scope.known.enums)
+    enums = [members for table in tables for members in table.values()]
     if any(x.name.upper() in members for members in enums):
         return
     near = slip_of(x.name, (member for members in enums for member in sorted(members)))

@@ -27,9 +27,9 @@ def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
     """Names and types of all routines of the `.src` and of the `.dat`."""
     diagnostics: list[Diagnostic] = []
     in_data, in_source = UnknownNames(), UnknownNames()
-    if program.data is not None:
-        lines = program.outlines[program.data.name].data
-        _check_lines(Scope(program, SymbolTable(), program.data, diagnostics, unknown=in_data), lines)
+    data = program.module.data
+    if data is not None:
+        _check_lines(Scope(program, SymbolTable(), data.file, diagnostics, unknown=in_data), data.outline.data)
     for routine in program.routines:
         _check_lines(scope_of(program, routine, diagnostics, in_source), routine.lines())
     return (*diagnostics, *in_data.diagnostics(), *in_source.diagnostics())

@@ -3,34 +3,16 @@
 An unknown type fits every type.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
-from lwr_dyn.krl.checks.constants import (
-    check_arguments,
-    check_compared,
-    check_components,
-    check_constant,
-    check_indices,
-)
+from lwr_dyn.krl.checks import constants
 from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
 from lwr_dyn.krl.language.declarations import Declaration
-from lwr_dyn.krl.names.known_names import (
-    BOOL,
-    CARTESIAN,
-    GEOMETRY,
-    INT,
-    LARGEST,
-    NUMBERS,
-    REAL,
-    UNKNOWN,
-    FunctionParameter,
-    Type,
-)
+from lwr_dyn.krl.names import known_names as k
+from lwr_dyn.krl.names.known_names import BOOL, INT, REAL, UNKNOWN, FunctionParameter, Type
 from lwr_dyn.krl.project.project import type_of
 from lwr_dyn.krl.project.scope import Scope, signature, slip_of
 
@@ -67,7 +49,7 @@ def _check(
 ) -> None:
     taken = scope.type_seen(parameter.type)
     if isinstance(argument, e.EnumLiteral):
-        check_constant(scope, argument, taken)
+        constants.check_constant(scope, argument, taken)
     elif parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
         message = f"{parameter.name} of {name} is OUT, the argument is no variable"
         scope.report(argument.column, "arguments", message, f"a variable of type {taken}", severity)
@@ -100,7 +82,7 @@ def _fits(taken: Type, given: Type) -> bool:
     """Whether an argument may be handed over: text of any length, numbers for numbers."""
     if "?" in (taken.name, given.name) or taken.name == given.name == "CHAR":
         return True
-    if taken.name in NUMBERS and given.name in NUMBERS:
+    if taken.name in k.NUMBERS and given.name in k.NUMBERS:
         return taken.dimensions == given.dimensions
     return taken.accepts(given)
 
@@ -119,7 +101,7 @@ def check_assignable(scope: Scope, target: Type, x: e.Expression, what: str) -> 
         _check_components(scope, x, target)
         return
     if isinstance(x, e.EnumLiteral):
-        check_constant(scope, x, target)
+        constants.check_constant(scope, x, target)
         return
     value = type_in(scope, x)
     if target.name == "CHAR" and value.name == "CHAR":
@@ -135,15 +117,14 @@ def shape_of(x: e.Aggregate) -> Type:
     'POS'
     """
     names = {item.name.upper() for item in x.items}
-    for kind in ("FRAME", "POS", "E3POS", "E6POS", "AXIS", "E3AXIS", "E6AXIS"):
-        if names <= set(GEOMETRY[kind]):
-            return Type(kind)
-    return UNKNOWN
+    return next((Type(kind) for kind, parts in k.GEOMETRY.items() if names <= parts.keys()), UNKNOWN)
 
 
 def _integer(scope: Scope, x: e.Integer) -> Type:
-    if x.value > LARGEST and not (x.base != 10 and x.value <= 2 * LARGEST + 1):
-        scope.report(x.column, "number-range", f"{x.value} is no INT", f"from {-LARGEST - 1} to {LARGEST}, or a REAL")
+    if x.value > k.LARGEST and not (x.base != 10 and x.value <= 2 * k.LARGEST + 1):
+        scope.report(
+            x.column, "number-range", f"{x.value} is no INT", f"from {-k.LARGEST - 1} to {k.LARGEST}, or a REAL"
+        )
     return INT
 
 
@@ -166,7 +147,7 @@ def _index(scope: Scope, x: e.Index) -> Type:
     for i in x.indices:
         if not INT.accepts(type_in(scope, i)):
             scope.report(i.column, "type", "an index must be INT", "a whole number from 1")
-    check_indices(scope, of, x)
+    constants.check_indices(scope, of, x)
     if of.name == "?" or not x.indices:
         return of
     if of.dimensions == 0:
@@ -211,7 +192,7 @@ def _call(scope: Scope, x: e.FunctionCall) -> Type:
     count = len(x.arguments)
     given = [UNKNOWN if argument is None else type_in(scope, argument) for argument in x.arguments]
     check_types(scope, x, given)
-    check_arguments(scope, x)
+    constants.check_arguments(scope, x)
     if not least <= count <= most:
         allowed = str(least) if least == most else f"{least} to {most}"
         scope.report(x.column, "arguments", f"{x.name} is given {count} arguments", f"it takes {allowed}")
@@ -237,7 +218,7 @@ def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
         if target.name != "?" and scope.is_type(target.name):
             scope.report(x.column, "type", f"a structure where {target} is expected", f"a value of type {target}")
         return
-    check_components(scope, target, x)
+    constants.check_value(scope, target.name, x)
     seen: set[str] = set()
     for item in x.items:
         name = item.name.upper()
@@ -254,14 +235,14 @@ def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
 
 def _unary(scope: Scope, x: e.Unary) -> Type:
     of = type_in(scope, x.operand)
-    wanted = {"NOT": {"BOOL"}, "B_NOT": {"INT", "CHAR"}}.get(x.operator, NUMBERS)
+    wanted = {"NOT": {"BOOL"}, "B_NOT": {"INT", "CHAR"}}.get(x.operator, k.NUMBERS)
     return _checked(scope, x, of, of, wanted)
 
 
 def _binary(scope: Scope, x: e.Binary) -> Type:
     left, right = type_in(scope, x.left), type_in(scope, x.right)
     if x.operator == ":":
-        _checked(scope, x, left, right, set(CARTESIAN))
+        _checked(scope, x, left, right, set(k.CARTESIAN))
         return right
     if x.operator in ("AND", "OR", "EXOR"):
         return _checked(scope, x, left, right, {"BOOL"}, BOOL)
@@ -269,14 +250,14 @@ def _binary(scope: Scope, x: e.Binary) -> Type:
         return _checked(scope, x, left, right, {"INT", "CHAR"}, INT)
     if x.operator in ("+", "-", "*", "/"):
         result = INT if left.name == right.name == "INT" else REAL
-        return _checked(scope, x, left, right, NUMBERS, result)
+        return _checked(scope, x, left, right, k.NUMBERS, result)
     return _comparison(scope, x, left, right)
 
 
 def _comparison(scope: Scope, x: e.Binary, left: Type, right: Type) -> Type:
     ordered = x.operator not in ("==", "<>")
-    check_compared(scope, x.left, left, x.right, right)
-    if not left.accepts(right) or (ordered and left.name not in (NUMBERS | {"?"})):
+    constants.check_compared(scope, x.left, left, x.right, right)
+    if not left.accepts(right) or (ordered and left.name not in (k.NUMBERS | {"?"})):
         hint = "numbers" if ordered else "two values of one type"
         if "BOOL" in (left.name, right.name):
             hint += _BRACKETS
@@ -291,7 +272,7 @@ def _checked(
     for side in (left, right):
         if side.name not in wanted and side.name != "?":
             hint = f"{' or '.join(sorted(wanted))} on both sides" if isinstance(x, e.Binary) else "another operator"
-            if wanted == {"BOOL"} and side.name in NUMBERS:
+            if wanted == {"BOOL"} and side.name in k.NUMBERS:
                 hint += _BRACKETS
             scope.report(x.column, "type", f"{x.operator} on {side}", hint)
             return result or UNKNOWN

@@ -17,13 +17,13 @@ from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition, sorted_diagnostics
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import FileOutline, Routine
+from lwr_dyn.krl.language.blocks import FileOutline
 from lwr_dyn.krl.language.declarations import Declaration, EnumType, Signal, StructType
 from lwr_dyn.krl.language.lexer import Token
-from lwr_dyn.krl.language.source import SourceFile, parse_text, read_source
+from lwr_dyn.krl.language.source import SourceFile, is_krl_file, krl_files, parse_text
 from lwr_dyn.krl.language.unparse import statement_text
 from lwr_dyn.krl.names.known_names import KnownNames, known_names
-from lwr_dyn.krl.project.program import Program, is_program_file, program_in, read_files
+from lwr_dyn.krl.project.program import Program, program_in, read_file
 from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, project_of
 from lwr_dyn.krl.project.scope import Scope
 
@@ -47,31 +47,24 @@ class OutlineItem:
 
 def outline_items(file: SourceFile, outline: FileOutline) -> list[OutlineItem]:
     """The tree of a file; an entry that begins inside another one and ends after it is cut at its end."""
-    last = max(len(file.lines) - 1, 0)
-    found = [*_routines(outline, last), *_folds(file), *_declared(outline.data)]
-    return _nested(found)
+    return _nested([*_routines(file, outline), *_folds(file), *_declared(outline.data)])
 
 
 def folds_of(file: SourceFile, outline: FileOutline) -> list[OutlineItem]:
     """Routines, blocks and folds of more than one line, each by itself."""
+    return [x for x in (*_routines(file, outline), *_folds(file)) if x.last > x.first]
+
+
+def _routines(file: SourceFile, outline: FileOutline) -> Iterator[OutlineItem]:
+    """Routines and their blocks."""
     last = max(len(file.lines) - 1, 0)
-    return [x for x in (*_routines(outline, last), *_folds(file)) if x.last > x.first]
-
-
-def _routines(outline: FileOutline, last: int) -> Iterator[OutlineItem]:
     for routine in outline.routines:
         head = routine.head
-        detail = "" if head.returns is None else head.returns
-        yield OutlineItem(head.name, "routine", routine.first - 1, min(routine.last, last), detail)
-        yield from _blocks(routine, last)
-
-
-def _blocks(routine: Routine, last: int) -> Iterator[OutlineItem]:
-    unique = {id(block): block for block in routine.blocks.values()}
-    for block in unique.values():
-        statement = routine.file.lines[block.first].statement
-        text = block.kind if statement is None else statement_text(statement)
-        yield OutlineItem(_shortened(text), "block", block.first, min(block.last, last))
+        yield OutlineItem(head.name, "routine", routine.first - 1, min(routine.last, last), head.returns or "")
+        for block in {id(block): block for block in routine.blocks.values()}.values():
+            statement = file.lines[block.first].statement
+            text = block.kind if statement is None else statement_text(statement)
+            yield OutlineItem(_shortened(text), "block", block.first, min(block.last, last))
 
 
 def _folds(file: SourceFile) -> Iterator[OutlineItem]:
@@ -159,7 +152,7 @@ class EditedProject:
         if name in self.texts or self._project is None:
             return
         path = self.folder / name
-        belongs = is_program_file(path) and path.is_file() and (self.whole or path.parent == self.folder)
+        belongs = is_krl_file(path) and (self.whole or path.parent == self.folder)
         self._keep(project_of([*self._others(name), *(_read([path], self.folder) if belongs else ())], self.folder))
 
     def close(self, name: str) -> None:
@@ -215,14 +208,9 @@ class EditedProject:
         return (x for x in self.project.files if x.file.name != name)
 
     def _on_disk(self) -> list[ModuleFile]:
-        if self.whole:
-            try:
-                return read_files(self.folder, self.folder)
-            except FileAccessError:  # no KRL file yet
-                return []
         try:
-            paths = sorted(x for x in self.folder.iterdir() if is_program_file(x) and x.is_file())
-        except OSError:
+            paths = krl_files(self.folder) if self.whole else sorted(filter(is_krl_file, self.folder.iterdir()))
+        except OSError:  # no KRL file yet, or no folder
             return []
         return _read(paths, self.folder)
 
@@ -250,7 +238,7 @@ def _read(paths: Iterable[Path], folder: Path) -> list[ModuleFile]:
     out = []
     for path in paths:
         try:
-            out.append(module_file(*read_source(path, os.path.relpath(path, folder).replace(os.sep, "/"))))
+            out.append(read_file(path, folder))
         except FileAccessError:  # gone meanwhile, or not ours to read
             continue
     return out

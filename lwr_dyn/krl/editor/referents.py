@@ -1,7 +1,5 @@
 """What the name at a place in a file refers to, with its declaration, type and value as text for an editor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
@@ -150,10 +148,9 @@ def _with_index(statement: s.Statement | None, node: Any) -> Any:
 
 def _variable(scope: Scope, token: Token, node: Any) -> Referent | None:
     key = token.text.upper()
-    for names in (scope.own, scope.program.names):
-        if key in names.variables:
-            found = names.variables[key]
-            return Referent("variable", found.name, declared=found, position=found.position, node=node)
+    found = next((x.variables[key] for x in scope.tables if key in x.variables), None)
+    if found is not None:
+        return Referent("variable", found.name, declared=found, position=found.position, node=node)
     return None if scope.variable(token.text) is None else Referent("variable", token.text, node=node)
 
 
@@ -167,19 +164,17 @@ def _routine(scope: Scope, token: Token, node: Any) -> Referent | None:
 
 def _type(scope: Scope, token: Token, node: Any) -> Referent | None:
     key = token.text.upper()
-    for names in (scope.own, scope.program.names):
-        if key in names.types:
-            found = names.types[key]
-            return Referent("type", found.name, declared=found, position=found.position)
+    found = next((x.types[key] for x in scope.tables if key in x.types), None)
+    if found is not None:
+        return Referent("type", found.name, declared=found, position=found.position)
     return Referent("type", token.text) if scope.is_type(key) else None
 
 
 def _constant(context: LineContext, token: Token) -> Referent:
     name = token.text[1:]
-    tables = (context.scope.own.enums, context.scope.program.names.enums)
-    owner = next((enum for table in tables for enum, members in table.items() if name.upper() in members), "")
-    position = _member_position(context.scope, owner)
-    return Referent("constant", name, owner or "#", position=position)
+    enums = (pair for table in context.scope.tables for pair in table.enums.items())
+    owner = next((enum for enum, members in enums if name.upper() in members), "")
+    return Referent("constant", name, owner or "#", position=_member_position(context.scope, owner))
 
 
 def _component(scope: Scope, owner: Type, name: str, node: Any) -> Referent | None:
@@ -191,8 +186,7 @@ def _component(scope: Scope, owner: Type, name: str, node: Any) -> Referent | No
 
 def _member_position(scope: Scope, owner: str) -> SourcePosition | None:
     """Where the type of a component or constant is declared."""
-    found = scope.own.types.get(owner) or scope.program.names.types.get(owner)
-    return None if found is None else found.position
+    return next((x.types[owner].position for x in scope.tables if owner in x.types), None)
 
 
 def _label(context: LineContext, token: Token) -> Referent | None:
@@ -246,28 +240,31 @@ def hover_text(context: LineContext, found: Referent) -> str:
 def _declaration(context: LineContext, found: Referent) -> list[str]:
     if isinstance(found.declared, Routine):
         return [statement_text(found.declared.head)]
-    if found.meaning in ("component", "constant", "label"):
-        return _part(context, found)
-    if found.meaning == "routine":
-        return [_known(context, found.name)]
-    if found.meaning == "type":
-        return _type_lines(context, found)
-    if found.declared is None and context.scope.known.text(found.name) is not None:
-        return [_known(context, found.name)]
+    match found.meaning:
+        case "label":
+            return [f"{found.name}:"]
+        case "constant":
+            return _constant_lines(context, found)
+        case "component":
+            components = context.scope.structure(found.owner) or {}
+            return [f"{components[found.name.upper()]} {found.name} of {found.owner}"]
+        case "type":
+            return _type_lines(context, found)
+        case "routine":
+            return [_known(context, found.name)]
+        case "variable":
+            return [_variable_line(context, found)]
+
+
+def _variable_line(context: LineContext, found: Referent) -> str:
+    declared = found.declared
+    if declared is None and context.scope.known.text(found.name) is not None:
+        return _known(context, found.name)
     kind = context.scope.variable(found.name)
     text = "" if kind is None or kind.name == "?" else f"{kind} "
-    mark = "CONST " if isinstance(found.declared, DeclaredName) and found.declared.const else ""
-    shared = "GLOBAL " if isinstance(found.declared, DeclaredName) and found.declared.is_global else ""
-    return [f"{shared}DECL {mark}{text}{found.name}"]
-
-
-def _part(context: LineContext, found: Referent) -> list[str]:
-    if found.meaning == "label":
-        return [f"{found.name}:"]
-    if found.meaning == "constant":
-        return _constant_lines(context, found)
-    components = context.scope.structure(found.owner) or {}
-    return [f"{components[found.name.upper()]} {found.name} of {found.owner}"]
+    mark = "CONST " if isinstance(declared, DeclaredName) and declared.const else ""
+    shared = "GLOBAL " if isinstance(declared, DeclaredName) and declared.is_global else ""
+    return f"{shared}DECL {mark}{text}{found.name}"
 
 
 def _constant_lines(context: LineContext, found: Referent) -> list[str]:

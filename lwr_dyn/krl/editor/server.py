@@ -1,7 +1,5 @@
 """`lwr-dyn krl server`: the Language Server Protocol for KRL over stdin and stdout, by pygls."""
 
-from __future__ import annotations
-
 import asyncio
 import re
 from collections.abc import Sequence
@@ -20,6 +18,7 @@ from lwr_dyn.krl.editor.referents import LineContext, Referent, hover_text
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.names.known_names import known_names
+from lwr_dyn.krl.project.project import ModuleFile
 
 _WORD = re.compile(r"#?[\w$.]+|\S?")
 
@@ -170,19 +169,15 @@ class _Editor:
         return [self._location(project, x, len(token.text)) for x in uses]
 
     def symbols(self, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
-        found = self._fresh(params.text_document.uri)
+        found = self._file(params.text_document.uri)
         if found is None:
             return []
-        file = found[0].project.file(found[1])
-        return [self._symbol(file.file, item) for item in outline_items(file.file, file.outline)]
+        return [self._symbol(found.file, item) for item in outline_items(found.file, found.outline)]
 
     def folding(self, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
-        found = self._fresh(params.text_document.uri)
-        if found is None:
-            return []
-        file = found[0].project.file(found[1])
-        kinds = {"fold": lsp.FoldingRangeKind.Region}
-        return [lsp.FoldingRange(x.first, x.last, kind=kinds.get(x.kind)) for x in folds_of(file.file, file.outline)]
+        found, kinds = self._file(params.text_document.uri), {"fold": lsp.FoldingRangeKind.Region}
+        folds = [] if found is None else folds_of(found.file, found.outline)
+        return [lsp.FoldingRange(x.first, x.last, kind=kinds.get(x.kind)) for x in folds]
 
     def _cancel(self, uri: str) -> None:
         handle = self.waiting.pop(uri, None)
@@ -199,22 +194,23 @@ class _Editor:
             project.set_text(name, self.server.workspace.get_text_document(uri).source)
         return (project, name) if name in project.project.homes else None
 
+    def _file(self, uri: str) -> ModuleFile | None:
+        """A file as it is now."""
+        fresh = self._fresh(uri)
+        return None if fresh is None else fresh[0].project.file(fresh[1])
+
     def _check(self, uri: str) -> None:
         """Check a file and its module now, and the other open files soon: they may use what it declares."""
-        self._cancel(uri)
         self._publish(uri)
         self._check_others(uri)
 
     def _check_others(self, uri: str) -> None:
         for other in self.open:
             if other != uri and other not in self.waiting:
-                self.waiting[other] = asyncio.get_running_loop().call_later(2 * DEBOUNCE, self._check_alone, other)
-
-    def _check_alone(self, uri: str) -> None:
-        self._cancel(uri)
-        self._publish(uri)
+                self.waiting[other] = asyncio.get_running_loop().call_later(2 * DEBOUNCE, self._publish, other)
 
     def _publish(self, uri: str) -> None:
+        self._cancel(uri)
         fresh = self._fresh(uri)
         if fresh is None:
             return

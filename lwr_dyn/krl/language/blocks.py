@@ -10,18 +10,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from lwr_dyn.krl.diagnostics import Diagnostic, Severity
+from lwr_dyn.krl.language import declarations as d
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.declarations import (
-    Channel,
-    Declaration,
-    Def,
-    DefDat,
-    EnumType,
-    External,
-    Header,
-    Signal,
-    StructType,
-)
 from lwr_dyn.krl.language.source import SourceFile
 
 OPENERS = {"IF": "ENDIF", "WHILE": "ENDWHILE", "SWITCH": "ENDSWITCH", "FOR": "ENDFOR", "LOOP": "ENDLOOP",
@@ -48,14 +38,6 @@ class CodeBlock:
     parts: list[int] = field(default_factory=list)
 
 
-@dataclass(slots=True, eq=False)
-class PairedBlocks:
-    """The blocks of a routine, by each line that opens, splits, leaves or closes one, and their faults."""
-
-    blocks: dict[int, CodeBlock] = field(default_factory=dict)
-    diagnostics: list[Diagnostic] = field(default_factory=list)
-
-
 def keyword_of(statement: s.Statement | None) -> str:
     """The keyword by which a line opens, splits or closes a block; empty for other lines."""
     if isinstance(statement, s.Plain | s.Condition):
@@ -65,27 +47,17 @@ def keyword_of(statement: s.Statement | None) -> str:
     return {s.For: "FOR", s.CaseBranch: "CASE", s.EndSpline: "ENDSPLINE"}.get(type(statement), "")
 
 
-def paired_blocks(file: SourceFile, words: Sequence[tuple[int, str]], last: int) -> PairedBlocks:
-    """The blocks of lines (index and keyword) of one routine whose body ends before line `last`."""
-    in_order = _Pairing(file, "order").read(words, last)
-    if not in_order.diagnostics:
-        return in_order
-    ways: tuple[Way, ...] = ("strict", "indentation")
-    pairings = [*(_Pairing(file, way).read(words, last) for way in ways), in_order]
-    return min(pairings, key=lambda pairing: len(pairing.diagnostics))
+class BlockPairing:
+    """Pairs the block lines (index and keyword) of one routine whose body ends before line `last`."""
 
-
-class _Pairing:
-    """Pairs the block lines of one routine, in order."""
-
-    def __init__(self, file: SourceFile, way: Way) -> None:
+    def __init__(self, file: SourceFile, way: Way, words: Sequence[tuple[int, str]], last: int) -> None:
         self.file, self.way = file, way
-        self.out = PairedBlocks()
+        self.blocks: dict[int, CodeBlock] = {}
+        """By each line that opens, splits, leaves or closes one."""
+        self.diagnostics: list[Diagnostic] = []
         self.open: list[CodeBlock] = []
         self.indentations: dict[int, int] = {}
         self.deeper = 0
-
-    def read(self, words: Sequence[tuple[int, str]], last: int) -> PairedBlocks:
         for i, keyword in words:
             if keyword in OPENERS:
                 self._opened(i, keyword)
@@ -96,11 +68,10 @@ class _Pairing:
             else:
                 self._part(i, keyword)
         self._close_inner(0, last)
-        return self.out
 
     def _report(self, i: int, code: str, message: str, hint: str) -> None:
         column = getattr(self.file.lines[i].statement, "column", 1)
-        self.out.diagnostics.append(Diagnostic(self.file.position(i, column), "error", code, message, hint))
+        self.diagnostics.append(Diagnostic(self.file.position(i, column), "error", code, message, hint))
 
     def _indentation(self, i: int) -> int:
         if i not in self.indentations:
@@ -159,14 +130,14 @@ class _Pairing:
     def _pair(self, block: CodeBlock, last: int) -> None:
         block.last = last
         for i in (block.first, *block.parts):
-            self.out.blocks[i] = block
+            self.blocks[i] = block
         # a line that closes several blocks (an inner one has no end) belongs to the outermost
-        self.out.blocks[last] = block
+        self.blocks[last] = block
 
     def _left(self, i: int) -> None:
         loop = next((block for block in reversed(self.open) if block.kind in LOOPS), None)
         if loop is not None:
-            self.out.blocks[i] = loop
+            self.blocks[i] = loop
         else:
             self._report(i, "stray-exit", "EXIT outside of a loop", "EXIT leaves LOOP, FOR, WHILE and REPEAT")
 
@@ -185,8 +156,18 @@ class _Pairing:
             self.open[at].parts.append(i)
 
 
+def paired_blocks(file: SourceFile, words: Sequence[tuple[int, str]], last: int) -> BlockPairing:
+    """The pairing with the fewest faults."""
+    in_order = BlockPairing(file, "order", words, last)
+    if not in_order.diagnostics:
+        return in_order
+    ways: tuple[Way, ...] = ("strict", "indentation")
+    pairings = [*(BlockPairing(file, way, words, last) for way in ways), in_order]
+    return min(pairings, key=lambda pairing: len(pairing.diagnostics))
+
+
 _WORD = re.compile(r"[A-Z_$][A-Z0-9_$]*")
-DECLARATIONS = (Declaration, EnumType, StructType, Signal, Channel, External)
+DECLARATIONS = (d.Declaration, d.EnumType, d.StructType, d.Signal, d.Channel, d.External)
 
 
 @dataclass(slots=True)
@@ -194,7 +175,7 @@ class Routine:
     """A DEF or DEFFCT: its head, the lines `first` to `last` (exclusive) of its body, its blocks and labels."""
 
     file: SourceFile
-    head: Def
+    head: d.Def
     first: int
     last: int = -1
     blocks: dict[int, CodeBlock] = field(default_factory=dict)
@@ -205,6 +186,11 @@ class Routine:
     def name(self) -> str:
         """In capitals."""
         return self.head.name.upper()
+
+    @property
+    def ender(self) -> str:
+        """The keyword that ends it."""
+        return "END" if self.head.returns is None else "ENDFCT"
 
     def lines(self) -> Iterator[tuple[int, s.Statement]]:
         """Index and statement of each line of the body that has a statement."""
@@ -249,12 +235,12 @@ class _OutlineReader:
 
     def data(self) -> FileOutline:
         statements = [line.statement for line in self.file.lines]
-        inside = any(isinstance(x, DefDat) for x in statements)
+        inside = any(isinstance(x, d.DefDat) for x in statements)
         ended = any(isinstance(x, s.Plain) and x.keyword == "ENDDAT" for x in statements)
         for i, x in enumerate(statements):
             if isinstance(x, (*DECLARATIONS, s.Assign)):
                 self.out.data.append((i, x))
-            elif x is not None and not isinstance(x, Header | DefDat) and keyword_of(x) != "ENDDAT":
+            elif x is not None and not isinstance(x, d.Header | d.DefDat) and keyword_of(x) != "ENDDAT":
                 self.report(i, "statement-in-dat", "a .dat holds declarations only", "move it into the .src")
         if self._unread():
             return self.out
@@ -270,9 +256,9 @@ class _OutlineReader:
             x = line.statement
             if not line.readable:
                 self._unreadable(i, line.layout or "")
-            elif x is None or isinstance(x, Header):
+            elif x is None or isinstance(x, d.Header):
                 continue
-            elif isinstance(x, Def):
+            elif isinstance(x, d.Def):
                 self._close(i, missing=True)
                 self._open(i, x)
             elif isinstance(x, s.Plain) and x.keyword in ("END", "ENDFCT"):
@@ -280,7 +266,7 @@ class _OutlineReader:
             elif self.routine is None:
                 self._outside(i, x)
             else:
-                self._body(i, x)
+                self._body(i, x, self.routine.labels)
         self._close(len(self.file.lines), missing=True)
         if not self.out.routines and not self._unread():
             self.report(0, "missing-def", "the file has no DEF", "begin with DEF name( ), end with END")
@@ -299,7 +285,7 @@ class _OutlineReader:
         """Whether a line has a syntax error: the DEF or END may be that line, so it is not reported as missing."""
         return any(not line.readable for line in self.file.lines)
 
-    def _open(self, i: int, head: Def) -> None:
+    def _open(self, i: int, head: d.Def) -> None:
         self.routine, self.words, self.began = Routine(self.file, head, i + 1), [], False
         self.lost = self.outside = False
         if self.routine.name in self.names:
@@ -315,8 +301,8 @@ class _OutlineReader:
         self.out.diagnostics += paired.diagnostics
         routine.last = i
         if missing:
-            ender = "END" if routine.head.returns is None else "ENDFCT"
-            self.report(routine.first - 1, "missing-end", f"{routine.head.name} has no {ender}", f"end it with {ender}")
+            name, ender = routine.head.name, routine.ender
+            self.report(routine.first - 1, "missing-end", f"{name} has no {ender}", f"end it with {ender}")
         self.out.routines.append(routine)
         self.routine = None
 
@@ -326,7 +312,7 @@ class _OutlineReader:
                 self.report(i, "stray-end", f"{keyword} closes nothing", "remove it, or begin with DEF")
             self.lost = self.outside = False
             return
-        wanted = "END" if self.routine.head.returns is None else "ENDFCT"
+        wanted = self.routine.ender
         if keyword != wanted:
             self.report(i, "wrong-end", f"{self.routine.head.name} ends with {keyword}", f"end it with {wanted}")
         self._close(i, missing=False)
@@ -337,24 +323,17 @@ class _OutlineReader:
             self.report(i, "outside-routine", "a statement outside of DEF ... END", "move it into a routine")
             self.outside = True
 
-    def _body(self, i: int, x: s.Statement) -> None:
-        self._order(i, x)
-        keyword = keyword_of(x)
-        if keyword in BLOCK_WORDS:
-            self.words.append((i, keyword))
-        elif isinstance(x, s.Label):
-            self._label(i, x)
-
-    def _label(self, i: int, x: s.Label) -> None:
-        assert self.routine is not None
-        if x.name.upper() in self.routine.labels:
-            self.report(i, "duplicate-name", f"the label {x.name} is there twice", "rename one of them")
-        self.routine.labels.setdefault(x.name.upper(), i)
-
-    def _order(self, i: int, x: s.Statement) -> None:
+    def _body(self, i: int, x: s.Statement, labels: dict[str, int]) -> None:
         if isinstance(x, DECLARATIONS):
             if self.began:
                 message = "a declaration after the first statement"
                 self.report(i, "late-declaration", message, "declarations stand first, right after DEF")
-        else:
-            self.began = True
+            return
+        self.began = True
+        keyword = keyword_of(x)
+        if keyword in BLOCK_WORDS:
+            self.words.append((i, keyword))
+        elif isinstance(x, s.Label):
+            if x.name.upper() in labels:
+                self.report(i, "duplicate-name", f"the label {x.name} is there twice", "rename one of them")
+            labels.setdefault(x.name.upper(), i)

@@ -156,6 +156,18 @@ def root_name(x: Reference) -> str:
     return x.name.upper()
 
 
+def number_of(x: Expression | None) -> int | float | None:
+    """The value of a number with its sign; None for anything else.
+
+    >>> number_of(Unary("-", Integer(3)))
+    -3
+    """
+    if isinstance(x, Unary) and x.operator in ("+", "-"):
+        value = number_of(x.operand)
+        return -value if value is not None and x.operator == "-" else value
+    return x.value if isinstance(x, Integer | Real) else None
+
+
 def _optional_list(c: Nodes) -> tuple[Any, ...]:
     return () if c == [None] else tuple(c)
 

@@ -11,10 +11,8 @@ from dataclasses import replace
 
 from lwr_dyn.krl.language.blocks import CLOSERS, OPENERS, keyword_of
 from lwr_dyn.krl.language.declarations import Def, Header
-from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
-from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.lexer import KEYWORDS, Token, tokens_of
 from lwr_dyn.krl.language.source import SourceFile, SourceLine
-from lwr_dyn.krl.language.statements import Statement
 
 _OPEN, _CLOSE = frozenset("([{"), frozenset(")]}")
 _TIGHT_BEFORE = _CLOSE | frozenset(",.[")
@@ -166,7 +164,7 @@ def _formatted_line(line: SourceLine, margin: str, is_data: bool) -> SourceLine:
         return line
     for capitals in (True, False):
         new = _layout(text, margin, capitals, is_data)
-        if _meaning(new) == (line.statement, line.comment):
+        if line.means(new):
             return replace(line, layout=new)
     return line
 
@@ -196,10 +194,3 @@ def _in_place(code: str, tokens: list[tuple[int, str]]) -> str:
     for at, word in tokens:
         code = code[:at] + word + code[at + len(word) :]
     return code.lstrip(" \t")
-
-
-def _meaning(text: str) -> tuple[Statement | None, str | None] | None:
-    try:
-        return parse_line(text)
-    except LineError:
-        return None

@@ -62,6 +62,14 @@ def parse_line(text: str) -> tuple[Statement | None, str | None]:
     return line
 
 
+def statement_of(text: str) -> Statement | None:
+    """The statement of a line; None without one, or where the line has a syntax error."""
+    try:
+        return parse_line(text)[0]
+    except LineError:
+        return None
+
+
 def _line(text: str) -> ParsedLine:
     if text.lstrip().startswith("&"):
         return Header(text.strip()), None

@@ -4,6 +4,7 @@ A line keeps its statement, its comment, and the text it was read from. That tex
 means the same, so the layout stays and an edit changes its own lines only.
 """
 
+import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -11,35 +12,52 @@ from functools import lru_cache
 from pathlib import Path
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.foundation.files import read_bytes, reason_of, write_file
+from lwr_dyn.foundation.files import read_bytes, write_file
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import LINES, LONGEST_KEPT, parse_line
 from lwr_dyn.krl.language.statements import Statement
 from lwr_dyn.krl.language.unparse import statement_text
 
-ENDINGS = (".src", ".dat", ".sub")
+ENDINGS = (".src", ".sub", ".dat")
+
+
+def is_krl_file(path: Path) -> bool:
+    """Whether it is a regular file with the ending of a KRL file; a pipe would never end."""
+    return path.suffix.lower() in ENDINGS and path.is_file()
 
 
 def krl_files(path: str | Path) -> list[Path]:
-    """The file itself, or all .src, .dat and .sub files in a folder and below, in order of their paths.
+    """The file itself, or all .src, .sub and .dat files in a folder and below, in order of their paths.
 
-    Links to folders are not followed. Raises `FileAccessError` for another ending and a folder without such a file.
+    Links to folders are not followed, folders whose names begin with a point are left out. Raises `FileAccessError` for
+    another ending and a folder without such a file.
     """
     target = Path(path)
     if not target.is_dir():
         if target.suffix.lower() not in ENDINGS:
-            raise FileAccessError(
-                str(path), f"ends in {target.suffix or 'nothing'!r}", "a .src, .dat, .sub or a folder"
-            )
+            fault = f"ends in {target.suffix or 'nothing'!r}"
+            raise FileAccessError(str(path), fault, "a .src, .sub or .dat file, a folder")
         return [target]
+    found: list[Path] = []
+    for root, folders, names in os.walk(target):
+        folders[:] = [x for x in folders if not x.startswith(".")]
+        found += filter(is_krl_file, (Path(root, name) for name in names))
+    if not found:
+        raise FileAccessError(str(path), "a folder without KRL files", "a folder of .src, .sub and .dat files")
+    return sorted(found)
+
+
+def data_beside(path: Path) -> Path | None:
+    """The `.dat` beside a `.src` or `.sub`, its name in any case."""
+    if path.suffix.lower() == ".dat":
+        return None
     try:
-        files = sorted(x for x in target.rglob("*") if x.suffix.lower() in ENDINGS and x.is_file())
-    except OSError as fault:
-        raise FileAccessError(str(path), reason_of(fault), "a folder that can be read") from None
-    if not files:
-        raise FileAccessError(str(path), "a folder without .src, .dat or .sub", "a folder of KRL files")
-    return files
+        siblings = sorted(path.parent.iterdir())
+    except OSError:
+        return None
+    wanted = path.with_suffix(".dat").name.lower()
+    return next((p for p in siblings if p.name.lower() == wanted and p.is_file()), None)
 
 
 NEWLINE = "\r\n"
@@ -68,7 +86,7 @@ class SourceLine:
 
     def text(self) -> str:
         """The line as it is written, without its end."""
-        if self.layout is not None and (not self.readable or _means(self.layout, self)):
+        if self.layout is not None and (not self.readable or self.means(self.layout)):
             return self.layout
         text = "" if self.statement is None else statement_text(self.statement)
         if self.comment is None:
@@ -76,6 +94,13 @@ class SourceLine:
         if "\n" in self.comment or "\r" in self.comment:
             raise OptionError("comment", repr(self.comment), "one line of text")
         return f"{text} ;{self.comment}" if text else f";{self.comment}"
+
+    def means(self, layout: str) -> bool:
+        """Whether a text has the statement and comment of the line."""
+        try:
+            return parse_line(layout) == (self.statement, self.comment)
+        except LineError:
+            return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,14 +195,6 @@ def read_source(path: str | Path, name: str | None = None) -> tuple[SourceFile, 
     Raises `FileAccessError` when it cannot be read or is larger than any program.
     """
     return parse_bytes(read_bytes(path, "a KRL file, .src or .dat", LARGEST), name or Path(path).name)
-
-
-def _means(layout: str, line: SourceLine) -> bool:
-    """Whether the text still parses to the statement and comment of the line."""
-    try:
-        return parse_line(layout) == (line.statement, line.comment)
-    except LineError:
-        return False
 
 
 def _split(text: str) -> Iterable[tuple[str, str]]:

@@ -94,6 +94,11 @@ def _list(values: Sequence[e.Expression]) -> str:
     return ", ".join(expression_text(v) for v in values)
 
 
+def _after(words: str, value: e.Expression | None) -> str:
+    """A value behind its words; nothing where it is left out."""
+    return "" if value is None else words + expression_text(value)
+
+
 def _brackets(sizes: tuple[e.Expression, ...] | None) -> str:
     return "" if sizes is None else f"[{_list(sizes)}]"
 
@@ -109,9 +114,8 @@ def _global(
 
 
 def _declarator(x: d.Declarator) -> str:
-    value = "" if x.value is None else f" = {expression_text(x.value)}"
     brackets = f"[{',' * x.commas}]" if x.commas else _brackets(x.sizes)
-    return f"{x.name}{brackets}{value}"
+    return f"{x.name}{brackets}{_after(' = ', x.value)}"
 
 
 def _parameter(x: d.Parameter) -> str:
@@ -130,11 +134,6 @@ def _declaration(x: d.Declaration) -> str:
     return _words(decl, _global(x), const, x.type, ", ".join(map(_declarator, x.names)))
 
 
-def _signal(x: d.Signal) -> str:
-    last = None if x.last is None else f"TO {expression_text(x.last)}"
-    return _words(_global(x), "SIGNAL", x.name, expression_text(x.first), last)
-
-
 def _external(x: d.External) -> str:
     own = "P" if x.of_controller else ""
     head = f"EXT{own}" if x.returns is None else f"EXTFCT{own} {x.returns}{_brackets(x.returns_sizes)}"
@@ -146,19 +145,14 @@ def _settings(settings: tuple[s.Assign, ...]) -> str | None:
 
 
 def _move(x: s.Move) -> str:
-    points = expression_text(x.target)
-    if x.auxiliary is not None:
-        points = f"{expression_text(x.auxiliary)}, {points}"
-    if x.angle is not None:
-        points = f"{points}, CA {expression_text(x.angle)}"
+    points = ", ".join(expression_text(p) for p in (x.auxiliary, x.target) if p is not None) + _after(", CA ", x.angle)
     frame = None if x.frame is None else f"#{x.frame}"
     return _words(x.kind, points, _settings(x.settings), *x.blends, frame)
 
 
 def _for(x: s.For) -> str:
-    step = None if x.step is None else f"STEP {expression_text(x.step)}"
     ends = f"{expression_text(x.variable)} = {expression_text(x.first)} TO {expression_text(x.last)}"
-    return _words("FOR", ends, step)
+    return _words("FOR", ends, _after("STEP ", x.step))
 
 
 def _interrupt(x: s.InterruptDeclaration) -> str:
@@ -167,19 +161,14 @@ def _interrupt(x: s.InterruptDeclaration) -> str:
 
 
 def _trigger(x: s.Trigger) -> str:
-    place = f"TRIGGER WHEN {x.place} = {expression_text(x.value)}"
-    priority = None if x.priority is None else f"PRIO = {expression_text(x.priority)}"
-    start = "ONSTART" if x.on_start else None
-    return _words(place, start, f"DELAY = {expression_text(x.delay)} DO", statement_text(x.action), priority)
+    place = f"TRIGGER WHEN {x.place} = {expression_text(x.value)}{' ONSTART' * x.on_start}"
+    action = f"DELAY = {expression_text(x.delay)} DO {statement_text(x.action)}"
+    return _words(place, action, _after("PRIO = ", x.priority))
 
 
 def _analog(x: s.Analog) -> str:
-    value = None if x.value is None else f"= {expression_text(x.value)}"
-    return _words(x.keyword, x.mode, expression_text(x.target), value, *map(statement_text, x.options))
-
-
-def _optional(value: e.Expression | None) -> str | None:
-    return None if value is None else expression_text(value)
+    target, options = expression_text(x.target), map(statement_text, x.options)
+    return _words(x.keyword, x.mode, target, _after("= ", x.value), *options)
 
 
 _STATEMENTS: dict[type, Callable[[Any], str]] = {
@@ -193,7 +182,7 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     d.StructType: lambda x: _words(
         _global(x), "STRUC", x.name, ", ".join(f"{kind} {', '.join(map(_declarator, of))}" for kind, of in x.members)
     ),
-    d.Signal: _signal,
+    d.Signal: lambda x: _words(_global(x), "SIGNAL", x.name, expression_text(x.first), _after("TO ", x.last)),
     d.Channel: lambda x: _words(_global(x), f"CHANNEL :{x.name} :{x.channel}", expression_text(x.structure)),
     d.External: _external,
     s.Assign: lambda x: f"{expression_text(x.target)} = {expression_text(x.value)}",
@@ -207,9 +196,9 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     s.For: _for,
     s.Jump: lambda x: f"GOTO {x.label}",
     s.Label: lambda x: f"{x.name}:",
-    s.Return: lambda x: _words("RETURN", _optional(x.value)),
+    s.Return: lambda x: _words("RETURN", _after("", x.value)),
     s.InterruptDeclaration: _interrupt,
-    s.InterruptSwitch: lambda x: _words("INTERRUPT", x.mode, _optional(x.priority)),
+    s.InterruptSwitch: lambda x: _words("INTERRUPT", x.mode, _after("", x.priority)),
     s.Trigger: _trigger,
     s.Analog: _analog,
 }

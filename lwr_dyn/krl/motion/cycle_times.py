@@ -9,8 +9,6 @@ A corner is a parabola between tangents of equal length on both motions: the lea
 of each motion. In space the speed v on curvature k keeps v^2 k <= $ACC.CP; PTP motions keep the bounds of each axis.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise

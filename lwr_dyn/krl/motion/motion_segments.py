@@ -18,18 +18,8 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import flange_pose, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
-from lwr_dyn.krl.motion.pose_paths import (
-    FLIP,
-    STILL,
-    TURN,
-    PosePath,
-    ProfileBounds,
-    Speeds,
-    axes_along,
-    degrees_text,
-    fastest_on_arc,
-    path_bounds,
-)
+from lwr_dyn.krl.motion import pose_paths
+from lwr_dyn.krl.motion.pose_paths import FLIP, STILL, TURN, PosePath, ProfileBounds, Speeds, degrees_text
 from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import MotionProfile, trapezoid
@@ -140,7 +130,7 @@ class CartesianSegment:
     @property
     def bounds(self) -> ProfileBounds:
         """Of its profile."""
-        return path_bounds(self.path, self.speeds)
+        return pose_paths.path_bounds(self.path, self.speeds)
 
     @property
     def profile(self) -> MotionProfile:
@@ -211,7 +201,7 @@ def axes_of_poses(
 
 def is_held_back(segment: CartesianSegment) -> bool:
     """Whether v^2 / radius <= $ACC.CP makes an arc slower than $VEL.CP, where it is passed fastest."""
-    profile, bound = segment.profile, fastest_on_arc(segment.path, segment.speeds)
+    profile, bound = segment.profile, pose_paths.fastest_on_arc(segment.path, segment.speeds)
     fastest = 2.0 * float(profile.coefficients[0, 2]) * float(profile.knots[1])
     return fastest > bound * (1.0 - 1e-9) and segment.speeds.cp > bound * (1.0 + 1e-9)
 
@@ -234,14 +224,14 @@ def cartesian_segment(
     """LIN or CIRC from axes `start` (n,); None when nothing moves, or the path leaves reach or limits (reported)."""
     if path.is_still:
         return None
-    profile = _profile(path.segment.length, path_bounds(path, speeds))
+    profile = _profile(path.segment.length, pose_paths.path_bounds(path, speeds))
     timed = TimedPosePath(Path((path.segment,)), path.orientation, profile)
     steps = math.ceil(path.length / STEP_M) + math.ceil(path.angle / STEP_RAD)
     along = np.linspace(0.0, 1.0, int(np.clip(steps, FEWEST, MOST)) + 1)
-    table = axes_along(arm, start, timed.poses(along * profile.length) @ np.linalg.inv(tool), along, report)
+    table = pose_paths.axes_along(arm, start, timed.poses(along * profile.length) @ np.linalg.inv(tool), along, report)
     if table is None:
         return None
-    segment = CartesianSegment(arm, tool, path, timed, table.branch, table.q, speeds)
+    segment = CartesianSegment(arm, tool, path, timed, *table, speeds)
     return segment if _check_speeds(segment, report) else None
 
 

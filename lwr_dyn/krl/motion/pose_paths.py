@@ -5,8 +5,6 @@ bounds have the form |first u + second x| <= most and hold at both ends of a ste
 the end can be reached; forwards: the largest u that stays below it (Pham and Pham, TOPP-RA, IEEE T-RO 34, 2018).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -155,18 +153,11 @@ FLIP = np.radians(90.0)
 """[rad] A4 or A6 that turns by more between two samples of a path has flipped."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AxisTable:
-    """The axes (m, n) [rad] along a path, on one branch of the inverse kinematics."""
+def axes_along(arm: Arm, start: Array, flange: Array, along: Array, report: Report) -> tuple[int, Array] | None:
+    """The axes (m, n) [rad] from `start` (n,) through flange poses (m, 4, 4) at shares `along` (m,) of a path.
 
-    branch: int
-    q: Array
-
-
-def axes_along(arm: Arm, start: Array, flange: Array, along: Array, report: Report) -> AxisTable | None:
-    """The axes from `start` (n,) [rad] through flange poses (m, 4, 4) at shares `along` (m,) of a path.
-
-    None with a fault that is reported: reach, a wrist that flips or is singular, limits.
+    With their branch of the inverse kinematics. None with a fault that is reported: reach, a wrist that flips or is
+    singular, limits.
     """
     solutions = all_branches(arm, flange)
     away = np.abs((solutions.q[0] - start + np.pi) % TURN - np.pi).max(axis=-1)
@@ -188,8 +179,7 @@ def axes_along(arm: Arm, start: Array, flange: Array, along: Array, report: Repo
         if wrist[passed] >= NEAR:
             report("error", "singularity", "the path begins where axes are not determined", "leave the place by PTP")
         return None
-    fit = _no_flip(q, along, report) and inside_limits(arm, q, report)
-    return AxisTable(branch, q) if fit else None
+    return (branch, q) if _no_flip(q, along, report) and inside_limits(arm, q, report) else None
 
 
 def _no_flip(q: Array, along: Array, report: Report) -> bool:
@@ -331,12 +321,12 @@ def times_along(s: Array, x: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(2.0 * np.diff(s) / np.maximum(v[1:] + v[:-1], 1e-15))])
 
 
-def profile_along(name: str, s: Array, x: Array) -> MotionProfile:
+def profile_along(s: Array, x: Array) -> MotionProfile:
     """The motion profile with x = ds^2 at the nodes s, of constant dds from node to node."""
     u = np.diff(x) / (2.0 * np.diff(s))
     rows = np.zeros((len(u), DEGREE + 1))
     rows[:, 0], rows[:, 1], rows[:, 2] = s[:-1] - s[0], np.sqrt(x[:-1]), 0.5 * u
-    return MotionProfile(name, float(s[-1] - s[0]), times_along(s, x), rows)
+    return MotionProfile("spline", float(s[-1] - s[0]), times_along(s, x), rows)
 
 
 def seconds_at(profile: MotionProfile, s: Array) -> Array:

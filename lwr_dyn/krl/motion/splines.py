@@ -10,8 +10,6 @@ Bounds: $VEL.CP, $ACC.CP along and across the path, $VEL.ORI1, $ACC.ORI1 about e
 acceleration of each axis ($VEL_AXIS, $ACC_AXIS). A motion of the block keeps its own bounds.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,18 +22,9 @@ from scipy.spatial.transform import Rotation
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
+from lwr_dyn.krl.motion import pose_paths
 from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, axes_of_poses
-from lwr_dyn.krl.motion.pose_paths import (
-    STILL,
-    PathLimits,
-    PosePath,
-    Speeds,
-    axes_along,
-    fastest_speeds,
-    path_between,
-    profile_along,
-    with_fine_ends,
-)
+from lwr_dyn.krl.motion.pose_paths import STILL, PathLimits, PosePath, Speeds, path_between
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.trajectory.motion_profile import constant_speed
 from lwr_dyn.trajectory.path import SHORTEST, Path, PathSample, Segment
@@ -102,7 +91,6 @@ class SplinePoint:
 
     kind: str
     pose: Array
-    speeds: Speeds
     through: Array | None = None
     angle: float | None = None
 
@@ -231,21 +219,22 @@ def spline_segment(
     # a curve bends most at its points, and between near ones it changes quickly
     per_motion = max(1, min(PER_MOTION, MOST // len(piece.ends)))
     marks = np.linspace(np.append(0.0, piece.ends[:-1]), piece.ends, per_motion + 1)[1:]
-    s = with_fine_ends(with_points(even, np.sort(marks.ravel())))
+    s = pose_paths.with_fine_ends(with_points(even, np.sort(marks.ravel())))
     along = TimedPosePath(Path((path.segment,)), path.orientation, constant_speed(whole, whole))
     T = along.poses(s)
-    table = axes_along(arm, start, T @ np.linalg.inv(tool), s / whole, report)
+    table = pose_paths.axes_along(arm, start, T @ np.linalg.inv(tool), s / whole, report)
     if table is None:
         return None
+    branch, q = table
     fine = np.interp(np.arange(BETWEEN * (len(s) - 1) + 1) / BETWEEN, np.arange(len(s)), s)
     place, turn = path.segment.at(fine), path.orientation.at(fine)
     first, second = np.hstack([place.dp, turn.rate]), np.hstack([place.ddp, turn.d_rate])
     bounds = [speeds[i] for i in np.minimum(np.searchsorted(piece.ends, fine - STILL), len(speeds) - 1)]
     in_space, nodes = _limits_in_space(fine, first, second, bounds), slice(None, None, BETWEEN)
-    axes = axes_of_poses(arm, tool, table.branch, T, first[nodes], second[nodes], table.q)
-    x = fastest_speeds(_both(_at_nodes(in_space), _axis_limits(s, axes.dq, axes.ddq, bounds[nodes])))
-    timed = TimedPosePath(along.path, path.orientation, profile_along("spline", s, x))
-    return CartesianSegment(arm, tool, path, timed, table.branch, table.q[np.isin(s, even)], speeds[-1])
+    axes = axes_of_poses(arm, tool, branch, T, first[nodes], second[nodes], q)
+    x = pose_paths.fastest_speeds(_both(_at_nodes(in_space), _axis_limits(s, axes.dq, axes.ddq, bounds[nodes])))
+    timed = TimedPosePath(along.path, path.orientation, pose_paths.profile_along(s, x))
+    return CartesianSegment(arm, tool, path, timed, branch, q[np.isin(s, even)], speeds[-1])
 
 
 def axis_spline_segment(arm: Arm, points: Array, speeds: Sequence[Speeds]) -> tuple[AxisSplineSegment, Array] | None:
@@ -262,10 +251,10 @@ def axis_spline_segment(arm: Arm, points: Array, speeds: Sequence[Speeds]) -> tu
     marks = np.concatenate([[0.0], ends])[moved]
     curve = CubicSpline(marks, points[moved], bc_type="natural")
     even = np.linspace(0.0, float(ends[-1]), int(np.clip(60 * len(steps), FEWEST, MOST)) + 1)
-    s = with_fine_ends(with_points(even, marks))
+    s = pose_paths.with_fine_ends(with_points(even, marks))
     bounds = [speeds[i] for i in np.minimum(np.searchsorted(ends, s - STILL), len(speeds) - 1)]
-    x = fastest_speeds(_axis_limits(s, curve(s, 1), curve(s, 2), bounds))
-    return AxisSplineSegment(arm, curve, profile_along("spline", s, x), speeds[-1]), ends
+    x = pose_paths.fastest_speeds(_axis_limits(s, curve(s, 1), curve(s, 2), bounds))
+    return AxisSplineSegment(arm, curve, pose_paths.profile_along(s, x), speeds[-1]), ends
 
 
 def with_points(even: Array, points: Array) -> Array:

@@ -15,13 +15,13 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
+from lwr_dyn.krl.motion import motion_segments
 from lwr_dyn.krl.motion.motion_segments import (
     AxisMotion,
     AxisSplineSegment,
     CartesianSegment,
     MotionSegment,
     PtpSegment,
-    axes_of_poses,
 )
 from lwr_dyn.krl.motion.pose_paths import STILL, Blend, Corner
 from lwr_dyn.model.arm import Arm
@@ -168,7 +168,7 @@ def _sum_in_space(a: CartesianSegment, b: CartesianSegment, ta: Array, tb: Array
     velocity[:, 3:] = y.velocity[:, 3:] + w
     acceleration[:, 3:] = y.acceleration[:, 3:] + dw + np.cross(y.velocity[:, 3:], w)
     near = np.broadcast_to(b.start, (len(ta), len(b.start)))
-    return axes_of_poses(a.arm, a.tool, a.branch, T, velocity, acceleration, near)
+    return motion_segments.axes_of_poses(a.arm, a.tool, a.branch, T, velocity, acceleration, near)
 
 
 HALVINGS = 30

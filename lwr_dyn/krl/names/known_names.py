@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.resources import files
@@ -143,16 +143,15 @@ class KnownNames:
 
     def copy(self) -> KnownNames:
         """Names of its own, equal to these."""
-        return KnownNames(
-            dict(self.functions), dict(self.variables), dict(self.structures), dict(self.enums), set(self.open),
-            dict(self.origins),
-        )  # fmt: skip
+        return KnownNames(*(getattr(self, name).copy() for name in self.__slots__))
 
     def text(self, name: str) -> str | None:
         """One line about a name: its declaration and its origin; None for an unknown name."""
         key = name.upper()
         if key in self.functions:
-            said = _function_text(key, self.functions[key])
+            x = self.functions[key]
+            parameters = ", ".join([*map(str, x.parameters), *(["..."] if x.open else [])])
+            said = f"{'DEF' if x.returns is None else f'DEFFCT {x.returns}'} {key}({parameters})"
         elif key in self.variables:
             said = f"{self.variables[key]} {key}"
         elif key in self.structures:
@@ -166,11 +165,6 @@ class KnownNames:
         return f"{said}{more} ({origin})" if origin else said + more
 
 
-def _function_text(name: str, x: Function) -> str:
-    parameters = [str(p) for p in x.parameters] + (["..."] if x.open else [])
-    return f"{'DEF' if x.returns is None else f'DEFFCT {x.returns}'} {name}({', '.join(parameters)})"
-
-
 MOST_BYTES = 10_000_000
 """[bytes] A larger file of names is refused."""
 
@@ -182,6 +176,8 @@ _TYPE = rf"{_NAME}(?:\[[0-9, ]*\])?"
 _FUNCTION = re.compile(rf"\s*(?:({_TYPE})\s+)?({_NAME})\s*\((.*)\)\s*", re.DOTALL)
 _PARAMETER = re.compile(rf"\s*(OUT\s+)?({_TYPE})\s+({_NAME})\s*(\?)?\s*")
 _DECLARED = re.compile(rf"\s*(?:({_NAME})\s+)?({_NAME})(\[[0-9, ]*\])?\s*")
+_COMMA = re.compile(r",(?![^\[\]]*\])")
+"""Not the one in `REAL[8,2]`."""
 
 
 def known_names(extra: Iterable[str | Path] = ()) -> KnownNames:
@@ -193,7 +189,16 @@ def known_names(extra: Iterable[str | Path] = ()) -> KnownNames:
     'OUT'
     """
     paths = tuple(str(path) for path in extra)
-    return _extended(paths) if paths else _built_in()
+    if not paths:
+        return _built_in()
+    out = _built_in().copy()
+    for path in paths:
+        try:
+            text = read_bytes(path, "a file of names, .toml", MOST_BYTES).decode("utf-8")
+        except UnicodeDecodeError:
+            raise FileAccessError(path, "is no text in UTF-8", "a file of names, .toml") from None
+        _read(out, path, text)
+    return out
 
 
 @lru_cache(maxsize=1)
@@ -202,17 +207,6 @@ def _built_in() -> KnownNames:
     out.structures.update(GEOMETRY)
     for name in ("kernel.toml", "options.toml"):
         _read(out, name, files("lwr_dyn.krl.names").joinpath(name).read_text(encoding="ascii"))
-    return out
-
-
-def _extended(paths: Sequence[str]) -> KnownNames:
-    out = _built_in().copy()
-    for path in paths:
-        try:
-            text = read_bytes(path, "a file of names, .toml", MOST_BYTES).decode("utf-8")
-        except UnicodeDecodeError:
-            raise FileAccessError(path, "is no text in UTF-8", "a file of names, .toml") from None
-        _read(out, path, text)
     return out
 
 
@@ -265,22 +259,10 @@ def _function_of(where: str, text: object) -> tuple[str, Function]:
     match = _FUNCTION.fullmatch(_text(where, text))
     if match is None:
         raise OptionError(where, repr(text), '"TYPE NAME(TYPE a, OUT TYPE b, TYPE c?)"')
-    parts = [part for part in match[3].split(",") if part.strip()]
-    parts = _rejoined(parts)
+    parts = [part for part in _COMMA.split(match[3]) if part.strip()]
     more = bool(parts) and parts[-1].split()[-1] == "..."
     parameters = tuple(_parameter_of(where, part) for part in (parts[:-1] if more else parts))
     return match[2].upper(), Function(None if match[1] is None else _type_of(match[1]), parameters, more)
-
-
-def _rejoined(parts: Sequence[str]) -> list[str]:
-    """Put `REAL[8` and `2] a` together again."""
-    out: list[str] = []
-    for part in parts:
-        if out and out[-1].count("[") > out[-1].count("]"):
-            out[-1] += "," + part
-        else:
-            out.append(part)
-    return out
 
 
 def _parameter_of(where: str, text: str) -> FunctionParameter:
@@ -294,7 +276,7 @@ def _declared_in(where: str, text: object) -> tuple[dict[str, Type], bool]:
     """The names of `TYPE a, b[3], TYPE c` with their types, and whether `...` stands at the end."""
     out: dict[str, Type] = {}
     kind = None
-    parts = _rejoined(_text(where, text).split(","))
+    parts = _COMMA.split(_text(where, text))
     more = parts[-1].strip() == "..."
     for part in parts[:-1] if more else parts:
         match = _DECLARED.fullmatch(part)

@@ -1,17 +1,15 @@
 """A program: one module of a project, with all the names that it sees; and how files and folders become one."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.diagnostics import Diagnostic
-from lwr_dyn.krl.language.blocks import FileOutline, Routine
-from lwr_dyn.krl.language.source import SourceFile, parse_bytes, read_source
+from lwr_dyn.krl.language.blocks import Routine
+from lwr_dyn.krl.language.source import SourceFile, data_beside, krl_files, parse_bytes, read_source
 from lwr_dyn.krl.project.project import Module, ModuleFile, Project, SymbolTable, module_file, project_of
-
-ENDINGS = (".src", ".sub", ".dat")
 
 
 def load_project(folder: str | Path) -> Project:
@@ -25,32 +23,12 @@ def load_project(folder: str | Path) -> Project:
     path = Path(folder)
     if not path.is_dir():
         raise FileAccessError(str(folder), "no folder", "a folder of .src, .sub and .dat files")
-    return project_of(read_files(path, path), path)
+    return project_of((read_file(x, path) for x in krl_files(path)), path)
 
 
-def read_files(folder: Path, relative_to: Path) -> list[ModuleFile]:
-    """The KRL files of a folder, named by their paths from `relative_to`; raises `FileAccessError` for none."""
-    paths = _paths(folder)
-    if not paths:
-        raise FileAccessError(str(folder), "a folder without KRL files", "a folder of .src, .sub and .dat files")
-    names = (os.path.relpath(x, relative_to).replace(os.sep, "/") for x in paths)
-    return [module_file(*read_source(path, name)) for path, name in zip(paths, names, strict=True)]
-
-
-def is_program_file(path: Path) -> bool:
-    """Whether its name is one of a KRL file."""
-    return path.suffix.lower() in ENDINGS
-
-
-def _paths(folder: Path) -> list[Path]:
-    """Regular files only: a pipe would never end; folders whose names begin with a point are left out."""
-    out = []
-    for root, folders, names in os.walk(folder):
-        folders[:] = sorted(x for x in folders if not x.startswith("."))
-        out += [
-            path for path in (Path(root) / name for name in sorted(names)) if is_program_file(path) and path.is_file()
-        ]
-    return out
+def read_file(path: Path, folder: Path) -> ModuleFile:
+    """A KRL file, named by its path from a folder, with /; raises `FileAccessError`."""
+    return module_file(*read_source(path, os.path.relpath(path, folder).replace(os.sep, "/")))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,11 +57,6 @@ class Program:
         """The files of the other modules."""
         own = {x.file.name for x in self.module.files}
         return tuple(x.file for x in self.project.files if x.file.name not in own)
-
-    @property
-    def outlines(self) -> Mapping[str, FileOutline]:
-        """Of its own files, by their names."""
-        return {x.file.name: x.outline for x in self.module.files}
 
     @property
     def routines(self) -> list[Routine]:
@@ -123,11 +96,10 @@ def load_program(path: str | Path, include: Iterable[str | Path] = ()) -> Progra
     target = Path(path)
     if target.suffix.lower() not in (".src", ".sub"):
         raise FileAccessError(str(path), f"ends in {target.suffix or 'nothing'!r}", "a .src or .sub file")
-    files = {x.file.name: x for x in _with_data(target, target.parent)}
+    files = {x.file.name: x for x in _with_data([target], target.parent)}
     own = set(files)
     for other in map(Path, include):
-        lent = read_files(other, target.parent) if other.is_dir() else _included(other, target.parent)
-        for x in lent:
+        for x in _with_data(krl_files(other), target.parent):
             files.setdefault(x.file.name, x)
     faults = [d for name, x in files.items() if name not in own for d in _unreadable(x)]
     return _program(list(files.values()), target.name, faults, target.parent)
@@ -142,17 +114,10 @@ def _program(
     return program_in(project, module, (*diagnostics, *of_name))
 
 
-def _included(path: Path, folder: Path) -> list[ModuleFile]:
-    if not is_program_file(path):
-        raise FileAccessError(str(path), f"ends in {path.suffix or 'nothing'!r}", "a .src, .sub or .dat file, a folder")
-    return _with_data(path, folder)
-
-
-def _with_data(path: Path, folder: Path) -> list[ModuleFile]:
-    """A file and, of a `.src` or `.sub`, the `.dat` beside it."""
-    beside = None if path.suffix.lower() == ".dat" else _beside(path)
-    paths = [path, *([beside] if beside is not None else [])]
-    return [module_file(*read_source(x, os.path.relpath(x, folder).replace(os.sep, "/"))) for x in paths]
+def _with_data(paths: Sequence[Path], folder: Path) -> list[ModuleFile]:
+    """The files; of a single `.src` or `.sub` also the `.dat` beside it."""
+    beside = data_beside(paths[0]) if len(paths) == 1 else None
+    return [read_file(x, folder) for x in (*paths, *([] if beside is None else [beside]))]
 
 
 def _unreadable(x: ModuleFile) -> list[Diagnostic]:
@@ -162,16 +127,6 @@ def _unreadable(x: ModuleFile) -> list[Diagnostic]:
     first = x.faults[0]
     message = f"{len(x.faults)} fault{'s' * (len(x.faults) > 1)} in a lent file, names may be missing: {first.message}"
     return [Diagnostic(first.position, "warning", "lent-file", message, "check that file by itself")]
-
-
-def _beside(path: Path) -> Path | None:
-    """The `.dat` beside a `.src`, its name in any case."""
-    try:
-        siblings = sorted(path.parent.iterdir())
-    except OSError:
-        return None
-    wanted = path.with_suffix(".dat").name.lower()
-    return next((p for p in siblings if p.name.lower() == wanted and p.is_file()), None)
 
 
 def _bytes(text: str | bytes) -> bytes:

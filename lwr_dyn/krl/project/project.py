@@ -106,10 +106,7 @@ class SymbolTable:
 
 def _signal_type(x: Signal) -> Type:
     """A group of outputs is a whole number, an analogue one REAL, a single one BOOL."""
-    root: e.Expression = x.first
-    while isinstance(root, e.Index | e.Component):
-        root = root.of
-    analogue = isinstance(root, e.Name) and root.name.upper() in ("$ANIN", "$ANOUT")
+    analogue = not isinstance(x.first, e.Bool) and e.root_name(x.first) in ("$ANIN", "$ANOUT")
     return Type("INT" if x.last is not None else "REAL" if analogue else "BOOL")
 
 
@@ -205,9 +202,9 @@ def _shared_data(file: SourceFile, names: SymbolTable, diagnostics: list[Diagnos
     stem = PurePosixPath(file.name).stem
     if stem.lower().startswith(CONTROLLER_FILES):
         return names
-    at = next((i for i, line in enumerate(file.lines) if isinstance(line.statement, DefDat)), None)
-    head = None if at is None else file.lines[at].statement
-    if at is None or not isinstance(head, DefDat):
+    heads = ((i, line.statement) for i, line in enumerate(file.lines) if isinstance(line.statement, DefDat))
+    at, head = next(heads, (0, None))
+    if head is None:
         return SymbolTable()
     position = file.position(at, head.column)
     if head.name.upper() != stem.upper():

@@ -112,6 +112,11 @@ class Scope:
         """The names that need no declaration."""
         return self.program.project.known
 
+    @property
+    def tables(self) -> tuple[SymbolTable, SymbolTable]:
+        """What is declared, the own names first."""
+        return self.own, self.program.names
+
     def silent(self) -> Scope:
         """The same names; what is reported in it is not kept."""
         return Scope(self.program, self.own, self.file, [], self.routine, self.line)
@@ -131,7 +136,7 @@ class Scope:
     def variable(self, name: str) -> Type | None:
         """The type of a variable; None where it is not declared."""
         key = name.upper()
-        for names in (self.own, self.program.names):
+        for names in self.tables:
             if key in names.variables:
                 return self.type_seen(names.variables[key].type)
         return self.known.variables.get(key, UNKNOWN if key.startswith("$") else None)
@@ -142,10 +147,8 @@ class Scope:
 
     def structure(self, name: str) -> Mapping[str, Type] | None:
         """The components of a structure; None for another name."""
-        for names in (self.own, self.program.names):
-            if name in names.structures:
-                return names.structures[name]
-        return self.known.structures.get(name)
+        own = next((x.structures[name] for x in self.tables if name in x.structures), None)
+        return own or self.known.structures.get(name)
 
     def enum(self, name: str) -> frozenset[str] | None:
         """The members of an enumeration; None for another name."""
@@ -153,8 +156,7 @@ class Scope:
 
     def is_foreign(self, name: str) -> bool:
         """Whether a type is one of the controller's or of an option's, whose members differ between versions."""
-        tables = (self.own, self.program.names)
-        return name not in GEOMETRY and not any(name in x.structures or name in x.enums for x in tables)
+        return name not in GEOMETRY and not any(name in x.structures or name in x.enums for x in self.tables)
 
     def is_open(self, name: str) -> bool:
         """Whether a type of the controller or of an option has members that are not listed here."""
@@ -164,20 +166,13 @@ class Scope:
         """The declaration with EXT of a subprogram; None where there is none."""
         return self.own.externals.get(name.upper()) or self.program.names.externals.get(name.upper())
 
-    def declared(self, name: str) -> DeclaredName | Routine | None:
-        """What a name means here, with its place: a variable, a subprogram, a type; None for a predefined one."""
-        key, tables = name.upper(), (self.own, self.program.names)
-        of_variables = (names.variables.get(key) for names in tables)
-        found = next((x for x in of_variables if x is not None), None) or self.program.routine(name)
-        return found or next((names.types[key] for names in tables if key in names.types), None)
-
     def is_type(self, name: str) -> bool:
         """Whether a type of that name exists."""
         return name in SIMPLE or name == "?" or self.structure(name) is not None or self.enum(name) is not None
 
     def report_variable(self, column: int, name: str) -> None:
         """Note a variable that nothing declares."""
-        known = (v.name for names in (self.own, self.program.names) for v in names.variables.values())
+        known = (v.name for names in self.tables for v in names.variables.values())
         where = "" if self.program.data is not None else "; no .dat is there"
         hint = f"declare it in the .dat or with DECL{where}"
         self.report_unknown(column, "undeclared", f"{name} is not declared", name, known, hint)

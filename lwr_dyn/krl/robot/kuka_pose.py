@@ -12,8 +12,8 @@ KUKA's units for the commands `fk` and `ik`: mm and deg, Status and Turn.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Any, TypedDict
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -40,11 +40,11 @@ class KukaPose:
     x_mm: float
     y_mm: float
     z_mm: float
-    a_deg: float
+    a_deg: Annotated[float, "About z, then b about y, then c about x."]
     b_deg: float
     c_deg: float
-    s: int | None = None
-    t: int | None = None
+    s: Annotated[int | None, "Status; null of a pose alone."] = None
+    t: Annotated[int | None, "Turn; null of a pose alone."] = None
 
     def matrix(self) -> Array:
         """The pose as a homogeneous (4, 4) matrix [m]."""
@@ -160,20 +160,8 @@ def with_status_and_turn(
     return chosen
 
 
-class PoseRecord(TypedDict):
-    """`pose_record`."""
-
-    x_mm: float
-    y_mm: float
-    z_mm: float
-    a_deg: Annotated[float, "About z, then b about y, then c about x."]
-    b_deg: float
-    c_deg: float
-    s: Annotated[int | None, "Status; null of a pose alone."]
-    t: Annotated[int | None, "Turn; null of a pose alone."]
-
-
-class FlangeRecord(PoseRecord):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlangeRecord(KukaPose):
     """`KukaUnits.record`."""
 
     axes_deg: Annotated[dict[str, float], "Axis -> deg."]
@@ -185,14 +173,9 @@ class KukaUnits:
 
     arm: Arm
 
-    @property
-    def has_axes(self) -> bool:
-        """Whether the arm has KUKA's axes A1 to A6."""
-        return has_kuka_axes(self.arm)
-
     def line(self, q: Array) -> str:
         """The flange at q (6,) [rad] as X, Y, Z, A, B, C, S, T in KRL's form."""
-        values = pose_record(kuka_pose(self.arm, q))
+        values = asdict(kuka_pose(self.arm, q))
         s, t = values.pop("s"), values.pop("t")
         numbers = (f"{name[0].upper()} {round(value or 0.0, 6) + 0.0:.6f}" for name, value in values.items())
         return ", ".join([*numbers, f"S {s}", f"T {t}"])
@@ -200,7 +183,7 @@ class KukaUnits:
     def record(self, q: Array) -> dict[str, Any]:
         """Axes in deg and the flange in KUKA's units."""
         axes = dict(zip(self.arm.joint_names, np.degrees(q).tolist(), strict=True))
-        return {"axes_deg": axes} | pose_record(kuka_pose(self.arm, q))
+        return {"axes_deg": axes} | asdict(kuka_pose(self.arm, q))
 
     def label(self, q: Array) -> str:
         """Status and Turn at q (6,) [rad]."""
@@ -216,18 +199,12 @@ class KukaUnits:
 
     def selected(self, solutions: Sequence[Solution], s: int | None, t: int | None) -> tuple[Solution, ...]:
         """The solutions with Status `s` and Turn `t`; raises `OptionError` for none of them or another kind of arm."""
-        if not self.has_axes:
+        if not has_kuka_axes(self.arm):
             fault = f"given for {self.arm.name}"
             raise OptionError("--status, --turn", fault, "only for an arm with KUKA's axes A1 to A6")
         return with_status_and_turn(self.arm, solutions, s, t)
 
 
-def pose_record(pose: KukaPose) -> dict[str, Any]:
-    """The numbers of a pose by name."""
-    return {name: getattr(pose, name) for name in KukaPose.__slots__}
-
-
 def kuka_units(arm: Arm) -> KukaUnits | None:
     """Poses and solutions of an arm in KUKA's units; None for an arm without KUKA's axes A1 to A6."""
-    units = KukaUnits(arm)
-    return units if units.has_axes else None
+    return KukaUnits(arm) if has_kuka_axes(arm) else None

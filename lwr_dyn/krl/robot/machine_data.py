@@ -16,8 +16,7 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +29,7 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.language.source import parse_bytes
 from lwr_dyn.krl.language.statements import Assign
-from lwr_dyn.krl.robot.kuka_pose import KukaPose
+from lwr_dyn.krl.robot.kuka_pose import frame_matrix
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Chain, ChainLink, JointKind
 from lwr_dyn.model.spatial import Pose, rot_x
@@ -42,14 +41,11 @@ def plain_value(x: e.Expression | None) -> Any:
     >>> plain_value(e.Aggregate((e.Item("X", e.Unary("-", e.Real(1.5))),)))
     {'X': -1.5}
     """
-    if isinstance(x, e.Unary) and x.operator in ("-", "+"):
-        value = plain_value(x.operand)
-        return (-value if x.operator == "-" else value) if isinstance(value, int | float) else None
     if isinstance(x, e.Aggregate):
         return {item.name.upper(): plain_value(item.value) for item in x.items}
     if isinstance(x, e.EnumLiteral):
         return x.name.upper()
-    return x.value if isinstance(x, e.Integer | e.Real | e.Bool | e.Text) else None
+    return x.value if isinstance(x, e.Bool | e.Text) else e.number_of(x)
 
 
 def given_values(x: object) -> Iterator[tuple[str, int | None, Any]]:
@@ -75,43 +71,6 @@ _KUKA_DIRECTIONS = (-1, 1, 1, -1, -1, -1)
 _LISTS = ("AXIS_DIR", "AXIS_SEQ", "SOFTN_END", "SOFTP_END", "VEL_AXIS_MA", "RAISE_TIME")
 _WORDS = {"MAIN_AXIS": "NR", "WRIST_AXIS": "ZEH", "TRAFO_AXIS": 6, "DEF_A4FIX": False, "DEF_A5LINK": False}
 """Values of the one kind of robot that is modelled: an articulated arm with a central wrist, all six axes driven."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MachineRecord:
-    """A robot in the words of its machine data; mm and deg. None, or an empty tuple, where it is not given."""
-
-    name: str
-    file: str
-    digest: str
-    frames: Mapping[str, tuple[float, ...]]
-    """X, Y, Z, A, B, C of ROBROOT, TIRORO (axis 1 in the robot), TX3P3 (axis 4 in axis 3), TFLWP (flange in wrist)."""
-    lengths: tuple[float, float]
-    """LENGTH_A from axis 1 to axis 2, LENGTH_B from axis 2 to axis 3."""
-    wrist: Mapping[str, tuple[float, float, float]]
-    """Length A, length D and angle ALPHA of DH_4 and DH_5."""
-    directions: tuple[int, ...]
-    lower: tuple[float, ...]
-    upper: tuple[float, ...]
-    speed: tuple[float, ...] = ()
-    """[deg/s] Of each axis."""
-    raise_time: tuple[float, ...] = ()
-    """[s] From rest to that speed; not in the machine data of newer controllers."""
-    lines: Mapping[str, int] = field(default_factory=dict)
-    """Of each variable, the line of the `.dat` that gives it its value."""
-
-
-def read_machine_record(path: str | Path) -> MachineRecord:
-    """Raises `FileAccessError`, or `PaperError` for what is missing, wrong, or not modelled."""
-    if ends_in(path, ".toml"):
-        text = read_text(path, NEEDED)
-        values = _of_toml(parse_toml(text, str(path)), str(path))
-        lines: dict[str, int] = {}
-        content = text.encode()
-    else:
-        content = read_bytes(path, NEEDED)
-        values, lines = _of_data(content, Path(path).name)
-    return _MachineDataReader(str(path), values, lines).record(hashlib.sha256(content).hexdigest())
 
 
 Values = dict[str, Any]
@@ -150,42 +109,66 @@ def _of_toml(table: Mapping[str, Any], file: str) -> Values:
     return values
 
 
-class _MachineDataReader:
-    """Takes values of the machine data; raises `PaperError` for one that is missing or wrong."""
+class MachineWords:
+    """A robot in the words of its machine data, mm and deg; raises `PaperError` for one that is missing or wrong."""
 
-    def __init__(self, file: str, values: Values, lines: Mapping[str, int]) -> None:
-        self.file, self.values, self.lines = file, values, lines
+    def __init__(self, path: str | Path) -> None:
+        self.file, self.lines = str(path), dict[str, int]()
+        """Of each variable, the line of the `.dat` that gives it its value."""
+        if ends_in(path, ".toml"):
+            text = read_text(path, NEEDED)
+            self.values, content = _of_toml(parse_toml(text, self.file), self.file), text.encode()
+        else:
+            content = read_bytes(path, NEEDED)
+            self.values, self.lines = _of_data(content, Path(path).name)
+        self.digest = hashlib.sha256(content).hexdigest()
 
-    def record(self, digest: str) -> MachineRecord:
+    @property
+    def name(self) -> str:
+        """As the maker writes it."""
+        return str(self.values.get("TRAFONAME") or Path(self.file).stem).strip("# ")
+
+    def refuse_other_robots(self) -> None:
+        """Raises `PaperError` for a robot of a kind that is not modelled."""
         for word, wanted in _WORDS.items():
             if self.values.get(word, wanted) != wanted:
-                raise PaperError(
-                    self.file, f"${word}", repr(self.values[word]), f"{wanted}: other robots are not modelled"
-                )
+                found = repr(self.values[word])
+                raise PaperError(self.file, f"${word}", found, f"{wanted}: other robots are not modelled")
         if self.six("AXIS_SEQ", (1, 2, 3, 4, 5, 6)) != (1, 2, 3, 4, 5, 6):
             raise PaperError(self.file, "$AXIS_SEQ", "another order of the axes", "1 to 6")
-        directions = tuple(int(x) for x in self.six("AXIS_DIR", _KUKA_DIRECTIONS))
-        if any(x not in (-1, 1) for x in directions):
-            raise PaperError(self.file, "$AXIS_DIR", repr(directions), "six directions, -1 or 1")
+
+    def directions(self) -> tuple[int, ...]:
+        """-1 or 1 of each axis."""
+        found = tuple(int(x) for x in self.six("AXIS_DIR", _KUKA_DIRECTIONS))
+        if any(x not in (-1, 1) for x in found):
+            raise PaperError(self.file, "$AXIS_DIR", repr(found), "six directions, -1 or 1")
+        return found
+
+    def limits(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """[deg] The lower and the upper ones of the axes."""
         lower, upper = self.six("SOFTN_END"), self.six("SOFTP_END")
         if any(a >= b for a, b in zip(lower, upper, strict=True)):
             raise PaperError(self.file, "$SOFTN_END", repr(lower), "less than $SOFTP_END")
+        return lower, upper
+
+    def raise_time(self) -> tuple[float, ...]:
+        """[s] From rest to the speed of each axis; empty where it is not given, as for newer controllers."""
         raised = self.six("RAISE_TIME", ())
-        return MachineRecord(
-            name=str(self.values.get("TRAFONAME") or Path(self.file).stem).strip("# "), file=self.file, digest=digest,
-            frames={key: self.frame(key) for key in ("ROBROOT", "TIRORO", "TX3P3", "TFLWP")},
-            lengths=(self.number("LENGTH_A"), self.number("LENGTH_B")),
-            wrist={"DH_4": self.wrist("DH_4", 90.0), "DH_5": self.wrist("DH_5", -90.0)},
-            directions=directions, lower=lower, upper=upper, speed=self.speed(),
-            raise_time=tuple(x / 1e3 for x in raised) if all(x > 0 for x in raised) else (), lines=self.lines,
-        )  # fmt: skip
+        return tuple(x / 1e3 for x in raised) if all(x > 0 for x in raised) else ()
+
+    def place(self, key: str) -> str:
+        """The file, and the line of a variable."""
+        line = self.lines.get(key)
+        return Path(self.file).name if line is None else f"{Path(self.file).name}, to line {line}"
 
     def number(self, key: str) -> float:
+        """[mm]"""
         return self.checked(key, self.values.get(key))
 
-    def checked(self, key: str, value: Any, allowed: str = "a finite number") -> float:
+    def checked(self, key: str, value: Any) -> float:
+        """A number below 1e9."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e9:
-            raise PaperError(self.file, f"${key}", "missing" if value is None else repr(value), allowed)
+            raise PaperError(self.file, f"${key}", "missing" if value is None else repr(value), "a finite number")
         return float(value)
 
     def six(self, key: str, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
@@ -196,18 +179,21 @@ class _MachineDataReader:
         given = given if isinstance(given, dict) else {}
         return tuple(self.checked(f"{key}[{i}]", given.get(i)) for i in range(1, 7))
 
-    def frame(self, key: str) -> tuple[float, ...]:
+    def frame(self, key: str) -> Pose:
+        """ROBROOT, TIRORO (axis 1 in the robot), TX3P3 (axis 4 in axis 3) or TFLWP (flange in wrist)."""
         given = self.values.get(key, {} if key == "ROBROOT" else None)
         if not isinstance(given, dict) or not set(given) <= set(FRAME):
             raise PaperError(self.file, f"${key}", "missing" if given is None else repr(given), "X, Y, Z, A, B, C")
-        return tuple(self.checked(f"{key}.{x}", given.get(x, 0.0)) for x in FRAME)
+        T = frame_matrix([self.checked(f"{key}.{x}", given.get(x, 0.0)) for x in FRAME])
+        return Pose(T[:3, :3], T[:3, 3])
 
-    def wrist(self, key: str, alpha: float) -> tuple[float, float, float]:
+    def wrist(self, key: str, alpha: float) -> Pose:
+        """DH_4 or DH_5 by its length A, length D and angle ALPHA."""
         given = self.values.get(key, {})
         given = {k.removeprefix("DHART_"): v for k, v in given.items()} if isinstance(given, dict) else {"A": given}
         names = {"A": 0.0, "D": 0.0, "ALPHA": alpha}
         a, d, turn = (self.checked(f"{key}.{x}", given.get(x, default)) for x, default in names.items())
-        return a, d, turn
+        return Pose(rot_x(math.radians(turn)), np.array([a, 0.0, d]) / 1e3)
 
     def speed(self) -> tuple[float, ...]:
         """[deg/s] Of each axis; empty where it is not given."""
@@ -242,7 +228,7 @@ def load_machine_arm(path: str | Path, reading: str | None = None, lock: Mapping
     """
     if reading is not None:
         raise UnknownNameError("reading of machine data", reading, ())
-    arm = machine_arm(read_machine_record(path))
+    arm = machine_arm(MachineWords(path))
     for joint, value in (lock or {}).items():
         arm = arm.with_locked_joint(joint, value)
     return arm
@@ -250,62 +236,51 @@ def load_machine_arm(path: str | Path, reading: str | None = None, lock: Mapping
 
 def raise_times(arm: Arm) -> tuple[float, ...]:
     """[s] From rest to rated speed of each axis, where the machine data of the arm say it; else empty."""
-    return read_machine_record(arm.file).raise_time if arm.reading == MACHINE_DATA else ()
+    return MachineWords(arm.file).raise_time() if arm.reading == MACHINE_DATA else ()
 
 
-def machine_arm(record: MachineRecord) -> Arm:
+def machine_arm(words: MachineWords) -> Arm:
     """The arm of machine data, its joints A1 to A6 in KUKA's zero and direction."""
-    frames = {key: _pose(values) for key, values in record.frames.items()}
-    along_a, along_b = (Pose(np.eye(3), np.array([x / 1e3, 0.0, 0.0])) for x in record.lengths)
+    words.refuse_other_robots()
+    directions, (lower, upper) = words.directions(), words.limits()
+    words.raise_time()  # is refused here where it is wrong
+    frames = {key: words.frame(key) for key in ("ROBROOT", "TIRORO", "TX3P3", "TFLWP")}
+    lengths = (words.number("LENGTH_A"), words.number("LENGTH_B"))
+    along_a, along_b = (Pose(np.eye(3), np.array([x / 1e3, 0.0, 0.0])) for x in lengths)
     about_y = Pose(rot_x(-math.pi / 2), np.zeros(3))
     back = about_y.inverse()
-    wrist = [frames["TX3P3"], *(_wrist(record.wrist[key]) for key in ("DH_4", "DH_5"))]
+    wrist = [frames["TX3P3"], words.wrist("DH_4", 90.0), words.wrist("DH_5", -90.0)]
     before = [frames["ROBROOT"] @ frames["TIRORO"], along_a @ about_y, along_b @ about_y, *wrist]
     after = [Pose.identity(), back, back, Pose.identity(), Pose.identity(), Pose.identity()]
     links = []
-    for i, (b, a, direction) in enumerate(zip(before, after, record.directions, strict=True), 1):
+    for i, (b, a, direction) in enumerate(zip(before, after, directions, strict=True), 1):
         # a joint that turns backwards turns forwards about the opposite axis
         half = Pose(rot_x(math.pi), np.zeros(3)) if direction < 0 else Pose.identity()
         links.append(ChainLink(f"A{i}", f"link_{i}", JointKind.REVOLUTE, b @ half, half.inverse() @ a))
-    name = re.sub(r"[^a-z0-9]+", "_", record.name.lower()).strip("_") or "robot"
-    chain = Chain(tuple(links), frames["TFLWP"], np.array(GRAVITY))
+    name = re.sub(r"[^a-z0-9]+", "_", words.name.lower()).strip("_") or "robot"
+    chain, speed = Chain(tuple(links), frames["TFLWP"], np.array(GRAVITY)), words.speed()
+    limits = tuple(
+        JointLimits(math.radians(low), math.radians(up), None if v is None else math.radians(v))
+        for low, up, v in zip(lower, upper, speed or (None,) * 6, strict=True)
+    )
+    rated = "VEL_AXIS_MA" if "VEL_AXIS_MA" in words.lines else "speed"
+    of_axes = (
+        ("lower", "SOFTN_END", lower, "deg"),
+        ("upper", "SOFTP_END", upper, "deg"),
+        ("velocity", rated, speed, "deg/s"),
+    )
     return Arm(
-        name=name, reading=MACHINE_DATA, title=f"{record.name}, from {Path(record.file).name}", chain=chain,
-        limits=_limits(record), sources=_sources(record), digest=record.digest, file=str(Path(record.file).resolve()),
+        name=name, reading=MACHINE_DATA, title=f"{words.name}, from {Path(words.file).name}", chain=chain,
+        limits=limits, sources=_sources(words, of_axes), digest=words.digest, file=str(Path(words.file).resolve()),
     )  # fmt: skip
 
 
-def _pose(values: tuple[float, ...]) -> Pose:
-    x, y, z, a, b, c = values
-    T = KukaPose(x, y, z, a, b, c).matrix()
-    return Pose(T[:3, :3], T[:3, 3])
-
-
-def _wrist(row: tuple[float, float, float]) -> Pose:
-    a, d, alpha = row
-    return Pose(rot_x(math.radians(alpha)), np.array([a, 0.0, d]) / 1e3)
-
-
-def _limits(record: MachineRecord) -> tuple[JointLimits, ...]:
-    speed = record.speed or (None,) * 6
-    return tuple(
-        JointLimits(math.radians(low), math.radians(up), None if v is None else math.radians(v))
-        for low, up, v in zip(record.lower, record.upper, speed, strict=True)
-    )
-
-
-def _sources(record: MachineRecord) -> dict[str, tuple[Source, ...]]:
+def _sources(
+    words: MachineWords, of_axes: Iterable[tuple[str, str, tuple[float, ...], str]]
+) -> dict[str, tuple[Source, ...]]:
     """Of limits and speeds: the variable and its line."""
-    words = {"lower": ("SOFTN_END", record.lower), "upper": ("SOFTP_END", record.upper)}
-    words["velocity"] = ("VEL_AXIS_MA" if "VEL_AXIS_MA" in record.lines else "speed", record.speed)
     return {
-        f"A{i}.{quantity}": (Source(f"{word}[{i}]", _place(record, word), "machine data", value, unit, "to radians"),)
-        for quantity, (word, values) in words.items()
-        for unit in ("deg/s" if quantity == "velocity" else "deg",)
-        for i, value in enumerate(values, 1)
+        f"A{i}.{quantity}": (Source(f"{word}[{i}]", words.place(word), "machine data", value, unit, "to radians"),)
+        for quantity, word, given, unit in of_axes
+        for i, value in enumerate(given, 1)
     }
-
-
-def _place(record: MachineRecord, word: str) -> str:
-    line = record.lines.get(word)
-    return Path(record.file).name if line is None else f"{Path(record.file).name}, to line {line}"

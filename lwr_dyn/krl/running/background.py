@@ -5,8 +5,6 @@ goes back to its head: the run ends where the state of the whole program has com
 known; where no time has passed, the loop only watches, and time passes until something beside the program happens.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
@@ -19,7 +17,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.line_parser import statement_of
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM
 from lwr_dyn.krl.project.program import Program
@@ -94,7 +92,7 @@ def _is_true(m: RunningProgram, condition: e.Expression) -> bool:
     try:
         return truth_of(m, condition, "a condition")
     except ExecutionError as fault:
-        m.controller.assumptions.note(expression_text(condition), "FALSE", str(fault))
+        m.controller.assume(expression_text(condition), "FALSE", str(fault))
         return False
     finally:
         m.motions.advance = advance
@@ -132,7 +130,7 @@ def note_unread(c: ControllerState) -> None:
     """List the variables that are given and that the run neither reads nor sets."""
     for root, why in c.unread.items():
         if why == "given" and root not in SYSTEM and root not in CONFIG:
-            c.assumptions.note(root, "", "given, but nothing reads it")
+            c.assume(root, "", "given, but nothing reads it")
 
 
 def give_arguments(m: RunningProgram) -> None:
@@ -148,7 +146,7 @@ def give_arguments(m: RunningProgram) -> None:
             variable.value = converted(value, variable.type)
         except ExecutionError as fault:
             raise OptionError(f"the cell's arguments.{key}", value_text(value), fault.hint or str(fault)) from None
-        c.assumptions.note(f"the argument {p.name}", value_text(value), "given")
+        c.assume(f"the argument {p.name}", value_text(value), "given")
     if missing:
         name = frame.routine.head.name
         message = f"{name} is run without its argument{'s' * (len(missing) > 1)} {', '.join(missing)}"
@@ -160,7 +158,7 @@ def give_value(m: RunningProgram, name: str, value: Value) -> str:
     if name.partition("[")[0] in INPUTS:
         m.controller.inputs[name] = value
     else:
-        statement, _ = parse_line(f"{name}=0")
+        statement = statement_of(f"{name}=0")
         assert isinstance(statement, s.Assign)
         reference_to(m, statement.target).write(value)
     return f"{name} = {value_text(value)}"
@@ -169,7 +167,7 @@ def give_value(m: RunningProgram, name: str, value: Value) -> str:
 def watch_for_replies(m: RunningProgram) -> None:
     """The answers of the cell, from the start of the program."""
     for i, reply in enumerate(m.controller.cell.replies):
-        give = _giving(m, i, reply)
+        give = partial(_give, m, i, reply)
         if reply.when is None:
             m.clock.add(reply.after, give)
         else:
@@ -180,16 +178,13 @@ def watch_for_replies(m: RunningProgram) -> None:
             watch.follow()
 
 
-def _giving(m: RunningProgram, i: int, reply: Reply) -> Callable[[], None]:
-    def give() -> None:
-        for name, value in reply.values.items():
-            try:
-                text = give_value(m, name, value)
-            except ExecutionError as fault:
-                raise OptionError(f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type") from None
-            m.clock.record(m.log.position, "reply", text)
-
-    return give
+def _give(m: RunningProgram, i: int, reply: Reply) -> None:
+    for name, value in reply.values.items():
+        try:
+            text = give_value(m, name, value)
+        except ExecutionError as fault:
+            raise OptionError(f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type") from None
+        m.clock.record(m.log.position, "reply", text)
 
 
 def _give_later(m: RunningProgram, after: float, give: Callable[[], None]) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.fields import Fields, parse_toml
@@ -18,14 +18,13 @@ from lwr_dyn.foundation.files import read_text
 from lwr_dyn.krl.diagnostics import ExecutionError, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.declarations import External
-from lwr_dyn.krl.language.lexer import LineError
-from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.line_parser import statement_of
 from lwr_dyn.krl.language.statements import Assign, Condition, Invoke
 from lwr_dyn.krl.names.known_names import CONFIG, SIMPLE, SYSTEM, UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.project.project import DeclaredName
 from lwr_dyn.krl.running.evaluate import value_of
-from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value, Variable, VariableReference, converted
+from lwr_dyn.krl.running.values import POSE_NAMES, StructValue, Value, converted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +114,7 @@ def refuse_place(name: str, value: Value) -> None:
     ...
     lwr_dyn.krl.diagnostics.ExecutionError: $IN[0]
     """
-    if not PLACE.fullmatch(name) or not _can_be_set(name):
+    if not PLACE.fullmatch(name) or not isinstance(statement_of(f"{name}=0"), Assign):
         raise ExecutionError("name", name, "a name such as $IN[3], $T1, $ERR.NUMBER, PART, P[3]")
     root, indices, parts = re.match(r"([^\[.]*)(\[.*\])?(.*)", name).groups()  # type: ignore[union-attr]
     kind = SYSTEM.get(root, UNKNOWN)
@@ -129,19 +128,8 @@ def refuse_place(name: str, value: Value) -> None:
         converted(value, kind.element)
 
 
-def _can_be_set(name: str) -> bool:
-    try:
-        return isinstance(parse_line(f"{name}=0")[0], Assign)
-    except LineError:
-        return False
-
-
 def _assigned(text: str) -> tuple[str, Value]:
-    name, _, _ = text.partition("=")
-    try:
-        statement, _ = parse_line(text)
-    except LineError as fault:
-        raise ExecutionError("syntax", str(fault)) from None
+    name, statement = text.partition("=")[0], statement_of(text)
     if not isinstance(statement, Assign):
         raise ExecutionError("syntax", text)
     return name.replace(" ", "").upper(), value_of(_NoNames(), statement.value)
@@ -150,20 +138,13 @@ def _assigned(text: str) -> tuple[str, Value]:
 class _NoNames:
     """An environment without names: only constants have a value."""
 
-    def variable(self, name: str) -> Variable:
-        raise ExecutionError("undeclared", name)
-
-    def element(self, name: str, index: tuple[int, ...]) -> Value | None:
-        raise ExecutionError("undeclared", name)
-
-    def call(self, x: e.FunctionCall) -> Value:
-        raise ExecutionError("undeclared", x.name)
-
-    def signal_reference(self, name: str) -> VariableReference | None:
+    def signal_reference(self, name: str) -> None:
         return None
 
-    def note_read(self, name: str) -> None:
-        raise ExecutionError("undeclared", name)
+    def variable(self, *_: Any, **__: Any) -> NoReturn:
+        raise ExecutionError("undeclared", "a name")
+
+    element = call = note_read = variable
 
     def component_type(self, struct: str, name: str) -> Type:
         return UNKNOWN
@@ -297,7 +278,8 @@ def _seconds(fields: Fields, key: str, default: float | None) -> Any:
 
 
 def _stub(stubs: Fields, name: str) -> Stub:
-    if not _is_called(name):
+    call = statement_of(f"{name}( )")
+    if not isinstance(call, Invoke) or call.call.name.upper() != name.upper():
         raise stubs.refuse(name, "no name of a routine", "a name that is no word of KRL: MSGNOTIFY")
     fields = stubs.table(name)
     returns = fields.take("returns", object, None)
@@ -307,30 +289,13 @@ def _stub(stubs: Fields, name: str) -> Stub:
     return Stub(value, {int(key): v for key, v in out.items()})
 
 
-def _is_called(name: str) -> bool:
-    """Whether `name( )` is the call of a routine."""
-    try:
-        statement, _ = parse_line(f"{name}( )")
-        return isinstance(statement, Invoke) and statement.call.name.upper() == name.upper()
-    except LineError:
-        return False
-
-
 def _reply(fields: Fields) -> Reply:
     when, after, given = fields.text("when", None), _seconds(fields, "after_s", 0.0), fields.table("set")
     fields.refuse_unknown()
-    values = _places(given, system=None)
-    return Reply(None if when is None else _condition(fields, when), after, values)
-
-
-def _condition(fields: Fields, text: str) -> e.Expression:
-    try:
-        statement, _ = parse_line(f"WHILE {text}")
-    except LineError:
-        statement = None
-    if not isinstance(statement, Condition):
-        raise fields.refuse("when", repr(text), 'a condition of KRL: "$OUT[5]", "PART == 3"')
-    return statement.value
+    values, condition = _places(given, system=None), None if when is None else statement_of(f"WHILE {when}")
+    if when is not None and not isinstance(condition, Condition):
+        raise fields.refuse("when", repr(when), 'a condition of KRL: "$OUT[5]", "PART == 3"')
+    return Reply(condition.value if isinstance(condition, Condition) else None, after, values)
 
 
 def _submit(top: Fields, path: Any) -> str:

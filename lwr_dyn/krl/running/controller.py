@@ -24,21 +24,9 @@ from lwr_dyn.krl.motion.motion_segments import tool_pose
 from lwr_dyn.krl.motion.pose_paths import Blend, Speeds
 from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM, UNKNOWN
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, status, turn
+from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.cell import RobotCell, constant_value
-from lwr_dyn.krl.running.values import (
-    ArrayValue,
-    EnumValue,
-    StructValue,
-    Value,
-    Variable,
-    array_of,
-    axes_value,
-    copied,
-    null_frame,
-    pose_matrix,
-    pose_value,
-    value_text,
-)
+from lwr_dyn.krl.running.values import ArrayValue, EnumValue, StructValue, Value, Variable
 from lwr_dyn.model.arm import Arm
 
 
@@ -56,25 +44,6 @@ class Assumption:
     def to_json(self) -> dict[str, Any]:
         """As one JSON object."""
         return {"name": self.name, "value": self.value, "why": self.why}
-
-
-@dataclass(slots=True, eq=False)
-class Assumptions:
-    """The assumptions of a run, in the order in which they were first needed."""
-
-    noted: dict[str, Assumption] = field(default_factory=dict)
-
-    def note(self, name: str, value: str, why: str) -> None:
-        """Add one, unless that name is there already.
-
-        >>> a = Assumptions(); a.note("$T1", "FALSE", "state default"); a.note("$T1", "TRUE", ""); print(*a.all())
-        $T1 = FALSE (state default)
-        """
-        self.noted.setdefault(name, Assumption(name, value, why))
-
-    def all(self) -> tuple[Assumption, ...]:
-        """All of them."""
-        return tuple(self.noted.values())
 
 
 FROM = {"controller": "state default", "option": "option not installed"}
@@ -99,7 +68,7 @@ def default_value(c: ControllerState, key: str, type_name: str) -> tuple[Value |
     Raises `ExecutionError` for the home of an arm that has none.
     """
     if key.startswith("XHOME") or key == "$H_POS":
-        return axes_value(c.home()), "home of the cell file" if c.cell.home_deg else "mastering of the robot's data"
+        return v.axes_value(c.home()), "home of the cell file" if c.cell.home_deg else "mastering of the robot's data"
     if key in ("$FLAG", "$CYCFLAG", "$OUT", "$TIMER", "$TIMER_STOP", "$ANOUT"):
         return ArrayValue(type_name, ()), ""
     if key in ("$TRUE", "$FALSE"):
@@ -111,7 +80,7 @@ def default_value(c: ControllerState, key: str, type_name: str) -> tuple[Value |
     if machine is not None:
         return machine, "assumed machine data"
     state = state_defaults().get(key)
-    return (None, "") if state is None else (copied(state[0]), state[1])
+    return (None, "") if state is None else (v.copied(state[0]), state[1])
 
 
 _MOTION: dict[str, Value] = {"VEL": 100.0, "ACC": 100.0, "APO_DIST": 100.0}
@@ -130,7 +99,7 @@ def _machine_value(c: ControllerState, key: str) -> Value | None:
         cp, ori = (data.vel_cp, data.vel_ori) if key == "$VEL_MA" else (data.acc_cp, data.acc_ori)
         return StructValue("CP", {"CP": cp, "ORI1": ori, "ORI2": ori})
     if key in ("$SOFTN_END", "$SOFTP_END"):
-        return array_of("REAL", map(float, np.degrees(arm.lower if key == "$SOFTN_END" else arm.upper)))
+        return v.reals(map(float, np.degrees(arm.lower if key == "$SOFTN_END" else arm.upper)))
     if key in ("$VEL_ACT_MA", "$ACC_ACT_MA"):
         return 110 if key == "$VEL_ACT_MA" else 250
     return arm.name if key in ("$TRAFONAME", "$MODEL_NAME", "$ROBNAME") else None
@@ -145,6 +114,7 @@ AT_START: dict[str, Value] = {
 """Arrays of the controller -> the value of each element at the start."""
 
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
+"""Where mastering is not known."""
 
 _OF_MOTION = frozenset({
     "$POS_ACT", "$POS_INT", "$POS_FOR", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_FOR", "$AXIS_ACT_MES",
@@ -199,7 +169,8 @@ class ControllerState:
     """Those of the cell, and what replies and triggers change: `$IN[3]` -> value."""
     given: Mapping[str, Mapping[str, Value]] = field(init=False)
     """Other values of the cell by the name that they begin with: `$ERR` -> `$ERR.NUMBER` -> 3."""
-    assumptions: Assumptions = field(default_factory=Assumptions)
+    assumptions: dict[str, Assumption] = field(default_factory=dict)
+    """By name, in the order in which they were first needed."""
     unread: dict[str, str] = field(default_factory=dict)
     """Name of a value that is assumed, and not yet read or set by the program -> where it comes from."""
     variables: dict[str, Variable] = field(default_factory=dict)
@@ -221,23 +192,23 @@ class ControllerState:
             else:
                 given.setdefault(root, {})[name] = value
         self.given = given
-        self._set({"$NULLFRAME": null_frame(), "$WORLD": null_frame(), "$ROBROOT": null_frame(), "$OV_PRO": 100})
+        self._set({"$NULLFRAME": v.null_frame(), "$WORLD": v.null_frame(), "$ROBROOT": v.null_frame(), "$OV_PRO": 100})
         self.initialise()
         if self.cell.ignore_turn:
-            self.assumptions.note("T of points", "", "not obeyed: the nearest solution with their S (ignore_turn)")
+            self.assume("T of points", "", "not obeyed: the nearest solution with their S (ignore_turn)")
         if self.cell.called_at_deg is not None:
             self.q = np.radians(self.cell.called_at_deg)
             axes = ", ".join(f"{x:g}" for x in self.cell.called_at_deg)
-            self.assumptions.note("the routine is called", f"with the axes at {axes} deg", "called_at_deg of the cell")
+            self.assume("the routine is called", f"with the axes at {axes} deg", "called_at_deg of the cell")
 
     def initialise(self) -> None:
         """Set frames, speeds and blends to the machine data, as BAS(#INITMOV, 0) does; the override stays."""
         data = self.machine
         values: dict[str, Value] = {
-            "$BASE": null_frame(), "$TOOL": null_frame(),
+            "$BASE": v.null_frame(), "$TOOL": v.null_frame(),
             "$VEL": StructValue("CP", {"CP": data.vel_cp, "ORI1": data.vel_ori, "ORI2": data.vel_ori}),
             "$ACC": StructValue("CP", {"CP": data.acc_cp, "ORI1": data.acc_ori, "ORI2": data.acc_ori}),
-            "$VEL_AXIS": array_of("REAL", [100.0] * 6), "$ACC_AXIS": array_of("REAL", [100.0] * 6),
+            "$VEL_AXIS": v.reals([100.0] * 6), "$ACC_AXIS": v.reals([100.0] * 6),
             "$APO": StructValue("CONT", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
             "$ADVANCE": 3,
         }  # fmt: skip
@@ -246,6 +217,10 @@ class ControllerState:
     def _set(self, values: Mapping[str, Value]) -> None:
         for name, value in values.items():
             self.variables[name] = Variable(SYSTEM[name], value)
+
+    def assume(self, name: str, value: str, why: str) -> None:
+        """Note an assumption, unless there is one of that name already."""
+        self.assumptions.setdefault(name, Assumption(name, value, why))
 
     def holds(self, key: str) -> bool:
         """Whether a system variable has its value here, also where a `.dat` declares it."""
@@ -268,7 +243,7 @@ class ControllerState:
         """An element of an input or output, a flag; None for an ordinary array; raises `ExecutionError`."""
         text = f"{key}[{','.join(map(str, index))}]"
         if text in self.inputs:
-            self.assumptions.note(text, value_text(self.inputs[text]), "given")
+            self.assume(text, v.value_text(self.inputs[text]), "given")
             return self.inputs[text]
         if key == "$IN" and index in ((1025,), (1026,)):
             return index == (1025,)
@@ -279,7 +254,7 @@ class ControllerState:
         if value is None and key in INPUTS:
             return self._other_input(key, text)
         if value is None:
-            self.assumptions.note(f"{key}[]", value_text(AT_START[key]), "at the start")
+            self.assume(f"{key}[]", v.value_text(AT_START[key]), "at the start")
         return AT_START[key] if value is None else value
 
     def _other_input(self, key: str, text: str) -> Value:
@@ -289,14 +264,14 @@ class ControllerState:
             hint = f"give one: --set '{text}=TRUE', or in a cell file"
             raise ExecutionError("unknown-input", f"the input {text} has no value", hint)
         value: Value = others if key == "$IN" else 0.0 if key == "$ANIN" else 0
-        self.assumptions.note(text, value_text(value), "inputs.others of the cell file")
+        self.assume(text, v.value_text(value), "inputs.others of the cell file")
         return value
 
     def note_read(self, key: str) -> None:
         """List a value as assumed that the program reads and has not set itself."""
         why = self.unread.pop(key, None)
         if why is not None:
-            self.assumptions.note(key, value_text(self.variables[key].value) if key in self.variables else "", why)
+            self.assume(key, v.value_text(self.variables[key].value) if key in self.variables else "", why)
 
     def note_written(self, key: str) -> None:
         """The program, or its data, has set a variable: its value is no assumption any more."""
@@ -311,30 +286,28 @@ class ControllerState:
             return np.radians(self.cell.home_deg)
         if self.arm.mastering:
             return np.array(self.arm.mastering)
-        self.assumptions.note("home", "A2 -90, A3 90, all others 0", "not known of this robot: home_deg in a cell file")
+        self.assume("home", "A2 -90, A3 90, all others 0", "not known of this robot: home_deg in a cell file")
         return np.radians(HOME_DEG)
 
     def position(self, key: str) -> Value | None:
         """`$POS_ACT` or `$AXIS_ACT`; before the first motion the arm is assumed at mastering."""
         q = self.home() if self.q is None else self.q
-        if key.startswith("$AXIS"):
-            return axes_value(q)
-        return self.pose_at(q)
+        return v.axes_value(q) if key.startswith("$AXIS") else self.pose_at(q)
 
     def pose_at(self, q: Array) -> StructValue:
         """The tool at q (n,) [rad] in the base, with Status and Turn."""
         T = np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool)
-        return pose_value(T, "E6POS", {"S": status(self.arm, q), "T": turn(q)})
+        return v.pose_value(T, "E6POS", {"S": status(self.arm, q), "T": turn(q)})
 
     @property
     def base(self) -> Array:
         """(4, 4) [m]"""
-        return pose_matrix(self.variables["$BASE"].value, "$BASE")
+        return v.pose_matrix(self.variables["$BASE"].value, "$BASE")
 
     @property
     def tool(self) -> Array:
         """(4, 4) [m]"""
-        return pose_matrix(self.variables["$TOOL"].value, "$TOOL")
+        return v.pose_matrix(self.variables["$TOOL"].value, "$TOOL")
 
     def speeds(self) -> Speeds:
         """The speeds that are set now; raises `ExecutionError` for one that is not positive or too high."""

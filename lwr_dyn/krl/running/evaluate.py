@@ -14,21 +14,8 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.declarations import Signal
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import BOOL, INT, LARGEST, REAL, Type
-from lwr_dyn.krl.running.values import (
-    ArrayValue,
-    EnumValue,
-    StructValue,
-    Value,
-    Variable,
-    VariableReference,
-    binary_value,
-    converted,
-    copied,
-    row_reference,
-    text_array,
-    unary_value,
-    value_text,
-)
+from lwr_dyn.krl.running import values as v
+from lwr_dyn.krl.running.values import ArrayValue, EnumValue, StructValue, Value, Variable, VariableReference
 
 
 class Environment(Protocol):
@@ -62,7 +49,7 @@ def number_of(env: Environment, x: e.Expression, what: str) -> float:
     """A finite number; raises `ExecutionError`."""
     value = value_of(env, x)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise ExecutionError("type", f"{what} is {value_text(value)}", "a number")
+        raise ExecutionError("type", f"{what} is {v.value_text(value)}", "a number")
     return float(value)
 
 
@@ -70,7 +57,7 @@ def truth_of(env: Environment, x: e.Expression, what: str) -> bool:
     """TRUE or FALSE; raises `ExecutionError`."""
     value = value_of(env, x)
     if not isinstance(value, bool):
-        raise ExecutionError("type", f"{what} is {value_text(value)}", "TRUE or FALSE")
+        raise ExecutionError("type", f"{what} is {v.value_text(value)}", "TRUE or FALSE")
     return value
 
 
@@ -83,11 +70,11 @@ def reference_to(env: Environment, x: e.Reference) -> VariableReference:
         variable = env.variable(x.name)
 
         def write(value: Value) -> None:
-            variable.value = _in_room(converted(value, variable.type), variable.value)
+            variable.value = _in_room(v.converted(value, variable.type), variable.value)
 
         return VariableReference(lambda: variable.value, write, variable.type)
     if isinstance(x, e.Index) and x.row:
-        return row_reference(reference_to(env, x.of), _indices(env, x), expression_text(x))
+        return v.row_reference(reference_to(env, x.of), _indices(env, x), expression_text(x))
     return element_reference(env, x) if isinstance(x, e.Index) else _component(env, x)
 
 
@@ -101,7 +88,7 @@ def _in_room(value: Value, before: Value | None) -> Value:
         return value
     if before.sizes and len(value) > before.sizes[-1]:
         raise ExecutionError("index-range", f"a text of {len(value)} characters", f"at most {before.sizes[-1]}")
-    return text_array(value, before.sizes)
+    return v.text_array(value, before.sizes)
 
 
 def element_reference(env: Environment, x: e.Index) -> VariableReference:
@@ -116,7 +103,7 @@ def element_reference(env: Environment, x: e.Index) -> VariableReference:
         if value is None:
             of.write(ArrayValue(of.type.name, ()))
         elif isinstance(value, str):
-            of.write(text_array(value))
+            of.write(v.text_array(value))
         value = of.read()
         if not isinstance(value, ArrayValue):
             raise ExecutionError("no-array", f"{expression_text(x.of)} is no array", "declare it with brackets")
@@ -132,7 +119,9 @@ def element_reference(env: Environment, x: e.Index) -> VariableReference:
         return value.items
 
     kind = of.type.element
-    return VariableReference(lambda: items().get(at), lambda value: items().update({at: converted(value, kind)}), kind)
+    return VariableReference(
+        lambda: items().get(at), lambda value: items().update({at: v.converted(value, kind)}), kind
+    )
 
 
 def _component(env: Environment, x: e.Component) -> VariableReference:
@@ -149,7 +138,7 @@ def _component(env: Environment, x: e.Component) -> VariableReference:
 
     kind = env.component_type(of.type.name, name)
     return VariableReference(
-        lambda: parts().get(name), lambda value: parts().update({name: converted(value, kind)}), kind
+        lambda: parts().get(name), lambda value: parts().update({name: v.converted(value, kind)}), kind
     )
 
 
@@ -178,9 +167,9 @@ def aggregate_value(env: Environment, x: e.Aggregate, type_name: str = "?") -> S
             at = _indices(env, item)
             array = out.parts.setdefault(key, ArrayValue(kind.name, ()))
             if isinstance(array, ArrayValue):
-                array.items[at] = copied(value)
+                array.items[at] = v.copied(value)
         else:
-            out.parts[key] = copied(value) if isinstance(value, str) else converted(value, kind)
+            out.parts[key] = v.copied(value) if isinstance(value, str) else v.converted(value, kind)
     return out
 
 
@@ -196,8 +185,8 @@ _VALUES: dict[type, Callable[[Environment, Any], Value]] = {
     e.FunctionCall: lambda env, x: env.call(x),
     e.ChannelName: lambda env, x: f":{x.name}",
     e.Aggregate: aggregate_value,
-    e.Unary: lambda env, x: unary_value(x.operator, value_of(env, x.operand)),
-    e.Binary: lambda env, x: binary_value(x.operator, value_of(env, x.left), value_of(env, x.right)),
+    e.Unary: lambda env, x: v.unary_value(x.operator, value_of(env, x.operand)),
+    e.Binary: lambda env, x: v.binary_value(x.operator, value_of(env, x.left), value_of(env, x.right)),
 }
 
 
@@ -207,7 +196,7 @@ def signal_reference(env: Environment, signal: Signal) -> VariableReference:
     if signal.last is None:
         kind = REAL if places[0].of in (e.Name("$ANIN"), e.Name("$ANOUT")) else BOOL
         return VariableReference(
-            lambda: value_of(env, places[0]), lambda v: element_reference(env, places[0]).write(v), kind
+            lambda: value_of(env, places[0]), lambda value: element_reference(env, places[0]).write(value), kind
         )
 
     def read() -> Value:

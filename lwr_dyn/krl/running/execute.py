@@ -5,8 +5,6 @@ A submit program (.sub) makes one pass of its loop, until it goes back to the he
 moved or waited, and in its waits. On a controller they run all the time; here a pass takes no time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import PurePosixPath
 from typing import Any
@@ -18,15 +16,7 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import CodeBlock
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import Type
-from lwr_dyn.krl.running.background import (
-    MOST_LOOKS,
-    brake_arm,
-    look_at_loop,
-    next_time,
-    resume,
-    settle,
-    switch_interrupts,
-)
+from lwr_dyn.krl.running import background
 from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of, value_of
 from lwr_dyn.krl.running.functions import called_routine, value_of_call
 from lwr_dyn.krl.running.inline_forms import WithSettings, bas
@@ -60,7 +50,7 @@ def step(m: RunningProgram, result: list[Value] | None = None) -> None:
             _execute(m, statement, frame, at)
         _look_beside(m, statement, position, before)
         if frame.at <= at and m.stack and m.stack[-1] is frame and not m.submitting:
-            look_at_loop(m, frame, at)
+            background.look_at_loop(m, frame, at)
     except ExecutionError as fault:
         m.log.report_fault(fault)
         if isinstance(statement, s.Assign):
@@ -103,7 +93,7 @@ def _look_beside(m: RunningProgram, x: s.Statement, position: SourcePosition, be
         m.triggers.bind(position, before)
     if m.triggers.bound:
         m.triggers.plan(final=False)
-    settle(m)
+    background.settle(m)
 
 
 def _execute_beside(m: RunningProgram, action: s.Assign | s.Invoke, position: SourcePosition) -> None:
@@ -153,7 +143,7 @@ def _run_submit(m: RunningProgram, submit: Submit) -> None:
     m.stack[:] = submit.stack
     if not submit.began:
         submit.began = True
-        m.controller.assumptions.note(submit.file, "", "one pass, in no time, after each motion and wait and in waits")
+        m.controller.assume(submit.file, "", "one pass, in no time, after each motion and wait and in waits")
         m.enter(m.program_of(submit.file).routines[0])
     for _ in range(MOST_STEPS):
         if not m.stack or _ends_pass(m):
@@ -198,13 +188,13 @@ def _wait(m: RunningProgram, x: s.Wait) -> None:
 
 def _wait_for(m: RunningProgram, x: s.Wait) -> None:
     looks = 0
-    while not (met := truth_of(m, x.value, "WAIT FOR")) and looks < MOST_LOOKS:
-        time = next_time(m)
+    while not (met := truth_of(m, x.value, "WAIT FOR")) and looks < background.MOST_LOOKS:
+        time = background.next_time(m)
         if time is None or m.motions.now > m.machine.seconds:
             break
         m.motions.wait(max(time - m.motions.now, 0.0), m.log.position, "WAIT FOR")
         _run_submits(m)
-        settle(m)
+        background.settle(m)
         looks += 1
     m.motions.stop_advance()
     if met:
@@ -214,7 +204,7 @@ def _wait_for(m: RunningProgram, x: s.Wait) -> None:
         hint = "set its input: --set, or a reply or unmet_wait_s in a cell file"
         raise ExecutionError("waits-forever", "the condition is FALSE and nothing here can change it", hint)
     name = f"WAIT FOR {expression_text(x.value)}"
-    m.controller.assumptions.note(name, f"met after {after:g} s", "unmet_wait_s of the cell file")
+    m.controller.assume(name, f"met after {after:g} s", "unmet_wait_s of the cell file")
     m.motions.wait(after, m.log.position, "WAIT FOR")
 
 
@@ -222,7 +212,7 @@ def _halt(m: RunningProgram) -> None:
     """HALT: the program is started again at once."""
     m.motions.stop_advance()
     m.clock.record(m.log.position, "halt", "HALT")
-    m.controller.assumptions.note("HALT", "", "the program is started again at once")
+    m.controller.assume("HALT", "", "the program is started again at once")
 
 
 def _invoke(m: RunningProgram, x: s.Invoke) -> None:
@@ -251,9 +241,9 @@ def _plain(m: RunningProgram, x: s.Plain, frame: StackFrame, at: int) -> None:
     if x.keyword == "HALT":
         _halt(m)
     elif x.keyword in ("RESUME", "BRAKE", "BRAKE F"):
-        resume(m) if x.keyword == "RESUME" else brake_arm(m)
+        background.resume(m) if x.keyword == "RESUME" else background.brake_arm(m)
     elif x.keyword == "CONTINUE":
-        m.motions.keep_advance()
+        m.motions.kept = True
     else:
         _block_keyword(m, x.keyword, frame, at)
 
@@ -356,7 +346,7 @@ def _declare_interrupt(m: RunningProgram, x: s.InterruptDeclaration, frame: Stac
         before, m.interrupt = m.interrupt, ActiveInterrupt(priority, frame)
         try:
             if x.with_brake:
-                brake_arm(m)
+                background.brake_arm(m)
             _execute_beside(m, x.action, position)
             if m.interrupt.stopped is not None:
                 m.triggers.go_on(*m.interrupt.stopped)
@@ -393,7 +383,7 @@ _FUNCTIONS: dict[type, Callable[[RunningProgram, Any, StackFrame, int], None]] =
     s.Jump: lambda m, x, frame, at: _goto(x, frame),
     s.Trigger: lambda m, x, frame, at: _trigger(m, x),
     s.InterruptDeclaration: lambda m, x, frame, at: _declare_interrupt(m, x, frame),
-    s.InterruptSwitch: lambda m, x, frame, at: switch_interrupts(m, x),
+    s.InterruptSwitch: lambda m, x, frame, at: background.switch_interrupts(m, x),
     s.SplineBlock: _spline,
     s.EndSpline: lambda m, x, frame, at: _end_spline(m, x),
 }

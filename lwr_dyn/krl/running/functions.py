@@ -19,28 +19,15 @@ from lwr_dyn.kinematics.solution import nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.language.lexer import LineError
-from lwr_dyn.krl.language.line_parser import parse_line
+from lwr_dyn.krl.language.line_parser import statement_of
 from lwr_dyn.krl.language.statements import Assign
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
+from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, reference_to, value_of
 from lwr_dyn.krl.running.inline_forms import INLINE
 from lwr_dyn.krl.running.running_program import RunningProgram
-from lwr_dyn.krl.running.values import (
-    AXIS_NAMES,
-    ArrayValue,
-    EnumValue,
-    StructValue,
-    Value,
-    axes_value,
-    pose_matrix,
-    pose_value,
-    ranged,
-    text_array,
-    text_of,
-    value_text,
-)
+from lwr_dyn.krl.running.values import AXIS_NAMES, ArrayValue, EnumValue, StructValue, Value
 
 
 def _text(env: Environment, arguments: Arguments, i: int) -> str:
@@ -49,8 +36,8 @@ def _text(env: Environment, arguments: Arguments, i: int) -> str:
     x = arguments[i]
     if isinstance(x, e.Name | e.Index | e.Component):
         value = reference_to(env, x).read()
-        return "" if value is None else text_of(value)
-    return text_of(value_of(env, x))
+        return "" if value is None else v.text_of(value)
+    return v.text_of(value_of(env, x))
 
 
 def _room(env: Environment, x: e.Expression) -> int | None:
@@ -68,7 +55,7 @@ def _write(env: Environment, x: e.Expression, text: str) -> bool:
     room = _room(env, x)
     if room is not None and len(text) > room:
         return False
-    reference_to(env, x).write(text_array(text, () if room is None else (room,)))
+    reference_to(env, x).write(v.text_array(text, () if room is None else (room,)))
     return True
 
 
@@ -152,17 +139,17 @@ def variable_state(m: RunningProgram, arguments: Sequence[e.Expression]) -> Valu
     """#INITIALIZED, #DECLARED or #UNDEFINED; raises `ExecutionError` for an argument that is no text."""
     if not arguments:
         raise ExecutionError("arguments", "VARSTATE without a name", 'VARSTATE("name")')
-    return EnumValue(_state(m, text_of(value_of(m, arguments[0]))))
+    return EnumValue(_state(m, v.text_of(value_of(m, arguments[0]))))
 
 
 def _state(env: Environment, name: str) -> str:
+    statement = statement_of(f"{name} = 0")
     try:
-        statement, _ = parse_line(f"{name} = 0")
-        if not isinstance(statement, Assign):
-            return "UNDEFINED"
-        return "DECLARED" if reference_to(env, statement.target).read() is None else "INITIALIZED"
-    except (LineError, ExecutionError):
-        return "UNDEFINED"
+        if isinstance(statement, Assign):
+            return "DECLARED" if reference_to(env, statement.target).read() is None else "INITIALIZED"
+    except ExecutionError:
+        pass
+    return "UNDEFINED"
 
 
 Arguments: TypeAlias = Sequence[e.Expression]
@@ -173,13 +160,13 @@ def function_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     name = x.name.upper()
     arguments = [a for a in x.arguments if a is not None]
     if name == "FRAND":
-        m.controller.assumptions.note("FRAND", "", "the middle of its range")
+        m.controller.assume("FRAND", "", "the middle of its range")
     if name in MATHEMATICS:
         return _number(m, name, arguments)
     if name in TEXT:
         return TEXT[name](m, arguments)
     if name in INLINE:
-        return INLINE[name](m, [value_of(m, a) for a in arguments])
+        return INLINE[name](m, next(iter([value_of(m, a) for a in arguments]), None))
     if name in GEOMETRY:
         return GEOMETRY[name](m, arguments)
     return None
@@ -212,7 +199,7 @@ def _number(env: Environment, name: str, arguments: Arguments) -> int | float:
         whole = isinstance(value, int) and not isinstance(value, bool) and name == "ABS"
         numbers.append(value if whole else number_of(env, a, f"an argument of {name}"))  # type: ignore[arg-type]
     try:
-        return ranged(MATHEMATICS[name](*numbers))
+        return v.ranged(MATHEMATICS[name](*numbers))
     except (ValueError, TypeError):
         hint = _HINTS.get(name, "one number")
         raise ExecutionError("number-range", f"{name} of {', '.join(map(str, numbers))}", hint) from None
@@ -220,8 +207,10 @@ def _number(env: Environment, name: str, arguments: Arguments) -> int | float:
 
 def _inv_pos(m: RunningProgram, arguments: Arguments) -> Value:
     point = value_of(m, _at(arguments, 0, "INV_POS"))
-    inverse = np.linalg.inv(pose_matrix(point, "INV_POS"))
-    return pose_value(np.asarray(inverse, dtype=np.float64), point.type if isinstance(point, StructValue) else "FRAME")
+    inverse = np.linalg.inv(v.pose_matrix(point, "INV_POS"))
+    return v.pose_value(
+        np.asarray(inverse, dtype=np.float64), point.type if isinstance(point, StructValue) else "FRAME"
+    )
 
 
 def _forward(m: RunningProgram, arguments: Arguments) -> Value:
@@ -244,14 +233,14 @@ def _inverse(m: RunningProgram, arguments: Arguments) -> Value:
     if not isinstance(point, StructValue):
         raise ExecutionError("type", "INVERSE of what is no structure", "an E6POS")
     start = _axes(value_of(m, _at(arguments, 1, "INVERSE")), "the start of INVERSE")
-    flange = np.asarray(c.base @ pose_matrix(point, "INVERSE") @ np.linalg.inv(c.tool))
+    flange = np.asarray(c.base @ v.pose_matrix(point, "INVERSE") @ np.linalg.inv(c.tool))
     try:
         result = inverse_kinematics(c.arm, flange)
     except LwrDynError as fault:
         raise ExecutionError("not-modelled", str(fault)) from None
     matching = [x for x in result.solutions if _fits(c, x.q, point)]
     _set_status(m, arguments, 2, 0 if matching else 2)
-    return axes_value(nearest_solution(matching, start).q if matching else start)
+    return v.axes_value(nearest_solution(matching, start).q if matching else start)
 
 
 def _fits(c: ControllerState, q: np.ndarray, point: StructValue) -> bool:
@@ -286,7 +275,7 @@ def called_routine(m: RunningProgram, name: str) -> Routine | None:
     """The routine that a call enters; None for a stub, and for what `bas.src` defines and the model computes."""
     if name in m.controller.cell.stubs:
         return None
-    routine = m.routine(name)
+    routine = m.here.routine(name)
     if routine is not None and routine.file.name.lower().endswith("bas.src") and (name == "BAS" or is_computed(name)):
         return None
     return routine
@@ -307,7 +296,7 @@ def empty_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     if external is not None and external.returns is not None:
         kind = Type(external.returns.upper())
     value = _empty(m, UNKNOWN if kind is None else kind)
-    m.controller.assumptions.note(f"{name}( )", value_text(value), "stubs.others of the cell file")
+    m.controller.assume(f"{name}( )", v.value_text(value), "stubs.others of the cell file")
     return value
 
 
@@ -326,7 +315,7 @@ def _stub_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """What the cell file gives for a call, its OUT arguments set."""
     name = x.name.upper()
     stub = m.controller.cell.stubs[name]
-    m.controller.assumptions.note(f"{name}( )", "nothing" if stub.returns is None else value_text(stub.returns), "stub")
+    m.controller.assume(f"{name}( )", "nothing" if stub.returns is None else v.value_text(stub.returns), "stub")
     for i, value in stub.out.items():
         target = x.arguments[i - 1] if i <= len(x.arguments) else None
         if not isinstance(target, e.Name | e.Index | e.Component):

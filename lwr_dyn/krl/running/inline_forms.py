@@ -11,24 +11,14 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from types import TracebackType
-from typing import TypeAlias
 
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.evaluate import number_of
 from lwr_dyn.krl.running.running_program import RunningProgram
-from lwr_dyn.krl.running.values import (
-    AXIS_NAMES,
-    ArrayValue,
-    EnumValue,
-    StructValue,
-    Value,
-    array_of,
-    copied,
-    null_frame,
-    value_text,
-)
+from lwr_dyn.krl.running.values import AXIS_NAMES, ArrayValue, EnumValue, StructValue, Value
 
 LEFT_OUT = ("EX_BASE", "ACC_GLUE", "OUT_SYNC", "OUT_ASYNC", "GROUP")
 """Commands of BAS that change nothing a motion needs."""
@@ -52,9 +42,8 @@ def bas(m: RunningProgram, x: e.FunctionCall) -> None:
 def frame_of_table(m: RunningProgram, table: str, number: int) -> StructValue:
     """A frame of TOOL_DATA or BASE_DATA; number 0 is the null frame; raises `ExecutionError` where it has no value."""
     if number == 0:
-        return null_frame()
-    data = m.variable(table).value
-    frame = data.items.get((number,)) if isinstance(data, ArrayValue) else None
+        return v.null_frame()
+    frame = _row(m, table, number)
     if not isinstance(frame, StructValue):
         kind = "tools" if table == "TOOL_DATA" else "bases"
         hint = f"assign it, give it in the cell file under [{kind}], or lend it with --with '$config.dat'"
@@ -62,9 +51,21 @@ def frame_of_table(m: RunningProgram, table: str, number: int) -> StructValue:
     return StructValue("FRAME", dict(frame.parts))
 
 
+def _row(m: RunningProgram, table: str, number: int) -> Value | None:
+    """An element of a table; None where it has no value."""
+    whole = m.variable(table).value
+    return whole.items.get((number,)) if isinstance(whole, ArrayValue) else None
+
+
+def _part(whole: Value | None, name: str, otherwise: float) -> float:
+    """A component of a structure, a number; `otherwise` where it is left out."""
+    value = whole.parts.get(name) if isinstance(whole, StructValue) else None
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else otherwise
+
+
 def _set_axes(m: RunningProgram, name: str, percent: float) -> None:
     """All six axes of `$VEL_AXIS` or `$ACC_AXIS` [%]."""
-    m.controller.variables[name].value = array_of("REAL", [float(percent)] * 6)
+    m.controller.variables[name].value = v.reals([float(percent)] * 6)
     m.controller.note_written(name)
 
 
@@ -83,9 +84,7 @@ def _set_frame(m: RunningProgram, name: str, table: str, number: float) -> None:
 
 def _act_part(m: RunningProgram, name: str, part: str, default: float) -> float:
     """A number of PDAT_ACT, LDAT_ACT or FDAT_ACT."""
-    whole = m.variable(name).value
-    value = whole.parts.get(part) if isinstance(whole, StructValue) else None
-    return float(value) if isinstance(value, int | float) else default
+    return _part(m.variable(name).value, part, default)
 
 
 def _frames(m: RunningProgram, _: float = 0.0) -> None:
@@ -119,110 +118,94 @@ def _cp_params(m: RunningProgram, value: float) -> None:
 
 
 _BAS: dict[str, Callable[[RunningProgram, float], None]] = {
-    "INITMOV": lambda m, v: m.controller.initialise(),
-    "VEL_PTP": lambda m, v: _set_axes(m, "$VEL_AXIS", v),
-    "ACC_PTP": lambda m, v: _set_axes(m, "$ACC_AXIS", v),
-    "VEL_CP": lambda m, v: _set_part(m, "$VEL", "CP", v),
-    "ACC_CP": lambda m, v: _set_part(m, "$ACC", "CP", v),
-    "TOOL": lambda m, v: _set_frame(m, "$TOOL", "TOOL_DATA", v),
-    "BASE": lambda m, v: _set_frame(m, "$BASE", "BASE_DATA", v),
+    "INITMOV": lambda m, x: m.controller.initialise(),
+    "VEL_PTP": lambda m, x: _set_axes(m, "$VEL_AXIS", x),
+    "ACC_PTP": lambda m, x: _set_axes(m, "$ACC_AXIS", x),
+    "VEL_CP": lambda m, x: _set_part(m, "$VEL", "CP", x),
+    "ACC_CP": lambda m, x: _set_part(m, "$ACC", "CP", x),
+    "TOOL": lambda m, x: _set_frame(m, "$TOOL", "TOOL_DATA", x),
+    "BASE": lambda m, x: _set_frame(m, "$BASE", "BASE_DATA", x),
     "PTP_PARAMS": _ptp_params,
     "CP_PARAMS": _cp_params,
     "FRAMES": _frames,
-    "PTP_DAT": lambda m, v: _ptp_data(m, _act_part(m, "PDAT_ACT", "VEL", 100.0)),
-    "CP_DAT": lambda m, v: _cp_data(m, _act_part(m, "LDAT_ACT", "VEL", m.controller.machine.vel_cp)),
+    "PTP_DAT": lambda m, x: _ptp_data(m, _act_part(m, "PDAT_ACT", "VEL", 100.0)),
+    "CP_DAT": lambda m, x: _cp_data(m, _act_part(m, "LDAT_ACT", "VEL", m.controller.machine.vel_cp)),
 }
 
-Values: TypeAlias = Sequence[Value]
-Inline: TypeAlias = Callable[[RunningProgram, Values], Value]
 
-
-def _part(values: Values, i: int, name: str, otherwise: float) -> float:
-    """A component of the i-th argument, a number; `otherwise` where it is left out."""
-    whole = values[i] if i < len(values) else None
-    value = whole.parts.get(name) if isinstance(whole, StructValue) else None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else otherwise
-
-
-def _first_number(values: Values, what: str) -> float:
-    value = values[0] if values else None
+def _number(value: Value | None, what: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ExecutionError("type", f"{what} of {value_text(value)}", "a number")
+        raise ExecutionError("type", f"{what} of {v.value_text(value)}", "a number")
     return float(value)
 
 
-def _word(values: Values, i: int, name: str, otherwise: str) -> EnumValue:
-    whole = values[i] if i < len(values) else None
+def _word(whole: Value | None, name: str, otherwise: str) -> EnumValue:
     value = whole.parts.get(name) if isinstance(whole, StructValue) else None
     return value if isinstance(value, EnumValue) and value.name != "NONE" else EnumValue(otherwise)
 
 
-def _speeds(m: RunningProgram, values: Values) -> Value:
+def _speeds(m: RunningProgram, given: Value | None) -> Value:
     ori = m.controller.machine.vel_ori
-    return StructValue("CP", {"CP": _first_number(values, "SVEL_CP"), "ORI1": ori, "ORI2": ori})
+    return StructValue("CP", {"CP": _number(given, "SVEL_CP"), "ORI1": ori, "ORI2": ori})
 
 
-def _ramps(m: RunningProgram, values: Values) -> Value:
-    share = _part(values, 0, "ACC", 100.0) / 100.0
+def _ramps(m: RunningProgram, given: Value | None) -> Value:
+    share = _part(given, "ACC", 100.0) / 100.0
     ori = m.controller.machine.acc_ori * share
     return StructValue("CP", {"CP": m.controller.machine.acc_cp * share, "ORI1": ori, "ORI2": ori})
 
 
-def _jerk(m: RunningProgram, values: Values) -> Value:
+def _jerk(m: RunningProgram, given: Value | None) -> Value:
     # no jerk is modelled: a value of its type which no motion uses
-    share = _part(values, 0, "JERK_FAC", 50.0)
+    share = _part(given, "JERK_FAC", 50.0)
     axes = StructValue("E6AXIS", dict.fromkeys((*AXIS_NAMES, *(f"E{i}" for i in range(1, 7))), share))
     return StructValue("JERK_STRUC", {"CP": share, "ORI": share, "AX": axes})
 
 
-def _approximation(m: RunningProgram, values: Values) -> Value:
+def _approximation(m: RunningProgram, given: Value | None) -> Value:
     """APO_DIST as a distance [mm] and as a share of the way [%]: the motion's keyword says which one counts."""
-    distance = _part(values, 0, "APO_DIST", 0.0)
+    distance = _part(given, "APO_DIST", 0.0)
     return StructValue("CONT", {"CDIS": distance, "CPTP": distance, "CORI": distance, "CVEL": 100.0})
 
 
-def _tool(m: RunningProgram, values: Values) -> Value:
-    table = "BASE_DATA" if _word(values, 0, "IPO_FRAME", "BASE").name == "TCP" else "TOOL_DATA"
-    return frame_of_table(m, table, int(_part(values, 0, "TOOL_NO", 0.0)))
+def _tool(m: RunningProgram, given: Value | None) -> Value:
+    table = "BASE_DATA" if _word(given, "IPO_FRAME", "BASE").name == "TCP" else "TOOL_DATA"
+    return frame_of_table(m, table, int(_part(given, "TOOL_NO", 0.0)))
 
 
-def _base(m: RunningProgram, values: Values) -> Value:
-    if values and isinstance(values[0], StructValue):
-        return frame_of_table(m, "BASE_DATA", int(_part(values, 0, "BASE_NO", 0.0)))
-    return frame_of_table(m, "BASE_DATA", int(_first_number(values, "SBASE")))
+def _base(m: RunningProgram, given: Value | None) -> Value:
+    if isinstance(given, StructValue):
+        return frame_of_table(m, "BASE_DATA", int(_part(given, "BASE_NO", 0.0)))
+    return frame_of_table(m, "BASE_DATA", int(_number(given, "SBASE")))
 
 
-def _load(m: RunningProgram, values: Values) -> Value:
-    number = int(_first_number(values, "SLOAD"))
-    whole = m.variable("LOAD_DATA").value
-    load = whole.items.get((number,)) if isinstance(whole, ArrayValue) else None
+def _load(m: RunningProgram, given: Value | None) -> Value:
+    load = _row(m, "LOAD_DATA", int(_number(given, "SLOAD")))
     return load if load is not None else StructValue("LOAD", {"M": -1.0})
 
 
-def _ipo_mode(m: RunningProgram, values: Values) -> Value:
-    word = values[0] if values else None
-    if isinstance(word, StructValue):
-        word = word.parts.get("IPO_FRAME")
+def _ipo_mode(m: RunningProgram, given: Value | None) -> Value:
+    word = given.parts.get("IPO_FRAME") if isinstance(given, StructValue) else given
     return EnumValue("TCP") if word == EnumValue("TCP") else EnumValue("BASE")
 
 
-INLINE: dict[str, Inline] = {
-    "SVEL_JOINT": lambda m, v: min(max(_first_number(v, "SVEL_JOINT"), 1.0), 100.0),
-    "SACC_JOINT": lambda m, v: _part(v, 0, "ACC", 100.0),
-    "SGEAR_JERK": lambda m, v: _part(v, 0, "GEAR_JERK", 100.0),
+INLINE: dict[str, Callable[[RunningProgram, Value | None], Value]] = {
+    "SVEL_JOINT": lambda m, x: min(max(_number(x, "SVEL_JOINT"), 1.0), 100.0),
+    "SACC_JOINT": lambda m, x: _part(x, "ACC", 100.0),
+    "SGEAR_JERK": lambda m, x: _part(x, "GEAR_JERK", 100.0),
     "SVEL_CP": _speeds,
     "SACC_CP": _ramps,
     "SJERK": _jerk,
     "SAPO": _approximation,
     "SAPO_PTP": _approximation,
-    "SORI_TYP": lambda m, v: _word(v, 0, "ORI_TYP", "VAR"),
+    "SORI_TYP": lambda m, x: _word(x, "ORI_TYP", "VAR"),
     "STOOL": _tool,
     "STOOL2": _tool,
     "SBASE": _base,
     "SLOAD": _load,
     "SIPO_MODE": _ipo_mode,
 }
-"""Name -> its value from the arguments; a program's own routine of that name is not asked."""
+"""Name -> its value from the first argument, if any; a program's own routine of that name is not asked."""
 
 TIMED = ("$VEL", "$ACC", "$APO", "$VEL_AXIS", "$ACC_AXIS", "$TOOL", "$BASE", "$IPO_MODE", "$ADVANCE", "$OV_PRO")
 """Variables that change where or when the arm moves; another one that cannot be computed is only noted."""
@@ -246,7 +229,7 @@ class WithSettings(AbstractContextManager[None]):
             name = e.root_name(setting.target)
             variable = c.variable(name) if name.startswith("$") else None
             if variable is not None and name not in self.before:
-                self.before[name] = None if variable.value is None else copied(variable.value)
+                self.before[name] = None if variable.value is None else v.copied(variable.value)
             try:
                 self.m.assign(setting)
             except ExecutionError as fault:
@@ -265,7 +248,7 @@ class WithSettings(AbstractContextManager[None]):
         if len(targets) == 1 and isinstance(targets[0], e.Index) and variable is not None:
             array = variable.value
             if isinstance(array, ArrayValue) and targets[0].indices == (e.Integer(1),) and (1,) in array.items:
-                self.m.controller.assumptions.note(f"{name}[1] after WITH", "", "counts for all axes")
+                self.m.controller.assume(f"{name}[1] after WITH", "", "counts for all axes")
                 array.items.update(dict.fromkeys([(i,) for i in range(1, 7)], array.items[1,]))
 
     def __exit__(

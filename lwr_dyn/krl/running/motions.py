@@ -14,16 +14,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.krl.diagnostics import ExecutionError, Report, Severity, SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.motion.motion_segments import (
-    AxisSplineSegment,
-    CartesianSegment,
-    MotionSegment,
-    cartesian_segment,
-    is_held_back,
-    ptp_segment,
-    tool_pose,
-    warn_of_flip,
-)
+from lwr_dyn.krl.motion import motion_segments
+from lwr_dyn.krl.motion.motion_segments import AxisSplineSegment, CartesianSegment, MotionSegment, tool_pose
 from lwr_dyn.krl.motion.pose_paths import Blend, Speeds, inside_limits, path_between, seconds_at
 from lwr_dyn.krl.motion.splines import SplinePoint, axis_spline_segment, spline_pieces, spline_segment
 from lwr_dyn.krl.motion.timeline import Pause, Timeline, append_segment
@@ -31,7 +23,7 @@ from lwr_dyn.krl.robot.kuka_pose import status
 from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, value_of
 from lwr_dyn.krl.running.targets import RobotState, absolute_point, axes_of_point, led_pose, point_in_world
-from lwr_dyn.krl.running.values import StructValue, Value, axes_value, is_axes, pose_value
+from lwr_dyn.krl.running.values import StructValue, Value, axes_value, pose_value
 
 LONGEST_WAIT = 1e7
 """[s]"""
@@ -66,33 +58,10 @@ class OpenBlock:
     points: list[SplinePoint] = field(default_factory=list)
     axes: list[Array] = field(default_factory=list)
     speeds: list[Speeds] = field(default_factory=list)
-    positions: list[SourcePosition] = field(default_factory=list)
-    kinds: list[str] = field(default_factory=list)
+    motions: list[tuple[SourcePosition, str]] = field(default_factory=list)
+    """Of each motion its statement's position and its kind."""
     faulty: bool = False
     """Whether a motion has no point, which was reported."""
-
-    def begin(self, c: ControllerState) -> None:
-        """At the place where the arm stands."""
-        if c.q is not None:
-            self.q, self.pose = c.q, tool_pose(c.arm, c.q, c.tool)
-
-    def check_kind(self, kind: str) -> None:
-        """Raises `ExecutionError` for a motion that the block does not take."""
-        allowed = OF_BLOCK[self.kind]
-        if kind.removesuffix("_REL") not in allowed:
-            raise ExecutionError("spline", f"{kind} inside {self.kind}", ", ".join(allowed))
-
-    def add(self, kind: str, position: SourcePosition, speeds: Speeds, point: SplinePoint | Array) -> None:
-        """Add a motion to a pose, or to axes (n,) [rad]."""
-        self.kinds.append(kind)
-        self.positions.append(position)
-        self.speeds.append(speeds)
-        if isinstance(point, SplinePoint):
-            self.points.append(point)
-            self.pose = point.pose
-        else:
-            self.axes.append(point)
-            self.q = point
 
     def plan(self, c: ControllerState, report: Report) -> list[PlannedPiece] | None:
         """The pieces from stop to stop; None with a fault that is reported."""
@@ -103,7 +72,7 @@ class OpenBlock:
         start, planned = tool_pose(c.arm, c.q, c.tool), []
         q = c.q
         for piece in spline_pieces(start, self.points):
-            speeds = [self.points[k].speeds for k in piece.motions]
+            speeds = [self.speeds[k] for k in piece.motions]
             segment = spline_segment(c.arm, q, c.tool, piece, speeds, report)
             if segment is None:
                 return None
@@ -202,10 +171,6 @@ class Motions:
         if not self.kept:
             self.advance = False
 
-    def keep_advance(self) -> None:
-        """CONTINUE: the next statement does not stop the advance run."""
-        self.kept = True
-
     def note_unmodelled(self, name: str) -> None:
         """Report, once, a subprogram of the controller that is not modelled."""
         if name not in self.unmodelled and not name.startswith("IR_STOP"):
@@ -217,7 +182,7 @@ class Motions:
         value = value_of(env, target)
         if not x.kind.endswith("_REL"):
             return value
-        return absolute_point(value, self._now(axes=isinstance(value, StructValue) and is_axes(value)), x.frame)
+        return absolute_point(value, self._now(axes=isinstance(value, StructValue) and value.is_axes), x.frame)
 
     def _now(self, axes: bool) -> StructValue:
         now = self._position("$AXIS_ACT" if axes else "$POS_ACT")
@@ -250,9 +215,9 @@ class Motions:
         q = axes_of_point(self.robot(), point, first, self.report)
         if q is None or c.q is None:
             return None, q
-        if isinstance(point, StructValue) and not is_axes(point):
-            warn_of_flip(c.arm, c.q, q, self.report)
-        return ptp_segment(c.arm, c.q, q, c.speeds()), q
+        if isinstance(point, StructValue) and not point.is_axes:
+            motion_segments.warn_of_flip(c.arm, c.q, q, self.report)
+        return motion_segments.ptp_segment(c.arm, c.q, q, c.speeds()), q
 
     def _cartesian(
         self, point: Value, through: Value | None, angle: float | None, first: bool
@@ -263,7 +228,7 @@ class Motions:
             self.report("error", "first-motion", "the first motion is not a PTP", "begin with PTP to a full position")
         if not isinstance(point, StructValue) or (through is not None and not isinstance(through, StructValue)):
             raise ExecutionError("type", "the target is no structure", "a FRAME, POS or E6POS")
-        if is_axes(point):
+        if point.is_axes:
             raise ExecutionError("type", "LIN and CIRC go to poses, not to axes", "a FRAME, POS or E6POS")
         robot = self.robot()
         if c.q is None:
@@ -274,11 +239,11 @@ class Motions:
         via = None if through is None else point_in_world(robot, through)
         start = tool_pose(c.arm, c.q, c.tool)
         path = path_between(start, led_pose(c, start, point_in_world(robot, point)), via, angle)
-        segment = cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
+        segment = motion_segments.cartesian_segment(c.arm, c.q, c.tool, path, c.speeds(), self.report)
         if segment is None:
             return None, c.q if path.is_still else None
-        if is_held_back(segment):
-            c.assumptions.note("CIRC", "", ACROSS)
+        if motion_segments.is_held_back(segment):
+            c.assume("CIRC", "", ACROSS)
         return segment, segment.end
 
     def _report_errors(self, severity: Severity, code: str, message: str, hint: str) -> None:
@@ -301,7 +266,7 @@ class Motions:
         elif segment is not None:
             item = append_segment(self.timeline, segment, blend, c.tool)
             if item.overlap > 0.0:
-                c.assumptions.note("points passed without a stop", "", PASSED)
+                c.assume("points passed without a stop", "", PASSED)
             self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
         else:
             self.still.append(position)
@@ -337,9 +302,11 @@ class PlannedPiece:
 
 def begin_block(m: Motions, block: OpenBlock) -> None:
     """SPLINE: the motions that follow are planned when the block ends."""
-    if m.controller.q is None:
+    c = m.controller
+    if c.q is None:
         m.report("error", "first-motion", "the first motion is not a PTP", "begin with PTP to a full position")
-    block.begin(m.controller)
+    else:
+        block.q, block.pose = c.q, tool_pose(c.arm, c.q, c.tool)
     m.block = block
 
 
@@ -347,7 +314,9 @@ def collect(m: Motions, env: Environment, x: s.Move, position: SourcePosition) -
     """Add a motion to the open block; raises `ExecutionError`."""
     block, c = m.block, m.controller
     assert block is not None
-    block.check_kind(x.kind)
+    allowed = OF_BLOCK[block.kind]
+    if x.kind.removesuffix("_REL") not in allowed:
+        raise ExecutionError("spline", f"{x.kind} inside {block.kind}", ", ".join(allowed))
     m.count += 1
     m.check_speed_set(x)
     # a motion whose point has a fault leaves the block unplanned
@@ -361,17 +330,25 @@ def collect(m: Motions, env: Environment, x: s.Move, position: SourcePosition) -
         angle = None if x.angle is None else float(np.radians(number_of(env, x.angle, "CA")))
         place = _place(m, point)
         place = place if block.pose is None else led_pose(c, block.pose, place)
-        end = SplinePoint(OF_BLOCK["SPLINE"][x.kind.removesuffix("_REL")], place, c.speeds(), via, angle)
-    if end is not None:
-        block.add(x.kind, position, c.speeds(), end)
-        block.faulty = before
+        end = SplinePoint(OF_BLOCK["SPLINE"][x.kind.removesuffix("_REL")], place, via, angle)
+    if end is None:
+        return
+    block.speeds.append(c.speeds())
+    block.motions.append((position, x.kind))
+    if isinstance(end, SplinePoint):
+        block.points.append(end)
+        block.pose = end.pose
+    else:
+        block.axes.append(end)
+        block.q = end
+    block.faulty = before
 
 
 def _place(m: Motions, point: Value) -> Array:
     """The pose (4, 4) [m] of a point of a path; raises `ExecutionError`."""
     if not isinstance(point, StructValue):
         raise ExecutionError("type", "the target is no structure", "a FRAME, POS or E6POS")
-    if is_axes(point):
+    if point.is_axes:
         raise ExecutionError("type", "a path goes to poses, not to axes", "a FRAME, POS or E6POS")
     return point_in_world(m.robot(), point)
 
@@ -383,14 +360,14 @@ def end_block(m: Motions, blends: tuple[str, ...]) -> None:
     if block is None or pieces is None:
         return
     if pieces:
-        m.controller.assumptions.note(block.kind, "", CURVE)
+        m.controller.assume(block.kind, "", CURVE)
     blend = m.blend_into(block.kind)
     for piece in pieces:
         item = append_segment(m.timeline, piece.segment, blend, m.controller.tool)
         begin, overlap, blend = item.begin, item.overlap, None
         ends = piece.segment.axes(piece.ends).q
         for k, end, q in zip(piece.motions, item.begin + piece.ends, ends, strict=True):
-            m.executed.append(ExecutedMotion(block.positions[k], block.kinds[k], begin, float(end), q, overlap))
+            m.executed.append(ExecutedMotion(*block.motions[k], begin, float(end), q, overlap))
             begin, overlap = float(end), 0.0
         m.controller.q = piece.segment.end
     m.blend, m.advance = m.controller.blend(blends), True

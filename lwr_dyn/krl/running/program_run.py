@@ -1,7 +1,5 @@
 """Checks a program, and runs it on a robot's model: motions in time, speeds, poses, torques, and a Run to replay."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -267,7 +265,7 @@ def run_program(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
         executed=tuple(executed), still=tuple(m.motions.still),
         diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
-        assumptions=m.controller.assumptions.all(),
+        assumptions=tuple(m.controller.assumptions.values()),
         events=tuple(sorted(m.clock.events, key=lambda x: x.time)), passes=m.passes,
         static_torque=held, torque=torque,
     )  # fmt: skip

@@ -20,30 +20,14 @@ from lwr_dyn.krl.names.known_names import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program, program_in
 from lwr_dyn.krl.project.project import DeclaredName
 from lwr_dyn.krl.project.scope import scope_of
+from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
-from lwr_dyn.krl.running.evaluate import (
-    Environment,
-    aggregate_value,
-    number_of,
-    reference_to,
-    signal_reference,
-    value_of,
-)
+from lwr_dyn.krl.running.evaluate import aggregate_value, number_of, reference_to, signal_reference, value_of
 from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.passes import LoopPasses, LoopWatch
 from lwr_dyn.krl.running.triggers import PlannedTrigger, ProgramClock, StoppedMotion, Triggers
-from lwr_dyn.krl.running.values import (
-    ArrayValue,
-    StructValue,
-    Value,
-    Variable,
-    VariableReference,
-    converted,
-    copied,
-    text_array,
-    value_text,
-)
+from lwr_dyn.krl.running.values import ArrayValue, StructValue, Value, Variable, VariableReference
 from lwr_dyn.model.arm import Arm
 
 LARGEST_ARRAY = 100_000
@@ -135,10 +119,6 @@ class RunningProgram:
         """The program of the module of the current routine."""
         return self.stack[-1].program if self.stack else self.program
 
-    def routine(self, name: str) -> Routine | None:
-        """A routine that the module of the current routine sees."""
-        return self.here.routine(name)
-
     # --- what expressions ask for: the methods of evaluate.Environment
     def variable(self, name: str) -> Variable:
         """A variable of the routine, else of its module or one that it sees, else of the controller."""
@@ -146,17 +126,14 @@ class RunningProgram:
         if self.stack and key in self.stack[-1].variables:
             return self.stack[-1].variables[key]
         declared = self.here.names.variables.get(key)
-        if declared is not None and self._is_data(key, declared):
-            return self.variables_of(declared.position.file)[key]
+        file = "" if declared is None else declared.position.file
+        # the controller holds what it computes and what is given from outside, also where a file declares it
+        if file in self.program.project.homes and not (key.startswith("$") and self.controller.holds(key)):
+            return self.variables_of(file)[key]
         variable = self.controller.variable(key)
         if variable is None:
             raise ExecutionError("undeclared", f"{name} is not declared", "declare it in the .dat or with DECL")
         return variable
-
-    def _is_data(self, key: str, declared: DeclaredName) -> bool:
-        """Whether a file holds the variable; the controller holds what it computes and what is given from outside."""
-        held = key.startswith("$") and self.controller.holds(key)
-        return not held and declared.position.file in self.program.project.homes
 
     def element(self, name: str, index: tuple[int, ...]) -> Value | None:
         """An element of an input; reading one stops the advance run, so no motion is blended across it."""
@@ -262,7 +239,7 @@ class RunningProgram:
             before = target.read()
             if isinstance(before, StructValue):
                 # components that an aggregate does not name keep their values
-                value = StructValue(whole.type, {**{k: copied(v) for k, v in before.parts.items()}, **whole.parts})
+                value = StructValue(whole.type, {**{k: v.copied(x) for k, x in before.parts.items()}, **whole.parts})
         else:
             value = value_of(self, x.value)
         target.write(value)
@@ -276,7 +253,7 @@ class RunningProgram:
             root = e.root_name(signal.first)
         if root in ("$OUT", "$ANOUT"):
             self.motions.stop_advance()
-            self.clock.record(self.log.position, "output", f"{expression_text(x.target)} = {value_text(value)}")
+            self.clock.record(self.log.position, "output", f"{expression_text(x.target)} = {v.value_text(value)}")
         elif root in ("$TIMER", "$TIMER_STOP") and isinstance(x.target, e.Index) and x.target.indices:
             number = int(number_of(self, x.target.indices[0], root))
             if root == "$TIMER" and isinstance(value, int | float):
@@ -285,17 +262,17 @@ class RunningProgram:
                 self.clock.stop_timer(number, value is True)
 
 
-def _argument(env: Environment, x: e.Expression | None, p: Parameter, kind: Type) -> Variable:
+def _argument(env: RunningProgram, x: e.Expression | None, p: Parameter, kind: Type) -> Variable:
     """The variable of a parameter: the caller's own for OUT, where the argument is one; else a new one."""
     if x is None:
         return Variable(kind)
     whole = x.of if isinstance(x, e.Index) and not x.indices else x
     if p.mode != "IN" and isinstance(whole, e.Name):
         return env.variable(whole.name)
-    return Variable(kind, converted(value_of(env, x), kind))
+    return Variable(kind, v.converted(value_of(env, x), kind))
 
 
-def _initialised(env: Environment, name: DeclaredName) -> Variable:
+def _initialised(env: RunningProgram, name: DeclaredName) -> Variable:
     """The variable as declared, with its initial value; raises `ExecutionError`."""
     d, kind = name.declarator, name.type
     if d is not None and d.sizes is not None:
@@ -305,12 +282,12 @@ def _initialised(env: Environment, name: DeclaredName) -> Variable:
     if isinstance(d.value, e.Aggregate):
         kind = shape_of(d.value) if kind.name == "?" else kind
         return Variable(kind, aggregate_value(env, d.value, kind.name))
-    return Variable(kind, converted(value_of(env, d.value), kind))
+    return Variable(kind, v.converted(value_of(env, d.value), kind))
 
 
-def _initial_array(env: Environment, d: Declarator, kind: Type) -> Value:
+def _initial_array(env: RunningProgram, d: Declarator, kind: Type) -> Value:
     sizes = tuple(int(number_of(env, x, "a size")) for x in d.sizes or ())
     if any(not 1 <= n <= LARGEST_ARRAY for n in sizes):
         message = f"{d.name} has the size {', '.join(map(str, sizes))}"
         raise ExecutionError("index-range", message, f"from 1 to {LARGEST_ARRAY}")
-    return text_array(d.value.value, sizes) if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)
+    return v.text_array(d.value.value, sizes) if isinstance(d.value, e.Text) else ArrayValue(kind.name, sizes)

@@ -3,8 +3,6 @@
 Of a relative motion the point where it ends; of a path how the orientation is led ($ORI_TYPE, $CIRC_TYPE, $IPO_MODE).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,19 +13,9 @@ from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
 from lwr_dyn.krl.robot.kuka_pose import status, turn
+from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.controller import ControllerState
-from lwr_dyn.krl.running.values import (
-    AXIS_NAMES,
-    POSE_NAMES,
-    EnumValue,
-    StructValue,
-    Value,
-    is_axes,
-    is_pose,
-    pose_matrix,
-    pose_value,
-    value_text,
-)
+from lwr_dyn.krl.running.values import AXIS_NAMES, POSE_NAMES, EnumValue, StructValue, Value
 from lwr_dyn.model.arm import Arm
 
 TOUCH = 1e-9
@@ -50,10 +38,10 @@ class RobotState:
 
 def axes_of_point(robot: RobotState, point: Value, first: bool, report: Report) -> Array | None:
     """The axes (n,) [rad] of a PTP's point; None where it cannot be reached, which is reported."""
-    if not isinstance(point, StructValue) or not (is_axes(point) or is_pose(point)):
-        raise ExecutionError("type", f"the target is {value_text(point)}", "a POS, E6POS, AXIS or E6AXIS")
+    if not isinstance(point, StructValue) or not (point.is_axes or point.is_pose):
+        raise ExecutionError("type", f"the target is {v.value_text(point)}", "a POS, E6POS, AXIS or E6AXIS")
     _note_external_axes(point, report)
-    if is_axes(point):
+    if point.is_axes:
         return _axes(robot, point, first, report)
     s, t = _whole(point, "S"), _whole(point, "T")
     _check_complete(point, first, s, t, report)
@@ -66,7 +54,7 @@ def point_in_world(robot: RobotState, point: StructValue) -> Array:
     """The pose (4, 4) [m] of the tool at a point; components left out keep their present values."""
     parts = dict(robot.pose.parts) if robot.pose is not None else {}
     parts |= {name: value for name, value in point.parts.items() if name in POSE_NAMES}
-    return np.asarray(robot.base @ pose_matrix(StructValue("FRAME", parts), "the target"))
+    return np.asarray(robot.base @ v.pose_matrix(StructValue("FRAME", parts), "the target"))
 
 
 def _axes(robot: RobotState, point: StructValue, first: bool, report: Report) -> Array | None:
@@ -191,17 +179,17 @@ def absolute_point(step: Value, now: StructValue, frame: str | None) -> StructVa
     """
     if not isinstance(step, StructValue):
         raise ExecutionError("type", "a relative motion to what is no structure", "{X 10} or {A1 10}")
-    if not is_axes(step) and frame is not None and frame.upper() == "TOOL":
+    if not step.is_axes and frame is not None and frame.upper() == "TOOL":
         whole = StructValue("FRAME", {**dict.fromkeys("XYZABC", 0.0), **step.parts})
-        return pose_value(pose_matrix(now, "where the arm stands") @ pose_matrix(whole, "the step"), "FRAME")
+        return v.pose_value(v.pose_matrix(now, "where the arm stands") @ v.pose_matrix(whole, "the step"), "FRAME")
     parts = dict(now.parts)
     for name, change in step.parts.items():
         before = parts.get(name, 0.0)
         if isinstance(before, int | float) and isinstance(change, int | float):
             parts[name] = before + change
-    if not is_axes(step):
+    if not step.is_axes:
         parts = {name: parts[name] for name in "XYZABC"}
-    return StructValue(now.type if is_axes(step) else "FRAME", parts)
+    return StructValue(now.type if step.is_axes else "FRAME", parts)
 
 
 TURNED = {
@@ -217,7 +205,7 @@ def led_pose(c: ControllerState, start: Array, end: Array) -> Array:
     values = {name: c.variables[name].value for name in TURNED if name in c.variables}
     for name, (value, text) in TURNED.items():
         if values.get(name) == EnumValue(value):
-            c.assumptions.note(f"{name} #{value}", "", text)
+            c.assume(f"{name} #{value}", "", text)
     if values.get("$ORI_TYPE") != EnumValue("CONSTANT"):
         return end
     kept = end.copy()

@@ -4,12 +4,9 @@ A trigger switches at a place of the next motion, at the time at which the plann
 interrupt stops the arm on its path; it goes on along it later, unless RESUME gives the motion up.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -36,13 +33,6 @@ class ProgramEvent:
     kind: str
     """output, trigger, interrupt, reply, halt"""
     text: str
-
-    def to_json(self) -> dict[str, Any]:
-        """As one JSON object."""
-        return {
-            "time": self.time, "file": self.position.file, "line": self.position.line, "kind": self.kind,
-            "text": self.text,
-        }  # fmt: skip
 
 
 @dataclass(slots=True, eq=False)
@@ -174,18 +164,20 @@ def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | 
     time = max(time, item.begin + item.overlap)
     index = next((i for i in reversed(range(len(m.executed))) if m.executed[i].begin <= time < m.executed[i].end), None)
     since = time - begin
-    q, speed = (x[0] for x in (part.axes(np.array([since])).q, np.abs(part.axes(np.array([since])).dq)))
-    seconds = float(np.max(speed / m.controller.speeds().axis_ramp))
+    now = part.axes(np.array([since]))
+    seconds = float(np.max(np.abs(now.dq[0]) / m.controller.speeds().axis_ramp))
     slowed = SlowedPart(part, since, 1.0, 0.0, seconds)
     if index is None or seconds <= 0.0 or slowed.until >= part.duration:
         return None
     items = tuple(x for x in m.timeline.items if x.begin > item.begin)
     later = tuple(m.executed[index + 1 :])
     stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, begin + part.duration, items, later)
-    m.controller.assumptions.note("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
+    m.controller.assume("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
     m.timeline.add_at(slowed, time)
-    m.executed[index:] = [replace(m.executed[index], end=time, q=q)]
-    _stand(m, slowed, position, "BRAKE")
+    m.executed[index:] = [replace(m.executed[index], end=time, q=now.q[0])]
+    item, m.controller.q = m.timeline.items[-1], slowed.axes(np.array([slowed.duration])).q[0]
+    m.executed.append(ExecutedMotion(position, "BRAKE", item.begin, item.end, m.controller.q))
+    m.blend, m.advance = None, False
     return stopped
 
 
@@ -238,15 +230,6 @@ def go_on(m: Motions, stopped: StoppedMotion) -> Callable[[float], float]:
         return planned + later  # its own speed from there on
 
     return passed_at
-
-
-def _stand(m: Motions, part: SlowedPart, position: SourcePosition, kind: str) -> None:
-    """The arm stands where a part ends."""
-    q = part.axes(np.array([part.duration])).q[0]
-    item = m.timeline.items[-1]
-    m.executed.append(ExecutedMotion(position, kind, item.begin, item.end, q))
-    m.controller.q = q
-    m.blend, m.advance = None, False
 
 
 SAMPLES = 400

@@ -39,6 +39,16 @@ class StructValue:
     type: str
     parts: dict[str, Value] = field(default_factory=dict)
 
+    @property
+    def is_axes(self) -> bool:
+        """Whether it holds axis angles."""
+        return self.type in AXES or (self.type == "?" and any(name in self.parts for name in AXIS_NAMES))
+
+    @property
+    def is_pose(self) -> bool:
+        """Whether it holds a pose."""
+        return self.type in CARTESIAN or (self.type == "?" and bool(self.parts) and not self.is_axes)
+
 
 @dataclass(slots=True)
 class ArrayValue:
@@ -120,19 +130,9 @@ def value_text(value: Value | None) -> str:
     return str(value).upper() if isinstance(value, bool) else str(value)
 
 
-def is_axes(value: StructValue) -> bool:
-    """Whether a structure holds axis angles."""
-    return value.type in AXES or (value.type == "?" and any(name in value.parts for name in AXIS_NAMES))
-
-
-def is_pose(value: StructValue) -> bool:
-    """Whether a structure holds a pose."""
-    return value.type in CARTESIAN or (value.type == "?" and bool(value.parts) and not is_axes(value))
-
-
 def pose_matrix(value: Value | None, what: str) -> Array:
     """The pose (4, 4) [m] of X, Y, Z, A, B, C; raises `ExecutionError` where one is missing or beyond all places."""
-    if not isinstance(value, StructValue) or not is_pose(value):
+    if not isinstance(value, StructValue) or not value.is_pose:
         raise ExecutionError("type", f"{what} is {value_text(value)}", "a FRAME, POS or E6POS")
     numbers = [value.parts.get(name) for name in POSE_NAMES]
     missing = [name for name, x in zip(POSE_NAMES, numbers, strict=True) if not isinstance(x, int | float)]
@@ -152,16 +152,16 @@ def pose_value(T: Array, type_name: str = "FRAME", rest: Mapping[str, Value] | N
     return StructValue(type_name, {**parts, **(rest or {})})
 
 
-def axes_value(q: Array, type_name: str = "E6AXIS") -> StructValue:
+def axes_value(q: Array) -> StructValue:
     """Axes [rad] as a structure [deg], external axes at 0."""
     values = dict(zip(AXIS_NAMES, map(float, np.degrees(q)), strict=True))
-    return StructValue(type_name, {**values, **{f"E{i}": 0.0 for i in range(1, 7)}})
+    return StructValue("E6AXIS", {**values, **{f"E{i}": 0.0 for i in range(1, 7)}})
 
 
-def array_of(type_name: str, values: Iterable[Value]) -> ArrayValue:
-    """An array of one dimension from its elements."""
+def reals(values: Iterable[float]) -> ArrayValue:
+    """An array of REAL of one dimension."""
     items: dict[tuple[int, ...], Value] = {(i + 1,): v for i, v in enumerate(values)}
-    return ArrayValue(type_name, (len(items),), items)
+    return ArrayValue("REAL", (len(items),), items)
 
 
 def text_array(text: str, sizes: tuple[int, ...] = ()) -> ArrayValue:

@@ -9,33 +9,26 @@ Passing between the two kinds, and to or from a block, is left out: they stop th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.motion.motion_segments import tool_pose
 from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.project.program import Program, program_of
 from lwr_dyn.krl.robot.kuka_pose import frame_matrix, pose_of_matrix, rotation_angle, status, turn
+from lwr_dyn.krl.writing import point_program
 from lwr_dyn.krl.writing.path_fit import BLOCKS, CLEAR, FittedMotion
-from lwr_dyn.krl.writing.point_program import (
-    axes_declared,
-    component_set,
-    data_file,
-    frame_set,
-    pose_declared,
-    program_file,
-)
 from lwr_dyn.krl.writing.sampled_path import SampledPath, taught_axes
 
 SMALLEST = 1e-5
 """[m] A smaller $APO.CDIS is none."""
-DIGITS = 2
-"""Of $APO.CDIS, rounded down."""
+USED = 0.9
+"""Share of an axis' rated speed that a path in space uses at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +56,7 @@ def _at_corner(
         percent = np.floor(200.0 * share * _ptp_share(samples, a, b, tolerance))
         return Approximation("C_PTP", float(percent)) if percent >= 1.0 else None
     distance = share * _distance(a.path(samples), b.path(samples), tolerance)
-    return Approximation("C_DIS", _rounded_down(1e3 * distance)) if distance >= SMALLEST else None
+    return Approximation("C_DIS", _rounded_down(1e3 * distance, 2)) if distance >= SMALLEST else None
 
 
 def _distance(a: PosePath, b: PosePath, tolerance: tuple[float, float]) -> float:
@@ -92,19 +85,15 @@ def _ptp_share(samples: SampledPath, a: FittedMotion, b: FittedMotion, tolerance
     """The share of both motions, at most half, that may be blended."""
     q = samples.q
     miss = (q[b.last] - 2.0 * q[b.first] + q[a.first]) / 4.0
-    T = _poses(samples, np.stack([q[b.first], q[b.first] + 1e-3 * miss]))
+    T = tool_pose(samples.arm, np.stack([q[b.first], q[b.first] + 1e-3 * miss]), samples.tool)
     position = float(np.linalg.norm(T[1, :3, 3] - T[0, :3, 3])) / 1e-3
     orientation = float(rotation_angle(T[1, :3, :3], T[0, :3, :3])) / 1e-3
     bounds = [most / found for most, found in zip(tolerance, (position, orientation), strict=True) if found > 0.0]
     return min([0.5, *bounds])
 
 
-def _poses(samples: SampledPath, q: Array) -> Array:
-    return np.asarray(flange_pose(samples.arm.chain, q) @ samples.tool)
-
-
-def _rounded_down(x: float) -> float:
-    unit = 10.0 ** (np.floor(np.log10(x)) + 1 - DIGITS)
+def _rounded_down(x: float, digits: int = 3) -> float:
+    unit = 10.0 ** (np.floor(np.log10(x)) + 1 - digits)
     return float(np.round(np.floor(x / unit + 1e-9) * unit, 9))
 
 
@@ -153,21 +142,22 @@ class PathProgram:
     def program(self, tool: int | None = None, base: int | None = None) -> Program:
         """As files; tool and base by their numbers in `$config.dat` where these are given."""
         moves, points = self._moves()
-        frames = (frame_set("TOOL", rounded(self.samples.tool), tool), frame_set("BASE", rounded(self.base), base))
-        source = program_file(self.name, *frames, self.speeds.percent, _digits(self._first_speed), moves)
-        start = axes_declared(START, self.samples.arm, _axes_deg(self.samples.q[0]))
-        return program_of(source, data_file(self.name, [start, *points]))
+        of = (("TOOL", self.samples.tool, tool), ("BASE", self.base, base))
+        at, world = (point_program.frame_set(name, rounded(T), number) for name, T, number in of)
+        source = point_program.program_file(self.name, at, world, self.speeds.percent, self._first_speed, moves)
+        start = point_program.axes_declared(START, self.samples.arm, _axes_deg(self.samples.q[0]))
+        return program_of(source, point_program.data_file(self.name, [start, *points]))
 
     @property
     def _first_speed(self) -> float:
-        return next((v for v in self.speeds.cp if v > 0.0), 0.25)
+        return _rounded_down(next((v for v in self.speeds.cp if v > 0.0), 0.25))
 
     def _moves(self) -> tuple[list[s.Statement], list[s.Statement]]:
         moves: list[s.Statement] = [s.Move("PTP", e.Name(START)), *self._wait(0)]
         points: list[s.Statement] = []
         if self.speeds.orientation is not None:
-            moves.insert(0, component_set("$VEL.ORI1", _digits(self.speeds.orientation)))
-        set_: dict[str, float] = {"$VEL.CP": _digits(self._first_speed)}
+            moves.insert(0, point_program.component_set("$VEL.ORI1", _rounded_down(self.speeds.orientation)))
+        set_: dict[str, float] = {"$VEL.CP": self._first_speed}
         for i, motion in enumerate(self.motions):
             approximation = self.approximations[i]
             moves += self._settings(set_, self.speeds.cp[i], approximation)
@@ -190,12 +180,12 @@ class PathProgram:
 
     def _settings(self, set_: dict[str, float], cp: float, approximation: Approximation | None) -> list[s.Statement]:
         """The assignments that change something before a motion."""
-        wanted = {"$VEL.CP": _digits(cp)} if cp > 0.0 else {}
+        wanted = {"$VEL.CP": _rounded_down(cp)} if cp > 0.0 else {}
         if approximation is not None:
             wanted["$APO.CDIS" if approximation.keyword == "C_DIS" else "$APO.CPTP"] = approximation.value
         changed = {name: value for name, value in wanted.items() if set_.get(name) != value}
         set_.update(changed)
-        return [component_set(name, value) for name, value in changed.items()]
+        return [point_program.component_set(name, value) for name, value in changed.items()]
 
     def motion_at(self, line: int) -> int:
         """The index of the motion or block in or before a line (from 1) of the `.src`; -1 before all of them."""
@@ -212,30 +202,24 @@ class PathProgram:
         flange = self.base @ frame_matrix(pose) @ np.linalg.inv(self.samples.tool)
         solved = taught_axes(arm, flange, q, CLEAR)
         if axes and solved is None:
-            return axes_declared(name, arm, _axes_deg(q))
+            return point_program.axes_declared(name, arm, _axes_deg(q))
         at = q if solved is None else solved
-        return pose_declared(name, pose, status(arm, at), turn(at))
-
-
-def with_slower(program: PathProgram, factor: float) -> PathProgram:
-    """The same motions, slower."""
-    return replace(program, speeds=program.speeds.slower(factor))
+        return point_program.pose_declared(name, pose, status(arm, at), turn(at))
 
 
 def speeds_of(
-    samples: SampledPath, motions: Sequence[FittedMotion], cp: float | None, percent: int | None, share: float
+    samples: SampledPath, motions: Sequence[FittedMotion], cp: float | None, percent: int | None
 ) -> ProgramSpeeds:
     """Speeds for a program: those given, else the largest of the samples' times; slower where an axis needs it.
 
-    `cp` [m/s] and `percent` of the axes' rated speeds; `share` of an axis' rated speed is used at most by a path in
-    space. Without times and without `cp` it is 0.25 m/s, without `percent` 100 %.
+    `cp` [m/s] and `percent` of the axes' rated speeds. Without times and without `cp` it is 0.25 m/s, without `percent`
+    100 %.
     """
     arm = samples.arm
     way = np.linalg.norm(np.diff(samples.T[:, :3, 3], axis=0), axis=1)
     if cp is None:
         cp = 0.25 if samples.t is None else float(np.max(way / np.diff(samples.t)))
-    if not 1e-3 <= cp <= 10.0:
-        cp = float(np.clip(cp, 1e-3, 10.0))
+    cp = float(np.clip(cp, 1e-3, 10.0))
     step = np.abs(np.diff(samples.q, axis=0)) / arm.velocity
     if percent is None:
         used = 1.0 if samples.t is None else float(np.max(step / np.diff(samples.t)[:, None]))
@@ -251,9 +235,9 @@ def speeds_of(
         # the axes' time for a piece at their rated speeds bounds the speed on it
         moving = way[part] > 1e-9
         bound = float(np.min(way[part][moving] / np.maximum(step[part][moving].max(axis=1), 1e-12), initial=np.inf))
-        found.append(float(np.clip(min(cp, share * bound), 1e-3, 10.0)))
+        found.append(float(np.clip(min(cp, USED * bound), 1e-3, 10.0)))
         if length < 1e-6:
-            turns.append(share * motion.path(samples).angle / max(float(step[part].max(axis=1).sum()), 1e-12))
+            turns.append(USED * motion.path(samples).angle / max(float(step[part].max(axis=1).sum()), 1e-12))
     slowest = min((np.degrees(x) for x in turns), default=np.inf)
     return ProgramSpeeds(percent, tuple(found), float(slowest) if slowest < 200.0 else None)
 
@@ -267,9 +251,3 @@ def rounded(T: Array) -> tuple[float, ...]:
 
 def _axes_deg(q: Array) -> list[float]:
     return [round(float(x), DECIMALS_DEG) + 0.0 for x in np.degrees(q)]
-
-
-def _digits(x: float) -> float:
-    """Three digits, rounded down."""
-    unit = 10.0 ** (np.floor(np.log10(x)) - 2)
-    return float(np.round(np.floor(x / unit + 1e-9) * unit, 9))

@@ -5,8 +5,6 @@ beside it, and each place of the program with the nearest place between the samp
 orientation together, each by its tolerance; times are not compared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -16,9 +14,9 @@ from scipy.spatial import cKDTree
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.diagnostics import ExecutionError
+from lwr_dyn.krl.motion.motion_segments import tool_pose
 from lwr_dyn.krl.motion.pose_paths import NEAR, PosePath, path_between
 from lwr_dyn.krl.robot.kuka_pose import rotation_angle
 from lwr_dyn.krl.running.program_run import ProgramRun
@@ -151,8 +149,7 @@ def _ptp_follows(samples: SampledPath, tolerance: tuple[float, float], first: in
     if last > first + 1 and not _in_order(u, 1e-3):
         return False
     on_line = q[0] + np.clip(u, 0.0, 1.0)[:, None] * way
-    T = flange_pose(samples.arm.chain, on_line) @ samples.tool
-    return bool(within(T, samples.T[first : last + 1], tolerance).all())
+    return bool(within(tool_pose(samples.arm, on_line, samples.tool), samples.T[first : last + 1], tolerance).all())
 
 
 def _path_follows(
@@ -257,8 +254,7 @@ def _program_places(samples: SampledPath, run: ProgramRun, begin: float, end: fl
     """Poses (k, 4, 4) [m] between two times, so near to each other that the path bends less than `finest` [m]."""
     count = FEWEST
     while True:
-        q = run.timeline.sample(np.linspace(begin, end, count + 1)).q
-        T = np.asarray(flange_pose(samples.arm.chain, q) @ samples.tool)
+        T = tool_pose(samples.arm, run.timeline.sample(np.linspace(begin, end, count + 1)).q, samples.tool)
         bend = float(np.linalg.norm(np.diff(T[:, :3, 3], 2, axis=0), axis=1).max()) / 8.0
         if bend <= finest or count >= MOST:
             return T
@@ -276,7 +272,8 @@ def _farthest_place(T: Array, others: Array, weight: float) -> Array:
         u = np.clip(np.sum((points - line[a]) * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-300), 0.0, 1.0)
         miss = points - line[a] - u[:, None] * way
         # |R - S| = sqrt(2) angle for a small angle
-        parts = np.stack([np.linalg.norm(miss, axis=1), *_parts(miss, weight)], axis=1)
+        away, turned = np.linalg.norm(miss[:, :3], axis=1), np.linalg.norm(miss[:, 3:], axis=1) / weight
+        parts = np.stack([np.linalg.norm(miss, axis=1), away, turned], axis=1)
         best = np.where((parts[:, 0] < best[:, 0])[:, None], parts, best)
     return np.asarray(best[:, 1:].max(axis=0))
 
@@ -286,10 +283,6 @@ def _even(line: Array) -> Array:
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1)))
     at = np.unique(np.concatenate([along, np.linspace(0.0, along[-1], EVEN)]))
     return np.stack([np.interp(at, along, column) for column in line.T], axis=1)
-
-
-def _parts(miss: Array, weight: float) -> tuple[Array, Array]:
-    return np.linalg.norm(miss[:, :3], axis=1), np.linalg.norm(miss[:, 3:], axis=1) / weight
 
 
 def _embedded(T: Array, weight: float) -> Array:

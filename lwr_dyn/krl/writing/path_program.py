@@ -5,11 +5,9 @@ SPTP, as keep the tool within the tolerance. The curve is the one that `krl run`
 KUKA's own is not published, so between the points a controller's path may be another one.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
 
@@ -18,25 +16,15 @@ from scipy.interpolate import CubicSpline
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.diagnostics import ExecutionError
-from lwr_dyn.krl.motion.pose_paths import PosePath, Speeds
+from lwr_dyn.krl.motion.motion_segments import tool_pose
+from lwr_dyn.krl.motion.pose_paths import PosePath
 from lwr_dyn.krl.motion.splines import SplinePoint, spline_pieces
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramError, ProgramRun, run_program
-from lwr_dyn.krl.writing.motion_program import PathProgram, approximations, speeds_of, with_slower
-from lwr_dyn.krl.writing.path_fit import (
-    BLOCKS,
-    KINDS,
-    USUAL,
-    FittedMotion,
-    PathDeviation,
-    Tolerance,
-    fitted_motions,
-    path_deviation,
-    poses_at,
-    within,
-)
+from lwr_dyn.krl.writing import path_fit
+from lwr_dyn.krl.writing.motion_program import PathProgram, approximations, speeds_of
+from lwr_dyn.krl.writing.path_fit import BLOCKS, KINDS, USUAL, FittedMotion, PathDeviation, Tolerance
 from lwr_dyn.krl.writing.point_program import NAMES, is_name
 from lwr_dyn.krl.writing.sampled_path import SampledPath
 
@@ -47,7 +35,6 @@ LONG = 5.0
 ROUNDS, STEPS = 16, 6
 MOST = 3000
 """Points of a block."""
-_UNUSED = Speeds(np.zeros(6), np.zeros(6), 0.0, 0.0, 0.0, 0.0)
 
 
 def with_splines(
@@ -93,7 +80,7 @@ def _knots(
 
     def passed(knots: Sequence[int]) -> Array | None:
         path = _curve(samples, [first + k for k in knots])
-        return None if path is None else poses_at(path[0], _nearest(path, way, knots, places))
+        return None if path is None else path_fit.poses_at(path[0], _nearest(path, way, knots, places))
 
     return _refined_knots(samples, first, way, passed, tolerance, most)
 
@@ -108,29 +95,27 @@ def _refined_knots(
 ) -> tuple[int, ...] | None:
     """Knots, more where the poses (k, 4, 4) that a curve has passed are off; `way` (k,) grows from sample to sample."""
     last = len(way) - 1
-    knots = sorted({0, last, *(halves(way, [0, last]) if last > 1 else ())})
+    knots = sorted({0, last, *([_half(way, 0, last)] if last > 1 else ())})
     for _ in range(ROUNDS):
         T = passed(knots) if len(knots) - 1 <= most else None
         if T is None:
             return None
-        good = within(T, samples.T[first : first + last + 1], tolerance)
+        good = path_fit.within(T, samples.T[first : first + last + 1], tolerance)
         bad = [(a, b) for a, b in pairwise(knots) if not good[a : b + 1].all() and b > a + 1]
         if not bad:
             return tuple(first + k for k in knots[1:]) if good.all() else None
-        knots = sorted({*knots, *(k for a, b in bad for k in halves(way, [a, b]))})
+        knots = sorted({*knots, *(_half(way, a, b) for a, b in bad)})
     return None
 
 
-def halves(way: Array, ends: list[int]) -> list[int]:
-    """Both ends and the sample half the way between them."""
-    a, b = ends
-    middle = int(np.searchsorted(way, 0.5 * (way[a] + way[b])))
-    return [a, min(max(middle, a + 1), b - 1), b]
+def _half(way: Array, a: int, b: int) -> int:
+    """The sample half the way between two."""
+    return min(max(int(np.searchsorted(way, 0.5 * (way[a] + way[b]))), a + 1), b - 1)
 
 
 def _curve(samples: SampledPath, knots: Sequence[int]) -> tuple[PosePath, Array] | None:
     """The path through samples and the lengths at which it passes them."""
-    points = [SplinePoint("SPL", samples.T[k], _UNUSED) for k in knots[1:]]
+    points = [SplinePoint("SPL", samples.T[k]) for k in knots[1:]]
     try:
         pieces = list(spline_pieces(samples.T[knots[0]], points))
     except ExecutionError:
@@ -168,7 +153,7 @@ def _axis_knots(samples: SampledPath, first: int, last: int, tolerance: tuple[fl
     way = _along(samples, q)
 
     def passed(knots: Sequence[int]) -> Array:
-        return np.asarray(flange_pose(samples.arm.chain, _nearest_axes(samples, q, way, knots)) @ samples.tool)
+        return tool_pose(samples.arm, _nearest_axes(samples, q, way, knots), samples.tool)
 
     return _refined_knots(samples, first, way, passed, tolerance, MOST - 1)
 
@@ -202,8 +187,6 @@ IMPOSSIBLE = frozenset({"out-of-reach", "outside-limits", "singularity", "wrist-
 MOST_PTP = 100
 """Places where a path in space is given up."""
 SLOWER, SLOWEST = 0.8, 0.05
-USED = 0.9
-"""Share of an axis' rated speed that a path in space uses at most."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,7 +236,7 @@ def write_path(
     frame, written = np.eye(4) if base is None else base, None
     for splined, share in _attempts(options):
         program, run = _possible(partial(_candidate, samples, options, frame, splined, share), machine)
-        deviation = path_deviation(samples, program.motions, run, options.tolerance)
+        deviation = path_fit.path_deviation(samples, program.motions, run, options.tolerance)
         written = WrittenPath(program, run, deviation, options.tolerance)
         if written.holds:
             break
@@ -295,10 +278,10 @@ def _candidate(
     if "SPTP" in options.kinds:
         motions = axis_splines(samples, tolerance.times(splined))
     else:
-        motions = fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds, only_ptp)
+        motions = path_fit.fitted_motions(samples, tolerance.times(FITTED if share else LEFT), kinds, only_ptp)
     if splined and "SPL" in options.kinds:
         motions = with_splines(samples, motions, tolerance.times(splined), wherever=set(options.kinds) == {"SPL"})
-    speeds = speeds_of(samples, motions, options.speed, options.percent, USED)
+    speeds = speeds_of(samples, motions, options.speed, options.percent)
     blends = approximations(samples, motions, tolerance.times(CUT), share)
     return PathProgram(options.name, samples, motions, speeds, blends, base)
 
@@ -307,14 +290,12 @@ def _slow_enough(candidate: PathProgram, machine: MachineData | None) -> tuple[P
     """The program, slower where an axis would be over its speed, and its run."""
     factor = 1.0
     while True:
-        program = candidate if factor == 1.0 else with_slower(candidate, factor)
-        fault = None
+        program = candidate if factor == 1.0 else replace(candidate, speeds=candidate.speeds.slower(factor))
         try:
             run = run_program(program.program(), candidate.samples.arm, machine)
+            if factor < SLOWEST or not any(d.code == "axis-speed" for d in run.diagnostics):
+                return program, run
         except ProgramError as error:
             if error.code != "axis-speed" or factor < SLOWEST:
                 raise
-            fault = error
-        if fault is None and (factor < SLOWEST or not any(d.code == "axis-speed" for d in run.diagnostics)):
-            return program, run
         factor *= SLOWER

@@ -3,8 +3,6 @@
 A path of poses is followed on one branch of the inverse kinematics all along, inside the limits.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re
@@ -22,12 +20,12 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
 from lwr_dyn.krl.motion.pose_paths import NEAR
 from lwr_dyn.krl.robot.kuka_pose import rotation_of_abc, status, turn
+from lwr_dyn.krl.running.controller import HOME_DEG
+from lwr_dyn.krl.running.values import AXIS_NAMES, POSE_NAMES
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, Run
 from lwr_dyn.trajectory.pose_path import slerp
 
-HOME = np.radians([0.0, -90.0, 90.0, 0.0, 0.0, 0.0])
-"""[rad] Where mastering is not known."""
 WHOLE = 2.0 * np.pi
 NEAR_ZERO = np.radians(0.01)
 """[rad] The sign of an axis this near to zero, which Turn holds, may be lost where a pose is rounded."""
@@ -43,7 +41,7 @@ def followed(arm: Arm, T: Array, s: int | None, t: int | None, source: str) -> A
     With Status `s` and Turn `t` where they are given. Raises `OptionError` with what stops the best branch.
     """
     branches = all_branches(arm, T)
-    home = np.array(arm.mastering) if arm.mastering else HOME
+    home = np.array(arm.mastering) if arm.mastering else np.radians(HOME_DEG)
     found: list[tuple[bool, float, int, Array]] = []
     faults: list[tuple[float, str]] = []
     for b in range(branches.q.shape[1]):
@@ -112,8 +110,6 @@ PAUSE = 0.05
 MOST = 200_000
 """Most samples of a path."""
 NEEDED = "a .csv with X, Y, Z, A, B, C [mm, deg], A1 to A6 [deg] or q1 to q6 [rad], or a run, .npz"
-_POSE = ("X", "Y", "Z", "A", "B", "C")
-_AXES = tuple(f"A{i}" for i in range(1, 7))
 _JOINTS = tuple(f"q{i}" for i in range(1, 7))
 _TIME = ("t", "time")
 
@@ -149,11 +145,15 @@ def path_of_motion(motion: Run | Motion, arm: Arm, tool: Array | None = None, so
     """
     if isinstance(motion, Run):
         _refuse_other_arm(motion, arm, source)
-    if motion.q.shape[1] != arm.n:
-        raise OptionError(source, f"{motion.q.shape[1]} joints", f"the {arm.n} of {arm.name}")
+    _refuse_joints(motion.q.shape[1], arm, source)
     flange = np.eye(4) if tool is None else tool
     t, q = _refined(arm, motion, flange)
     return _of_axes(arm, q, t, flange, source)
+
+
+def _refuse_joints(count: int, arm: Arm, source: str) -> None:
+    if count != arm.n:
+        raise OptionError(source, f"{count} joints", f"the {arm.n} of {arm.name}")
 
 
 def _refuse_other_arm(run: Run, arm: Arm, source: str) -> None:
@@ -197,11 +197,12 @@ def read_sampled_path(path: str | Path, arm: Arm, tool: Array | None = None, bas
     t = next((columns[name] for name in _TIME if name in columns), None)
     if t is not None and (np.diff(t) <= 0.0).any():
         raise FileAccessError(str(path), "times that do not grow", "a time later than the row before in each row")
-    for names, factor in ((_AXES, np.pi / 180.0), (_JOINTS, 1.0)):
+    for names, factor in ((AXIS_NAMES, np.pi / 180.0), (_JOINTS, 1.0)):
         if all(name in columns for name in names):
+            _refuse_joints(len(names), arm, Path(path).name)
             q = np.stack([columns[name] for name in names], axis=1) * factor
             return _of_axes(arm, *_axes_between(q, t, str(path)), flange, Path(path).name)
-    missing = [name for name in _POSE if name not in columns]
+    missing = [name for name in POSE_NAMES if name not in columns]
     if missing:
         raise FileAccessError(str(path), f"no column {', '.join(missing)}", NEEDED)
     poses, times = _between(_poses(columns, world), t, str(path))
@@ -267,7 +268,7 @@ def _numbers(path: str | Path, rows: Sequence[Sequence[str]], count: int) -> lis
 
 
 def _poses(columns: Mapping[str, Array], base: Array) -> Array:
-    rows = np.stack([columns[name] for name in _POSE], axis=1)
+    rows = np.stack([columns[name] for name in POSE_NAMES], axis=1)
     T = np.zeros((len(rows), 4, 4))
     T[:, 3, 3], T[:, :3, 3] = 1.0, rows[:, :3] / 1e3
     T[:, :3, :3] = [rotation_of_abc(tuple(abc)) for abc in rows[:, 3:]]

@@ -62,8 +62,7 @@ class ArmAngleStrip {
   #build() {
     const rows = this.names.map((name, b) => `<div class="branch"><button type="button" data-branch="${b}" aria-label="branch ${name}">${name}</button>${this.hasAngle ? '<svg viewBox="-1800 0 3600 10" preserveAspectRatio="none" aria-hidden="true"><path class="free" d=""/><path class="here" d=""/></svg>' : "<span></span>"}</div>`);
     const ends = this.hasAngle ? '<div class="branch"><label for="arm-angle">deg</label><input id="arm-angle" type="range" min="-180" max="180" step="0.1" aria-label="arm angle, deg"></div>' : "";
-    const title = this.hasAngle ? "Arm angle" : "Branches";
-    const card = this.explorer.addCard(this.hasAngle ? "Arm angle" : "Branches", `<div class="head"><h2>${title} <small>shoulder, elbow, wrist</small></h2><b id="arm-angle-value"></b></div>${rows.join("")}${ends}<p class="note" id="arm-angle-word" role="status"></p>`, { where: "left" });
+    const card = this.explorer.addCard(this.hasAngle ? "Arm angle" : "Branches", "shoulder, elbow, wrist", `${rows.join("")}${ends}<p class="note" id="arm-angle-word" role="status"></p>`, { beside: '<b id="arm-angle-value"></b>', where: "left" });
     Object.assign(this, { card, word: card.querySelector("#arm-angle-word"), value: card.querySelector("#arm-angle-value"), slider: card.querySelector("#arm-angle") });
     this.rows = [...card.querySelectorAll(".branch button")].map((button) => ({ button, pressed: attributeWriter(button, "aria-pressed"), free: this.hasAngle && attributeWriter(button.parentElement.querySelector(".free"), "d"), here: this.hasAngle && attributeWriter(button.parentElement.querySelector(".here"), "d"), text: button.parentElement.querySelector("span") }));
     this.rows.forEach(({ button }, b) => button.addEventListener("click", () => this.go(b, this.psi)));

@@ -17,11 +17,7 @@ from lwr_dyn.model.arm import Arm, Joint, Source
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.spatial import principal_moments
-from lwr_dyn.pages.explorer.page_data import (
-    has_frames_of_its_own,
-    position_text,
-    slider_ranges,
-)
+from lwr_dyn.pages.explorer.page_data import has_frames_of_its_own, position_text, slider_ranges
 
 _MOST_CELLS = 12
 """Cells of the source that one number lists: a link of an assembly may come from a hundred."""
@@ -56,20 +52,20 @@ class NumberColumn:
 def joint_columns(arm: Arm) -> tuple[NumberColumn, ...]:
     """Limits and rotor of each joint; a sliding joint has m, m/s, N, kg."""
     parts = (
-        ("lower", "lower limit", "deg", "m", True),
-        ("upper", "upper limit", "deg", "m", True),
-        ("velocity", "speed", "deg/s", "m/s", True),
-        ("effort", "effort", "N m", "N", False),
-        ("armature", "rotor inertia at the joint", "kg m²", "kg", False),
+        ("lower", "lower limit", "deg", "m"),
+        ("upper", "upper limit", "deg", "m"),
+        ("velocity", "speed", "deg/s", "m/s"),
+        ("effort", "effort", "N m", "N"),
+        ("armature", "rotor inertia at the joint", "kg m²", "kg"),
     )
     out = []
-    for part, title, turning, sliding, is_angle in parts:
+    for part, title, turning, sliding in parts:
         cells = []
         for joint in arm.joints():
             value = joint.armature if part == "armature" else getattr(joint.limits, part)
             revolute = joint.kind is JointKind.REVOLUTE
             si = sliding if not revolute else turning.replace("deg", "rad")
-            mine = None if value is None else np.degrees(value) if is_angle and revolute else value
+            mine = None if value is None else np.degrees(value) if revolute and "deg" in turning else value
             text = "" if mine is None else written_out(mine) + ("" if revolute else f" {sliding}")
             sources = quantity_sources(arm, f"{joint.name}.{part}")
             cells.append(NumberCell(f"{joint.name}, {title}", text, f"{value!r} {si}", sources))
@@ -97,10 +93,8 @@ def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...
         return tuple(NumberCell(name, "") for name in names)
     mass, com, inertia = (quantity_sources(arm, f"{link}.{part}") for part in ("mass", "com", "inertia"))
     moments, shape = principal_moments(body.inertia_com), inertia_ellipsoid(body)
-    tensor, root = (
-        "eigenvalues of the inertia about the centre of mass",
-        "a = sqrt(5 (I2 + I3 - I1) / (2 m)), and so on",
-    )
+    tensor = "eigenvalues of the inertia about the centre of mass"
+    root = "a = sqrt(5 (I2 + I3 - I1) / (2 m)), and so on"
     last = NumberCell(names[3], "", how=no_ellipsoid(body))
     if shape is not None:
         last = _cell(names[3], shape.semi_axes, "m", (*mass, *inertia), root, 1000.0)
@@ -145,11 +139,14 @@ def table(
 
 def table_cells(ident: str, columns: Sequence[NumberColumn]) -> dict[str, str]:
     """What stands in the heads and cells of a table, each number with its popover: id of the element -> HTML."""
-    pieces = {_head(ident, k): f"{escape(c.title)}<br>{_units(c)}" for k, c in enumerate(columns)}
+    kinds = [escape(" · ".join([column.unit, *column.kinds])) for column in columns]
+    pieces = {
+        _head(ident, k): f"{escape(column.title)}<br><small>{kinds[k]}</small>" for k, column in enumerate(columns)
+    }
     cells = [cell for row in zip(*(column.cells for column in columns), strict=True) for cell in row]
     for k, cell in enumerate(cells):
         key = f"{ident}_{k + 1}"
-        pieces[_cell_id(ident, k)] = _button(cell, key) + _popover(cell, key)
+        pieces[_cell_id(ident, k)] = _number(cell, key)
     return pieces
 
 
@@ -161,19 +158,11 @@ def _cell_id(ident: str, cell: int) -> str:
     return f"{ident}_{cell + 1}_c"
 
 
-def _units(column: NumberColumn) -> str:
-    return f"<small>{escape(' · '.join([column.unit, *column.kinds]))}</small>"
-
-
-def _button(cell: NumberCell, key: str) -> str:
+def _number(cell: NumberCell, key: str) -> str:
+    """A button with the popover that it opens; of an unknown number why it is unknown."""
     if not cell.text:
         return f'<span class="soft">{escape(cell.how or "unknown")}</span>'
-    return f'<button class="n" type="button" popovertarget="{key}">{escape(cell.text)}</button>'
-
-
-def _popover(cell: NumberCell, key: str) -> str:
-    if not cell.text:
-        return ""
+    button = f'<button class="n" type="button" popovertarget="{key}">{escape(cell.text)}</button>'
     first = _list([("value", cell.exact), *([("computed", cell.how)] if cell.how else [])], mono="value")
     listed = "".join(_list(_source_rows(source)) for source in cell.sources[:_MOST_CELLS])
     more = len(cell.sources) - _MOST_CELLS
@@ -181,7 +170,7 @@ def _popover(cell: NumberCell, key: str) -> str:
         listed = _list([("source", UNSOURCED)])
     elif more > 0:
         listed += _list([("more", f"{more} further cells, in the .provenance.json of lwr-dyn urdf")])
-    return f'<div popover id="{key}" class="pop"><h3>{escape(cell.heading)}</h3>{first}{listed}</div>'
+    return f'{button}<div popover id="{key}" class="pop"><h3>{escape(cell.heading)}</h3>{first}{listed}</div>'
 
 
 def _source_rows(source: Source) -> Iterable[tuple[str, str]]:
@@ -234,7 +223,7 @@ def arm_pieces(arm: Arm, missing: str) -> dict[str, str]:
 
 def tables(arm: Arm) -> str:
     """The tables of joints and links."""
-    return "\n".join(table(title, about, ident, names, columns) for title, about, ident, names, columns in _tables(arm))
+    return "\n".join(table(*each) for each in _tables(arm))
 
 
 def changed_pieces(arm: Arm, missing: str, first: Arm, first_missing: str) -> dict[str, str]:
@@ -269,9 +258,9 @@ def _tables(arm: Arm) -> tuple[tuple[str, str, str, list[tuple[str, str]], tuple
 def _facts(arm: Arm) -> str:
     """Reading, joints, mass and gravity in one line."""
     known = [body.mass for body in arm.bodies() if body is not None and not body.unknown]
-    mass = (
-        f"moving links {sum(known):.6g} kg" if len(known) == arm.n else f"masses of {len(known)} of {arm.n} links known"
-    )
+    mass = f"masses of {len(known)} of {arm.n} links known"
+    if len(known) == arm.n:
+        mass = f"moving links {sum(known):.6g} kg"
     g = arm.chain.gravity
     origin = escape(arm.title) if arm.layout is not None else f"reading <b>{escape(arm.reading)}</b>"
     facts = [origin, f"{arm.n} joints", mass]

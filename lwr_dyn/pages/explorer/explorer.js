@@ -88,12 +88,12 @@ class Explorer {
     return this.stage.flangePose(this.data.run);
   }
 
-  // A card of a panel with its name for screen readers: "left" or "right" of the picture, else below.
-  addCard(name, html, { where, kind } = {}) {
+  // A card of a panel, its name and what is beside it at its head: "left" or "right" of the picture, else below.
+  addCard(name, about, html, { beside = "", where, kind } = {}) {
     const card = document.createElement("section");
     card.className = kind ? `card ${kind}` : "card";
     card.setAttribute("aria-label", name);
-    card.innerHTML = html;
+    card.innerHTML = `<div class="head"><h2>${name}${about === null ? "" : ` <small>${about}</small>`}</h2>${beside}</div>${html}`;
     document.getElementById(where ? `panels-${where}` : "panels").append(card);
     return card;
   }

@@ -36,7 +36,7 @@ class JacobianPanel {
   #build() {
     const rows = ["x", "y", "z", "about x", "about y", "about z"];
     const facts = [["velocity", "velocity ellipsoid, semi-axes"], ["force", "force ellipsoid, semi-axes"], ["manipulability", "manipulability, product of the velocity's"], ["ratio", "condition, longest by shortest"]];
-    const card = this.explorer.addCard("Jacobian", `<div class="head"><h2>Jacobian <small>of the flange in the base; m, 1</small></h2></div><div class="scroll" tabindex="0" role="region" aria-label="Jacobian of the flange"><table class="heat"><tbody>${rows.map((row) => `<tr><th scope="row">${row}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div><table class="pose"><tbody>${facts.map(([name, text]) => `<tr><th scope="row">${text}</th><td data-fact="${name}"></td></tr>`).join("")}</tbody></table><p class="note">${this.#note()}</p>`);
+    const card = this.explorer.addCard("Jacobian", "of the flange in the base; m, 1", `<div class="scroll" tabindex="0" role="region" aria-label="Jacobian of the flange"><table class="heat"><tbody>${rows.map((row) => `<tr><th scope="row">${row}</th>${"<td></td>".repeat(this.n)}</tr>`).join("")}</tbody></table></div><table class="pose"><tbody>${facts.map(([name, text]) => `<tr><th scope="row">${text}</th><td data-fact="${name}"></td></tr>`).join("")}</tbody></table><p class="note">${this.#note()}</p>`);
     this.card = card;
     this.numbers = numberWriter([...card.querySelectorAll(".heat td")], 3);
     this.said = Object.fromEntries([...card.querySelectorAll("[data-fact]")].map((cell) => [cell.dataset.fact, cell]));

@@ -20,7 +20,8 @@ class MatrixCard {
   }
 
   #build() {
-    const card = this.explorer.addCard("Matrices", `<div class="head"><h2>Matrices <small></small></h2><div class="buttons">${["B", "C", "g"].map((name) => `<button type="button">${name}</button>`).join("")}</div></div><div class="scroll" tabindex="0" role="region" aria-label="Matrix, shaded by size"><table class="heat" role="grid"><tbody></tbody></table></div>`, { where: "right" });
+    const beside = `<div class="buttons">${["B", "C", "g"].map((name) => `<button type="button">${name}</button>`).join("")}</div>`;
+    const card = this.explorer.addCard("Matrices", "", '<div class="scroll" tabindex="0" role="region" aria-label="Matrix, shaded by size"><table class="heat" role="grid"><tbody></tbody></table></div>', { beside, where: "right" });
     Object.assign(this, { card, table: card.querySelector("table"), unit: card.querySelector("small"), buttons: [...card.querySelectorAll("button")] });
     this.buttons.forEach((button) => button.addEventListener("click", () => {
       this.choose(button.textContent);

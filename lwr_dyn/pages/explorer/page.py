@@ -8,10 +8,9 @@ too. Scripts lose their comments and the space that only people need; line ends 
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -20,23 +19,15 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.codegen.kernels.kernel import require_packages
-from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError, MissingDataError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.number_text import written_out
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import Pose, to_rpy
-from lwr_dyn.pages.explorer.arm_html import (
-    arm_pieces,
-    changed_pieces,
-    joint_columns,
-    link_columns,
-    tables,
-    template,
-)
-from lwr_dyn.pages.explorer.page_data import ShownArm, beside_each_other, readings_shown, shown_records, start_pose
+from lwr_dyn.pages.explorer import arm_html, page_data
+from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.replay_page import fill_template, generator_line, meshcat_bundle, resource_text, script_safe
 
 
 def slips_record(arms: Sequence[Arm]) -> dict[str, Any]:
@@ -67,7 +58,7 @@ def differing_numbers(arms: Sequence[Arm]) -> dict[str, list[str]]:
 
 
 def _numbers(arm: Arm) -> dict[str, str]:
-    columns = (*joint_columns(arm), *link_columns(arm))
+    columns = (*arm_html.joint_columns(arm), *arm_html.link_columns(arm))
     frames = {joint.name: joint.origin for joint in arm.joints()} | {"flange": arm.flange()}
     out = {f"{cell.heading}, {column.unit}": cell.text or "unknown" for column in columns for cell in column.cells}
     for link, body in zip(arm.chain.links, arm.bodies(), strict=True):
@@ -113,23 +104,18 @@ class FunctionSets:
 
 def function_sets(arms: Sequence[Arm]) -> FunctionSets:
     """The functions of some arms, each set once."""
-    found: dict[bytes, int] = {}
     sources: list[str] = []
-    places: list[int | None] = []
-    missing: list[str] = []
-    why: dict[bytes, str] = {}
-    for arm in arms:
-        key = _kinematics(arm)
-        if key not in why:
-            source, why[key] = functions_script(arm, f"armFunctions{len(sources)}")
-            if source:
-                found[key] = len(sources)
-                sources.append(source)
-        places.append(found.get(key))
-        missing.append(why[key])
+    found: dict[bytes, tuple[int | None, str]] = {}
+    keys = [_kinematics(arm) for arm in arms]
+    for key, arm in zip(keys, arms, strict=True):
+        if key not in found:
+            source, why = functions_script(arm, f"armFunctions{len(sources)}")
+            found[key] = (len(sources) if source else None, why)
+            sources += [source] if source else []
+    places, missing = zip(*(found[key] for key in keys), strict=True)
     names = ", ".join(f"armFunctions{k}" for k in range(len(sources)))
     script = "\n".join([*sources, f"var armSets = [{names}];"]) if sources else ""
-    return FunctionSets(script, tuple(places), tuple(missing))
+    return FunctionSets(script, places, missing)
 
 
 def functions_script(arm: Arm, name: str) -> tuple[str, str]:
@@ -158,7 +144,6 @@ def functions_script(arm: Arm, name: str) -> tuple[str, str]:
 def _spec(arm: Arm) -> Any:
     """With inertia and gravity as arguments; an arm without masses keeps its kinematics."""
     from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, kernel_spec
-    from lwr_dyn.foundation.errors import MissingDataError
 
     inputs = ("inertia", "gravity")
     try:
@@ -179,82 +164,35 @@ def _kinematics(arm: Arm) -> bytes:
 
 def three_bundle() -> str:
     """three.js with its controls as a script that defines `lwrThree`; made by scripts/build_three.py."""
-    return files("lwr_dyn.pages.explorer").joinpath(BUNDLE).read_text(encoding="utf-8")
+    return replay_page.resource_text(BUNDLE, _HERE)
 
 
-_TOKEN = re.compile(
-    r"""(?P<text>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*')"""
-    r"|(?P<comment>//[^\n]*|/\*.*?\*/)"
-    r"|(?P<template>`)|(?P<open>\{)|(?P<close>\})"
-    r"|(?P<space>[ \t]+)|(?P<word>[\w$]+)|(?P<other>.)",
+def _template(depth: int) -> str:
+    """The pattern of a template, in whose `${}` braces and templates are nested so deep."""
+    return rf"`(?:\\.|\$\{{{_inside(depth)}*\}}|\$(?!\{{)|[^`\\$])*`"
+
+
+def _inside(depth: int) -> str:
+    """The pattern of what stands between braces."""
+    return rf"(?:[^`{{}}]|\{{{_inside(depth - 1)}*\}}|{_template(depth - 1)})" if depth else "[^`{}]"
+
+
+_SPACE = re.compile(
+    rf"""(?P<kept>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|{_template(3)}"""
+    r"|(?<=[(,=:\[!&|?{};>\n])[ ]?/(?![/*])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])+/[a-z]*)"  # a regular expression
+    r"|\s*//[^\n]*|/\*.*?\*/|(?<![\w$])[ \t]+(?=[^ +\-/.])|[ \t]+(?![\w$+\-/.])|(?P<end>\n\s*)",
     re.DOTALL,
 )
-
-_TEMPLATE = re.compile(r"(?:\\.|\$(?!\{)|[^`\\$])*(?:`|\$\{)", re.DOTALL)
-
-_REGULAR_EXPRESSION = re.compile(r"/(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\[\n])+/[a-z]*")
-
-_BEFORE_REGULAR_EXPRESSION = frozenset("(,=:[!&|?{};>\n")
-"""What stands before a regular expression, and never before a division."""
 
 
 def without_space(script: str) -> str:
     """The script; strings, templates and regular expressions are copied.
 
-    >>> print(without_space("a = `x ${ b + `y  z` } ` + 'c  d'; // why\\nreturn a - -1;"))
-    a=`x ${b+`y  z`} `+'c  d';
-    return a- -1;
+    >>> print(without_space("a = `x ${ b + `y  z` } ` + 'c  d'; // why\\n  return a - -1;"))
+    a=`x ${ b + `y  z` } ` +'c  d';
+    return a - -1;
     """
-    out: list[str] = []
-    gap = ""
-    for kind, text in _tokens(script):
-        if kind == "space":
-            gap = " "
-        elif kind != "comment":
-            if gap and out and _needed(out[-1][-1], text[0]):
-                out.append(gap)
-            out.append(text)
-            gap = ""
-    lines = (line.strip() for line in "".join(out).split("\n"))
-    return "\n".join(line for line in lines if line)
-
-
-def _needed(before: str, after: str) -> bool:
-    """Whether two characters would read otherwise without the space between."""
-    words = [c.isalnum() or c in "_$" for c in (before, after)]
-    return all(words) or (before == after and before in "+-/") or (words[0] and after == ".")
-
-
-def _tokens(script: str) -> Iterator[tuple[str, str]]:
-    """Kind and text of each token; a template is a token up to its next `${`, and one from each `}` of such on."""
-    place, depths, last = 0, [0], "\n"
-    while place < len(script):
-        kind, text = _next(script, place, last)
-        if kind == "template" or (kind == "close" and depths[-1] == 0 and len(depths) > 1):
-            found = _TEMPLATE.match(script, place + 1)
-            assert found is not None  # our own scripts are whole
-            kind, text = ("template", script[place : found.end()])
-            depths = _depths(depths, script[place], text)
-        elif kind in ("open", "close"):
-            depths[-1] += 1 if kind == "open" else -1
-        place += len(text)
-        last = last if kind in ("space", "comment") else text[-1]
-        yield kind, text
-
-
-def _depths(depths: list[int], first: str, text: str) -> list[int]:
-    """Open braces in each `${` that is open, after a piece of a template."""
-    outer = depths if first == "`" else depths[:-1]
-    return [*outer, 0] if text.endswith("${") else outer
-
-
-def _next(script: str, place: int, last: str) -> tuple[str, str]:
-    expression = _REGULAR_EXPRESSION.match(script, place) if last in _BEFORE_REGULAR_EXPRESSION else None
-    if expression is not None and script[place : place + 2] not in ("//", "/*"):
-        return "other", expression[0]
-    found = _TOKEN.match(script, place)
-    assert found is not None
-    return str(found.lastgroup), found[0]
+    return _SPACE.sub(lambda found: found["kept"] or ("\n" if found["end"] else ""), script).strip()
 
 
 SCHEMA = 2
@@ -262,33 +200,23 @@ SCHEMA = 2
 _HERE = "lwr_dyn.pages.explorer"
 
 _SCRIPTS = (
-    ("lwr_dyn.pages.replay", "numbers.js"), ("lwr_dyn.pages.replay", "drawing.js"),
-    ("lwr_dyn.pages.replay", "stage.js"),
-    (_HERE, "kinematics.js"), (_HERE, "arm_parts.js"), (_HERE, "state.js"), (_HERE, "arm_functions.js"),
-    (_HERE, "arm_pieces.js"), (_HERE, "panels.js"), (_HERE, "written_numbers.js"), (_HERE, "pose_card.js"),
-    (_HERE, "arm_chooser.js"), (_HERE, "explorer.js"),
+    "kinematics.js", "arm_parts.js", "state.js", "arm_functions.js", "arm_pieces.js", "panels.js", "written_numbers.js",
+    "pose_card.js", "arm_chooser.js", "explorer.js",
 )  # fmt: skip
 
-_COMPUTING = tuple(
-    (_HERE, name)
-    for name in (
-        "numerics.js", "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "section_reach.js",
-        "section_boundary.js", "workspace.js", "torques.js", "payload.js", "matrices.js", "pose_copy.js", "jacobian.js",
-        "readings.js",
-        "loop_modes.js", "largest_inertias.js", "gains.js", "link_shares.js", "entry_words.js", "equation.js",
-    )
+_COMPUTING = (
+    "numerics.js", "flange_solver.js", "flange_drag.js", "link_drag.js", "arm_angle.js", "section_reach.js",
+    "section_boundary.js", "workspace.js", "torques.js", "payload.js", "matrices.js", "pose_copy.js", "jacobian.js",
+    "readings.js", "loop_modes.js", "largest_inertias.js", "gains.js", "link_shares.js", "entry_words.js",
+    "equation.js",
 )  # fmt: skip
 
-_BESIDE = ((_HERE, "numerics.js"), (_HERE, "flange_solver.js"), (_HERE, "side_by_side.js"))
-
-_LAST = ((_HERE, "start.js"),)
+_BESIDE = ("numerics.js", "flange_solver.js", "side_by_side.js")
 
 _TURN = '<label><input id="turn" type="checkbox"> drag turns the flange</label>'
 
 
-def explorer_html(
-    arm: Arm, q: ArrayLike | None = None, *, beside: Arm | None = None, live: bool = False
-) -> str:  # fmt: skip
+def explorer_html(arm: Arm, q: ArrayLike | None = None, *, beside: Arm | None = None, live: bool = False) -> str:
     """The page of an arm with the other readings of its paper, or of two arms side by side.
 
     Parameters
@@ -307,57 +235,40 @@ def explorer_html(
         q of another shape, or outside the limits.
     """
     if live:
-        shown: Sequence[ShownArm] = (ShownArm(arm, arm.name, start_pose(arm, q), 0),)
+        shown: Sequence[page_data.ShownArm] = (page_data.ShownArm(arm, arm.name, page_data.start_pose(arm, q), 0),)
         sets = FunctionSets("", (None,), ("",))
     else:
-        shown = readings_shown(arm, q) if beside is None else beside_each_other(arm, beside, q)
+        shown = page_data.readings_shown(arm, q) if beside is None else page_data.beside_each_other(arm, beside, q)
         sets = function_sets([each.arm for each in shown])
-    data = {"schema": SCHEMA, "live": live, "made_by": generator_line(), **shown_records(shown, sets.places, live)}
+    data: dict[str, Any] = {"schema": SCHEMA, "live": live, "made_by": replay_page.generator_line()}
+    data |= page_data.shown_records(shown, sets.places, live)
     if beside is None and len(shown) > 1:
         data["differing"] = slips_record([each.arm for each in shown])
     further = (*(_BESIDE if beside is not None else ()), *(_COMPUTING if sets.script else ()))
-    scripts = [*_SCRIPTS, *dict.fromkeys(further), *_LAST]
+    stage = [replay_page.resource_text(name) for name in ("numbers.js", "drawing.js", "stage.js")]
+    own = [replay_page.resource_text(name, _HERE) for name in (*_SCRIPTS, *dict.fromkeys(further), "start.js")]
+    css = replay_page.resource_text("explorer.css", _HERE)
+    drawing = [] if live else [replay_page.resource_text("own_stage.js", _HERE)]
+    templates = (
+        arm_html.template(place, arm_html.changed_pieces(each.arm, sets.missing[place], arm, sets.missing[0]))
+        for place, each in enumerate(shown[1:], start=1)
+    )
     parts = {
-        "policy": _policy(live),
-        "style": "\n".join((font_faces() if live else "", look_css(), resource_text("explorer.css", _HERE))),
+        "policy": replay_page.replay_policy(live),
+        "style": "\n".join((font_faces() if live else "", look_css(), css)),
         "turn": _TURN if sets.script else "",
-        **arm_pieces(arm, sets.missing[0]),
-        "tables": tables(arm),
-        "templates": _templates(shown, sets.missing),
-        "footer": escape(generator_line() if live else f"lwr_dyn {VERSION}, drawn by three.js"),
-        "data": _json(data),
-        "drawing": meshcat_bundle() if live else three_bundle(),
+        **arm_html.arm_pieces(arm, sets.missing[0]),
+        "tables": arm_html.tables(arm),
+        "templates": "\n".join(templates),
+        "footer": escape(replay_page.generator_line() if live else f"lwr_dyn {VERSION}, drawn by three.js"),
+        "data": replay_page.script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
+        "drawing": replay_page.meshcat_bundle() if live else three_bundle(),
         "robot": without_space(sets.script),
-        "scripts": _script_text(scripts if live else [(_HERE, "own_stage.js"), *scripts]),
+        "scripts": without_space("\n".join([*drawing, *stage, *own])),
     }
-    return fill_template(resource_text("explorer.html", _HERE), parts)
+    return replay_page.fill_template(replay_page.resource_text("explorer.html", _HERE), parts)
 
 
 def write_explorer(path: str | Path, arm: Arm, q: ArrayLike | None = None, beside: Arm | None = None) -> None:
     """Write `explorer_html` to a file; raises as it does, and `FileAccessError`."""
     write_file(path, explorer_html(arm, q, beside=beside))
-
-
-def _json(data: Any) -> str:
-    return script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
-
-
-def _script_text(scripts: Sequence[tuple[str, str]]) -> str:
-    """Files as one script."""
-    return without_space("\n".join(resource_text(name, package) for package, name in scripts))
-
-
-def _templates(shown: Sequence[ShownArm], missing: Sequence[str]) -> str:
-    """What the page writes of all arms but the first."""
-    first = shown[0].arm
-    return "\n".join(
-        template(place, changed_pieces(each.arm, missing[place], first, missing[0]))
-        for place, each in enumerate(shown)
-        if place > 0
-    )
-
-
-def _policy(live: bool) -> str:
-    connect = "connect-src 'self' ws:" if live else "connect-src 'none'"
-    sources = "style-src 'unsafe-inline'; img-src data: blob:; font-src data:"
-    return f"default-src 'none'; script-src 'unsafe-inline'; {sources}; {connect}"

@@ -29,8 +29,7 @@ from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.replay_page import run_record
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 _HALF_TURN, _SLIDE = float(np.pi), 1.0
 """Ends of a slider of a joint without known limits: [rad] of a turning joint, [m] of a sliding one."""
@@ -103,11 +102,6 @@ def inertial_record(arm: Arm) -> dict[str, Any]:
     }
 
 
-def motor_limits(arm: Arm) -> list[float | None]:
-    """Each joint's largest torque [N m or N]; None is unknown."""
-    return [joint.limits.effort for joint in arm.joints()]
-
-
 def slider_ranges(arm: Arm) -> list[tuple[float, float]]:
     """Both ends of each joint's slider [rad or m]: its limits, and where one is unknown half a turn or a metre."""
     out = []
@@ -165,7 +159,8 @@ def closed_forms(arm: Arm) -> dict[str, Any]:
     """
     if arm.chain.bodies is None or arm.loaded_with or arm.installation is not None:
         return {"texts": {}, "values": {}, "command": ""}
-    asked = [arm.file or arm.name, "ENTRY", *([arm.reading] if _has_readings(arm) else [])]
+    has_readings = not arm.file or (ends_in(arm.file, ".toml") and not ends_in(arm.file, ".kuka.toml"))
+    asked = [arm.file or arm.name, "ENTRY", *([arm.reading] if has_readings else [])]
     command = (
         f'python -c "from lwr_dyn.dynamics.symbolic.equation_forms import entry_text as e; print(e{tuple(asked)!r})"'
     )
@@ -176,10 +171,6 @@ def closed_forms(arm: Arm) -> dict[str, Any]:
     letters = {letter for text in texts.values() for letter in _LETTER.findall(text)}
     values = {letter: float(f"{known[letter]:.6g}") for letter in sorted(letters & known.keys())}
     return {"texts": texts, "values": values, "command": command}
-
-
-def _has_readings(arm: Arm) -> bool:
-    return not arm.file or (ends_in(arm.file, ".toml") and not ends_in(arm.file, ".kuka.toml"))
 
 
 def letter_values(arm: Arm) -> dict[str, float]:
@@ -222,10 +213,10 @@ class ShownArm:
 
 
 def readings_shown(arm: Arm, q: ArrayLike | None = None) -> tuple[ShownArm, ...]:
-    """The arm with the other readings of its paper; raises as `start_pose`."""
+    """The arm with the other readings of its paper, moved into their limits; raises as `start_pose`."""
     start = start_pose(arm, q)
     others = other_readings(arm)
-    shown = [ShownArm(other, name, _inside(other, start), 0) for name, other in others.items()]
+    shown = [ShownArm(other, name, start.clip(other.lower, other.upper), 0) for name, other in others.items()]
     return (ShownArm(arm, arm.reading if others else arm.name, start, 0), *shown)
 
 
@@ -237,7 +228,7 @@ def beside_each_other(arm: Arm, other: Arm, q: ArrayLike | None = None) -> tuple
     if labels[0] == labels[1]:
         labels = [f"{labels[0]}, left", f"{labels[1]}, right"]
     start = start_pose(arm, q)
-    at = start_pose(other) if other.n != arm.n else _inside(other, start)
+    at = start_pose(other) if other.n != arm.n else start.clip(other.lower, other.upper)
     return ShownArm(arm, labels[0], start, 0), ShownArm(other, labels[1], at, 1)
 
 
@@ -247,11 +238,6 @@ def other_readings(arm: Arm) -> dict[str, Arm]:
         return {}
     names = [name for name in readings(arm.name) if name != arm.reading]
     return {name: load_with_paper(arm.name, name, **arm.loaded_with)[0] for name in names}
-
-
-def _inside(arm: Arm, q: Array) -> Array:
-    """The positions, moved into the limits of another arm."""
-    return q.clip(arm.lower, arm.upper)
 
 
 def shown_records(shown: Sequence[ShownArm], sets: Sequence[int | None], live: bool = False) -> dict[str, Any]:
@@ -266,7 +252,8 @@ def shown_records(shown: Sequence[ShownArm], sets: Sequence[int | None], live: b
         {
             "label": each.label, "group": each.group, "set": chosen, "run": run, "start": each.start.tolist(),
             "arm": arm_record(each.arm), "bodies": [body_record(body) for body in each.arm.bodies()],
-            "motors": motor_limits(each.arm), **inertial_record(each.arm), "closed_forms": closed_forms(each.arm),
+            "motors": [joint.limits.effort for joint in each.arm.joints()],  # N m or N; None is unknown
+            **inertial_record(each.arm), "closed_forms": closed_forms(each.arm),
         }
         for each, chosen, run in zip(shown, sets, runs, strict=True)
     ]  # fmt: skip
@@ -280,12 +267,12 @@ def _stage(shown: Sequence[ShownArm]) -> tuple[dict[str, Any], list[int]]:
     records: list[Any] = []
     runs = []
     for each in shown:
-        drawn = _drawn(each)
+        (drawn,) = replayed_runs([pose_as_run(each.arm, each.start)], each.arm, [each.arm.name])
         look = (each.group, json.dumps(list(replay_page.arm_commands(drawn, 0))))
         if look not in places:
             places[look] = len(places)
             commands += replay_page.arm_commands(drawn, places[look])
-            records.append(run_record(drawn))
+            records.append(replay_page.run_record(drawn))
         runs.append(places[look])
     return {"scene": commands, "runs": records}, runs
 
@@ -311,8 +298,3 @@ def short_command(command: Mapping[str, Any]) -> list[Any]:
 def _short_numbers(values: Sequence[float]) -> list[float]:
     """Whole numbers without a point."""
     return [int(x) if x == int(x) else x for x in values]
-
-
-def _drawn(each: ShownArm) -> ReplayedRun:
-    (drawn,) = replayed_runs([pose_as_run(each.arm, each.start)], each.arm, [each.arm.name])
-    return drawn

@@ -23,7 +23,7 @@ class WorkspaceSection {
   }
 
   #build() {
-    this.card = this.explorer.addCard("Workspace section", '<div class="head"><h2>Workspace section <small>through the axis of the first joint; m</small></h2></div><svg role="img" aria-label="Where the flange gets"><path class="area" fill-rule="evenodd"/><path class="axis"/><path class="dots"/><circle class="flange"/></svg><table class="pose"><tbody></tbody></table><p class="note" role="status">computing</p>', { kind: "section" });
+    this.card = this.explorer.addCard("Workspace section", "through the axis of the first joint; m", '<svg role="img" aria-label="Where the flange gets"><path class="area" fill-rule="evenodd"/><path class="axis"/><path class="dots"/><circle class="flange"/></svg><table class="pose"><tbody></tbody></table><p class="note" role="status">computing</p>', { kind: "section" });
     [this.note, this.svg] = ["note", "svg"].map((name) => this.card.querySelector(name === "svg" ? name : `.${name}`));
     const known = workspaceSections.get(this.arm);
     if (known) this.#take(known);

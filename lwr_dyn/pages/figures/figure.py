@@ -180,9 +180,6 @@ class Figure:
         return tuple(dict.fromkeys(curve.label for curve in self.curves))
 
 
-NEAR_LEVEL = 1.5
-"""A level is drawn when it is at most so many times as far from zero as the data; otherwise it is said in words."""
-
 _PADDING = 0.06
 """Of the range, left free at either end."""
 

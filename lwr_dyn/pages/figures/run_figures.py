@@ -6,11 +6,12 @@ and ids are general; `dataclasses.replace` gives those of a document. `QUANTITIE
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 
-from lwr_dyn.control.laws.collision_threshold import CollisionThreshold
+from lwr_dyn.control.laws.observer import CollisionThreshold
 from lwr_dyn.control.protocol import label_of
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
@@ -21,6 +22,10 @@ from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.simulation.environment.walls_and_pushes import Wall
 from lwr_dyn.simulation.responses.step_and_chirp import HALF_POWER, FrequencyResponse, StepResponse, responses_of
 
+Runs = Sequence[ReplayedRun]
+
+MILLI = 1e3
+
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 _REFERENCE: tuple[SeriesName, ...] = ("reference x", "reference y", "reference z")
@@ -29,7 +34,7 @@ _FLANGE: tuple[SeriesName, ...] = ("flange x", "flange y", "flange z")
 
 
 def error_figure(
-    runs: Sequence[ReplayedRun],
+    runs: Runs,
     chosen: Sequence[int] | None = None,
     quantity: Literal["position error", "velocity error"] = "position error",
 ) -> Figure:
@@ -39,35 +44,61 @@ def error_figure(
     for i in _places(runs, chosen):
         for j, joint in enumerate(runs[i].arm.joints()):
             unit = f"mrad{per}" if joint.kind is JointKind.REVOLUTE else f"mm{per}"
-            curve = Curve(runs[i].caption, Series(i, quantity, j, 1e3))
-            panels.append(Panel(joint.name, quantity, unit, (curve,)))
+            panels.append(Panel(joint.name, quantity, unit, (Curve(runs[i].caption, Series(i, quantity, j, MILLI)),)))
     title = f"{quantity.capitalize()}s of the joints"
     return Figure(quantity.replace(" ", "-"), title, "", "time", "s", tuple(panels), over_time=True, columns=4)
 
 
-def tip_error_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None) -> Figure:
+def tip_error_figure(runs: Runs, chosen: Sequence[int] | None = None) -> Figure:
     """Distance of the flange from where it should be [mm] over time, a curve per run."""
-    curves = tuple(Curve(runs[i].caption, Series(i, "tip error", scale=1e3)) for i in _places(runs, chosen))
+    curves = tuple(Curve(runs[i].caption, Series(i, "tip error", scale=MILLI)) for i in _places(runs, chosen))
     panel = Panel("", "tip error", "mm", curves)
     return Figure("tip-error", "Tip error", "", "time", "s", (panel,), over_time=True)
 
 
-def torque_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None) -> Figure:
+def torque_figure(runs: Runs, chosen: Sequence[int] | None = None) -> Figure:
     """Applied torques [N m, N] of all runs over time, one panel per joint, with the limits that are known."""
+    return joints_figure(runs, "torque", ("N m", "N"), "Torques and their limits", limit="effort", chosen=chosen)
+
+
+def joints_figure(
+    runs: Runs,
+    quantity: SeriesName,
+    units: tuple[str, str],
+    title: str,
+    *,
+    reference: SeriesName | None = None,
+    limit: str = "",
+    scale: float = 1.0,
+    chosen: Sequence[int] | None = None,
+) -> Figure:
+    """A quantity of the joints over time, one panel per joint.
+
+    Parameters
+    ----------
+    runs, chosen
+        See this module.
+    units : (str, str)
+        Of a joint that turns and of one that slides.
+    reference : SeriesName, optional
+        Drawn of the first run.
+    limit : str, optional
+        The field of `JointLimits` that is drawn at either side of zero, or said to be unknown.
+    """
     places = _places(runs, chosen)
-    arm = max((runs[i].arm for i in places), key=lambda a: a.n)
     panels = []
-    for j, joint in enumerate(arm.joints()):
-        limit, unit = joint.limits.effort, "N m" if joint.kind is JointKind.REVOLUTE else "N"
-        curves = tuple(Curve(runs[i].caption, Series(i, "torque", j)) for i in places if runs[i].arm.n > j)
-        levels = () if limit is None else (Level("limit", limit), Level("limit", -limit))
-        note = "limit not known" if limit is None else f"limit {limit:g} {unit}"
-        panels.append(Panel(joint.name, "torque", unit, curves, levels, note))
-    title = "Torques and their limits"
-    return Figure("torque", title, "", "time", "s", tuple(panels), over_time=True, columns=2)
+    for j, joint in enumerate(max((runs[i].arm for i in places), key=lambda arm: arm.n).joints()):
+        wanted = () if reference is None else (Curve("reference", Series(0, reference, j, scale)),)
+        curves = (Curve(runs[i].caption, Series(i, quantity, j, scale)) for i in places if runs[i].arm.n > j)
+        unit, most = units[joint.kind is not JointKind.REVOLUTE], getattr(joint.limits, limit, None)
+        levels = () if most is None else (Level("limit", most), Level("limit", -most))
+        note = "" if not limit else "limit not known" if most is None else f"limit {most:g} {unit}"
+        panels.append(Panel(joint.name, quantity, unit, (*wanted, *curves), levels, note))
+    name = quantity.replace(" ", "-")
+    return Figure(name, title, "", "time", "s", tuple(panels), over_time=True, columns=2)
 
 
-def path_figure(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None = None, plane: str | None = None) -> Figure:
+def path_figure(runs: Runs, chosen: Sequence[int] | None = None, plane: str | None = None) -> Figure:
     """The path of the flange in a plane of the base [m], with its reference.
 
     Parameters
@@ -126,7 +157,7 @@ def register_figure(run: int, joint: int) -> Figure:
     return Figure("register", f"Register of joint {joint + 1}", "", "time", "s", panels, over_time=True)
 
 
-def _places(runs: Sequence[ReplayedRun], chosen: Sequence[int] | None) -> Sequence[int]:
+def _places(runs: Runs, chosen: Sequence[int] | None) -> Sequence[int]:
     return range(len(runs)) if chosen is None else chosen
 
 
@@ -200,11 +231,8 @@ def observer_figure(run: Run, joints: Sequence[int] | None = None) -> Figure:
     return Figure("external-torque", title, "", "time", "s", tuple(panels), over_time=True, columns=2)
 
 
-MILLI_OF_RESPONSES = 1e3
-
-
-def response_figures(runs: Sequence[ReplayedRun]) -> tuple[Figure, ...]:
-    """Steps [share of the step] or frequency responses [dB, deg] of runs side by side.
+def response_figure(runs: Runs) -> Figure:
+    """Steps [share of the step] or frequency responses [dB, deg] of runs.
 
     Raises `OptionError` for runs of other tasks, or of both.
     """
@@ -212,113 +240,68 @@ def response_figures(runs: Sequence[ReplayedRun]) -> tuple[Figure, ...]:
     kinds = {type(response) for each in found for response in each}
     if len(kinds) != 1 or not all(found):
         raise OptionError("runs", "not all of the task step, or not all of the task chirp", "runs of one of them")
-    return (_steps(runs, found) if kinds == {StepResponse} else _chirps(runs, found),)
-
-
-def _steps(runs: Sequence[ReplayedRun], found: Sequence[Sequence[StepResponse]]) -> Figure:
-    panels = []
+    is_step, panels = kinds == {StepResponse}, list[Panel]()
     for joint in (response.joint for response in found[0]):
         mine = [(one, r) for one, each in zip(runs, found, strict=True) for r in each if r.joint == joint]
-        curves = tuple(Curve(one.caption, r.y, MILLI_OF_RESPONSES * r.t, colour=one.place) for one, r in mine)
-        first = mine[0][1]
-        note = (
-            f"rise {MILLI_OF_RESPONSES * first.rise:.3g} ms, overshoot {100.0 * first.overshoot:.2g} %"
-            if len(mine) == 1
-            else ""
-        )
-        panels.append(Panel(f"joint {joint}", "share of the step", "", curves, (Level("asked for", 1.0),), note))
-    return Figure("response", "Responses to a step", "", "time from the step", "ms", tuple(panels), columns=2)
-
-
-def _chirps(runs: Sequence[ReplayedRun], found: Sequence[Sequence[FrequencyResponse]]) -> Figure:
-    panels = []
-    for joint in (response.joint for response in found[0]):
-        mine = [(one, r) for one, each in zip(runs, found, strict=True) for r in each if r.joint == joint]
-        size = tuple(Curve(one.caption, 20.0 * np.log10(np.abs(r.H)), r.f, colour=one.place) for one, r in mine)
-        angle = tuple(
-            Curve(one.caption, np.degrees(np.unwrap(np.angle(r.H))), r.f, colour=one.place) for one, r in mine
-        )
-        first = mine[0][1]
-        reached = "beyond the sweep" if np.isnan(first.bandwidth) else f"{first.bandwidth:.3g} Hz"
-        note = f"bandwidth {reached}" if len(mine) == 1 else ""
-        level = Level("bandwidth", float(20.0 * np.log10(HALF_POWER)))
-        panels.append(Panel(f"joint {joint}, magnitude in dB", "magnitude", "dB", size, (level,), note))
-        panels.append(Panel(f"joint {joint}, phase in deg", "phase", "deg", angle))
+        panels += [_step_panel(joint, mine)] if is_step else _chirp_panels(joint, mine)
+    if is_step:
+        return Figure("response", "Responses to a step", "", "time from the step", "ms", tuple(panels), columns=2)
     return Figure("response", "Frequency responses", "", "frequency", "Hz", tuple(panels), columns=2)
 
 
-Runs = Sequence[ReplayedRun]
-
-MILLI = 1e3
-
-
-def tip_error(runs: Runs) -> tuple[Figure, ...]:
-    """Distance of the flange from where it should be [mm]."""
-    return (tip_error_figure(runs),)
+def _step_panel(joint: int, mine: Sequence[tuple[ReplayedRun, StepResponse]]) -> Panel:
+    curves = tuple(Curve(one.caption, r.y, MILLI * r.t, colour=one.place) for one, r in mine)
+    first = mine[0][1]
+    note = f"rise {MILLI * first.rise:.3g} ms, overshoot {100.0 * first.overshoot:.2g} %" if len(mine) == 1 else ""
+    return Panel(f"joint {joint}", "share of the step", "", curves, (Level("asked for", 1.0),), note)
 
 
-def energy(runs: Runs) -> tuple[Figure, ...]:
+def _chirp_panels(joint: int, mine: Sequence[tuple[ReplayedRun, FrequencyResponse]]) -> list[Panel]:
+    size = tuple(Curve(one.caption, 20.0 * np.log10(np.abs(r.H)), r.f, colour=one.place) for one, r in mine)
+    angle = tuple(Curve(one.caption, np.degrees(np.unwrap(np.angle(r.H))), r.f, colour=one.place) for one, r in mine)
+    first = mine[0][1]
+    reached = "beyond the sweep" if np.isnan(first.bandwidth) else f"{first.bandwidth:.3g} Hz"
+    note = f"bandwidth {reached}" if len(mine) == 1 else ""
+    level = Level("bandwidth", float(20.0 * np.log10(HALF_POWER)))
+    return [
+        Panel(f"joint {joint}, magnitude in dB", "magnitude", "dB", size, (level,), note),
+        Panel(f"joint {joint}, phase in deg", "phase", "deg", angle),
+    ]
+
+
+def energy_figure(runs: Runs) -> Figure:
     """Kinetic and potential energy [J]."""
     panel = Panel("", "energy", "J", tuple(Curve(one.caption, Series(i, "energy")) for i, one in enumerate(runs)))
-    return (Figure("energy", "Energy", "", "time", "s", (panel,), over_time=True),)
+    return Figure("energy", "Energy", "", "time", "s", (panel,), over_time=True)
 
 
-def torque(runs: Runs) -> tuple[Figure, ...]:
-    """Applied torques [N m, N], with the limits that are known."""
-    return (torque_figure(runs),)
-
-
-def friction(runs: Runs) -> tuple[Figure, ...]:
-    """Torques of friction [N m, N]."""
-    return (_of_joints(runs, "friction", ("N m", "N"), "Friction"),)
-
-
-def position(runs: Runs) -> tuple[Figure, ...]:
-    """Joint positions and their references [rad, m]."""
-    return (_of_joints(runs, "q", ("rad", "m"), "Positions", "q_ref"),)
-
-
-def velocity(runs: Runs) -> tuple[Figure, ...]:
-    """Joint speeds and their references [rad/s, m/s]."""
-    return (_of_joints(runs, "dq", ("rad/s", "m/s"), "Speeds", "dq_ref", "velocity"),)
-
-
-def position_error(runs: Runs) -> tuple[Figure, ...]:
-    """Errors of the joint positions, reference minus actual [mrad, mm]."""
-    return (_of_joints(runs, "position error", ("mrad", "mm"), "Position errors", scale=MILLI),)
-
-
-def velocity_error(runs: Runs) -> tuple[Figure, ...]:
-    """Errors of the joint speeds [mrad/s, mm/s]."""
-    return (_of_joints(runs, "velocity error", ("mrad/s", "mm/s"), "Speed errors", scale=MILLI),)
-
-
-def path(runs: Runs) -> tuple[Figure, ...]:
-    """The path of the flange [m] in the coordinate plane in which it is widest, with its reference."""
-    return (path_figure(runs),)
-
-
-def overview(runs: Runs) -> tuple[Figure, ...]:
+def overview_figure(runs: Runs) -> Figure:
     """The tip error [mm], then the torques joint by joint [N m, N]."""
-    (tip,), (torques,) = tip_error(runs), torque(runs)
-    named = tuple(replace(panel, title="tip error") for panel in tip.panels)
-    return (replace(torques, id="overview", title="Tip error and torques", panels=(*named, *torques.panels)),)
+    torques = torque_figure(runs)
+    named = (replace(panel, title="tip error") for panel in tip_error_figure(runs).panels)
+    return replace(torques, id="overview", title="Tip error and torques", panels=(*named, *torques.panels))
 
 
-QUANTITIES: Mapping[str, Callable[[Runs], tuple[Figure, ...]]] = {
-    "overview": overview,
-    "tip error": tip_error,
-    "path": path,
-    "torque": torque,
-    "position error": position_error,
-    "velocity error": velocity_error,
-    "position": position,
-    "velocity": velocity,
-    "friction": friction,
-    "energy": energy,
-    "response": response_figures,
+QUANTITIES: Mapping[str, Callable[[Runs], Figure]] = {
+    "overview": overview_figure,
+    "tip error": tip_error_figure,
+    "path": path_figure,
+    "torque": torque_figure,
+    "position error": partial(
+        joints_figure, quantity="position error", units=("mrad", "mm"), title="Position errors", scale=MILLI
+    ),
+    "velocity error": partial(
+        joints_figure, quantity="velocity error", units=("mrad/s", "mm/s"), title="Speed errors", scale=MILLI
+    ),
+    "position": partial(joints_figure, quantity="q", units=("rad", "m"), title="Positions", reference="q_ref"),
+    "velocity": partial(
+        joints_figure, quantity="dq", units=("rad/s", "m/s"), title="Speeds", reference="dq_ref", limit="velocity"
+    ),
+    "friction": partial(joints_figure, quantity="friction", units=("N m", "N"), title="Friction"),
+    "energy": energy_figure,
+    "response": response_figure,
 }
-"""Name -> the figures of runs, side by side."""
+"""Name -> the figure of runs."""
 
 
 def quantity_named(name: str) -> str:
@@ -331,25 +314,3 @@ def quantity_named(name: str) -> str:
     if plain not in QUANTITIES:
         raise UnknownNameError("quantity", str(name), QUANTITIES)
     return plain
-
-
-def _of_joints(
-    runs: Runs,
-    quantity: SeriesName,
-    units: tuple[str, str],
-    title: str,
-    reference: SeriesName | None = None,
-    limits: str = "",
-    scale: float = 1.0,
-) -> Figure:
-    """One panel a joint; `units` of a joint that turns and of one that slides."""
-    panels = []
-    for j, joint in enumerate(runs[0].arm.joints()):
-        wanted = () if reference is None else (Curve("reference", Series(0, reference, j, scale)),)
-        curves = tuple(Curve(one.caption, Series(i, quantity, j, scale)) for i, one in enumerate(runs))
-        limit, unit = getattr(joint.limits, limits, None), units[joint.kind is not JointKind.REVOLUTE]
-        levels = () if limit is None else (Level("limit", limit), Level("limit", -limit))
-        note = "" if not limits else f"limit {limit:g} {unit}" if limit is not None else "limit not known"
-        panels.append(Panel(joint.name, quantity, unit, (*wanted, *curves), levels, note))
-    name = quantity.replace(" ", "-")
-    return Figure(name, title, "", "time", "s", tuple(panels), over_time=True, columns=2)

@@ -5,5 +5,5 @@ drawn_panel  A panel of a figure, ready to draw: its curves as numbers with thei
 line_plane   A plane of lines and dots as HTML: SVG that stretches with the page, every text is text of the page
 panels       One figure's heading and panels, drawn by Matplotlib: names instead of legends, gauges for far limits,
              scale bars
-plots        Figures and pictures of sampled loops -> PNG and SVG by Matplotlib, which is imported when one is drawn
+plots        Figures -> PNG and SVG by Matplotlib, imported when one is drawn; `lwr_dyn.plot`, a picture of runs
 """

@@ -13,7 +13,6 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import short
 from lwr_dyn.pages.figures.figure import (
     GREY,
-    NEAR_LEVEL,
     Axis,
     Curve,
     Figure,
@@ -28,6 +27,9 @@ from lwr_dyn.pages.figures.figure import (
 )
 from lwr_dyn.pages.plotting.line_plane import extremes, grid_path, places, plane_html
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
+
+NEAR_LEVEL = 1.5
+"""A level is drawn when it is at most so many times as far from zero as the data; otherwise it is said in words."""
 
 LIMIT = "limit"
 """The label of levels that a gauge can stand for."""
@@ -168,15 +170,13 @@ def _panel(figure: Figure, panel: Panel, curves: tuple[DrawnCurve, ...], time: A
 
 
 def _vertical(figure: Figure, curves: Sequence[DrawnCurve], values: Array) -> Axis:
-    if len(figure.panels) == 1 and len(curves) > 1 and all(_is_distance(one.curve) for one in curves):
+    drawn = [one.curve.y for one in curves]
+    are_distances = all(isinstance(y, Series) and y.quantity == "tip error" for y in drawn)
+    if len(figure.panels) == 1 and len(curves) > 1 and are_distances:
         peaks = [float(one.y.max()) for one in curves]
         if min(peaks) > 0.0 and max(peaks) > FAR_APART * min(peaks):
             return logarithmic_axis(values)
     return axis_of(values)
-
-
-def _is_distance(curve: Curve) -> bool:
-    return isinstance(curve.y, Series) and curve.y.quantity == "tip error"
 
 
 def _same_scale(across: Array, up: Array) -> tuple[Axis, Axis]:
@@ -222,11 +222,6 @@ def chart_html(figure: Figure, runs: Sequence[ReplayedRun]) -> str:
         return f'<figure class="path">{head}{plane}{_scale(panel)}</figure>'
     up, across = tick_marks(panel.y, "yt", "top"), tick_marks(panel.x, "xt", "left", "s")
     return f'<figure>{head}<div class="area">{up}{plane}{_ends(panel)}{across}</div>{_names(panel)}</figure>'
-
-
-def swatch(run: ReplayedRun) -> str:
-    """A run's colour, before its name."""
-    return f'<i class="sw {run_ink(run)}"></i>'
 
 
 def _errors(panel: DrawnPanel) -> str:

@@ -169,6 +169,11 @@ def colour_of(ink: str) -> str:
     return tokens()[f"run{ink[1]}" if ink[:1] == "r" and ink[1:].isdigit() else ink]
 
 
+def _name_colour(ink: str) -> str:
+    """The colour of a curve's name: pale curves have theirs in ink."""
+    return colour_of("ink" if ink in ("ref", "soft", "r5") else ink)
+
+
 def draw_header(place: SubFigure, laid: FigureLayout) -> None:
     """Title, what is drawn, and the names of the lines."""
     down = EDGE + 0.5 * TITLE
@@ -195,8 +200,7 @@ def _draw_names(place: SubFigure, laid: FigureLayout, row: tuple[DrawnCurve, ...
         if one.curve.style == "points":
             mark = [sum(mark) / 2]
         place.add_artist(Line2D(mark, [y] * len(mark), transform=place.transSubfigure, **look))
-        words = "ink" if one.ink in ("ref", "soft", "r5") else one.ink
-        name = place.text((left + 0.34) / laid.width, y, one.curve.label, color=colour_of(words), va="center")
+        name = place.text((left + 0.34) / laid.width, y, one.curve.label, color=_name_colour(one.ink), va="center")
         name.set_fontweight(600)
         left += name_width(one)
 
@@ -255,8 +259,8 @@ def _look(one: DrawnCurve) -> dict[str, Any]:
     """How a curve is drawn: a reference as a broad pale band, below all others."""
     if one.ink == "ref":
         return {"color": colour_of("ref"), "linewidth": 4.5, "linestyle": "-", "solid_capstyle": "round"}
-    mark = {"points": "None", "line": "--" if one.curve.dashed else "-", "both": "--" if one.curve.dashed else "-"}
-    look = {"color": colour_of(one.ink), "linestyle": mark[one.curve.style]}
+    line = "None" if one.curve.style == "points" else "--" if one.curve.dashed else "-"
+    look = {"color": colour_of(one.ink), "linestyle": line}
     return look | ({} if one.curve.style == "line" else {"marker": "o"})
 
 
@@ -327,8 +331,7 @@ def _draw_ends(axes: Axes, one: DrawnPanel) -> None:
     """The names of lines at their ends, moved apart where they would touch."""
     ends = sorted((float(one.y.share(float(c.y[-1]))), c.ink, c.curve.label) for c in one.curves)
     for at, (_, ink, label) in zip(apart([end[0] for end in ends], _NAMES_APART), ends, strict=True):
-        words = colour_of("ink" if ink in ("ref", "soft", "r5") else ink)
-        axes.text(1.012, at, label, color=words, fontweight=600, va="center", transform=axes.transAxes)
+        axes.text(1.012, at, label, color=_name_colour(ink), fontweight=600, va="center", transform=axes.transAxes)
 
 
 def _draw_scale_bars(axes: Axes, one: DrawnPanel) -> None:

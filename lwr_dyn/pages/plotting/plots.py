@@ -1,4 +1,4 @@
-"""Figures and pictures of sampled loops -> PNG and SVG by Matplotlib, which is imported when one is drawn.
+"""Figures -> PNG and SVG by Matplotlib, imported when one is drawn; `lwr_dyn.plot`, a picture of runs.
 
 pyplot is not used; what stays of a drawing is only that Matplotlib knows our fonts. A figure gives the same bytes
 whatever the user's settings are. Colours, type and the light scheme are those of `lwr_dyn.pages.replay.look`.
@@ -7,28 +7,26 @@ whatever the user's settings are. Colours, type and the light scheme are those o
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.resources import files
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError, OptionError
+from lwr_dyn.arms.loading import arm_of
+from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError, OptionError, ShapeError
 from lwr_dyn.foundation.files import check_writable, write_file
-from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
+from lwr_dyn.pages.figures.figure import Figure
+from lwr_dyn.pages.figures.run_figures import QUANTITIES, Runs, quantity_named
 from lwr_dyn.pages.plotting.panels import draw_header, draw_panel, layout_of
 from lwr_dyn.pages.replay.look import tokens
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
+from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
-
-Runs = Sequence[ReplayedRun]
 
 _FONT, _OTHERS = "Plex Sans", "other letters"
 
@@ -54,6 +52,8 @@ _STYLE = {
 }
 
 _DPI = 150
+
+SUFFIXES = (".png", ".svg")
 
 
 def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
@@ -91,10 +91,16 @@ def figure_bytes(figures: Figure | Sequence[Figure], kind: str, runs: Runs = ())
     """One figure, or several side by side, as "png" or "svg"; raises as `draw`, and `OptionError` for another kind."""
     if kind not in ("png", "svg"):
         raise OptionError("kind", repr(kind), "png, svg")
-    drawing, out = draw(figures, runs), io.BytesIO()
-    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+    drawing = draw(figures, runs)
     with drawing_class():
-        drawing.savefig(out, format=kind, dpi=_DPI, metadata=metadata)
+        return drawing_bytes(drawing, kind)
+
+
+def drawing_bytes(drawing: Drawing, kind: str) -> bytes:
+    """A figure of Matplotlib as "png" or "svg", without dates and names of programs; within `drawing_class`."""
+    out = io.BytesIO()
+    metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+    drawing.savefig(out, format=kind, dpi=_DPI, metadata=metadata)
     return out.getvalue()
 
 
@@ -150,158 +156,98 @@ def _add_fonts() -> None:
             known.append(replace(entry, name=name, weight=weight))
 
 
-BANDS = (1.2, 1.4, 1.7, 2.5, 5.0)
-"""Edges of the shades of a map; beyond the last the loop may still be stable."""
-
-NEAR = 3.0
-"""Half the side of the part of the plane that a Nyquist picture shows, about -1."""
-
-OTHERS = "other joints"
-
-
 @dataclass(frozen=True, slots=True, eq=False)
-class LoopPictures:
-    """The loops of an arm at one pose, each cut at one joint with all others closed.
+class RunPlot:
+    """A picture of one quantity of some runs.
+
+    A notebook draws it as PNG and SVG, whatever backend Matplotlib has; `save` writes it.
+    """
+
+    quantity: str
+    figures: tuple[Figure, ...]
+    runs: Runs
+
+    def __repr__(self) -> str:
+        names = ", ".join(one.label for one in self.runs)
+        return f"RunPlot({self.quantity!r} of {names}); .save('x.png') writes it, .figure is Matplotlib's"
+
+    @property
+    def figure(self) -> Any:
+        """A new `matplotlib.figure.Figure` of it, to be changed at will."""
+        return draw(self.figures, self.runs)
+
+    def _repr_png_(self) -> bytes:
+        return figure_bytes(self.figures, "png", self.runs)
+
+    def _repr_svg_(self) -> str:
+        return figure_bytes(self.figures, "svg", self.runs).decode()
+
+    def save(self, path: str | Path) -> None:
+        """Write as .png or .svg; raises `FileAccessError` for another ending or where nothing can be written."""
+        write_file(path, figure_bytes(self.figures, _ending(path)[1:], self.runs))
+
+
+def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence[str] | None = None) -> RunPlot:
+    """A picture of one quantity of a run, or of several in one picture; a notebook draws it, `save` writes it.
 
     Parameters
     ----------
-    hz : (f,) array
-        [Hz]
-    loops : mapping
-        Name of a joint -> L_i (f,), complex.
-    shown : str
-        The joint that is drawn in ink.
-    limit : float
-        Of |S_ii|.
-    note : str
-        What they are loops of, in words.
+    runs : Run or sequence of Run
+    quantity : str
+        overview, tip error, path, torque, position error, velocity error, position, velocity, friction, energy, or
+        response (of a step or a chirp).
+    labels : sequence of str, optional
+        One per run; the controllers' names if not given.
+
+    Raises
+    ------
+    UnknownNameError
+        Another quantity, or a run of an unknown robot.
+    OptionError, ShapeError
+        No runs, labels of another number, arms with different numbers of joints.
     """
-
-    hz: Array
-    loops: Mapping[str, Any]
-    shown: str
-    limit: float
-    note: str
-
-    def figure(self, kind: str) -> Figure:
-        """The figure "bode", "nyquist" or "sensitivity"."""
-        return {"bode": self._bode, "nyquist": self._nyquist, "sensitivity": self._sensitivity}[kind]()
-
-    def save(self, kind: str, path: str | Path) -> tuple[Path, Path]:
-        """Write a figure as .png and .svg; raises as `save_figure`."""
-        return save_figure(self.figure(kind), path)
-
-    @staticmethod
-    def check(path: str | Path) -> None:
-        """Raise before the work what `save` and `save_map` would raise after it; see `check_figure`."""
-        check_figure(path)
-
-    @staticmethod
-    def save_map(
-        path: str | Path, axes: Sequence[tuple[str, Array]], peaks: Array, here: Sequence[float], words: tuple[str, str]
-    ) -> tuple[Path, Path]:
-        """Write a map of max |S_ii| over two joints as .png and .svg; raises as `save_figure`.
-
-        Parameters
-        ----------
-        path : str or path
-        axes : two of (label, (m,) array)
-            Across and up, with the unit in the label.
-        peaks : (up, across) array
-            inf where the loop is unstable.
-        here : two floats
-            The pose that the other joints are of.
-        words : (title, note)
-        """
-        targets = figure_paths(path)
-        for target in targets:
-            write_file(target, _map_bytes(axes, peaks, here, words, target.suffix[1:]))
-        return targets
-
-    def _curves(self, values: Mapping[str, Array], x: Mapping[str, Array] | None = None) -> tuple[Curve, ...]:
-        """The curve of the shown joint first, then the others, which share one name."""
-        names = [self.shown, *(name for name in self.loops if name != self.shown)]
-        return tuple(
-            Curve(name if name == self.shown else OTHERS, values[name], self.hz if x is None else x[name])
-            for name in names
-        )
-
-    def _bode(self) -> Figure:
-        size = {name: 20 * np.log10(np.maximum(np.abs(loop), 1e-12)) for name, loop in self.loops.items()}
-        phase = {name: np.degrees(np.unwrap(np.angle(loop))) for name, loop in self.loops.items()}
-        phase = {name: x - 360 * np.round((x[np.argmin(np.abs(size[name]))] + 180) / 360) for name, x in phase.items()}
-        panels = (
-            Panel("magnitude, dB", "|L_i|", "dB", self._curves(size), (Level("0 dB", 0.0),)),
-            Panel("phase, deg", "phase of L_i", "deg", self._curves(phase), (Level("-180 deg", -180.0),)),
-        )
-        return Figure("bode", "Bode: the loop cut at one joint", "", "frequency", "Hz", panels, note=self.note)
-
-    def _nyquist(self) -> Figure:
-        inside = {name: np.maximum(np.abs(x.real + 1), np.abs(x.imag)) <= NEAR for name, x in self.loops.items()}
-        real, imaginary = (
-            {name: np.where(inside[name], part(x), np.nan) for name, x in self.loops.items()}
-            for part in (np.real, np.imag)
-        )
-        turn = np.linspace(0, 2 * np.pi, 181)
-        radius = 1.0 / self.limit
-        circle = Curve(f"|S_ii| = {self.limit:g}", radius * np.sin(turn), radius * np.cos(turn) - 1, colour=0)
-        point = Curve("-1", np.array([0.0]), np.array([-1.0]), style="points", colour=0)
-        curves = (*self._curves(imaginary, real), circle, point)
-        panel = Panel("", "Im L_i", "", curves)
-        title = "Nyquist: the loop cut at one joint"
-        return Figure("nyquist", title, "", "Re L_i", "", (panel,), equal_aspect=True, note=self.note)
-
-    def _sensitivity(self) -> Figure:
-        size = {name: np.abs(1 / (1 + loop)) for name, loop in self.loops.items()}
-        levels = (Level(f"margin {self.limit:g}", self.limit),)
-        panel = Panel("", "|S_ii|", "", self._curves(size), levels)
-        return Figure("sensitivity", "Sensitivity of each joint", "", "frequency", "Hz", (panel,), note=self.note)
+    several = [runs] if isinstance(runs, Run) else list(runs)
+    chosen = quantity_named(quantity)
+    shown = replayed_runs(several, arms_of(several), labels)
+    if len({one.run.n for one in shown}) > 1:
+        raise ShapeError("runs", "arms with different numbers of joints", "runs of arms with as many joints")
+    return RunPlot(chosen, (QUANTITIES[chosen](shown),), shown)
 
 
-def _map_bytes(
-    axes: Sequence[tuple[str, Array]], peaks: Array, here: Sequence[float], words: tuple[str, str], kind: str
-) -> bytes:
-    out = io.BytesIO()
-    with drawing_class() as drawing:
-        from matplotlib.colors import BoundaryNorm, LinearSegmentedColormap, ListedColormap
-
-        tone = LinearSegmentedColormap.from_list("tone", [tokens()["card"], tokens()["run1"]])
-        shades = [tone(x) for x in np.linspace(0.06, 0.85, len(BANDS) + 1)]
-        colours = ListedColormap([*shades, tokens()["alarm"]])
-        band = np.where(np.isinf(peaks), len(BANDS) + 1, np.digitize(peaks, BANDS))
-        picture = drawing(figsize=(6.8, 5.9))
-        panel = picture.add_axes((0.1, 0.1, 0.62, 0.715))
-        norm = BoundaryNorm(np.arange(-0.5, len(BANDS) + 2), len(BANDS) + 2)
-        (across, x), (up, y) = axes
-        panel.pcolormesh(x, y, band, cmap=colours, norm=norm, shading="nearest", rasterized=True)
-        panel.plot([here[0]], [here[1]], "o", markersize=7, markerfacecolor="none", color=tokens()["ink"])
-        for side in panel.spines.values():
-            side.set_visible(False)
-        panel.tick_params(length=0, labelsize=8.5, pad=4)
-        panel.set_xlabel(across, color=tokens()["soft"])
-        panel.set_ylabel(up, color=tokens()["soft"])
-        picture.text(0.025, 0.955, words[0], fontsize=12.5, fontweight=600, va="center")
-        for row, line in enumerate(words[1].split("\n")):
-            picture.text(0.025, 0.915 - 0.035 * row, line, color=tokens()["soft"], fontsize=9.0, va="center")
-        _legend(picture, [*shades, tokens()["alarm"]])
-        metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-        picture.savefig(out, format=kind, dpi=150, metadata=metadata)
-    return out.getvalue()
+def arms_of(runs: Sequence[Run]) -> list[Arm]:
+    """The arm of each run; raises as `lwr_dyn.arms.loading.arm_of`."""
+    if not all(isinstance(run, Run) for run in runs):
+        raise OptionError("runs", repr(runs)[:80], "runs, as simulate or Run.load give them")
+    return [arm_of(run) for run in runs]
 
 
-def _legend(picture: Any, shades: Sequence[Any]) -> None:
-    """The bands that the map has, from the best down to the unstable one, and the mark of the pose."""
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Rectangle
+def plot_writer(wish: str) -> Callable[[Run], Path]:
+    """What `--plot` means, checked before the work: a function that draws a run into a file, whose path it returns.
 
-    names = [f"up to {BANDS[0]:g}", *(f"{a:g} to {b:g}" for a, b in pairwise(BANDS))]
-    names += [f"over {BANDS[-1]:g}", "unstable"]
-    picture.text(0.755, 0.785, "max |S_ii|", fontweight=600, va="center")
-    for row, (name, shade) in enumerate(zip(names, shades, strict=True)):
-        at = 0.74 - 0.045 * row
-        edge: dict[str, Any] = {"edgecolor": tokens()["line"], "linewidth": 0.7}
-        picture.add_artist(Rectangle((0.755, at - 0.0125), 0.03, 0.025, facecolor=shade, **edge))
-        picture.text(0.8, at, name, va="center")
-    at = 0.74 - 0.045 * (len(names) + 0.4)
-    picture.add_artist(Line2D([0.77], [at], marker="o", markersize=7, markerfacecolor="none", color=tokens()["ink"]))
-    picture.text(0.8, at, "worst pose", va="center")
+    A path that ends in .png or .svg is drawn in, with the quantity it is named after, else the overview; another text
+    is the name of a quantity, drawn in a .png of its name.
+
+    Raises
+    ------
+    UnknownNameError
+        Neither such a path nor a quantity.
+    FileAccessError, MissingPackageError
+        Nothing can be written there; Matplotlib is not installed.
+    """
+    path = Path(wish) if wish.lower().endswith(SUFFIXES) else Path(f"{quantity_named(wish).replace(' ', '-')}.png")
+    plain = path.stem.lower().replace("-", " ").replace("_", " ")
+    quantity = plain if plain in QUANTITIES else "overview"
+    check_figure(path)
+
+    def write(run: Run) -> Path:
+        plot(run, quantity).save(path)
+        return path
+
+    return write
+
+
+def _ending(path: str | Path) -> str:
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", "a path that ends in .png or .svg")
+    return suffix

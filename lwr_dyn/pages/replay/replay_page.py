@@ -173,7 +173,9 @@ def cylinder(path: str, shape: Primitive, accent: str) -> Command:
         "matrix": column_major(shape.pose @ _UPRIGHT),
         "userData": {"token": token},
     }
-    return _object(path, mesh, geometry, material)
+    metadata = {"version": 4.5, "type": "Object"}
+    scene = {"metadata": metadata, "geometries": [geometry], "materials": [material], "object": mesh}
+    return {"type": "set_object", "path": path, "object": scene}
 
 
 def transform(path: str, pose: Pose) -> Command:
@@ -184,12 +186,6 @@ def transform(path: str, pose: Pose) -> Command:
 def column_major(pose: Pose) -> list[float]:
     """The 16 numbers of a pose in column-major order, as in three.js."""
     return [float(x) for x in pose.matrix().T.ravel()]
-
-
-def _object(path: str, item: Command, geometry: Command, material: Command) -> Command:
-    metadata = {"version": 4.5, "type": "Object"}
-    scene = {"metadata": metadata, "geometries": [geometry], "materials": [material], "object": item}
-    return {"type": "set_object", "path": path, "object": scene}
 
 
 SERIES_BUDGET = 4_300_000
@@ -250,14 +246,20 @@ def replay_html(
     headline = shown[0].arm.title if title is None else title
     data = page_data(shown, rate) | {"title": headline, "live": live}
     data["start"] = {"trace": trace, "frames": frames, "beside": layout == "beside"}
+    return player_page(headline, data, live)
+
+
+def player_page(title: str, data: Mapping[str, Any], live: bool = False, own: Sequence[str] = (), of: str = "") -> str:
+    """The page of the player with its data; `own` are further styles and scripts, files of the package `of`."""
+    styles, scripts = ([resource_text(name, of) for name in own if name.endswith(end)] for end in (".css", ".js"))
     parts = {
-        "title": escape(headline),
+        "title": escape(title),
         "policy": replay_policy(live),
-        "style": "\n".join([font_faces(), look_css(), resource_text("player.css"), resource_text("page.css")]),
+        "style": "\n".join([font_faces(), look_css(), *map(resource_text, ("player.css", "page.css")), *styles]),
         "controls": resource_text("controls.html"),
         "meshcat": meshcat_bundle(),
         "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
-        "player": "\n".join(resource_text(name) for name in (*PLAYER, "start.js")),
+        "player": "\n".join([*map(resource_text, (*PLAYER, "start.js")), *scripts]),
     }
     return fill_template(resource_text("page.html"), parts)
 

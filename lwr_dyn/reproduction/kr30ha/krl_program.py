@@ -13,6 +13,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.foundation.document import Note
 from lwr_dyn.foundation.files import write_folder
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.forward import flange_pose
@@ -134,7 +135,7 @@ def write_program(report: ProgramReport, arm: Arm, folder: str | Path) -> None:
     write_replay(Path(folder) / "replay.html", [run], arm, title=f"KUKA KR 30 HA runs {NAME}.src")
 
 
-def program_tables(report: ProgramReport) -> tuple[str, Table]:
+def program_parts(report: ProgramReport) -> tuple[Note, Table]:
     """The diagnostics of the printed program, and the run of the corrected one."""
     counted = f"{len(report.printed)} diagnoses, {len(report.missing)} known faults missed, {len(report.false)} false"
     run = Table(
@@ -143,7 +144,7 @@ def program_tables(report: ProgramReport) -> tuple[str, Table]:
         [(p.name, ", ".join(f"{x:g}" for x in p.target_mm), f"S {p.s} T {p.t}", p.missed_mm) for p in report.points],
         f"back at mastering within {report.home_missed:.1e} rad",
     )
-    return "\n".join([f"The report's program (Appendix B): {counted}", *map(str, report.printed)]), run
+    return Note([f"The report's program (Appendix B): {counted}", *map(str, report.printed)]), run
 
 
 @cache

@@ -22,10 +22,10 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.printed_number import agrees
-from lwr_dyn.model.spatial import rot_x, rot_z
+from lwr_dyn.model.spatial import Pose, rot_x, rot_z
 from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove
 from lwr_dyn.reproduction.compare import compared
-from lwr_dyn.reproduction.kr30ha.formulas import POINTS, envelope, pose_misses, symbolic_matrices
+from lwr_dyn.reproduction.kr30ha.formulas import IN_MM, POINTS, envelope, pose_misses, symbolic_matrices
 from lwr_dyn.reproduction.kr30ha.krl_program import PROGRAM
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import MOTION
 from lwr_dyn.reproduction.kr30ha.points import wrist_centre_mm
@@ -113,11 +113,11 @@ def paper_matrices() -> PaperMatrices:
     symbolic = tuple(_symbolic(i, tables["symbolic"][f"A{i + 1}"], right[i]) for i in range(6))
     factors = [np.array(tables["numeric"][f"T{i + 1}"], dtype=float) for i in range(6)]
     chain = arm_from_paper(open_paper("kr30ha")).chain
-    true = [_in_mm(link.pose(0.0).matrix()) for link in chain.links]
+    true = [IN_MM * link.pose(0.0).matrix() for link in chain.links]
     numeric = tuple(
         _numeric(f"T{i + 1}", "equation (1) at A = 0", printed, true[i]) for i, printed in enumerate(factors)
     )
-    frames = [_in_mm(frame) for frame in link_frames(chain, np.zeros(6))]
+    frames = [IN_MM * frame for frame in link_frames(chain, np.zeros(6))]
     composites = {k: np.array(tables["composite"][f"T0{k}"], dtype=float) for k in range(2, 7)}
     product = [factors[0]]
     for factor in factors[1:]:
@@ -128,12 +128,6 @@ def paper_matrices() -> PaperMatrices:
         tuple(_numeric(f"T0{k}", "product of the printed factors", T, product[k - 1]) for k, T in composites.items()),
         tuple(_numeric(f"T0{k}", "true arm at A = 0", T, frames[k - 1]) for k, T in composites.items()),
     )
-
-
-def _in_mm(matrix: Array) -> Array:
-    out = matrix.copy()
-    out[:3, 3] *= 1e3
-    return out
 
 
 def _numeric(name: str, against: str, printed: Array, right: Array) -> MatrixVerdict:
@@ -187,7 +181,7 @@ def _without(name: str, printed: Array) -> str:
         single = [link.pose(0.0).matrix() for link in chain.links]
         composite = list(link_frames(chain, np.zeros(6)))
         right = {f"T{k + 1}": T for k, T in enumerate(single)} | {f"T0{k + 1}": T for k, T in enumerate(composite)}
-        if np.abs(_in_mm(right[name]) - printed).max() < HALF_MM / 10:
+        if np.abs(IN_MM * right[name] - printed).max() < HALF_MM / 10:
             return left_out
     return ""
 
@@ -209,13 +203,15 @@ def _row_of(printed: sp.Matrix, i: int) -> str:
             for offset in (0, 90, 180, -90):
                 theta = sign * q + sp.rad(offset)
                 c, s = sp.cos(theta), sp.sin(theta)
-                row = sp.Matrix(
-                    [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-                )
-                if sp.simplify(row - printed) == sp.zeros(4, 4):
+                if sp.simplify(sp.Matrix(equation_1(c, s, ca, sa, a, d)) - printed) == sp.zeros(4, 4):
                     shown = f"q{i + 1}" if sign > 0 else f"-q{i + 1}"
                     return f"alpha = {alpha} deg, theta = {shown}{f' {offset:+d} deg' if offset else ''}"
     return "no row of equation (1)"
+
+
+def equation_1(c: Any, s: Any, ca: Any, sa: Any, a: Any, d: Any) -> list[list[Any]]:
+    """The report's equation (1) with cosine and sine of theta and alpha: standard DH."""
+    return [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
 
 
 OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"
@@ -305,27 +301,13 @@ def composition_order(data: PaperData) -> Proof:
     """T_1^0 as Trans x Trans z Rot x Rot z and as Rot z Trans z Trans x Rot x, against equation (1)."""
     row, theta = dh_rows(data.case().geometry)[0], 0.4
     c, s, ca, sa = math.cos(theta), math.sin(theta), math.cos(row.alpha), math.sin(row.alpha)
-    equation = np.array(
-        [[c, -s * ca, s * sa, row.a * c], [s, c * ca, -c * sa, row.a * s], [0, sa, ca, row.d], [0, 0, 0, 1]]
-    )
-    parts = [_moved(row.a, 0.0), _moved(0.0, row.d), _turned(rot_x(row.alpha)), _turned(rot_z(theta))]
-    printed = np.linalg.multi_dot(parts)
-    read = np.linalg.multi_dot([parts[3], parts[1], parts[0], parts[2]])
-    misses = [float(np.abs(product - equation).max()) for product in (printed, read)]
+    equation = np.array(equation_1(c, s, ca, sa, row.a, row.d))
+    x, z = (Pose(np.eye(3), np.array(place)) for place in ([row.a, 0.0, 0.0], [0.0, 0.0, row.d]))
+    twist, turn = (Pose(rotation, np.zeros(3)) for rotation in (rot_x(row.alpha), rot_z(theta)))
+    printed, read = x @ z @ twist @ turn, turn @ z @ x @ twist
+    misses = [float(np.abs(product.matrix() - equation).max()) for product in (printed, read)]
     return Proof("only Rot z, Trans z, Trans x, Rot x is equation (1)", misses[0] > 0.1 and misses[1] < 1e-12,
                  {"largest difference as printed": misses[0], "as read": misses[1]})  # fmt: skip
-
-
-def _moved(x: float, z: float) -> Array:
-    out = np.eye(4)
-    out[0, 3], out[2, 3] = x, z
-    return out
-
-
-def _turned(rotation: Array) -> Array:
-    out = np.eye(4)
-    out[:3, :3] = rotation
-    return out
 
 
 def mastering_transform(data: PaperData) -> Proof:

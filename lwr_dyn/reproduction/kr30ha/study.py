@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.symbolic_agreement import symbolic_verdicts
 from lwr_dyn.checks.arm.verdict import verdict_table
 from lwr_dyn.checks.datasheet.envelope import SECTION, Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.dynamics.symbolic.equation_forms import equations_latex, equations_text, expression_text
 from lwr_dyn.dynamics.symbolic.link_motion import readable
 from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.document import Note
 from lwr_dyn.foundation.files import make_folder, write_folder
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
@@ -29,11 +29,11 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.figure import Curve, Figure, Panel, Series
 from lwr_dyn.pages.figures.run_figures import torque_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.reproduction.kr30ha.krl_program import program_report, program_tables, write_program
+from lwr_dyn.reproduction.kr30ha import planar_dynamics
+from lwr_dyn.reproduction.kr30ha.krl_program import program_parts, program_report, write_program
 from lwr_dyn.reproduction.kr30ha.matrices import MatrixVerdict, PaperMatrices, paper_matrices
-from lwr_dyn.reproduction.kr30ha.planar_dynamics import FIRST_TWO, Comparison, MotionReport, motion_report
 from lwr_dyn.reproduction.kr30ha.points import RISE, SPEED_SHARE, Cycle, PaperPoints, RightPoint, cycle, paper_points
-from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
+from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, study_document
 from lwr_dyn.reproduction.report.content import Still
 
 
@@ -110,7 +110,7 @@ def _rating(value: float | None, factor: float) -> str:
     return "-" if value is None else f"{value * factor:g}"
 
 
-def motion_tables(motion: MotionReport) -> tuple[Table, ...]:
+def motion_tables(motion: planar_dynamics.MotionReport) -> tuple[Table, ...]:
     """The report's dynamic analysis: each expression, its terms, its errata; then its model beside the arm."""
     e = motion.planar
     torques = {
@@ -143,7 +143,7 @@ def motion_tables(motion: MotionReport) -> tuple[Table, ...]:
     )
 
 
-def _terms(c: Comparison) -> list[tuple[str, str, str, str]]:
+def _terms(c: planar_dynamics.Comparison) -> list[tuple[str, str, str, str]]:
     differing = [row for row in c.terms() if row[1] != row[2]]
     return [(c.name, rates.replace("**", "^"), _short(printed), _short(right)) for rates, printed, right in differing]
 
@@ -290,8 +290,8 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
     progress("points, matrices, envelope")
     points, matrices, envelope = paper_points(), paper_matrices(), working_envelope(arm)
     progress("equations of motion")
-    motion = motion_report()
-    symbolic = symbolic_verdicts(arm, paper, FIRST_TWO)
+    motion = planar_dynamics.motion_report()
+    symbolic = planar_dynamics.symbolic_verdicts(arm, paper, planar_dynamics.FIRST_TWO)
     _equations(place, motion)
     progress("movement and replay")
     movement = cycle(arm, points.right)
@@ -302,36 +302,35 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
     equations = equations_text(motion.symmetric.equations)
     return Reproduction(
         holds=all((points.holds, matrices.holds, motion.holds, program.holds, *(v.holds for v in symbolic))),
-        tables=(
+        document=study_document(
             *point_tables(points), *matrix_tables(matrices), envelope_table(envelope, arm),
-            f"{SYMMETRIC}\n{equations}", verdict_table("Symbols against Pinocchio", symbolic), *motion_tables(motion),
-            cycle_table(movement, arm), *program_tables(program),
-        ),
-        record={
-            "points": [c.record() for c in points.cells],
-            "right": [{"point": p.name, "q": p.q, "s": p.target.s, "t": p.target.t} for p in points.right],
-            "misses_mm": [
+            Note(f"{SYMMETRIC}\n{equations}"),
+            replace(verdict_table("Symbols against Pinocchio", symbolic), key=None), *motion_tables(motion),
+            cycle_table(movement, arm), *program_parts(program),
+            points=[c.record() for c in points.cells],
+            right=[{"point": p.name, "q": p.q, "s": p.target.s, "t": p.target.t} for p in points.right],
+            misses_mm=[
                 {"point": m.name, "wrist_centre": m.wrist_miss_mm, "flange": m.flange_miss_mm} for m in points.misses
             ],
-            "matrices": [verdict.record() for verdict in matrices.all],
-            "envelope": envelope.record(),
-            "expressions": [c.record() for c in motion.comparisons],
-            "planar_beside_arm": [
+            matrices=[verdict.record() for verdict in matrices.all],
+            envelope=envelope.record(),
+            expressions=[c.record() for c in motion.comparisons],
+            planar_beside_arm=[
                 {"name": c.name, "planar": str(c.planar), "arm": str(c.arm), "why_not_the_same": c.why or None}
                 for c in motion.counterparts
             ],
-            "equations": equations.splitlines(),
-            "symbolic": {v.name: {"value": v.value, "holds": v.holds} for v in symbolic},
-            "stops": [{"at": w.name, "g": w.holding, "missed_mm": w.missed_mm} for w in movement.waypoints],
-            "peak_torque": movement.peak_torque,
-            "audit": movement.run.meta["audit"],
-            "program": program.record(),
-        },
+            equations=equations.splitlines(),
+            symbolic={v.name: {"value": v.value, "holds": v.holds} for v in symbolic},
+            stops=[{"at": w.name, "g": w.holding, "missed_mm": w.missed_mm} for w in movement.waypoints],
+            peak_torque=movement.peak_torque,
+            audit=movement.run.meta["audit"],
+            program=program.record(),
+        ),
         pictures=pictures(arm, points.right, movement.run, program.run.to_run()),
     )  # fmt: skip
 
 
-def _equations(place: Path, motion: MotionReport) -> None:
+def _equations(place: Path, motion: planar_dynamics.MotionReport) -> None:
     """Text and LaTeX, for links with mirror symmetry and for any links."""
     symmetric, general = motion.symmetric.equations, motion.general.equations
     text = f"{SYMMETRIC}\n{equations_text(symmetric)}\n\n{GENERAL}\n{equations_text(general)}\n"

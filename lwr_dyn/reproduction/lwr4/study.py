@@ -11,11 +11,12 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.symbolic import link_motion
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Note
 from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.reproduction.case import REPEATED, SHARED, PaperCase, formulas
 from lwr_dyn.reproduction.compare import compared
-from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
+from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, study_document
 from lwr_dyn.reproduction.papers import ResultBlock, printed_tables
 from lwr_dyn.reproduction.report.content import Still
 
@@ -110,9 +111,11 @@ def run(_: Path, arm: Arm, __: Progress) -> Reproduction:
         for name, route in (("full_product", e.wrist_full), ("vector_route", e.wrist_short))
     }
     matrices = {f"A{i + 1}": str(m.tolist()) for i, m in enumerate(e.matrices)}
-    record: dict[str, Any] = {"matrices": matrices, "identical_to_printed": list(e.identical), "wrist": routes}
-    record |= {"routes_agree": e.routes_agree, "tool": e.tool}
-    return Reproduction(e.holds, (_text(e),), record, pictures=Pictures(stills=_stills(arm, e)))
+    found = study_document(
+        Note(_text(e)), matrices=matrices, identical_to_printed=list(e.identical), wrist=routes,
+        routes_agree=e.routes_agree, tool=e.tool,
+    )  # fmt: skip
+    return Reproduction(e.holds, found, pictures=Pictures(stills=_stills(arm, e)))
 
 
 def _stills(arm: Arm, e: Exercise) -> tuple[Still, ...]:

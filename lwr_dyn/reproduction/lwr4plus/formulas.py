@@ -10,7 +10,6 @@ The printed unit is mm; the numbers are read as mrad (mrad/s).
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -126,12 +125,13 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     kept = arm_angle is None
     reference = ist_reference(arm, timing, arm_angle=arm_angle, limits=kept)
     angle = LARGEST_MARGIN if arm_angle is None else _fitted(arm_angle)
+    tables = printed_tables("lwr4plus")
     if name == "table_vii":
-        controller = make_controller("pd-gravity", arm, inertia=_printed_b())
+        controller = make_controller("pd-gravity", arm, inertia=tuple(map(float, tables["table_iv"]["b"])))
     else:
         controller = make_controller("inverse-dynamics", arm, feedforward=False, gravity=False)
     run = simulate(arm, controller, reference, position_limits=kept, meta={"task": "ist", "table": name})
-    figures, printed = metrics(run, arm).position_mrad, printed_tables("lwr4plus")[name]
+    figures, printed = metrics(run, arm).position_mrad, tables[name]
     cells = []
     for i in range(arm.n):
         row_range = float(printed["maximum"][i]) - float(printed["minimum"][i])
@@ -189,20 +189,9 @@ def velocity_rows(table: ErrorTable, arm: Arm) -> dict[str, float]:
     return {name: float(np.sqrt((((rows - cells) / ranges) ** 2).mean())) for name, rows in readings.items()}
 
 
-def velocity_columns_of(table: ErrorTable, arm: Arm) -> dict[str, Array]:
-    """Velocity errors of a run by the columns of Table VIII, (n,) each [mrad/s]."""
-    figures = metrics(table.run, arm).velocity_mrad_s
-    return {f"velocity_{column}": getattr(figures, figure) for column, figure in COLUMNS.items()}
-
-
 def nearest_table(arm: Arm, name: str) -> ErrorTable:
     """The table under the timing that comes nearest to the printed one, with the arm angle of the largest margin."""
     return min((error_table(arm, name, timing) for timing in TIMINGS), key=lambda t: t.distance)
-
-
-@cache
-def _printed_b() -> tuple[float, ...]:
-    return tuple(float(x) for x in printed_tables("lwr4plus")["table_iv"]["b"])
 
 
 TITLES = {
@@ -323,22 +312,21 @@ def _largest(values: Any, count: int) -> list[int]:
 
 def table_vii(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Errors of PD with gravity compensation on IST, of the assumed timings the nearest [mrad]"""
-    return _errors(case, "table_vii")
+    return error_columns(nearest_table(case.arm, "table_vii"))
 
 
 def table_viii(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Errors of inverse dynamics without feed-forward and without g in n, the nearest timing [mrad, mrad/s]"""
-    return _errors(case, "table_viii")
+    return error_columns(nearest_table(case.arm, "table_viii"))
 
 
-def _errors(case: PaperCase, name: str) -> dict[str, Any]:
-    return error_columns(nearest_table(case.arm, name), case.arm)
-
-
-def error_columns(table: Any, arm: Any) -> dict[str, Any]:
-    """The columns of Table VII or VIII from one computed under some conditions."""
+def error_columns(table: ErrorTable) -> dict[str, Any]:
+    """The columns of Table VII or VIII from one computed under some conditions [mrad, mrad/s]."""
     columns: dict[str, Any] = {c: [cell.value for cell in table.cells if cell.column == c] for c in COLUMNS}
-    return columns if table.name == "table_vii" else columns | velocity_columns_of(table, arm)
+    if table.name == "table_vii":
+        return columns
+    figures = metrics(table.run, table.reference.arm).velocity_mrad_s
+    return columns | {f"velocity_{column}": getattr(figures, figure) for column, figure in COLUMNS.items()}
 
 
 def shell_spread(case: PaperCase, _: ResultBlock) -> dict[str, Any]:

@@ -14,31 +14,15 @@ import numpy as np
 
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
+from lwr_dyn.foundation.document import Note
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.pages.figures.figure import Figure
 from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, tip_error_figure, torque_figure
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
-from lwr_dyn.reproduction.lwr4plus import TIMINGS
-from lwr_dyn.reproduction.lwr4plus.formulas import (
-    LARGEST_MARGIN,
-    condition_tables,
-    error_columns,
-    error_table,
-    fitted_arm_angle,
-    velocity_rows,
-)
-from lwr_dyn.reproduction.lwr4plus.worst_cases import (
-    arms,
-    errata_that_matter,
-    gain_cells,
-    gain_table,
-    inertia_rows,
-    inertia_table,
-    shell_asymmetry,
-)
-from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction
+from lwr_dyn.reproduction.lwr4plus import TIMINGS, formulas, worst_cases
+from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, study_document
 from lwr_dyn.reproduction.report.content import ReportSection, Still
 from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate
@@ -55,42 +39,43 @@ def run(_: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_arm_a
     `fit_arm_angle` they are also computed with the arm angle fitted to Table VIII, and named as fitted.
     """
     progress("Tables IV and VI")
-    inertias, gains = inertia_rows(), gain_cells()
-    shells = {name: shell_asymmetry(a) for name, a in arms().items()}
+    inertias, gains = worst_cases.inertia_rows(), worst_cases.gain_cells()
+    shells = {name: worst_cases.shell_asymmetry(a) for name, a in worst_cases.arms().items()}
     progress("Tables VII and VIII")
-    angles = [None, *([fitted_arm_angle(arm)] if fit_arm_angle else [])]
+    angles = [None, *([formulas.fitted_arm_angle(arm)] if fit_arm_angle else [])]
     errors = {
-        name: [error_table(arm, name, t, angle) for angle in angles for t in TIMINGS]
+        name: [formulas.error_table(arm, name, t, angle) for angle in angles for t in TIMINGS]
         for name in ("table_vii", "table_viii")
     }
-    velocity = velocity_rows(min(errors["table_viii"], key=lambda t: t.distance), arm)
+    velocity = formulas.velocity_rows(min(errors["table_viii"], key=lambda t: t.distance), arm)
     progress("controllers on three plants")
     runs = controller_runs(arm, ist_reference(arm, timing))
     progress("plots and replay")
-    own = {name: [t for t in tables if t.arm_angle == LARGEST_MARGIN] for name, tables in errors.items()}
+    own = {name: [t for t in tables if t.arm_angle == formulas.LARGEST_MARGIN] for name, tables in errors.items()}
     nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}
     nearer = min(velocity, key=lambda name: velocity[name])
+    spread = "Principal moments of the mirror-image links 1 to 4, largest spread over mean"
     return Reproduction(
         holds=all(r.reproduced("computed") for r in inertias) and all(g.reproduced or g.fits for g in gains),
-        tables=(
-            inertia_table(inertias),
-            "Principal moments of the mirror-image links 1 to 4, largest spread over mean: " + _listed(shells, ".1%"),
-            gain_table(gains),
-            *(table for tables in errors.values() for table in condition_tables(tables)),
-            "Table VIII, velocity maxima and minima, RMS miss over row range: "
-            f"{_listed(velocity, '.2f')}; nearer: {nearer}",
+        document=study_document(
+            worst_cases.inertia_table(inertias),
+            Note(f"{spread}: {_listed(shells, '.1%')}"),
+            worst_cases.gain_table(gains),
+            *(table for tables in errors.values() for table in formulas.condition_tables(tables)),
+            Note(
+                "Table VIII, velocity maxima and minima, RMS miss over row range: "
+                f"{_listed(velocity, '.2f')}; nearer: {nearer}"
+            ),
             ranking_table(runs),
-        ),
-        record={
-            "table_iv": [row.record() for row in inertias],
-            "errata_that_matter": list(errata_that_matter()),
-            "table_vi": [cell.record() for cell in gains],
+            table_iv=[row.record() for row in inertias],
+            errata_that_matter=list(worst_cases.errata_that_matter()),
+            table_vi=[cell.record() for cell in gains],
             **{name: [table.record() for table in tables] for name, tables in errors.items()},
-            "controllers": [run.record() for run in runs],
-            "shell_spread": shells,
-            "velocity_rows": velocity,
-        },
-        known={name: error_columns(one, arm) for name, one in nearest.items()},
+            controllers=[run.record() for run in runs],
+            shell_spread=shells,
+            velocity_rows=velocity,
+        ),
+        known={name: formulas.error_columns(one) for name, one in nearest.items()},
         pictures=pictures(arm, runs, nearest["table_viii"].run),
     )
 

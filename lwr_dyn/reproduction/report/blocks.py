@@ -11,24 +11,14 @@ import re
 from collections.abc import Iterator, Sequence, Set
 
 from lwr_dyn.foundation.number_text import raised, short
-from lwr_dyn.foundation.tables import Table
+from lwr_dyn.pages.document import table_html
 from lwr_dyn.pages.markup import Html, anchor, element, grid, joined
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 from lwr_dyn.reproduction.case import LedgerEntry
-from lwr_dyn.reproduction.report.content import (
-    VERDICTS,
-    CellVerdict,
-    Check,
-    Fact,
-    FileFact,
-    Page,
-    ReportCell,
-    ReportSection,
-    ReportTable,
-)
+from lwr_dyn.reproduction.report import content
 from lwr_dyn.reproduction.report.figure_html import figure_html
 
-GLYPHS: dict[CellVerdict, str] = {
+GLYPHS: dict[content.CellVerdict, str] = {
     "reproduced": "v1",
     "after erratum": "v2",
     "differs": "v4",
@@ -43,7 +33,7 @@ GLYPHS: dict[CellVerdict, str] = {
 NEAR = "v8"
 """The class of an assumed number that is near."""
 
-_WORDS: dict[CellVerdict, str] = {
+_WORDS: dict[content.CellVerdict, str] = {
     "reproduced": "reproduced",
     "after erratum": "after an erratum",
     "differs": "differ",
@@ -54,28 +44,30 @@ _WORDS: dict[CellVerdict, str] = {
     "": "",
 }
 
-ALWAYS: tuple[CellVerdict, ...] = ("reproduced", "after erratum", "differs")
+ALWAYS: tuple[content.CellVerdict, ...] = ("reproduced", "after erratum", "differs")
 """Verdicts that the key names even where no number has them."""
 
 _SMALL = 6
 """Tables of at most so many numbers share a line."""
 
 
-def glyph(cell: ReportCell) -> Html | None:
+def glyph(cell: content.ReportCell) -> Html | None:
     """The square of a number; nothing for a cell that is only shown."""
     return element("i", class_=f"g {_class(cell)}") if cell.verdict else None
 
 
-def word(cell: ReportCell) -> str:
+def word(cell: content.ReportCell) -> str:
     """The verdict of a number in words."""
-    return cell.word or {"after erratum": "after an erratum"}.get(cell.verdict, cell.verdict)
+    if cell.near is not None:
+        return "assumed, near" if cell.near else "assumed, not near"
+    return {"after erratum": "after an erratum"}.get(cell.verdict, cell.verdict)
 
 
-def _class(cell: ReportCell) -> str:
+def _class(cell: content.ReportCell) -> str:
     return NEAR if cell.near else GLYPHS[cell.verdict]
 
 
-def number_map(page: Page) -> Html | None:
+def number_map(page: content.Page) -> Html | None:
     """The key with its counts and a line for each table of the paper; None for a page without numbers."""
     cells = [cell for table in page.tables for cell in table.verdict_cells]
     if not cells:
@@ -86,12 +78,12 @@ def number_map(page: Page) -> Html | None:
     )
 
 
-def _key(page: Page, cells: Sequence[ReportCell]) -> Html:
+def _key(page: content.Page, cells: Sequence[content.ReportCell]) -> Html:
     """What the squares mean and how many there are."""
     counted = page.counted
     near = sum(cell.near is True for cell in cells)
     items: list[tuple[str, int, str]] = []
-    for verdict in VERDICTS:
+    for verdict in content.VERDICTS:
         if verdict == "under assumed conditions" and counted[verdict]:
             items += [(NEAR, near, "assumed, near"), (GLYPHS[verdict], counted[verdict] - near, _WORDS[verdict])]
         elif counted[verdict] or verdict in ALWAYS:
@@ -100,20 +92,20 @@ def _key(page: Page, cells: Sequence[ReportCell]) -> Html:
     return element("ul", shown, class_="key", aria_label="Verdicts")
 
 
-def _grouped(tables: Sequence[ReportTable]) -> list[list[ReportTable]]:
+def _grouped(tables: Sequence[content.ReportTable]) -> list[list[content.ReportTable]]:
     """Tables of one place in the paper together."""
-    groups: dict[str, list[ReportTable]] = {}
+    groups: dict[str, list[content.ReportTable]] = {}
     for table in tables:
         if table.verdict_cells:
             groups.setdefault(table.title, []).append(table)
     return list(groups.values())
 
 
-def _size(tables: Sequence[ReportTable]) -> str | None:
+def _size(tables: Sequence[content.ReportTable]) -> str | None:
     return None if sum(len(table.verdict_cells) for table in tables) > _SMALL else "small"
 
 
-def _line(tables: Sequence[ReportTable]) -> Html:
+def _line(tables: Sequence[content.ReportTable]) -> Html:
     cells = [cell for table in tables for cell in table.verdict_cells]
     words = [word(cell) for cell in cells]
     said = ", ".join(f"{words.count(one)} {one}" for one in dict.fromkeys(words))
@@ -128,17 +120,17 @@ def _line(tables: Sequence[ReportTable]) -> Html:
     )
 
 
-FOLDED: tuple[CellVerdict, ...] = ("reproduced", "structural", "repeated in print", "")
+FOLDED: tuple[content.CellVerdict, ...] = ("reproduced", "structural", "repeated in print", "")
 """Verdicts of numbers that are folded away: nothing is wrong with them."""
 
 _LONG = 14
 """Characters from which an expression is written over the whole line."""
 
-Line = tuple[str, ReportCell]
+Line = tuple[str, content.ReportCell]
 """The name of a number in its table, and the number."""
 
 
-def number_table_html(table: ReportTable, errata: Set[str], numbers: Iterator[int]) -> Html:
+def number_table_html(table: content.ReportTable, errata: Set[str], numbers: Iterator[int]) -> Html:
     """A table of the paper, one line a number; `errata` are the ids on the page, `numbers` count the popovers."""
     lines = [(place, cell) for place, cell in table.lines if cell.printed or cell.ours]
     unit = raised(table.unit)
@@ -167,8 +159,10 @@ def _counts(lines: Sequence[Line]) -> Html:
     return element("span", counted, class_="count")
 
 
-def _rows(table: ReportTable, lines: Sequence[Line], name: str, errata: Set[str], numbers: Iterator[int]) -> Html:
-    heads = {"place": table.row_heading or "number", "num": "printed", "ours num": "recomputed"}
+def _rows(
+    table: content.ReportTable, lines: Sequence[Line], name: str, errata: Set[str], numbers: Iterator[int]
+) -> Html:
+    heads = {"place": "number", "num": "printed", "ours num": "recomputed"}
     has_off = any(cell.digits is not None for _, cell in lines)
     heads |= {"off": "off, in last digits"} if has_off else {}
     heads |= {"verdict": "verdict"}
@@ -182,7 +176,9 @@ def _rows(table: ReportTable, lines: Sequence[Line], name: str, errata: Set[str]
     return element("div", whole, class_="scroll", role="region", tabindex=0, aria_label=f"{name}, scrolls sideways")
 
 
-def _row(table: ReportTable, place: str, cell: ReportCell, errata: Set[str], number: int, has_off: bool) -> Html:
+def _row(
+    table: content.ReportTable, place: str, cell: content.ReportCell, errata: Set[str], number: int, has_off: bool
+) -> Html:
     printed = _printed(table, place, cell, number)
     verdict = element("td", _verdict(cell, errata), class_="verdict")
     name = element("th", _plain(place), scope="row")
@@ -199,7 +195,7 @@ def _row(table: ReportTable, place: str, cell: ReportCell, errata: Set[str], num
     )
 
 
-def _printed(table: ReportTable, place: str, cell: ReportCell, number: int) -> Html | None:
+def _printed(table: content.ReportTable, place: str, cell: content.ReportCell, number: int) -> Html | None:
     """The printed number, a button that shows where it comes from."""
     if not cell.printed:
         return None
@@ -226,7 +222,7 @@ def _plain(place: str) -> str:
     return re.sub("(?<=[a-z]{2})_(?=[a-z]{2})", " ", raised(place))
 
 
-def _residual(cell: ReportCell) -> Html | None:
+def _residual(cell: content.ReportCell) -> Html | None:
     """How far ours is off, as a bar and a number of last digits; the bar's end is half a digit."""
     if cell.digits is None:
         return None
@@ -243,7 +239,7 @@ def _residual(cell: ReportCell) -> Html | None:
     return joined([bar, element("span", text, class_="digits")])
 
 
-def _verdict(cell: ReportCell, errata: Set[str]) -> Html | None:
+def _verdict(cell: content.ReportCell, errata: Set[str]) -> Html | None:
     if not cell.verdict:
         return None
     links = [_erratum_link(name, errata) for name in cell.errata]
@@ -257,7 +253,7 @@ def _erratum_link(name: str, errata: Set[str]) -> Html:
     return element("a", name, class_="erratum-link", href=f"#{anchor('erratum', name)}")
 
 
-def facts_html(facts: Sequence[Fact]) -> Html:
+def facts_html(facts: Sequence[content.Fact]) -> Html:
     """Names and their texts."""
     pairs = [item for name, text in facts for item in (element("dt", name), element("dd", text))]
     return element("dl", pairs, class_="facts-list")
@@ -287,7 +283,7 @@ def erratum_html(entry: LedgerEntry) -> Html:
         element("span", e.status if entry.holds else f"{e.status}, FAILS", class_=f"status {_status(entry)}"),
     ]
     reason = ("reason", e.why) if proof is None else ("proof", f"{e.why}\n{proof.text}")
-    facts: list[Fact] = [reason, ("checked", _outcome(entry)), ("effect", e.effect), ("severity", e.severity)]
+    facts: list[content.Fact] = [reason, ("checked", _outcome(entry)), ("effect", e.effect), ("severity", e.severity)]
     body = facts_html([(name, text) for name, text in facts if text])
     return element(
         "details", element("summary", heading), body, id=anchor("erratum", e.id), class_="erratum", tabindex=-1
@@ -304,7 +300,7 @@ def _status(entry: LedgerEntry) -> str:
     return "fails" if not entry.holds else "proven" if entry.erratum.status == "proven" else "likely"
 
 
-def checks_html(title: str, checks: Sequence[Check]) -> Html:
+def checks_html(title: str, checks: Sequence[content.Check]) -> Html:
     """Values against what is allowed, folded while all hold."""
     rows = [
         (
@@ -328,28 +324,10 @@ def _holding(checks: int) -> str:
     return f"all {checks} hold" if checks > 1 else "it holds"
 
 
-def _outcome_cell(check: Check) -> Html:
+def _outcome_cell(check: content.Check) -> Html:
     if check.holds:
         return element("td", "holds")
     return element("td", "fails as expected") if check.is_expected else element("td", "FAILS", class_="alarm")
-
-
-def table_html(table: Table, name: str = "") -> Html:
-    """A table, its cells tinted as their heading states."""
-    rows = [
-        [text if shade is None else _tinted(text, shade) for text, shade in zip(cells, shades, strict=True)]
-        for cells, shades in zip(table.cells, table.shades, strict=True)
-    ]
-    return element(
-        "div",
-        element("h4", table.title) if table.title else None,
-        element("p", table.note, class_="note") if table.note else None,
-        grid(table.title or name, (h.title for h in table.columns), rows),
-    )
-
-
-def _tinted(text: str, shade: float) -> Html:
-    return element("td", text, class_="shaded", style=f"--shade: {min(max(shade, 0.0), 1.0):.3f}")
 
 
 def _paragraph(text: str) -> Html:
@@ -361,7 +339,7 @@ def _paragraph(text: str) -> Html:
     )
 
 
-def section_html(section: ReportSection, runs: Sequence[ReplayedRun]) -> Html:
+def section_html(section: content.ReportSection, runs: Sequence[ReplayedRun]) -> Html:
     """A section, folded away."""
     text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
     lines = len(section.text.splitlines()) + sum(len(table.rows) for table in section.tables)
@@ -370,13 +348,13 @@ def section_html(section: ReportSection, runs: Sequence[ReplayedRun]) -> Html:
         section.title,
         count,
         element("div", text, class_="prose") if text else None,
-        *(table_html(table, section.title) for table in section.tables),
+        *(table_html(table.shown(page=True)) for table in section.tables),
         *(figure_html(figure, runs) for figure in section.figures),
         name=anchor("section", section.id),
     )
 
 
-def files_html(files: Sequence[FileFact]) -> Html:
+def files_html(files: Sequence[content.FileFact]) -> Html:
     """Files with their sizes and hashes."""
     rows = [
         (

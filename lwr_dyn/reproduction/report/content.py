@@ -3,10 +3,7 @@
 All text is plain: the page escapes it. Line breaks are kept in proofs, `ReportSection.text` and notes.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 from lwr_dyn.foundation.arrays import Array
@@ -42,8 +39,6 @@ class ReportCell:
     conversion: str = ""
     note: str = ""
     errata: tuple[str, ...] = ()
-    word: str = ""
-    """What the cell says instead of its verdict."""
     digits: float | None = None
     """Ours less printed, in units of the last printed digit."""
     near: bool | None = None
@@ -64,7 +59,7 @@ class ReportRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReportTable:
-    """A table of the document with our numbers; `columns` head the cells, `row_heading` the labels."""
+    """A table of the document with our numbers; `columns` head the cells."""
 
     id: str
     title: str
@@ -72,7 +67,6 @@ class ReportTable:
     columns: tuple[str, ...]
     rows: tuple[ReportRow, ...]
     unit: str = ""
-    row_heading: str = ""
     note: str = ""
 
     @property
@@ -157,7 +151,6 @@ class FileFact:
 class Page:
     """A whole report; empty parts are left out of the page.
 
-    `counts` is how many printed numbers got each verdict; counted over the tables' cells if not given.
     `verdict` is the outcome in pieces of text, each with whether it stands out; `words` says how it is counted;
     `derived` are tables of numbers that the paper does not print. Ids of tables, errata, figures and
     sections are unique on a page.
@@ -169,7 +162,6 @@ class Page:
     verdict: tuple[tuple[str, bool], ...] = ()
     words: str = ""
     document: tuple[Fact, ...] = ()
-    counts: Mapping[CellVerdict, int] | None = None
     tables: tuple[ReportTable, ...] = ()
     derived: tuple[ReportTable, ...] = ()
     errata: tuple[LedgerEntry, ...] = ()
@@ -179,7 +171,7 @@ class Page:
     audit: tuple[Check, ...] = ()
     sections: tuple[ReportSection, ...] = ()
     files: tuple[FileFact, ...] = ()
-    versions: tuple[Fact, ...] = field(default=())
+    versions: tuple[Fact, ...] = ()
 
     def __post_init__(self) -> None:
         ids = [one.id for one in (*self.tables, *self.derived)]
@@ -192,7 +184,5 @@ class Page:
     @property
     def counted(self) -> dict[CellVerdict, int]:
         """How many printed numbers got each verdict."""
-        if self.counts is not None:
-            return {verdict: self.counts.get(verdict, 0) for verdict in VERDICTS}
         given = [cell.verdict for table in self.tables for row in table.rows for cell in row.cells]
         return {verdict: given.count(verdict) for verdict in VERDICTS}

@@ -38,17 +38,7 @@ from lwr_dyn.pages.replay.replay_page import (
     subsample,
 )
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
-from lwr_dyn.reproduction.report.blocks import (
-    FOLDED,
-    checks_html,
-    erratum_html,
-    facts_html,
-    files_html,
-    folded,
-    number_map,
-    number_table_html,
-    section_html,
-)
+from lwr_dyn.reproduction.report import blocks
 from lwr_dyn.reproduction.report.content import Page, Replay, ReportTable, Still
 from lwr_dyn.reproduction.report.figure_html import figure_html
 from lwr_dyn.reproduction.report.still_image import rate_note, run_table_html, still_html
@@ -235,7 +225,7 @@ def _result(page: Page) -> list[Html]:
         title,
         element("p", byline, class_="by") if byline else None,
         said if page.verdict else None,
-        number_map(page),
+        blocks.number_map(page),
         words if page.words else None,
     ]
     stage = _stage(page)
@@ -265,7 +255,7 @@ def _numbers(page: Page, numbers: Iterator[int]) -> list[Html]:
 
     def columns(tables: Sequence[ReportTable]) -> Html:
         cut = _cut([_height(table) for table in tables])
-        halves = ([number_table_html(t, known, numbers) for t in half] for half in (tables[:cut], tables[cut:]))
+        halves = ([blocks.number_table_html(t, known, numbers) for t in half] for half in (tables[:cut], tables[cut:]))
         return element("div", [element("div", half, class_="column") for half in halves], class_="columns")
 
     out = [columns(page.tables)] if page.tables else []
@@ -275,12 +265,12 @@ def _numbers(page: Page, numbers: Iterator[int]) -> list[Html]:
             element("p", "Stated by this package, not printed in the paper.", class_="note"),
             columns(page.derived),
         ]
-        out.append(folded("Derived numbers", str(size), *inside))
+        out.append(blocks.folded("Derived numbers", str(size), *inside))
     return out
 
 
 def _height(table: ReportTable) -> float:
-    seen = sum(cell.verdict not in FOLDED for _, cell in table.lines)
+    seen = sum(cell.verdict not in blocks.FOLDED for _, cell in table.lines)
     return _HEADING + (seen + _HEADING if seen else 0.0)
 
 
@@ -302,7 +292,7 @@ def _errata(page: Page) -> list[Html]:
     summary = f"{len(page.errata)} entries, {proven} of them proven by a computation that runs with this report."
     return [
         element("p", summary, " ", switch, class_="note"),
-        element("div", map(erratum_html, page.errata), class_="box errata"),
+        element("div", map(blocks.erratum_html, page.errata), class_="box errata"),
     ]
 
 
@@ -310,11 +300,11 @@ def _evidence(page: Page, runs: Sequence[ReplayedRun]) -> list[Html]:
     """What the result rests on, folded; what fails stands open."""
     facts = [*page.document, *page.versions]
     return [
-        *([checks_html("Cross-checks of the models", page.checks)] if page.checks else []),
-        *([checks_html("Audit of the runs: energy and inverse dynamics", page.audit)] if page.audit else []),
-        *(section_html(section, runs) for section in page.sections),
-        *([files_html(page.files)] if page.files else []),
-        *([folded("The paper, and the versions used", "", facts_html(facts))] if facts else []),
+        *([blocks.checks_html("Cross-checks of the models", page.checks)] if page.checks else []),
+        *([blocks.checks_html("Audit of the runs: energy and inverse dynamics", page.audit)] if page.audit else []),
+        *(blocks.section_html(section, runs) for section in page.sections),
+        *([blocks.files_html(page.files)] if page.files else []),
+        *([blocks.folded("The paper, and the versions used", "", blocks.facts_html(facts))] if facts else []),
     ]
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lwr_dyn.foundation.document import Note
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
@@ -19,7 +20,7 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel
 from lwr_dyn.pages.figures.run_figures import register_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, paper_study
+from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, paper_study, study_document
 from lwr_dyn.reproduction.papers import printed_tables
 from lwr_dyn.reproduction.report.content import Still
 from lwr_dyn.reproduction.wam7.formulas import caption_motion
@@ -219,11 +220,11 @@ def run(_: Path, arm: Arm, progress: Progress) -> Reproduction:
     progress("plots and replay")
     return Reproduction(
         holds=all(c.holds for c in cruises) and figure_7_holds(cruises),
-        tables=(
-            cruise_table(cruises), findings(cruises), figure_7_table(cruises), passivity_table(arm),
+        document=study_document(
+            cruise_table(cruises), Note(findings(cruises)), figure_7_table(cruises), passivity_table(arm),
             run_table(simulated),
+            cruises=[c.record() for c in cruises], runs=[e.record() for e in simulated],
         ),
-        record={"cruises": [c.record() for c in cruises], "runs": [e.record() for e in simulated]},
         known={"settled": {"error": settled}},
         pictures=pictures(arm, simulated),
     )  # fmt: skip

@@ -26,15 +26,14 @@ import numpy as np
 
 from lwr_dyn.control.protocol import reset
 from lwr_dyn.foundation.arrays import Array, read_only
-from lwr_dyn.foundation.errors import DivergenceError, OptionError
-from lwr_dyn.model.run import Event, Run
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import FrictionTorque, Mask
 from lwr_dyn.simulation.audit import Audit, OtherRoad, Rows, uneventful
-from lwr_dyn.simulation.contact import TURN
 from lwr_dyn.simulation.elastic.exponential import ElasticFlow, ElasticStep, OneSide
 from lwr_dyn.simulation.elastic.plant import ElasticPlant, elastic_plant
 from lwr_dyn.simulation.integrators import Integrator, Rates
-from lwr_dyn.simulation.loops import Diverged, Log, Progress, active_friction, run_sampled
+from lwr_dyn.simulation.loops import Diverged, Log, Progress, divergence, run_sampled, unaudited_run
 from lwr_dyn.simulation.plant import ExternalTorque, checked_external
 from lwr_dyn.simulation.setup import Setup
 
@@ -297,7 +296,7 @@ def run_elastic(setup: Setup, progress: Progress | None = None) -> Run:
         with np.errstate(over="ignore", invalid="ignore"):
             run_sampled(wide, flow, log, progress, ElasticStep)
     except Diverged as end:
-        raise _divergence(end, setup, plant, log, flow, meta) from None
+        raise divergence(end, setup, log, meta, lambda meta: _run_of(setup, plant, log, flow, meta)) from None
     return _run_of(setup, plant, log, flow, meta)
 
 
@@ -321,39 +320,11 @@ def _run_of(setup: Setup, plant: ElasticPlant, log: Log, flow: ElasticFlow, meta
     """The run as far as it was computed."""
     n, done, model = plant.arm.n, log.done, plant.model
     x, dx = log.states[:done, 0], log.states[:done, 1]
-    q, theta, dq, dtheta = x[:, :n], x[:, n:], dx[:, :n], dx[:, n:]
-    friction = np.zeros((done, n)) if log.friction is None else log.friction[:done, n:]
-    damped = np.cumsum([0.0, *flow.damped])[:done]
-    signals = {name: each[:done] for name, each in log.signals.items()}
-    signals |= {"theta": theta, "dtheta": dtheta, "torque_sensor": model.gear_torque(x, dx)}
-    if setup.loop.external is not None:
-        rows = zip(log.t[:done].tolist(), q, dq, strict=True)
-        signals["tau_external"] = np.array([setup.loop.external(*row) for row in rows], dtype=np.float64)
-    reference = log.reference
-    run = Run(
-        t=log.t[:done], q=q, dq=dq, q_ref=reference.q[:done], dq_ref=reference.dq[:done],
-        tau_command=log.command[:done, n:], tau_applied=log.applied[:done, n:], tau_friction=friction,
-        energy=model.energies(x, dx), work=log.work() | {"damper": damped},
-        events=_events(flow, log, dtheta, friction, n), meta=meta, setup=setup, signals=signals,
-    )  # fmt: skip
-    cut = (run.tau_command != run.tau_applied).mean(axis=0)
-    counted = {
-        "evaluations": flow.evaluations, "at_stop_s": flow.stop_seconds[:n].round(9).tolist(),
-        "cut_share": cut.round(6).tolist(),
-    }  # fmt: skip
-    return replace(run, meta={**meta, **counted, "audit": elastic_audit(run, plant).to_json()})
-
-
-def _events(flow: ElasticFlow, log: Log, dtheta: Array, friction: Array, n: int) -> tuple[Event, ...]:
-    """What happened until the last sample, by joints: stops of links, sticking and slipping of motors."""
-    end = log.t[log.done - 1]
-    events = [
-        replace(event, joint=None if event.joint is None else event.joint % n)
-        for event in flow.events
-        if event.t <= end
-    ]
-    events += active_friction(log.t[: log.done], dtheta, friction)
-    return tuple(sorted(events, key=lambda event: event.t))
+    sides = {"theta": x[:, n:], "dtheta": dx[:, n:], "torque_sensor": model.gear_torque(x, dx)}
+    damper = {"damper": np.cumsum([0.0, *flow.damped])[:done]}
+    run = unaudited_run(setup, log, flow, meta, model.energies(x, dx), sides, damper)
+    cut = (run.tau_command != run.tau_applied).mean(axis=0).round(6).tolist()
+    return replace(run, meta={**run.meta, "cut_share": cut, "audit": elastic_audit(run, plant).to_json()})
 
 
 def elastic_audit(run: Run, plant: ElasticPlant) -> Audit:
@@ -368,17 +339,3 @@ def elastic_audit(run: Run, plant: ElasticPlant) -> Audit:
         other_road=second_road(run, plant),
         tolerance=TOLERANCE,
     )
-
-
-def _divergence(
-    end: Diverged, setup: Setup, plant: ElasticPlant, log: Log, flow: ElasticFlow, meta: Mapping[str, Any]
-) -> DivergenceError:
-    """As of rigid joints; the joint that is named may be fast on either side of its gear."""
-    n, speeds = plant.arm.n, np.abs(log.states[end.k, 1])
-    broken = np.flatnonzero(~np.isfinite(end.command))
-    joint = int(broken[0] if broken.size else np.argmax(speeds)) % n
-    fault = f"torque command {end.command[broken[0]]}" if broken.size else f"{speeds.max():.3g} rad/s"
-    t, name = float(log.t[end.k]), plant.arm.joint_names[joint]
-    run = _run_of(setup, plant, log, flow, {**meta, "diverged": {"t": t, "joint": name, "found": fault}})
-    allowed = f"finite torques, less than a turn a sample ({TURN * setup.loop.rate:.4g} rad/s)"
-    return DivergenceError(t, name, fault, allowed, run)

@@ -14,14 +14,15 @@ Pintelon, Schoukens, System Identification: A Frequency Domain Approach, section
 """
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.foundation.document import Fact, Note
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
@@ -35,6 +36,22 @@ BAND = 0.02
 
 LAST = 0.1
 """Share of the window, at its end, over which the error that is left is averaged."""
+
+
+Seconds = float | None
+
+
+class StepRecord(TypedDict):
+    """`StepResponse.to_json`."""
+
+    joint: Annotated[int, "From 1."]
+    size: Annotated[float, "Of the step, rad (m)."]
+    rise: Annotated[Seconds, "From 10 to 90 %, s; null where the window ended before."]
+    peak: Annotated[Seconds, "When it is largest, s."]
+    overshoot: Annotated[float, "Beyond the step, a share of it."]
+    settling: Annotated[Seconds, "When it comes within 2 % for good, s; null where it does not."]
+    left: Annotated[float, "Error at the end, a share of the step."]
+    cut: Annotated[float, "How long some torque was cut at its limit, s."]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,8 +79,7 @@ class StepResponse:
 
     def to_json(self) -> dict[str, Any]:
         """The figures as JSON values; None for NaN."""
-        figures = {key: value for key, value in asdict(self).items() if key not in ("t", "y")}
-        return {key: None if np.isnan(value) else value for key, value in figures.items()}
+        return _record(self, StepRecord)
 
 
 def about_task(run: Run, task: str) -> dict[str, Any]:
@@ -129,6 +145,18 @@ USABLE = 0.05
 """Share of the sweep at each of its ends whose frequencies are not used: there the amplitude rises and falls."""
 
 
+class ChirpRecord(TypedDict):
+    """`FrequencyResponse.to_json`."""
+
+    joint: Annotated[int, "From 1."]
+    bandwidth: Annotated[float | None, "Where |H| first falls below -3 dB, Hz; null where it does not."]
+    phase: Annotated[float | None, "At the bandwidth, rad."]
+    peak: Annotated[float, "Largest |H|."]
+    peak_at: Annotated[float, "Where it is, Hz."]
+    least_coherence: Annotated[float | None, "Up to the bandwidth, or over the whole sweep."]
+    cut: Annotated[float, "How long some torque was cut at its limit, s."]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FrequencyResponse:
     """The frequency response of one joint (from 1): `f` (m,) [Hz], `H` (m,) complex, `coherence` (m,).
@@ -158,9 +186,7 @@ class FrequencyResponse:
 
     def to_json(self) -> dict[str, Any]:
         """The figures as JSON values; None for NaN."""
-        names = ("joint", "bandwidth", "phase", "peak", "peak_at", "least_coherence", "cut")
-        figures = {name: getattr(self, name) for name in names}
-        return {name: None if np.isnan(value) else value for name, value in figures.items()}
+        return _record(self, ChirpRecord)
 
 
 def frequency_responses(run: Run, arm: Arm | None = None) -> tuple[FrequencyResponse, ...]:
@@ -222,21 +248,23 @@ def responses_of(run: Run, arm: Arm | None = None) -> tuple[StepResponse, ...] |
     return step_responses(run, arm) if task == "step" else frequency_responses(run, arm) if task == "chirp" else ()
 
 
-def responses_said(run: Run, arm: Arm | None = None) -> tuple[list[str], list[dict[str, Any]]]:
-    """The same as lines of text, and as JSON values."""
-    return response_lines(run, arm), [response.to_json() for response in responses_of(run, arm)]
+def _record(response: StepResponse | FrequencyResponse, form: type) -> dict[str, Any]:
+    values = {name: getattr(response, name) for name in form.__annotations__}
+    return {name: None if np.isnan(value) else value for name, value in values.items()}
 
 
-def response_lines(run: Run, arm: Arm | None = None) -> list[str]:
-    """The same as a table, and a note on torques that were cut."""
+def response_parts(run: Run, arm: Arm | None = None) -> list[Fact | Table | Note]:
+    """The same for a document: a table, a note on torques that were cut, and the records."""
     found = responses_of(run, arm)
-    if not found:
-        return []
-    first = found[0]
-    table = _steps(found) if isinstance(first, StepResponse) else _chirps(found)
-    cut = [f"joint {one.joint} ({one.cut:.3g} s)" for one in found if one.cut > 0.0]
-    note = f"torque was cut while {', '.join(cut)} answered: not the response of a linear loop; try a smaller size"
-    return [table.text(), *([note] if cut else [])]
+    says = "Answers to the steps or chirps of the tasks step and chirp, one a joint; empty for other tasks."
+    records = [one.to_json() for one in found]
+    parts: list[Fact | Table | Note] = [Fact("responses", records, says, kind=list[StepRecord | ChirpRecord])]
+    if found:
+        cut = [f"joint {one.joint} ({one.cut:.3g} s)" for one in found if one.cut > 0.0]
+        note = f"torque was cut while {', '.join(cut)} answered: not the response of a linear loop; try a smaller size"
+        table = _steps(found) if isinstance(found[0], StepResponse) else _chirps(found)
+        parts += [table, Note(note, bool(cut))]
+    return parts
 
 
 def _steps(found: Any) -> Table:

@@ -5,8 +5,6 @@ On its page each plant has the path with its errors magnified, and the tip error
 A comparison as one table in Markdown, plants down and controllers across: the RMS error of the tip in mm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -23,9 +21,9 @@ from lwr_dyn.foundation.tables import Heading, Marked, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run, repr_html
 from lwr_dyn.pages.document import page_html
-from lwr_dyn.pages.figures.run_figures import path, tip_error
-from lwr_dyn.pages.notebook.plot import arms_of
+from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure
 from lwr_dyn.pages.plotting.drawn_panel import chart_html
+from lwr_dyn.pages.plotting.plots import arms_of, draw
 from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs
 from lwr_dyn.simulation.metrics import Metrics, MetricsRecord, metrics
 from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, check_same, conditions, torque_cuts
@@ -127,10 +125,8 @@ class RunComparison:
     @property
     def figure(self) -> Any:
         """A new `matplotlib.figure.Figure`: path and tip error of all runs; needs the extra `plots`."""
-        from lwr_dyn.pages.plotting.plots import draw
-
         shown = [one.shown for one in self.runs]
-        return draw([*path(shown), *tip_error(shown)], shown)
+        return draw([path_figure(shown), tip_error_figure(shown)], shown)
 
     def save(self, path: str | Path) -> None:
         """Write the page, one HTML file that needs no network; raises `FileAccessError`."""
@@ -264,7 +260,7 @@ def _charts(runs: Sequence[ComparedRun]) -> str:
     """Of the runs of one plant, named by their controllers, with the colours that they have among themselves."""
     alone = [one.shown for one in runs]
     shown = replayed_runs([one.run for one in alone], [one.arm for one in alone], [one.controller for one in runs])
-    charts = "".join(chart_html(figure, shown) for figure in (*path(shown), *tip_error(shown)))
+    charts = "".join(chart_html(figure, shown) for figure in (path_figure(shown), tip_error_figure(shown)))
     return f'<div class="charts">{charts}</div>'
 
 

@@ -3,27 +3,13 @@
 The page is that of a replay with two arms; what all runs share (the arm, the reference, the times) stands in it once.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
-from html import escape
 from typing import Any
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.replay_page import (
-    PLAYER,
-    RATE,
-    fill_template,
-    generator_line,
-    meshcat_bundle,
-    pack_int32,
-    replay_policy,
-    resource_text,
-    run_record,
-    script_safe,
-)
+from lwr_dyn.pages.replay.replay_page import RATE, generator_line, pack_int32, player_page, run_record
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.studies.compare.compared_run import ComparedRun, thinned
 from lwr_dyn.studies.compare.comparison import RunComparison
@@ -46,19 +32,8 @@ def pair_html(compared: RunComparison) -> str:
     """
     if len(compared.runs) < 2:
         raise OptionError("replay of two runs", "one run", "two runs or more")
-    data = pair_data(compared)
-    style = [font_faces(), look_css(), *map(resource_text, ("player.css", "page.css"))]
-    player = [*map(resource_text, (*PLAYER, "start.js")), resource_text("pair.js", "lwr_dyn.studies.compare")]
-    parts = {
-        "title": escape(compared.title),
-        "policy": replay_policy(live=False),
-        "style": "\n".join([*style, resource_text("pair.css", "lwr_dyn.studies.compare")]),
-        "controls": resource_text("controls.html"),
-        "meshcat": meshcat_bundle(),
-        "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
-        "player": "\n".join(player),
-    }
-    return fill_template(resource_text("page.html"), parts)
+    own = ("pair.css", "pair.js")
+    return player_page(compared.title, pair_data(compared), own=own, of="lwr_dyn.studies.compare")
 
 
 def pair_data(compared: RunComparison) -> dict[str, Any]:

@@ -115,12 +115,8 @@ REFUSALS = (DivergenceError, OptionError, MissingDataError, NotPhysicalError)
 """What a plant or a controller may say of one pair; the other pairs go on."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StudyRun:
-    """A run as a study keeps it, and its figures of merit, which are of all its samples."""
-
-    run: Run
-    figures: tuple[Metrics, TorqueCuts]
+StudyRun = tuple[Run, tuple[Metrics, TorqueCuts]]
+"""A run as a study keeps it, and its figures of merit, which are of all its samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,12 +202,12 @@ class ControllerStudy:
                 done.append(result)
         if faults and not done:
             raise faults[0].error()
-        runs, names = [one.run for one in done], [f"run {i}" for i in range(1, len(done) + 1)]
+        runs, figures = zip(*done, strict=True)
+        names = [f"run {i}" for i in range(1, len(runs) + 1)]
         failures += [f"{one.controller}, {one.plant}: {one.text}" for one in faults]
-        compared = comparison_of(
-            runs, names, failures=failures, figures=[one.figures for one in done], arms=[self.arm] * len(runs), least=1
-        )
-        return replace(compared, tuned=frequencies), tuple(runs)
+        arms = [self.arm] * len(runs)
+        compared = comparison_of(runs, names, failures=failures, figures=figures, arms=arms, least=1)
+        return replace(compared, tuned=frequencies), runs
 
     def _tuned(self, frequencies: Mapping[str, TunedFrequency]) -> tuple[ControllerStudy, Mapping[str, TunedFrequency]]:
         """The study with its omega_n, without the controllers that have none; and those that have one."""
@@ -281,7 +277,7 @@ class Workshop:
         except REFUSALS as fault:
             return StudyFault(label_of(controller), _plant_words(case), str(fault), fault)
         figures = metrics(part, study.arm), torque_cuts(part, study.arm)
-        return StudyRun(part if study.rate is None else replace(thinned(part, study.rate), setup=None), figures)
+        return part if study.rate is None else replace(thinned(part, study.rate), setup=None), figures
 
     def _simulated(self, spec: ControllerSpec, controller: Controller, case: PlantCase) -> Run:
         study, words = self.study, option_words({**spec.options, **self.tuned(spec)})
@@ -348,4 +344,5 @@ def run_in_pool(index: int) -> tuple[StudyRun | StudyFault, tuple[str, ...]]:
     words = tuple(str(one.message) for one in said if issubclass(one.category, RatingWarning))
     if isinstance(result, StudyFault):
         return replace(result, cause=None), words
-    return replace(result, run=replace(result.run, setup=None)), words  # a setup holds an engine
+    run, figures = result
+    return (replace(run, setup=None), figures), words  # a setup holds an engine

@@ -7,6 +7,7 @@ quantile of theirs varies less as a rule, so that the same interval is then a ca
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil, inf, log
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,9 +23,9 @@ LEVEL = 0.95
 class IntervalEstimate:
     """A number and its interval."""
 
-    value: float
-    low: float
-    high: float
+    value: Annotated[float, "The number."]
+    low: Annotated[float, "Lower end of its interval."]
+    high: Annotated[float, "Upper end."]
 
 
 @dataclass(frozen=True, slots=True)

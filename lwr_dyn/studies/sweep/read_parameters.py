@@ -12,14 +12,7 @@ import numpy as np
 from lwr_dyn.arms.papers.catalog import readings
 from lwr_dyn.arms.papers.schema import KINDS
 from lwr_dyn.control.controllers import CONTROLLERS
-from lwr_dyn.foundation.errors import (
-    FaultError,
-    LwrDynError,
-    MissingPackageError,
-    PaperError,
-    UnknownNameError,
-    did_you_mean,
-)
+from lwr_dyn.foundation import errors
 from lwr_dyn.foundation.fields import Fields
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.registry import Option, options_of
@@ -43,14 +36,14 @@ def blamed(fields: Fields, key: str = "") -> Iterator[None]:
     """Gives other errors the file and the field that they come from; a missing package keeps its own words."""
     try:
         yield
-    except (PaperError, MissingPackageError):
+    except (errors.PaperError, errors.MissingPackageError):
         raise
-    except UnknownNameError as fault:
+    except errors.UnknownNameError as fault:
         found, _, known = str(fault).partition("; known: ")
         raise fields.refuse(key, found, known) from fault
-    except FaultError as fault:
+    except errors.FaultError as fault:
         raise fields.refuse(key, f"{fault.name}: {fault.found}", fault.allowed) from fault
-    except LwrDynError as fault:
+    except errors.LwrDynError as fault:
         raise fields.refuse(key, str(fault), "another value") from fault
 
 
@@ -201,7 +194,7 @@ def _check_reading(study: SweepStudy, arm: Arm, one: VariedParameter, fields: Fi
     known = readings(study.robot)
     for name in one.values:
         if name not in known:
-            found = f"no reading named {name!r}{did_you_mean(str(name), known)}"
+            found = f"no reading named {name!r}{errors.did_you_mean(str(name), known)}"
             raise fields.refuse("values", found, ", ".join(known))
     for name in map(str, one.values):
         with blamed(fields, "values"):
@@ -276,7 +269,7 @@ def _check_option(
     keyword = option_name(one.path)
     known = {key: option for key, option in options.items() if option.kind in (int, float)}
     if keyword not in known:
-        found = f"{owner} has no number {keyword!r}{did_you_mean(keyword, known)}"
+        found = f"{owner} has no number {keyword!r}{errors.did_you_mean(keyword, known)}"
         raise fields.refuse("path", found, ", ".join(known) or "no number of its options")
     if keyword in given:
         raise fields.refuse("path", f"{one.path}, and {keyword} in {place}", "each in one place")

@@ -11,29 +11,13 @@ from pathlib import Path
 
 from lwr_dyn.foundation.errors import DivergenceError
 from lwr_dyn.foundation.files import make_folder, write_file
-from lwr_dyn.foundation.tables import Table
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.pages.document import POLICY, document_html
-from lwr_dyn.pages.replay.replay_page import (
-    RATE,
-    replay_html,
-    replay_policy,
-    resource_text,
-    script_safe,
-)
+from lwr_dyn.pages.document import POLICY, document_html, table_html
+from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replayed_runs import run_places
-from lwr_dyn.studies.sweep.charts import (
-    MOST_AXES,
-    histograms_html,
-    indices_html,
-    limit_words,
-    outwards_html,
-    parallel_html,
-    same_words,
-    tornado_html,
-    worst_share_html,
-)
+from lwr_dyn.studies.sweep import charts
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults, folder_names
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.summary import TORNADO, SweepSummary, draw_columns, summarise
@@ -59,12 +43,6 @@ class WorstRun:
         return f"{self.controller}, run {self.number}"
 
 
-def write_report(path: str | Path, summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> Path:
-    """Write `report_html(summary, worst)` to a file; raises `FileAccessError`."""
-    write_file(path, report_html(summary, worst))
-    return Path(path)
-
-
 def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
     """The page; the same runs give the same text.
 
@@ -86,21 +64,26 @@ def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
         "Each line is a run, from its first parameter down to the metric. Drawn are the parameters with the largest "
         "effect, each from its least to its largest value."
     )
+
+    def parallel(name: str) -> str:
+        return charts.parallel_html(summary, name, inks[name], units)
+
+    varied = table_html(_parameter_table(summary).shown(page=True))
     main = [
         f"<h1>{escape(summary.title)}</h1>",
         f'<ul class="say">{"".join(f"<li>{escape(one)}</li>" for one in said)}</ul>',
-        _card("Controllers", "".join([*(table_html(x, inks) for x in tables), *map(_note, notes(summary))])),
+        _card("Controllers", "".join([*(_figures_html(x, inks) for x in tables), *map(_note, notes(summary))])),
         *(_distribution(summary, words.name, inks) for words in summary.focus),
         _influence(summary, inks, units),
         _first_breaks(summary, inks),
-        _each(summary, inks, "Runs over all parameters", lines, lambda x: parallel_html(summary, x, inks[x], units)),
+        _each(summary, inks, "Runs over all parameters", lines, parallel),
         _card("Worst runs", worst_table_html(summary, inks, units, worst) + (replays if worst else "")),
-        _card("What was varied", table_html(_parameter_table(summary), kind="words")),
+        _card("What was varied", f'<div class="pairs"><div class="wide">{varied}</div></div>'),
     ]
-    style, scripts, policy = resource_text("report.css", _PACKAGE), "", POLICY
+    style, scripts, policy = replay_page.resource_text("report.css", _PACKAGE), "", POLICY
     if worst:
-        scripts = f"{_replay_data(worst)}<script>\n{resource_text('report.js', _PACKAGE)}</script>\n"
-        policy = f"{replay_policy(live=False)}; frame-src 'self'; base-uri 'none'"
+        scripts = f"{_replay_data(worst)}<script>\n{replay_page.resource_text('report.js', _PACKAGE)}</script>\n"
+        policy = f"{replay_page.replay_policy(live=False)}; frame-src 'self'; base-uri 'none'"
     return document_html(
         summary.title, "study", "".join(main), "lwr-dyn sweep", style=style, scripts=scripts, policy=policy
     )
@@ -120,19 +103,15 @@ def column_units(summary: SweepSummary) -> dict[str, str]:
     return {name: one.unit for one in summary.study.varied for name in (one.path, *one.columns)}
 
 
-def table_html(table: Table, inks: Mapping[str, str] | None = None, kind: str = "numbers") -> str:
-    """A table whose first column names its rows; what stands in brackets is on a line of its own.
-
-    `kind` is "numbers", which stand at the right, or "words".
-    """
+def _figures_html(table: Table, inks: Mapping[str, str]) -> str:
+    """A table whose first column names its rows, with their colours; what stands in brackets has a line of its own."""
     head = "".join(f'<th scope="col">{escape(h.title)}</th>' for h in table.columns)
     body = ""
     for first, *rest in table.cells:
-        mark = f'<i class="sw {inks[first]}"></i>' if inks and first in inks else ""
+        mark = f'<i class="sw {inks[first]}"></i>'
         body += f'<tr><th scope="row">{mark}{escape(first)}</th>{"".join(map(_cell, rest))}</tr>'
-    label = escape(table.title)
-    rows = f"<table class={kind}><caption>{label}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-    return _scrolled(label, rows)
+    rows = f"<caption>{escape(table.title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    return _scrolled(escape(table.title), f'<table class="numbers">{rows}</table>')
 
 
 def _cell(text: str) -> str:
@@ -166,17 +145,17 @@ def _each(summary: SweepSummary, inks: Mapping[str, str], title: str, about: str
 def _distribution(summary: SweepSummary, metric: str, inks: Mapping[str, str]) -> str:
     figures = {name: one.metrics[metric] for name, one in summary.controllers.items()}
     every = list(figures.values())
-    words, same = every[0].words, same_words(every)
+    words, same = every[0].words, charts.same_words(every)
     title = f"{words.title[:1].upper()}{words.title[1:]}"
     if same:
         return _card(title, f"<p>{escape(same)}</p>")
     worse = "larger" if words.worse > 0 else "smaller"
     return _card(
         title,
-        f"<h3>Histograms <small>{escape(words.unit)}, {escape(limit_words(every))}</small></h3>"
-        f"{histograms_html(figures, inks)}"
+        f"<h3>Histograms <small>{escape(words.unit)}, {escape(charts.limit_words(every))}</small></h3>"
+        f"{charts.histograms_html(figures, inks)}"
         f"<h3>Share of the runs with a {worse} value <small>logarithmic; bars: intervals of the quantiles</small></h3>"
-        f"{worst_share_html(figures, inks, summary.is_sample)}",
+        f"{charts.worst_share_html(figures, inks, summary.is_sample)}",
     )
 
 
@@ -188,10 +167,10 @@ def _influence(summary: SweepSummary, inks: Mapping[str, str], units: Mapping[st
         "value where it has few), from the best fifth to the worst; all other parameters vary. The thin line is the "
         "95 % interval at the worst. A hollow bar could be chance (5 % over all parameters)."
     )
-    html = _each(summary, inks, "What each parameter does", about, lambda name: tornado_html(figures[name], units))
+    html = _each(summary, inks, "What each parameter does", about, lambda x: charts.tornado_html(figures[x], units))
     if summary.study.method == "saltelli":
         about = f"Shares of the variance of {words.title}: filled alone, hollow with all interactions."
-        html += _each(summary, inks, "Sobol indices", about, lambda name: indices_html(figures[name].indices))
+        html += _each(summary, inks, "Sobol indices", about, lambda name: charts.indices_html(figures[name].indices))
     return html
 
 
@@ -203,7 +182,7 @@ def _first_breaks(summary: SweepSummary, inks: Mapping[str, str]) -> str:
     def gauges(name: str) -> str:
         search = searches[name]
         why = summary.not_searched.get(name, "no runs")
-        return _note(f"Not looked at: {why}.") if search is None else outwards_html(search)
+        return _note(f"Not looked at: {why}.") if search is None else charts.outwards_html(search)
 
     about = (
         "Each parameter alone goes from its nominal value to the ends of its range, all others stay nominal; what only "
@@ -223,7 +202,7 @@ def worst_table_html(
     for figures in summary.controllers.values():
         for place, each in enumerate(figures.metrics[summary.focus[0].name].influence):
             ranks[each.path] = min(place, ranks.get(each.path, place))
-    paths = (sorted(ranks, key=lambda path: ranks[path]) or every)[:MOST_AXES]
+    paths = (sorted(ranks, key=lambda path: ranks[path]) or every)[: charts.MOST_AXES]
     heads = [("controller", ""), ("run", ""), ("replay", ""), *((words.title, words.unit) for words in summary.focus)]
     heads += [("flag", ""), *((path, units.get(path, "")) for path in paths)]
     head = "".join(f'<th scope="col">{escape(name)} <small>{escape(unit)}</small></th>' for name, unit in heads)
@@ -249,21 +228,23 @@ def worst_table_html(
 
 def _replay_data(runs: Sequence[WorstRun]) -> str:
     """A script element: the page of a replay once without its runs, and the data of each run."""
-    pages = [replay_html([one.run], one.arm, labels=[one.label], title="Worst runs", rate=RATE / 2) for one in runs]
+    rate = replay_page.RATE / 2
+    pages = [replay_page.replay_html([x.run], x.arm, labels=[x.label], title="Worst runs", rate=rate) for x in runs]
     found = [_DATA.search(page) for page in pages]
     data = [json.dumps(json.loads(one[2]), sort_keys=True) for one in found if one is not None]
     frame = _DATA.sub(r"\1@@data@@\3", pages[0])
     made = {"page": frame, "runs": data, "labels": [one.label for one in runs]}
-    return f'<script type="application/json" id="replays">{script_safe(json.dumps(made))}</script>\n'
+    return f'<script type="application/json" id="replays">{replay_page.script_safe(json.dumps(made))}</script>\n'
 
 
 def _parameter_table(summary: SweepSummary) -> Table:
     rows = [
-        (one.path, one.words, one.distribution_words, one.unit, "" if one.nominal is None else f"{one.nominal:g}",
+        (one.path, one.words, one.distribution_words, one.unit, one.nominal,
          ", ".join(filter(None, (one.kind, one.note))))
         for one in summary.study.parameters
     ]  # fmt: skip
-    return Table("Parameters", ("parameter", "what it is", "distribution", "unit", "nominal", "source"), rows)
+    headings = ("parameter", "what it is", "distribution", "unit", Heading("nominal", format="g"), "source")
+    return Table("Parameters", headings, rows)
 
 
 PAGE, WORST = "report.html", "worst"
@@ -302,4 +283,6 @@ def finish(study: SweepStudy, results: SweepResults) -> FinishedSweep | None:
             files.append(make_folder(results.folder / WORST) / f"{names[text]}-run-{number}.npz")
             run.save(files[-1])
             worst.append(WorstRun(text, number, run, workshop.arm if run.setup is None else run.setup.plant.arm))
-    return FinishedSweep(summary, write_report(results.folder / PAGE, summary, worst), tuple(files))
+    page = results.folder / PAGE
+    write_file(page, report_html(summary, worst))
+    return FinishedSweep(summary, page, tuple(files))

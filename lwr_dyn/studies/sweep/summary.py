@@ -124,7 +124,7 @@ class SweepSummary:
     def missing(self) -> dict[str, int]:
         """Controller -> how many of the study's runs are not there, where there are such."""
         made = {text: one.runs.count for text, one in self.controllers.items()}
-        lacking = {text: self.study.count - made.get(text, 0) for text in self.study.controllers}
+        lacking = {text: self.study.runs - made.get(text, 0) for text in self.study.controllers}
         return {text: count for text, count in lacking.items() if count}
 
     @property
@@ -243,7 +243,7 @@ def _figures(
         within = _share(inside[words][chosen]) if words in limits else None
         indices = None
         if study.method == "saltelli":
-            whole = np.full(study.count, np.nan)
+            whole = np.full(study.runs, np.nan)
             whole[runs.run] = badness
             indices = indices_of(words.name, whole, [one.path for one in study.varied])
         found[words.name] = MetricFigures(words, badness, sample, quantiles, moved, limits.get(words), within, indices)

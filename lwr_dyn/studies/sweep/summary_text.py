@@ -1,16 +1,13 @@
-"""A summary for people and programs: numbers with their intervals, tables for the terminal, a record for `--json`."""
+"""A summary for people and programs: numbers with their intervals, tables."""
 
-from dataclasses import asdict
-from math import floor, inf, isinf, log10
-from typing import Any
+from math import floor, isinf, log10
 
 import numpy as np
 
 from lwr_dyn.foundation.number_text import short
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.studies.sweep.intervals import IntervalEstimate, QuantileEstimate, ShareEstimate
-from lwr_dyn.studies.sweep.outwards import OutwardSearch
-from lwr_dyn.studies.sweep.summary import CUT, TORNADO, ControllerFigures, MetricFigures, SweepSummary
+from lwr_dyn.studies.sweep.summary import CUT, TORNADO, ControllerFigures, SweepSummary
 from lwr_dyn.studies.sweep.vocabulary import MetricWords
 
 OPEN = "?"
@@ -70,7 +67,7 @@ def about_text(summary: SweepSummary) -> str:
     counts = [one.runs.count for one in summary.controllers.values()]
     least, most = min(counts, default=0), max(counts, default=0)
     made = f"{most}" if least == most else f"{least} to {most}"
-    whole = f"{study.count} runs a controller" if least == study.count else f"{made} of {study.count} runs a controller"
+    whole = f"{study.runs} runs a controller" if least == study.runs else f"{made} of {study.runs} runs a controller"
     drawn = f"{PLANS[study.method]}, seed {study.seed}" if summary.is_sample else PLANS[study.method]
     lacking = []
     for text, count in summary.missing.items():
@@ -148,28 +145,16 @@ def hundredths(value: float, sign: str = "") -> str:
     return f"{round(value, 2) + 0.0:{sign}.2f}"
 
 
-def finite(value: float) -> float | None:
-    """A number for JSON; None for one that is not finite."""
-    return value if -inf < value < inf else None
-
-
 MOST_ROWS = 5
 """Parameters of one controller in a table of the terminal; the page has all."""
 
 
-def summary_text(summary: SweepSummary) -> str:
-    """All tables, and what their numbers rest on."""
-    parts = [f"{summary.title}\n{about_text(summary)}", *(table.text() for table in summary_tables(summary))]
-    return "\n\n".join([*parts, "\n".join(notes(summary))])
-
-
-def summary_tables(summary: SweepSummary) -> tuple[Table, ...]:
+def summary_tables(summary: SweepSummary) -> list[Table]:
     """Quantiles of each metric, what runs met, what each parameter does, which breaks a limit first."""
     tables = [quantile_table(summary, words) for words in summary.focus]
     tables += [event_table(summary), influence_table(summary)]
     tables += [index_table(summary)] if summary.study.method == "saltelli" else []
-    tables += [outward_table(summary)] if any(one.outwards for one in summary.controllers.values()) else []
-    return tuple(table for table in tables if table.rows)
+    return tables + ([outward_table(summary)] if any(one.outwards for one in summary.controllers.values()) else [])
 
 
 def quantile_table(summary: SweepSummary, words: MetricWords) -> Table:
@@ -264,64 +249,3 @@ def outward_table(summary: SweepSummary) -> Table:
             rows.append((name, line.path, f"{line.kept:.4g}", at, line.metric or ""))
     heads = ("controller", "parameter", "kept up to", "broken at", "limit")
     return Table("Each parameter alone, from its nominal value outwards", heads, rows)
-
-
-def summary_record(summary: SweepSummary) -> dict[str, Any]:
-    """The summary as JSON values, in SI units; None for what is not bounded or not finite."""
-    study = summary.study
-    return {
-        "name": study.name, "robot": study.robot, "reading": study.reading, "task": study.task,
-        "method": study.method, "seed": study.seed, "runs": study.count, "extra_runs": summary.extra_runs,
-        "digest": study.digest, "limits": dict(study.limits), "level": 0.95, "caveat": caveat(summary),
-        "missing": summary.missing, "not_searched": dict(summary.not_searched),
-        "controllers": {
-            name: {
-                "runs": one.runs.count, "all_limits_kept": _share(one.within, summary.is_sample),
-                "events": {event: _share(found, summary.is_sample) for event, found in one.events.items()},
-                "metrics": {metric: _metric(found, summary.is_sample) for metric, found in one.metrics.items()},
-                "first_break": None if one.outwards is None else _outwards(one.outwards),
-            }
-            for name, one in summary.controllers.items()
-        },
-        "worst": [{"controller": name, "run": run} for name, run in summary.worst()],
-    }  # fmt: skip
-
-
-def _share(found: ShareEstimate | None, is_sample: bool) -> dict[str, Any] | None:
-    if found is None:
-        return None
-    ends = {"low": found.low, "high": found.high} if is_sample else {}
-    return {"count": found.count, "runs": found.runs, "share": finite(found.value), **ends}
-
-
-def _metric(one: MetricFigures, is_sample: bool) -> dict[str, Any]:
-    sign, indices = one.words.worse, one.indices
-    quantiles = []
-    for found in one.quantiles:
-        low, high = sorted((sign * found.low, sign * found.high))
-        interval = {"low": finite(low), "high": finite(high)} if is_sample else {}
-        value = {"share": found.share, "value": finite(sign * found.value), **interval}
-        quantiles.append({**value, "runs": found.runs, "runs_needed": found.needed})
-    return {
-        "bound": one.bound, "kept": _share(one.within, is_sample), "quantiles": quantiles,
-        "influence": [
-            {"parameter": each.path, "clear": each.is_clear, "goes_along_with": list(each.along),
-             "rank_correlation": None if each.correlation is None else sign * each.correlation.value,
-             "parts": [{"from": part.low, "to": part.high, "quantile": finite(sign * part.estimate.value),
-                        "runs": part.estimate.runs} for part in each.parts]}
-            for each in one.influence
-        ],
-        "sobol": None if indices is None else {
-            "groups": indices.groups,
-            "first": {path: asdict(x) for path, x in indices.first.items()},
-            "total": {path: asdict(x) for path, x in indices.total.items()},
-        },
-    }  # fmt: skip
-
-
-def _outwards(search: OutwardSearch) -> dict[str, Any]:
-    lines = [
-        {"parameter": line.path, "end": line.end, "share": line.share, "kept": line.kept, "broken": line.broken,
-         "limit": line.metric} for line in search.lines
-    ]  # fmt: skip
-    return {"at_nominal": list(search.at_nominal), "lines": lines}

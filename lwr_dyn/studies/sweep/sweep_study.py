@@ -144,7 +144,7 @@ class SweepStudy:
     @property
     def chunks(self) -> int:
         """Chunks of each controller; the last may be shorter."""
-        return -(-self.count // self.chunk)
+        return -(-self.runs // self.chunk)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -163,10 +163,10 @@ class SweepStudy:
         Raises
         ------
         OptionError
-            Runs outside 0 ... count.
+            Runs outside 0 ... `runs`.
         """
-        if not 0 <= first < stop <= self.count:
-            raise OptionError("runs", f"{first} to {stop}", f"first < stop inside 0 to {self.count}")
+        if not 0 <= first < stop <= self.runs:
+            raise OptionError("runs", f"{first} to {stop}", f"first < stop inside 0 to {self.runs}")
         sizes = [len(one.columns) for one in self.varied]
         cube = points(self.method, sizes, self.levels, self.runs, self.seed, first, stop)
         shares = iter(np.split(cube, np.cumsum(sizes)[:-1], axis=1))

@@ -1,12 +1,13 @@
-"""`tune`: gains for a stated aim, found on some runs of a study and judged on others; as text and JSON values."""
+"""`tune`: gains for a stated aim, found on some runs of a study and judged on others; the result as a document."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import Report
 from lwr_dyn.foundation.tables import Heading, Table
@@ -19,11 +20,7 @@ from lwr_dyn.studies.sweep.gain_search import (
     values_of,
     verdict,
 )
-from lwr_dyn.studies.sweep.intervals import (
-    IntervalEstimate,
-    QuantileEstimate,
-    ShareEstimate,
-)
+from lwr_dyn.studies.sweep.intervals import IntervalEstimate, QuantileEstimate, ShareEstimate
 from lwr_dyn.studies.sweep.sampling import Values
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
@@ -66,6 +63,7 @@ class TunedGains:
     they lie outside the bounds of the search, or are not numbers). `keeps_bound` is of the runs of the search.
     """
 
+    study: str
     controller: str
     gains: tuple[SearchedGain, ...]
     aim: GainAim
@@ -95,6 +93,11 @@ class TunedGains:
     def candidates(self) -> int:
         """How many were looked at."""
         return self.trace.aim.size
+
+    @property
+    def document(self) -> Document:
+        """The result for people and programs."""
+        return _document(self)
 
 
 def tune(
@@ -173,7 +176,7 @@ def tune(
     )
     check = verdict(before, after, use_before, use_after, aim.share, size.seed)
     known = np.array([given.get(path, np.nan) for path in paths])
-    return TunedGains(controller, tuple(gains), aim, bound, size, trace, best, known, check)
+    return TunedGains(study.name, controller, tuple(gains), aim, bound, size, trace, best, known, check)
 
 
 def _figures(evaluate: Evaluate, aim: GainAim, values: Mapping[str, Values]) -> tuple[Array, Array]:
@@ -196,66 +199,91 @@ FRONT_ROWS = 8
 """Rows of the front that the text shows; the record has all."""
 
 
-def tuned_text(found: TunedGains, title: str) -> str:
+class GainBounds(TypedDict):
+    """What is searched of a gain."""
+
+    low: Annotated[float, "Lowest."]
+    high: Annotated[float, "Highest."]
+
+
+class AimRecord(TypedDict):
+    """`GainAim` in the record."""
+
+    metric: Annotated[str, "Of one run."]
+    share: Annotated[float, "Of the runs; the quantile that is to be small."]
+
+
+class JudgedRecord(TypedDict):
+    """What some gains make of the runs."""
+
+    aim: Annotated[IntervalEstimate, "With its interval; null where it is not finite, or not bounded by the runs."]
+    torque_use: Annotated[IntervalEstimate, "Likewise; share of the torque limit."]
+
+
+class FrontRecord(TypedDict):
+    """A candidate of the front."""
+
+    gains: Annotated[dict[str, float], "Path -> value."]
+    aim: Annotated[float, "Quantile of the metric."]
+    torque_use: Annotated[float, "Share of the torque limit."]
+
+
+def _document(found: TunedGains) -> Document:
     """The search, its judgement on other runs, and the front."""
-    n, size = found.candidates, found.size
-    limit = (
-        f"; the same quantile of the torque use at most {100 * found.bound:.3g} %" if np.isfinite(found.bound) else ""
-    )
-    lines = [
-        f"{title}, {found.controller}: {', '.join(f'{g.name} {g.low:g} to {g.high:g}' for g in found.gains)}",
-        f"aim: least {found.aim.words}{limit}",
-        f"search: differential evolution, {n} candidates, each on the same {size.runs} runs, seed {size.seed}",
-    ]
-    if size.runs * (1.0 - found.aim.share) < 1.0:
-        lines.append(f"of {size.runs} runs, the {100 * found.aim.share:g} % quantile is the worst")
-    if not found.keeps_bound:
-        lines.append("no candidate keeps the bound: the one that misses it by the least is shown")
-    check = found.check
-    return "\n".join(
-        [
-            *lines,
-            "",
-            _judged(found).text(),
-            f"found / given: {check.ratio.value:.3g} ({check.ratio.low:.3g} to {check.ratio.high:.3g}); "
-            f"less error in {100 * check.better.value:.3g} % of the runs: {check.words}",
-            *([] if found.holds else ["on these runs the bound is NOT kept: more --runs find gains that keep it"]),
-            "",
-            _front(found).text(),
-        ]
-    )
+    paths, trace, check, size = [gain.path for gain in found.gains], found.trace, found.check, found.size
+    most = f"; the same quantile of the torque use at most {100 * found.bound:.3g} %"
+    gains, bounds = {g.path: {"low": g.low, "high": g.high} for g in found.gains}, "Path -> bounds of the search."
+    aim = {"metric": found.aim.metric.name, "share": found.aim.share}
+    search = Section("", [
+        Fact("study", found.study, "Its name."), Fact("controller", found.controller, "As the study has it."),
+        Fact("gains", gains, bounds, kind=dict[str, GainBounds]),
+        Fact("aim", aim, "What is to be least.", kind=AimRecord),
+        Fact("torque_share", found.bound, "Bound of the same quantile of the torque use; null for none."),
+        Note(f"aim: least {found.aim.words}{most if np.isfinite(found.bound) else ''}"),
+        Note(f"search: differential evolution, {found.candidates} candidates, each on the same {size.runs} runs, "
+             f"seed {size.seed}"),
+        Note(f"of {size.runs} runs, the {100 * found.aim.share:g} % quantile is the worst",
+             size.runs * (1.0 - found.aim.share) < 1.0),
+        Note("no candidate keeps the bound: the one that misses it by the least is shown", not found.keeps_bound),
+    ])  # fmt: skip
+    best = Section("", [
+        Fact("candidates", found.candidates, "Looked at."), Fact("runs", size.runs, "That each candidate met."),
+        Fact("seed", size.seed, "Of the search and of the runs."),
+        Fact("aim", float(trace.aim[found.best]), "Of what is found, on the runs of the search."),
+        Fact("torque_use", float(trace.use[found.best]), "Likewise; share of the torque limit."),
+        Fact("keeps_bound", found.keeps_bound, "Exit code 1 where false."),
+    ], "search", "The search, and what it found on its own runs.")  # fmt: skip
+    values = Section("", [
+        Fact("given", dict(zip(paths, found.given.tolist(), strict=True)),
+             "Path -> value that the study has; null where it has none.", kind=dict[str, float]),
+        Fact("found", dict(zip(paths, found.values.tolist(), strict=True)), "Path -> value.", kind=dict[str, float]),
+    ])  # fmt: skip
+    ratio = f"{check.ratio.value:.3g} ({check.ratio.low:.3g} to {check.ratio.high:.3g})"
+    better = f"less error in {100 * check.better.value:.3g} % of the runs: {check.words}"
+    judged = Section("", [
+        _judged(found), Note(f"found / given: {ratio}; {better}"),
+        Note("on these runs the bound is NOT kept: more --runs find gains that keep it", not found.holds),
+        Fact("runs", check.given.runs, "Not seen in the search."),
+        Fact("level", check.given.level, "Of the intervals."),
+        Fact("given", _both(check.given, check.given_use), "With the given gains.", kind=JudgedRecord),
+        Fact("found", _both(check.found, check.found_use), "With the found ones.", kind=JudgedRecord),
+        Fact("ratio", _ends(check.ratio), "Aim with the found gains over that with the given ones; bootstrap of pairs.",
+             kind=IntervalEstimate),
+        Fact("better", _ends(check.better), "Share of the runs with a smaller metric.", kind=IntervalEstimate),
+        Fact("keeps_bound", found.holds, "On these runs."), Fact("verdict", check.words, "In words."),
+    ], "check", "Given and found gains on runs that the search has not seen.", brief=True)  # fmt: skip
+    rows = zip(values_of(found.gains, trace.points[trace.front]).tolist(), trace.aim[trace.front].tolist(),
+               trace.use[trace.front].tolist(), strict=True)  # fmt: skip
+    records = [{"gains": dict(zip(paths, row, strict=True)), "aim": aim, "torque_use": use} for row, aim, use in rows]
+    says = "Pareto front of the candidates on the runs of the search, by torque use."
+    front = Section("", [_front(found), Fact("front", records, says, kind=list[FrontRecord])])
+    searched = ", ".join(f"{g.name} {g.low:g} to {g.high:g}" for g in found.gains)
+    title = f"{found.study}, {found.controller}: {searched}"
+    return Document(title, "", [search, best, values, judged, front], "lwr-dyn tune", "search")
 
 
-def tuned_record(found: TunedGains) -> dict[str, Any]:
-    """As JSON values, in SI units."""
-    paths, trace, check = [gain.path for gain in found.gains], found.trace, found.check
-    front = zip(
-        values_of(found.gains, trace.points[trace.front]).tolist(), trace.aim[trace.front].tolist(),
-        trace.use[trace.front].tolist(), strict=True,
-    )  # fmt: skip
-    return {
-        "controller": found.controller,
-        "gains": {g.path: {"low": g.low, "high": g.high} for g in found.gains},
-        "aim": {"metric": found.aim.metric.name, "share": found.aim.share},
-        "torque_share": found.bound,
-        "search": {
-            "candidates": found.candidates, "runs": found.size.runs, "seed": found.size.seed,
-            "aim": float(trace.aim[found.best]), "torque_use": float(trace.use[found.best]),
-            "keeps_bound": found.keeps_bound,
-        },
-        "given": dict(zip(paths, found.given.tolist(), strict=True)),
-        "found": dict(zip(paths, found.values.tolist(), strict=True)),
-        "check": {
-            "runs": check.given.runs, "level": check.given.level,
-            "given": {"aim": _ends(check.given), "torque_use": _ends(check.given_use)},
-            "found": {"aim": _ends(check.found), "torque_use": _ends(check.found_use)},
-            "ratio": _ends(check.ratio), "better": _ends(check.better),
-            "keeps_bound": found.holds, "verdict": check.words,
-        },
-        "front": [
-            {"gains": dict(zip(paths, row, strict=True)), "aim": aim, "torque_use": use} for row, aim, use in front
-        ],
-    }  # fmt: skip
+def _both(aim: QuantileEstimate, use: QuantileEstimate) -> dict[str, Any]:
+    return {"aim": _ends(aim), "torque_use": _ends(use)}
 
 
 def _ends(x: IntervalEstimate | QuantileEstimate | ShareEstimate) -> dict[str, float]:

@@ -7,7 +7,7 @@ is more than `OFF_CURVE`. With u(t) = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration,
     dq = q'(u) du        ddq = q''(u) du^2 + q'(u) ddu
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -22,25 +22,11 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
-from lwr_dyn.trajectory.cartesian.pose_curves import (
-    PoseCurve,
-    WaypointError,
-    Waypoints,
-    steps_between,
-    straight,
-    through,
-)
-from lwr_dyn.trajectory.cartesian.tracking import (
-    PathStopError,
-    Tracked,
-    attempts,
-    best_legs,
-    is_inside,
-    onto_pose,
-    pose_error,
-    stop_of,
-)
+from lwr_dyn.trajectory.cartesian import tracking
+from lwr_dyn.trajectory.cartesian.tracking import PathStopError, Tracked, is_inside, onto_pose
+from lwr_dyn.trajectory.motion_files import WaypointError, Waypoints
 from lwr_dyn.trajectory.motion_profile import MotionProfile, quintic
+from lwr_dyn.trajectory.pose_path import PoseCurve, steps_between, straight, through
 from lwr_dyn.trajectory.references.references import largest_violation
 
 OFF_CURVE = 1e-8
@@ -125,7 +111,7 @@ def smooth_curve(arm: Arm, curve: PoseCurve, tracked: Tracked, turning: bool) ->
     for _ in range(DOUBLINGS + 1):
         spline = make_interp_spline(u, q, k=5)
         between = (u[:-1] + u[1:]) / 2.0
-        off = float(np.abs(pose_error(arm, curve.poses(between), spline(between), turning)[0]).max())
+        off = float(np.abs(tracking.pose_error(arm, curve.poses(between), spline(between), turning)[0]).max())
         if off <= OFF_CURVE:
             return SmoothCurve(spline, off) if is_inside(arm, spline(between)) else None
         more = np.array(
@@ -192,16 +178,8 @@ class Pace:
         return max(way / self.speed, turn / self.turn_speed if self.turning else 0.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FollowedLegs:
-    """Timed legs, and how far the tip leaves its curves at most [m and rad]."""
-
-    legs: tuple[JointLeg, ...]
-    off: float
-
-
-def follow_legs(arm: Arm, q: Array, legs: Sequence[PoseLeg], pace: Pace) -> FollowedLegs:
-    """Legs in space followed from joint positions q (n,) [rad or m].
+def follow_legs(arm: Arm, q: Array, legs: Sequence[PoseLeg], pace: Pace, about: Mapping[str, Any]) -> LegsReference:
+    """Legs in space followed from joint positions q (n,) [rad or m]; `about` is what is known of them before.
 
     Raises
     ------
@@ -212,37 +190,37 @@ def follow_legs(arm: Arm, q: Array, legs: Sequence[PoseLeg], pace: Pace) -> Foll
     """
     curves: list[SmoothCurve] = []
     for leg in legs:
-        curves.append(_followed(arm, curves[-1].spline(1.0) if curves else q, leg, pace.turning))
-    return _timed(arm, legs, curves, pace)
+        begin = curves[-1].spline(1.0) if curves else q
+        attempts = tracking.attempts(arm, leg.curve, begin, pace.turning)
+        curves.append(_smooth(arm, leg, attempts, pace.turning))
+    return _timed(arm, legs, curves, pace, about)
 
 
-def _timed(arm: Arm, legs: Sequence[PoseLeg], curves: Sequence[SmoothCurve], pace: Pace) -> FollowedLegs:
-    timed = [
+def _timed(
+    arm: Arm, legs: Sequence[PoseLeg], curves: Sequence[SmoothCurve], pace: Pace, about: Mapping[str, Any]
+) -> LegsReference:
+    timed = tuple(
         timed_leg(arm, curve.spline, leg.duration, pace.least(leg.curve), leg.name)
         for leg, curve in zip(legs, curves, strict=True)
-    ]
-    return FollowedLegs(tuple(timed), max(curve.off for curve in curves))
+    )
+    held = {"speed": pace.speed, "turn_speed": pace.turn_speed, "free_orientation": not pace.turning}
+    return LegsReference(timed, {**about, **held, "off_curve": max(curve.off for curve in curves)})
 
 
-def _smooth(arm: Arm, leg: PoseLeg, tracked: Tracked) -> SmoothCurve:
-    smooth = smooth_curve(arm, leg.curve, tracked, turning=True)
-    if smooth is None:
-        raise stop_of(arm, leg.curve, tracked, True, leg.name)
-    return smooth
-
-
-def _followed(arm: Arm, q: Array, leg: PoseLeg, turning: bool) -> SmoothCurve:
+def _smooth(arm: Arm, leg: PoseLeg, attempts: Iterable[Tracked], turning: bool) -> SmoothCurve:
     """The smooth curve of the first attempt that has one; else raises for the one that came furthest."""
     tried = []
-    for tracked in attempts(arm, leg.curve, q, turning):
+    for tracked in attempts:
         smooth = smooth_curve(arm, leg.curve, tracked, turning) if tracked.is_whole else None
         if smooth is not None:
             return smooth
         tried.append(tracked)
-    raise stop_of(arm, leg.curve, max(tried, key=lambda x: float(x.u[-1])), turning, leg.name)
+    raise tracking.stop_of(arm, leg.curve, max(tried, key=lambda x: float(x.u[-1])), turning, leg.name)
 
 
-def follow_waypoints(arm: Arm, points: Waypoints, start: Array | None, smooth: bool, pace: Pace) -> FollowedLegs:
+def follow_waypoints(
+    arm: Arm, points: Waypoints, start: Array | None, smooth: bool, pace: Pace, about: Mapping[str, Any]
+) -> LegsReference:
     """The waypoints from `start` (n,), or from the joint positions of the first one with which all can be followed.
 
     Raises
@@ -253,17 +231,18 @@ def follow_waypoints(arm: Arm, points: Waypoints, start: Array | None, smooth: b
         Two waypoints that are the same, half a turn apart, or too little time between them.
     """
     if start is not None:
-        return follow_legs(arm, start, _pose_legs(points, flange_pose(arm.chain, start), smooth), pace)
+        return follow_legs(arm, start, _pose_legs(points, flange_pose(arm.chain, start), smooth), pace, about)
     legs, furthest = _pose_legs(points, None, smooth), (-1, -1.0)
     if pace.turning and srs_geometry(arm.chain) is not None:
-        found = best_legs(arm, [leg.curve for leg in legs], [leg.name for leg in legs])
-        return _timed(arm, legs, [_smooth(arm, *pair) for pair in zip(legs, found, strict=True)], pace)
+        found = tracking.best_legs(arm, [leg.curve for leg in legs], [leg.name for leg in legs])
+        curves = [_smooth(arm, leg, [tracked], True) for leg, tracked in zip(legs, found, strict=True)]
+        return _timed(arm, legs, curves, pace, about)
     names = [leg.name for leg in legs]
     place = points.tip_poses()[0, :3, 3]
     fault = PathStopError("the first waypoint", 0.0, place, "reach", "no joint positions inside the limits reach it")
     for q in _first_positions(arm, points):
         try:
-            return follow_legs(arm, q, legs, pace)
+            return follow_legs(arm, q, legs, pace, about)
         except PathStopError as stop:
             came = (names.index(stop.line), stop.share)
             furthest, fault = (came, stop) if came > furthest else (furthest, fault)

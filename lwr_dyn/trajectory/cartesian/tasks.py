@@ -5,7 +5,7 @@ The tip follows the line from one joint position to the next, without a random r
 limits; accelerations and torques are not bounded.
 """
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,17 +16,10 @@ from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.trajectory.cartesian.legs import (
-    FollowedLegs,
-    LegsReference,
-    Pace,
-    PoseLeg,
-    follow_legs,
-    follow_waypoints,
-    joint_legs,
-)
-from lwr_dyn.trajectory.cartesian.pose_curves import read_waypoints, straight
+from lwr_dyn.trajectory.cartesian import legs
+from lwr_dyn.trajectory.motion_files import read_waypoints
 from lwr_dyn.trajectory.motion_profile import positive_number
+from lwr_dyn.trajectory.pose_path import straight
 from lwr_dyn.trajectory.references.references import Start, largest_violation
 
 SPEED = 0.25
@@ -52,7 +45,7 @@ def line_reference(
     speed: Speed = SPEED,
     turn_speed: TurnSpeed = TURN_SPEED,
     duration: Annotated[float | None, Option(float, "Duration, s; the shortest if not given.")] = None,
-) -> LegsReference:
+) -> legs.LegsReference:
     """A straight line of the tip from joint positions `start` (n,) [rad or m] to a place and orientation in the base.
 
     Parameters
@@ -94,8 +87,8 @@ def line_reference(
         raise OptionError("to_xyz", "where the tip starts", "another place or orientation")
     wanted = None if duration is None else positive_number("duration", duration)
     pace = _pace(speed, turn_speed, not free_orientation)
-    followed = follow_legs(arm, q, [PoseLeg(curve, wanted, "the line")], pace)
-    return _reference(followed, pace, {"task": "line", "end": end.tolist()})
+    about = {"task": "line", "end": end.tolist()}
+    return legs.follow_legs(arm, q, [legs.PoseLeg(curve, wanted, "the line")], pace, about)
 
 
 def waypoints_reference(
@@ -105,20 +98,19 @@ def waypoints_reference(
         str, Option(str, "CSV: x, y, z, roll, pitch, yaw or q1, q2, ...; perhaps time; SI or x [mm].")
     ],
     start: Annotated[
-        ArrayLike | None,
-        Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg"),
+        ArrayLike | None, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")
     ] = None,
     through: Annotated[bool, Option(bool, "Pass the waypoints on one smooth curve, without stops.")] = False,
     speed: Speed = SPEED,
     turn_speed: TurnSpeed = TURN_SPEED,
-) -> LegsReference:
+) -> legs.LegsReference:
     """Lines through the waypoints of a file, with a stop at each, or one smooth curve through all of them.
 
     Parameters
     ----------
     arm : Arm
     waypoints : str
-        Path of a file as `trajectory.cartesian.pose_curves` describes it. Without angles the orientation is free.
+        Path of a file as `trajectory.motion_files` describes it. Without angles the orientation is free.
     start : (n,) array_like, optional
         [rad or m] The first leg then leads from there to the first waypoint. If not given, the motion begins at the
         first waypoint, in the joint positions with the largest margin from which the whole file can be followed.
@@ -141,18 +133,13 @@ def waypoints_reference(
     q = None if start is None else _start(arm, start)
     about = {"task": "waypoints", "file": str(waypoints), "stops": not through}
     if points.joints is not None:
-        return LegsReference(joint_legs(arm, str(waypoints), points, q, through), about)
+        return legs.LegsReference(legs.joint_legs(arm, str(waypoints), points, q, through), about)
     pace = _pace(speed, turn_speed, points.poses is not None)
-    return _reference(follow_waypoints(arm, points, q, through, pace), pace, about)
+    return legs.follow_waypoints(arm, points, q, through, pace, about)
 
 
-def _reference(followed: FollowedLegs, pace: Pace, about: dict[str, Any]) -> LegsReference:
-    held = {"speed": pace.speed, "turn_speed": pace.turn_speed, "free_orientation": not pace.turning}
-    return LegsReference(followed.legs, {**about, **held, "off_curve": followed.off})
-
-
-def _pace(speed: float, turn_speed: float, turning: bool) -> Pace:
-    return Pace(positive_number("speed", speed), positive_number("turn_speed", turn_speed), turning)
+def _pace(speed: float, turn_speed: float, turning: bool) -> legs.Pace:
+    return legs.Pace(positive_number("speed", speed), positive_number("turn_speed", turn_speed), turning)
 
 
 def _start(arm: Arm, start: ArrayLike) -> Array:

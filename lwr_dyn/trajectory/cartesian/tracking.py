@@ -29,7 +29,7 @@ from lwr_dyn.kinematics.solution import joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.trajectory.cartesian.pose_curves import PoseCurve
+from lwr_dyn.trajectory.pose_path import PoseCurve
 
 ON_CURVE = 1e-11
 """Largest pose error that counts as on the curve [m and rad]."""
@@ -195,20 +195,17 @@ class PathStopError(LwrDynError, ValueError):
 
 def stop_of(arm: Arm, curve: PoseCurve, tracked: Tracked, turning: bool, line: str) -> PathStopError:
     """The error for a curve that was not followed to its end; `line` names it."""
-    if tracked.is_whole:  # but its spline leaves the curve or the limits
-        tracked = _to_least_margin(arm, tracked)
-    u, q = float(tracked.u[-1]), tracked.q[-1]
+    if tracked.is_whole:  # but its spline leaves the curve or the limits: up to where it comes nearest to a limit
+        row, nearest = np.unravel_index(int(np.argmin(margins(arm, tracked.q))), tracked.q.shape)
+        tracked = Tracked(tracked.u[: row + 1], tracked.q[: row + 1], int(nearest))
+    u, q, i = float(tracked.u[-1]), tracked.q[-1], tracked.at_limit
     ahead = min(u + LOOK_AHEAD, 1.0)
     T = curve.poses(np.array([u, ahead]))
-    if tracked.at_limit is not None:
-        joint = arm.joint_names[tracked.at_limit]
-        return PathStopError(line, u, T[0, :3, 3], "limit", _limit_words(arm, tracked.at_limit), joint)
+    if i is not None:
+        joint, unit = arm.joint_names[i], "rad" if arm.chain.links[i].kind is JointKind.REVOLUTE else "m"
+        words = f"{joint} comes to its limit ({arm.lower[i]:.4g} to {arm.upper[i]:.4g} {unit})"
+        return PathStopError(line, u, T[0, :3, 3], "limit", words, joint)
     return PathStopError(line, u, T[0, :3, 3], *_cause(arm, T[1], q, turning))
-
-
-def _limit_words(arm: Arm, i: int) -> str:
-    unit = "rad" if arm.chain.links[i].kind is JointKind.REVOLUTE else "m"
-    return f"{arm.joint_names[i]} comes to its limit ({arm.lower[i]:.4g} to {arm.upper[i]:.4g} {unit})"
 
 
 def _cause(arm: Arm, T: Array, q: Array, turning: bool) -> tuple[str, str]:
@@ -218,12 +215,6 @@ def _cause(arm: Arm, T: Array, q: Array, turning: bool) -> tuple[str, str]:
     if _is_reached(arm, T, turning):
         return "singular", f"the arm is singular there ({smallest}) and would have to jump to another branch"
     return "reach", f"no joint positions reach the pose behind it ({smallest})"
-
-
-def _to_least_margin(arm: Arm, tracked: Tracked) -> Tracked:
-    """The positions up to the one that comes nearest to a limit."""
-    row, joint = np.unravel_index(int(np.argmin(margins(arm, tracked.q))), tracked.q.shape)
-    return Tracked(tracked.u[: row + 1], tracked.q[: row + 1], int(joint))
 
 
 def _is_reached(arm: Arm, T: Array, turning: bool) -> bool:

@@ -1,28 +1,19 @@
 """Moves in joint space: point to point by quintics, LSPB moves of all joints together, and standing still."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays, joint_array, real_array
-from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, PathLimitError
 from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, short_repr
-from lwr_dyn.trajectory.motion_profile import (
-    MotionProfile,
-    lspb,
-    lspb_at_rates,
-    lspb_at_velocity,
-    positive_number,
-    quintic,
-)
+from lwr_dyn.trajectory.motion_profile import MotionProfile, lspb, positive_number, quintic
 from lwr_dyn.trajectory.references.references import Duration, End, Start, largest_violation
-
-FORMS = "duration and blend, duration and velocity, or velocity and acceleration"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,29 +105,21 @@ def hold(arm: Arm, q: Start, duration: Duration = 2.0) -> JointReference:
 
 def lspb_move(
     arm: Arm,
-    start: ArrayLike,
-    end: ArrayLike,
+    start: Start,
+    end: End,
     *,
-    duration: float | None = None,
-    blend: float | None = None,
-    velocity: ArrayLike | None = None,
-    acceleration: ArrayLike | None = None,
+    duration: Duration = 7.0,
+    blend: Annotated[float, Option(float, "Time of each of the two blends, s.")] = 1.0,
 ) -> JointReference:
     """A move from `start` to `end` with one LSPB profile for all joints, so that they move along a straight line.
-
-    Give duration and blend, duration and velocity, or velocity and acceleration. Velocities and accelerations are
-    bounds of each joint: the joint that needs most of its own for its travel reaches it, the others stay below in
-    proportion to their travel. Joints that do not move set no bound.
 
     Parameters
     ----------
     arm : Arm
     start, end : (n,) array_like
         [rad or m]
-    duration, blend : float, optional
-        t_f and t_c [s].
-    velocity, acceleration : float or (n,) array_like, optional
-        [rad/s or m/s], [rad/s^2 or m/s^2], above 0.
+    duration, blend : float
+        t_f and t_c [s], by default those of the WAM paper.
 
     Returns
     -------
@@ -146,10 +129,9 @@ def lspb_move(
     Raises
     ------
     ShapeError
-        Positions or rates of the wrong shape, or not finite.
+        Positions of the wrong shape, or not finite.
     OptionError
-        Another choice of what is given, or a profile that does not exist, with the feasible range; no joint that moves
-        and no duration.
+        A profile that does not exist, with the feasible range.
     PathLimitError
         Start or end outside the position limits.
 
@@ -159,72 +141,7 @@ def lspb_move(
     array([0.08333, 0.     ])
     """
     points = np.stack([fixed_array(name, q, (arm.n,)) for name, q in (("start", start), ("end", end))])
-    given = {"duration": duration, "blend": blend, "velocity": velocity, "acceleration": acceleration}
-    names = {name for name, value in given.items() if value is not None}
-    travel = np.abs(points[1] - points[0])
-    if names == {"duration", "blend"} and duration is not None and blend is not None:
-        profile = lspb(1.0, duration, blend)
-    elif names == {"duration", "velocity"} and duration is not None:
-        profile = _at_velocity(arm, travel, duration, _rates("velocity", velocity, arm.n))
-    elif names == {"velocity", "acceleration"}:
-        rates = _rates("velocity", velocity, arm.n), _rates("acceleration", acceleration, arm.n)
-        profile = _at_rates(arm, travel, *rates)
-    else:
-        raise OptionError("LSPB", f"given by {', '.join(sorted(names)) or 'nothing'}", FORMS)
-    return _inside_limits(arm, JointReference(points, (profile,)), ("start", "end"))
-
-
-def timed_lspb_move(
-    arm: Arm,
-    *,
-    start: Start,
-    end: End,
-    duration: Duration = 7.0,
-    blend: Annotated[float, Option(float, "Time of each of the two blends, s.")] = 1.0,
-) -> JointReference:
-    """`lspb_move` given by duration and blend, by default those of the WAM paper."""
-    return lspb_move(arm, start, end, duration=duration, blend=blend)
-
-
-def _at_velocity(arm: Arm, travel: Array, duration: float, velocity: Array) -> MotionProfile:
-    if not travel.any():
-        return lspb(1.0, positive_number("duration", duration), duration / 2.0)
-    j = _slowest(velocity, travel)
-    try:
-        return _of_unit_length(lspb_at_velocity(float(travel[j]), duration, float(velocity[j])))
-    except OptionError as fault:
-        raise OptionError(f"{arm.joint_names[j]}, {fault.name}", fault.found, fault.allowed) from None
-
-
-def _at_rates(arm: Arm, travel: Array, velocity: Array, acceleration: Array) -> MotionProfile:
-    if not travel.any():
-        raise OptionError("LSPB", "no joint moves, and no duration is given", "a duration to stand still for")
-    j, k = _slowest(velocity, travel), _slowest(acceleration, travel)
-    share = float(acceleration[k] * (travel[j] / travel[k]))
-    try:
-        return _of_unit_length(lspb_at_rates(float(travel[j]), float(velocity[j]), share))
-    except OptionError as fault:
-        raise OptionError(f"{arm.joint_names[j]}, {fault.name}", fault.found, fault.allowed) from None
-
-
-def _slowest(rates: Array, travel: Array) -> int:
-    """The joint whose rate is least for its travel, among those that move."""
-    moving = np.where(travel > 0.0, travel, 1.0)
-    return int(np.argmin(np.where(travel > 0.0, rates / moving, np.inf)))
-
-
-def _of_unit_length(profile: MotionProfile) -> MotionProfile:
-    return replace(profile, length=1.0, coefficients=profile.coefficients / profile.length)
-
-
-def _rates(name: str, value: ArrayLike | None, n: int) -> Array:
-    """One number for all joints, or one each, above 0."""
-    rates = real_array(name, 0.0 if value is None else value)
-    if rates.shape not in ((), (n,)):
-        raise ShapeError(name, f"shape {rates.shape}", f"one number, or ({n},)")
-    if not (rates > 0.0).all():
-        raise OptionError(name, float(rates.min()), "a number above 0")
-    return np.broadcast_to(rates, (n,))
+    return _inside_limits(arm, JointReference(points, (lspb(1.0, duration, blend),)), ("start", "end"))
 
 
 def _inside_limits(arm: Arm, move: JointReference, names: Sequence[str]) -> JointReference:

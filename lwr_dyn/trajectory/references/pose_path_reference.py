@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -56,22 +56,15 @@ class FixedArmAngle:
         return np.full(len(s), self.psi), still, still
 
 
-class ChosenArmAngle(NamedTuple):
-    """An arm angle, and how it was chosen, in words."""
-
-    curve: ArmAngle
-    how: str
-
-
-def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> ChosenArmAngle:
-    """The arm angle for a path; `wanted` and the errors are those of `pose_path_reference`."""
+def choose_arm_angle(arm: Arm, poses: TimedPosePath, wanted: float | ArmAngle | None) -> tuple[ArmAngle, str]:
+    """The arm angle for a path, and how it was chosen; `wanted` and the errors are those of `pose_path_reference`."""
     if wanted is None:
         curve = _best(arm, poses)
         how = "the curve of the largest joint-limit margin; the paper's own is not known"
-        return ChosenArmAngle(curve, "; ".join(filter(None, (how, curve.one_turn))))
+        return curve, "; ".join(filter(None, (how, curve.one_turn)))
     if isinstance(wanted, float | int | np.number):
-        return ChosenArmAngle(_fixed(arm, poses, float(wanted)), f"{float(wanted)!r} rad all along, given")
-    return ChosenArmAngle(wanted, "a curve, given")
+        return _fixed(arm, poses, float(wanted)), f"{float(wanted)!r} rad all along, given"
+    return wanted, "a curve, given"
 
 
 def place_at(poses: TimedPosePath, t: float) -> str:

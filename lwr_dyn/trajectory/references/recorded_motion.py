@@ -1,16 +1,11 @@
 """The task `csv`: a motion that a person brings, through its rows by a spline of degree 5 in time.
 
 q, dq and ddq are exact derivatives of each other. Noise in a file is followed like everything else: smooth it before.
-Poses become joint positions row by row, without jumps.
-
-The CSV file (`trajectory.csv_rows`) has a column time that rises, and joint positions or poses of the tip, a row for
-each moment; the motion begins with the first. Other columns are left out, so the CSV of a run or a log can be given as
-it is.
+Poses become joint positions row by row, without jumps. `trajectory.motion_files` describes the CSV file.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -18,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline, make_interp_spline
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, real_array
-from lwr_dyn.foundation.errors import FaultError, OutOfReachError, OutsideLimitsError
+from lwr_dyn.foundation.errors import OutOfReachError, OutsideLimitsError
 from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.kinematics.arm_angle import best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
@@ -27,91 +22,10 @@ from lwr_dyn.kinematics.solution import joint_ranges
 from lwr_dyn.kinematics.srs import closed_form
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, short_repr
-from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.trajectory.cartesian.tracking import onto_pose
-from lwr_dyn.trajectory.csv_rows import ANGLES, PLACE, read_rows
+from lwr_dyn.trajectory.motion_files import MotionFileError, RecordedMotion, read_motion
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.references.references import LimitViolation, largest_violation
-
-POSE = (*PLACE, *ANGLES)
-
-ALLOWED = "time, and q1, q2, ... or x, y, z, roll, pitch, yaw"
-
-LEAST_ROWS, MOST_ROWS = 6, 1_000_000
-"""A spline of degree 5 needs six points."""
-
-LARGEST, SHORTEST = 1e9, 1e-6
-"""Numbers beyond, and times closer together [s], come from a broken file, and would lose their digits."""
-
-
-class MotionFileError(FaultError, ValueError):
-    """A motion file cannot be used: which `file`, where in it."""
-
-    def __init__(self, file: str, where: str, found: str, allowed: str) -> None:
-        super().__init__(f"{file}: {where}", found, allowed)
-        self.file = file
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RecordedMotion:
-    """The rows of a file in SI: `t` (m,) [s] from 0, and `joints` (m, n) [rad or m] or `poses` (m, 4, 4).
-
-    `in_degrees` where the header says so; `left_out` names the columns that were not used.
-    """
-
-    t: Array
-    joints: Array | None = None
-    poses: Array | None = None
-    in_degrees: bool = False
-    left_out: tuple[str, ...] = ()
-
-
-def read_motion(path: str | Path) -> RecordedMotion:
-    """The motion of a CSV file.
-
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read.
-    MotionFileError
-        A column that is missing, twice or of another unit; a cell that is no finite number; times that do not rise; too
-        few rows or too many.
-    """
-    rows = read_rows(path, MotionFileError, "a motion", "moment", LEAST_ROWS, MOST_ROWS)
-    known = rows.known()
-    joints = sum(name.startswith("q") for name in known)
-    wanted = ["time", *(joint_names(joints) if joints else POSE)]
-    for name in (name for name in wanted if name not in known):
-        raise MotionFileError(rows.file, f"column {name}", "missing", ALLOWED)
-    used = {name: known[name] for name in wanted}
-    places, units = zip(*used.values(), strict=True)
-    left_out = tuple(cell for k, cell in enumerate(rows.header) if k not in places)
-    return _motion(rows.file, rows.numbers(used, LARGEST), list(rows.rows), "deg" in units, left_out)
-
-
-def joint_names(n: int) -> list[str]:
-    """q1 to qn."""
-    return [f"q{k + 1}" for k in range(n)]
-
-
-def _motion(
-    file: str, columns: Mapping[str, Array], numbers: Sequence[int], in_degrees: bool, left_out: tuple[str, ...]
-) -> RecordedMotion:
-    t = columns["time"]
-    if not (np.diff(t) >= SHORTEST).all():
-        row = int(np.argmax(np.diff(t) < SHORTEST)) + 1
-        found = f"{t[row]:g} s after {t[row - 1]:g} s"
-        raise MotionFileError(file, f"line {numbers[row]}, column time", found, "rising times")
-    t = t - t[0]
-    names = list(columns)[1:]
-    values = np.stack([columns[name] for name in names], axis=1)
-    if names[0] == "q1":
-        return RecordedMotion(t, joints=values, in_degrees=in_degrees, left_out=left_out)
-    poses = np.tile(np.eye(4), (t.size, 1, 1))
-    poses[:, :3, 3] = values[:, :3]
-    poses[:, :3, :3] = [from_rpy(rpy) for rpy in values[:, 3:]]
-    return RecordedMotion(t, poses=poses, in_degrees=in_degrees, left_out=left_out)
-
 
 STARTS = 8
 """Joint positions of the first pose that are tried where no start is given."""
@@ -232,7 +146,7 @@ def csv_reference(
     ----------
     arm : Arm
     file : str
-        As `lwr_dyn.trajectory.references.recorded_motion` describes it.
+        As `lwr_dyn.trajectory.motion_files` describes it.
     slower : float
         Factor on its times: 2 takes twice as long.
     start : (n,) array_like, optional

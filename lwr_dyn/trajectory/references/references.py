@@ -25,7 +25,7 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
             "lwr_dyn.trajectory.references.ist:ist_clear_twice", "ist-clear, back to its start, and again"
         ),
         "point-to-point": Row("lwr_dyn.trajectory.references.joint_moves:one_move", "a quintic from rest to rest"),
-        "lspb": Row("lwr_dyn.trajectory.references.joint_moves:timed_lspb_move", "a move with a trapezoid of speed"),
+        "lspb": Row("lwr_dyn.trajectory.references.joint_moves:lspb_move", "a move with a trapezoid of speed"),
         "line": Row("lwr_dyn.trajectory.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
         "waypoints": Row(
             "lwr_dyn.trajectory.cartesian.tasks:waypoints_reference", "waypoints in a file, of the tip or the joints"

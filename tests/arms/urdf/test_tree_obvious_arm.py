@@ -177,7 +177,6 @@ MACROS = f"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:
 
 
 def test_a_xacro_is_expanded_with_its_arguments(tmp_path, capsys):
-    pytest.importorskip("xacro")
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"})
     assert arm.chain.links[0].link == "tip"
@@ -191,7 +190,6 @@ def test_a_xacro_is_expanded_with_its_arguments(tmp_path, capsys):
 
 
 def test_a_run_of_a_xacro_finds_its_arm_again(tmp_path):
-    pytest.importorskip("xacro")
     path = written(tmp_path, MACROS, "arm.urdf.xacro")
     arm = lwr_dyn.load(path, xacro_args={"ends": "tip"}, mount="wall")
     hold = lwr_dyn.reference("hold", arm, q=[0.1], duration=0.002)

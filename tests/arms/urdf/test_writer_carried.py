@@ -163,7 +163,6 @@ def test_an_arm_changed_in_code_is_written_as_changed(two):
 
 
 def test_drake_finds_the_motors_again(two, tmp_path):
-    pytest.importorskip("pydrake", reason="drake is not installed: pip install '.[parity]'")
     from lwr_dyn.checks.engines.drake_loader import load
     from lwr_dyn.checks.engines.engine import ArmInFile
 

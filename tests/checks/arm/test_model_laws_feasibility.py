@@ -123,7 +123,6 @@ def test_each_fault_is_named_at_its_own_link(tmp_path, name):
 
 
 def test_what_was_not_judged_is_in_text_and_json(tmp_path, lwr_dyn_command):
-    pytest.importorskip("lwr_dyn.checks")
     path = written(tmp_path, "no inertial at the end")
     code, out, _ = lwr_dyn_command("check", str(path))
     assert code == 1

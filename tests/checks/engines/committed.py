@@ -68,7 +68,7 @@ def compared(pair: Pair, states: int) -> tuple[Agreement, list[str]]:
     with quiet():
         loaded = load_here(pair.engine, Job(pair.path, scope, {"still": True}), reference.states)
     rotors = KEEPS_ROTORS[pair.engine, pair.path.suffix]
-    found = agreement(pair.engine, pair.path.name, loaded, reference, rotors)
+    found = agreement(pair.engine, loaded, reference, rotors)
     weight = sum(body.mass for body in arm.chain.bodies or ())
     heavy = weight and abs(loaded.mass - weight) > EXACT * weight
     return found, found.beyond() + (["mass"] if heavy else [])

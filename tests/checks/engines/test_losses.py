@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from lwr_dyn.checks.engines.engine import is_installed
+from lwr_dyn.checks.engines.engine import ENGINES
 from tests.checks.engines.committed import MODELS, Pair, committed_models, compared, pairs
+from tests.optional import need
 
 STATES = 5
 PAIRS = {str(pair): pair for pair in pairs()}
@@ -14,8 +15,7 @@ PAIRS = {str(pair): pair for pair in pairs()}
 
 @pytest.mark.parametrize("name", PAIRS)
 def test_an_engine_reads_the_file_as_we_do(name):
-    if not is_installed(PAIRS[name].engine):
-        pytest.skip(f"{PAIRS[name].engine} is not installed: pip install '.[parity]'")
+    need(ENGINES[PAIRS[name].engine].facts["package"])
     assert compared(PAIRS[name], STATES)[1] == []
 
 

@@ -65,7 +65,6 @@ def test_an_axis_without_a_square_is_not_judged(two, axis):
 
 
 def test_a_xacro_is_judged_as_what_it_expands_to(tmp_path):
-    pytest.importorskip("xacro", reason="xacro is not installed: pip install xacro")
     path = tmp_path / "two.urdf.xacro"
     text = TWO.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ')
     text = text.replace('value="2"', 'value="${1 + 1}"')

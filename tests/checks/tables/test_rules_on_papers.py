@@ -2,7 +2,7 @@
 
 import pytest
 
-from lwr_dyn.checks.tables.rules import lint, lint_file
+from lwr_dyn.checks.tables.rules import lint, sheet_of_file
 from lwr_dyn.checks.tables.sheet import sheet_of_csv
 
 TABLE_VI = """Joint,K_P,K_D
@@ -83,7 +83,8 @@ def data_room():
     from importlib import resources
 
     folder = resources.files("lwr_dyn.arms.papers")
-    return {name: lint_file(str(folder.joinpath(f"{name}.toml"))) for name in ("lwr4", "lwr4plus", "wam7", "kr30ha")}
+    names = ("lwr4", "lwr4plus", "wam7", "kr30ha")
+    return {name: lint(sheet_of_file(str(folder.joinpath(f"{name}.toml")))) for name in names}
 
 
 def test_the_copied_centre_of_mass(data_room):

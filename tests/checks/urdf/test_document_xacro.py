@@ -7,8 +7,6 @@ from lwr_dyn.checks.urdf.document import read_document
 from lwr_dyn.checks.urdf.lint import lint_file
 from lwr_dyn.checks.urdf.xml_tree import Place
 
-pytest.importorskip("xacro")
-
 MACRO = """<?xml version="1.0"?>
 <robot xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:macro name="arm" params="prefix mass:=2">

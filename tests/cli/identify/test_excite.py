@@ -14,7 +14,6 @@ from lwr_dyn.identification.excitation.motion_limits import MotionLimits, cleara
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.json_schemas import faults
 
-pytest.importorskip("numba")
 QUICK = ("--reading", "physical", "--starts", "1", "--duration", "6", "--harmonics", "3")
 
 

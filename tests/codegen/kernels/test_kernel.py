@@ -17,7 +17,6 @@ import lwr_dyn
 from lwr_dyn.codegen.kernels import kernel
 from lwr_dyn.codegen.kernels.kernel import CacheWarning
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
-from lwr_dyn.codegen.rollouts import compiled_loop
 from lwr_dyn.codegen.rollouts import kernel as rollout_kernel
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.model.friction import symmetric
@@ -136,8 +135,7 @@ def test_the_key_distinguishes_arms_choices_and_functions():
 def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, package):
     makers = (
         (kernel, lambda: kernel.key_of(kernel_spec(ARM), "mass_matrix")),
-        (rollout_kernel, lambda: rollout_kernel.key_of(SimpleNamespace(digest="0"), 8)),
-        (compiled_loop, lambda: compiled_loop.whole_key_of(SimpleNamespace(digest="0"))),
+        (rollout_kernel, lambda: rollout_kernel.plan_key("rollout", SimpleNamespace(digest="0"), "8")),
     )
     for module, key in makers:
         before = key()

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels.pose_kernel import curvature
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.kinematics.pose_search import pose_error
+from lwr_dyn.kinematics.pose_solver import pose_error
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.random_arms import random_arm
 

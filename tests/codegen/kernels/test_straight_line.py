@@ -8,8 +8,7 @@ import lwr_dyn
 from lwr_dyn.codegen.kernels.batch import address_and_step
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, kernel_spec
-from lwr_dyn.codegen.kernels.result_form import reached_inputs
-from lwr_dyn.codegen.kernels.straight_line import straight_line_code
+from lwr_dyn.codegen.kernels.straight_line import reached_inputs, straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
 from tests.codegen.kernels.evaluate import straight_line_values
 

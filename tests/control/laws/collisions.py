@@ -14,14 +14,12 @@ import numpy as np
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels.kernel_spec import payload_parameters
-from lwr_dyn.control.laws.collision_threshold import OFFSET, PAYLOAD, motion_threshold
-from lwr_dyn.control.laws.observer import MomentumObserver, observed
+from lwr_dyn.control.laws.observer import OFFSET, PAYLOAD, MomentumObserver, motion_threshold, observed
 from lwr_dyn.control.paper_laws import InverseDynamics
-from lwr_dyn.control.velocity import FilteredDifference
 from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.run import Motion
 from lwr_dyn.simulation.environment.walls_and_pushes import Push
-from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.simulation.plant import Encoder, FilteredDifference
 from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 

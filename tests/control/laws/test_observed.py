@@ -5,8 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
-from lwr_dyn.control.laws.collision_threshold import CollisionThreshold
-from lwr_dyn.control.laws.observer import MomentumObserver, observed
+from lwr_dyn.control.laws.observer import CollisionThreshold, MomentumObserver, observed
 from lwr_dyn.control.protocol import JointReadings
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.simulation.environment.walls_and_pushes import Push

@@ -58,7 +58,8 @@ def test_derivatives_of_the_distance_are_those_of_differences(lwr, columns):
 
 def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
     """Clarabel by cvxpy, which knows nothing of Newton's method here."""
-    cp = pytest.importorskip("cvxpy")
+    import cvxpy as cp
+
     _, information = known
     table, weight, links = columns.own(lwr), 25.0, columns.n
     found = consistent_fit(information, table, weight=weight)

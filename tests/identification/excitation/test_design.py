@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
-from lwr_dyn.identification.excitation import design, motion_design
+from lwr_dyn.identification.excitation import motion_design
 from lwr_dyn.identification.excitation.design import design_excitation, rows_of, run_of_excitation, write_excitation
 from lwr_dyn.identification.excitation.motion_design import ExcitationError
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
@@ -17,7 +17,6 @@ from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.run import Run
 from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
-pytest.importorskip("numba")
 SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}
 
 
@@ -97,7 +96,7 @@ def test_a_motion_that_cannot_be_clear_is_refused_with_the_distance(lwr, monkeyp
     short = motion_design.Resolution(8, 8, 4, 1e-3, np.inf)  # searches where nothing is feasible are slow
     monkeypatch.setattr(motion_design, "COARSE", short)
     monkeypatch.setattr(motion_design, "FINE", short)
-    monkeypatch.setattr(design, "check_room", lambda *_: None)  # which refuses before any search
+    monkeypatch.setattr(motion_design, "check_room", lambda *_: None)  # which refuses before any search
     with pytest.raises(ExcitationError, match=r"excitation of lwr4plus: .* m too near something; allowed: more starts"):
         design_excitation(lwr, **SHORT, clearance=clearance_of(lwr, kept=0.6))
 

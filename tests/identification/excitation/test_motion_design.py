@@ -6,8 +6,6 @@ import lwr_dyn
 from lwr_dyn.identification.excitation.motion_design import check_room, column_words, links_inside
 from lwr_dyn.identification.excitation.motion_limits import clearance_of
 
-pytest.importorskip("numba")
-
 
 def test_the_column_says_what_it_reaches_and_what_it_does_not_hold():
     arm = lwr_dyn.load("lwr4plus", "physical")

@@ -13,8 +13,6 @@ from lwr_dyn.identification.regression.samples import exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 
-pytest.importorskip("numba")
-
 
 @pytest.fixture(scope="module")
 def columns(wam):

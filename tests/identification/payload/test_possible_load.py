@@ -8,7 +8,7 @@ import pytest
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.payload.identify_load import body_of, identify_load
-from lwr_dyn.identification.payload.possible_load import load_record, load_text, possible_load, states
+from lwr_dyn.identification.payload.possible_load import load_document, possible_load, states
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import is_physical, with_payload
 from tests.identification.payload.loaded import ARM, COM, MASS, TENSOR, TRUTH, loaded, logs_of
@@ -46,14 +46,15 @@ def test_a_point_mass_without_noise_is_found_at_the_edge_of_what_bodies_are(know
 def test_text_and_record_name_body_errors_and_what_is_wrong(known):
     plant = perturbed_plant(TorqueColumns(ARM.chain), ARM, np.random.default_rng(3), 0.1)
     found = identify_load(logs_of(loaded(plant), 4), ARM)
-    text, record = load_text(found, possible_load(found)), load_record(found, possible_load(found), "lwr4plus")
+    shown = load_document(found, "lwr4plus")
+    text, record = shown.text(), shown.record()
     assert "not noise alone" in text
     assert len(record["warnings"]) == 1
     assert [row["unit"] for row in record["load"]][:2] == ["kg", "m"]
     assert record["joints"][1]["in_slow_sums"] > 1.5 * record["joints"][1]["noise"]
-    none = identify_load(logs_of(known, 8), ARM)
-    assert load_text(none, None).startswith("no load found")
-    assert load_record(none, None, "lwr4plus")["load"] == []
+    none = load_document(identify_load(logs_of(known, 8), ARM))
+    assert none.text().startswith("no load found")
+    assert none.record()["load"] == []
 
 
 def test_parameters_and_body_are_each_others_inverse():

@@ -118,7 +118,7 @@ def test_factor_and_chi2_of_other_values(information):
     R = information.factor
     assert np.abs(np.tril(R, -1)).max() == 0.0
     assert np.abs(R.T @ R - information.precision).max() < 1e-12 * np.abs(information.precision).max()
-    assert np.abs(information.joint_precision.sum(axis=0) - information.precision).max() < 1e-6
+    assert np.abs(information.normal.weighted(information.noise)[0] - information.precision).max() < 1e-6
     other = information.values + 0.3 * information.sigma
     squares = information.residual_rms(other) ** 2 * information.equations / information.noise**2
     assert information.chi2_of(other) == pytest.approx(squares.sum(), rel=1e-9)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.files import write_file
+from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.report import motion_report
 from lwr_dyn.identification.report.arm_stage import link_ellipsoid
-from lwr_dyn.identification.report.charts import friction_maps_html, rms_of, torque_rows_html
+from lwr_dyn.identification.report.charts import friction_maps_html, torque_rows_html
 from lwr_dyn.identification.report.motion_report import UNITS, link_table
 from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.model.chain import JointKind
@@ -72,8 +73,8 @@ def test_a_row_of_torques_says_what_is_left(shown):
     text = torque_rows_html(one, shown.noise, shown.arm.joint_names, ("N m",) * 7)
     assert text.count('class="trow"') == 7
     left = np.where(one.used[:, 0], one.measured[:, 0] - one.predicted[:, 0], np.nan)
-    assert rms_of(left) == pytest.approx(NOISE, rel=0.1)
-    assert f"<span>RMS left</span> <b>{rms_of(left):.3g} N m</b>" in text
+    assert rms(left) == pytest.approx(NOISE, rel=0.1)
+    assert f"<span>RMS left</span> <b>{rms(left):.3g} N m</b>" in text
 
 
 def test_torques_that_were_cut_out_leave_a_gap(shown):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.charts import rms_of
 from lwr_dyn.identification.report.motion_report import (
     MOST_RECORDINGS,
     drawn_fit,
@@ -53,11 +53,11 @@ def test_the_truth_predicts_its_torques_and_leaves_its_friction(plant, columns, 
     drawn = drawn_fit(samples, columns, plant.parameters)
     (one,) = drawn.recordings
     left = np.where(one.used, one.measured - one.predicted, np.nan)
-    assert rms_of(left) == pytest.approx(NOISE, rel=0.05)
+    assert rms(left) == pytest.approx(NOISE, rel=0.05)
     assert one.t[0] == 0.0
     models = columns.friction_of(plant.parameters)
     wanted = np.column_stack([m.torque(drawn.speed[:, j]) for j, m in enumerate(models)])
-    assert rms_of(drawn.torque - wanted) == pytest.approx(NOISE, rel=0.05)
+    assert rms(drawn.torque - wanted) == pytest.approx(NOISE, rel=0.05)
     np.testing.assert_array_equal(np.isnan(drawn.torque), ~samples.used)
 
 

@@ -70,7 +70,6 @@ def test_without_eaik_the_extra_is_named(monkeypatch):
 
 @pytest.mark.parametrize("name", ["ur10e", "kr210", "tx60"])
 def test_its_solutions_are_our_branches(name):
-    pytest.importorskip("eaik", reason="EAIK is not installed: pip install '.[eaik]'")
     arm, rng = six_joint_arm(name), np.random.default_rng(4)
     for q in rng.uniform(-np.pi, np.pi, (20, 6)):
         pose = lwr_dyn.forward_kinematics(arm, q)

@@ -162,7 +162,7 @@ def test_another_indentation(folder, lwr_dyn_command):
     [
         ("none.src", "none.src: no such file"),
         ("notes.txt", "ends in '.txt'"),
-        ("R1/Empty", "without .src, .dat or .sub"),
+        ("R1/Empty", "without KRL files"),
     ],
 )
 def test_bad_input_is_one_line(folder, lwr_dyn_command, path, message):

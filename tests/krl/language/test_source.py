@@ -8,7 +8,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.line_parser import parse_line
-from lwr_dyn.krl.language.source import SourceLine, parse_bytes, parse_text, read_source
+from lwr_dyn.krl.language.source import SourceLine, data_beside, krl_files, parse_bytes, parse_text, read_source
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
 from tests.krl.mutations import PROGRAMS
 from tests.krl.random_programs import Writer
@@ -114,3 +114,12 @@ def test_what_cannot_be_written_is_refused():
         statement_text(s.Wait("SEC", e.Real(float("inf"))))
     with pytest.raises(OptionError):
         SourceLine(None, "two\nlines").text()
+
+
+def test_files_are_listed_without_folders_that_begin_with_a_point(tmp_path):
+    for name in ("b/x.SRC", "b/x.dat", "a.sub", ".git/y.src", "c/note.txt"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    assert [x.relative_to(tmp_path).as_posix() for x in krl_files(tmp_path)] == ["a.sub", "b/x.SRC", "b/x.dat"]
+    assert data_beside(tmp_path / "b/x.SRC") == tmp_path / "b/x.dat"
+    assert data_beside(tmp_path / "a.sub") is None

@@ -57,7 +57,7 @@ def test_a_straight_path_is_a_trapezoid():
     ones = np.ones((401, 1))
     x = fastest_speeds(PathLimits(s, np.full(401, 0.25), ones, 0.0 * ones, 2.0 * ones))
     assert times_along(s, x)[-1] == pytest.approx(0.4 / 0.5 + 0.5 / 2.0, rel=1e-5)
-    profile = profile_along("a", s, x)
+    profile = profile_along(s, x)
     t = np.linspace(0.0, profile.duration, 777)
     sample = profile.at(t)
     assert np.abs(seconds_at(profile, sample.s[1:-1]) - t[1:-1]).max() < 1e-9

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, PaperError, UnknownNameError
 from lwr_dyn.krl.robot.kuka_pose import has_kuka_axes, kuka_pose
-from lwr_dyn.krl.robot.machine_data import load_machine_arm, read_machine_record
+from lwr_dyn.krl.robot.machine_data import MachineWords, load_machine_arm
 
 RATIOS = {1: (1800, 7), 2: (2000, 11), 3: (1500, 7), 4: (1000, 7), 5: (800, 7), 6: (700, 11)}
 
@@ -84,7 +84,7 @@ def test_the_toml_form_is_the_same_robot(written, tmp_path):
     q = np.array([0.3, -1.2, 1.4, 0.2, 0.5, -0.1])
     np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, q), lwr_dyn.forward_kinematics(of_data, q), atol=1e-14)
     assert np.degrees(arm.velocity) == pytest.approx([140, 126, 140, 260, 245, 322])
-    assert read_machine_record(path).raise_time == (0.4, 0.5, 0.4, 0.3, 0.3, 0.2)
+    assert MachineWords(path).raise_time() == (0.4, 0.5, 0.4, 0.3, 0.3, 0.2)
 
 
 TOML = """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import FileAccessError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.krl.writing.path_program import WritingOptions, write_path
 from lwr_dyn.krl.writing.sampled_path import path_of_motion, read_sampled_path
 from tests.krl.short_programs import HOME, run_of
@@ -42,3 +42,9 @@ def test_a_program_is_no_table(arm, tmp_path):
     (tmp_path / "a.src").write_text("DEF a( )\nWAIT SEC 1\nEND\n")
     with pytest.raises(FileAccessError, match=r"a program, no path; allowed: a \.csv"):
         read_sampled_path(tmp_path / "a.src", arm)
+
+
+def test_a_table_of_six_axes_is_refused_for_an_arm_with_seven(tmp_path):
+    (tmp_path / "a.csv").write_text("A1,A2,A3,A4,A5,A6\n0,-90,90,0,30,0\n10,-90,90,0,30,0\n")
+    with pytest.raises(OptionError, match="6 joints"):
+        read_sampled_path(tmp_path / "a.csv", lwr_dyn.load("lwr4plus"))

@@ -5,16 +5,16 @@ from importlib.resources import files
 
 import pytest
 
-from lwr_dyn.pages.explorer.page import without_space
+from lwr_dyn.pages.explorer.page import _SPACE, without_space
 
 SHORTENED = {
-    'say("a  // b", `c  ${ d }  // e`);': 'say("a  // b",`c  ${d}  // e`);',
-    "x = y / 2 / z;": "x=y/2/z;",
+    'say("a  // b", `c  ${ d }  // e`);': 'say("a  // b",`c  ${ d }  // e`);',
+    "x = y / 2 / z;": "x=y /2 /z;",
     "x = text.replace(/[\"'`] +/g, '');": "x=text.replace(/[\"'`] +/g,'');",
-    "return a + +b - c;": "return a+ +b-c;",
+    "return a + +b - c;": "return a + +b -c;",
     "const { a, b: { c } } = d;": "const{a,b:{c}}=d;",
-    "`${l.map((x) => `<i a='${x ? \"a b\" : ''}'>`)} end`;": "`${l.map((x)=>`<i a='${x?\"a b\":''}'>`)} end`;",
-    "`a ${ { b: `c }` } } d`;": "`a ${{b:`c }`}} d`;",
+    "`${l.map((x) => `<i a='${x ? \"a b\" : ''}'>`)} end`;": "`${l.map((x) => `<i a='${x ? \"a b\" : ''}'>`)} end`;",
+    "`a ${ { b: `c }` } } d`;": "`a ${ { b: `c }` } } d`;",
     "1 .toFixed(2);": "1 .toFixed(2);",
     "return .5;": "return .5;",
 }
@@ -38,4 +38,5 @@ def test_every_script_is_shortened_and_stays_as_it_is_the_second_time():
         short = without_space(text)
         assert without_space(short) == short
         assert len(short) < len(text)
+        assert not set(_SPACE.sub("", text)) & set("`\"'")  # every string and template was found whole
         assert short.count("`") == len(re.findall("`", re.sub(r"(?m)^\s*//.*$", "", text)))

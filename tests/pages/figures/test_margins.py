@@ -6,7 +6,7 @@ import pytest
 from lwr_dyn.design.loop_margins import loop_gain, single_loops
 from lwr_dyn.design.margins import margins
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
-from lwr_dyn.pages.figures.margins import ACROSS, loop_curves, picture_writer, pose_map
+from lwr_dyn.pages.figures.margins import ACROSS, picture_writer, pose_map, worst_loops
 from tests.design.margin_cases import BENT, arm, dynamics, law
 from tests.simulation.sample_runs import one_joint
 
@@ -17,11 +17,11 @@ def report():
 
 
 def test_the_curves_are_the_loops_cut_at_each_joint(report):
-    data = loop_curves(report)
-    gain = loop_gain(report.loop, report.case.sampling, data["hz"][::100])
-    np.testing.assert_allclose(data["loops"]["joint_3"][::100], single_loops(gain)[0, :, 2], rtol=1e-9)
-    assert data["shown"] == report.worst_joint
-    assert max(np.abs(1 / (1 + x)).max() for x in data["loops"].values()) == pytest.approx(
+    data = worst_loops(report)
+    gain = loop_gain(report.loop, report.case.sampling, data.hz[::100])
+    np.testing.assert_allclose(data.loops["joint_3"][::100], single_loops(gain)[0, :, 2], rtol=1e-9)
+    assert data.shown == report.worst_joint
+    assert max(np.abs(1 / (1 + x)).max() for x in data.loops.values()) == pytest.approx(
         report.worst.peak.max(), rel=1e-3
     )
 

@@ -9,7 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.pages.figures.figure import frequency_axis
-from lwr_dyn.simulation.responses.step_and_chirp import response_lines
+from lwr_dyn.simulation.responses.step_and_chirp import response_parts
 from tests.json_schemas import faults
 from tests.simulation.responses.loops import ARM, answered
 
@@ -57,9 +57,9 @@ def test_a_frequency_axis_has_its_own_ends():
 
 
 def test_words(step, chirp, two_runs):
-    assert "16.3" in response_lines(step, ARM)[0]
-    assert "bandwidth [Hz]" in response_lines(chirp, ARM)[0]
-    assert response_lines(two_runs[0]) == []
+    assert "16.3" in response_parts(step, ARM)[1].text()
+    assert "bandwidth [Hz]" in response_parts(chirp, ARM)[1].text()
+    assert response_parts(two_runs[0])[1:] == []
 
 
 def test_simulate_prints_the_response(lwr_dyn_command):

@@ -48,7 +48,7 @@ def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browse
 
 
 def test_the_text_carries_points_matrices_envelope_equations_and_movement(outcome):
-    text = outcome[0].text
+    text = outcome[0].document.text()
     for promise in (
         "check kr30ha, reading kuka",
         "erratum theta1-p2",
@@ -67,7 +67,7 @@ def test_the_run_stands_at_each_point_and_both_roads_hold_it(outcome):
     found, place, _ = outcome
     run = Run.load(place / "runs" / "mastering_p1_p2_mastering.npz")
     assert run.meta["note"]["speed_share"] == {"value": SPEED_SHARE, "kind": "assumed"}
-    for stop in found.record["stops"]:
+    for stop in found.document.record()["stops"]:
         assert stop["missed_mm"] < TRACKED
         a, b = stop["g"].values()
         assert np.abs(a - b).max() < ROADS

@@ -55,15 +55,15 @@ def inertia_table(name=""):
         for j in range(4)
     ]
     columns = ("b [kg m^2]", "mass", "x", "y", "z", "q" + name)
-    return ReportTable("IV", "Greatest inertias" + name, "Table IV, page 3", columns, tuple(rows), "kg m^2", "joint")
+    return ReportTable("IV", "Greatest inertias" + name, "Table IV, page 3", columns, tuple(rows), "kg m^2")
 
 
 def expressions(name=""):
     """Assumed numbers, and an expression that is longer than a number."""
     cells = (
         ReportCell("K = 1/2 m v**2 + 1/2 I w**2" + name, "I*w**2/2 + m*v**2/2", "after erratum", errata=("E1" + name,)),
-        ReportCell("4.6", "4.7", "under assumed conditions", word="assumed, near", digits=1.0, near=True),
-        ReportCell("4.6", "0.8", "under assumed conditions", word="assumed, not near", digits=-38.0, near=False),
+        ReportCell("4.6", "4.7", "under assumed conditions", digits=1.0, near=True),
+        ReportCell("4.6", "0.8", "under assumed conditions", digits=-38.0, near=False),
         ReportCell("1", "1", "structural"),
         ReportCell(""),
     )

@@ -10,7 +10,7 @@ import lwr_dyn
 from lwr_dyn.reproduction.case import ledger
 from lwr_dyn.reproduction.compare import compare_numbers
 from lwr_dyn.reproduction.paper_page import paper_page, summary_text
-from lwr_dyn.reproduction.paper_study import paper_study
+from lwr_dyn.reproduction.paper_study import paper_study, study_document
 from lwr_dyn.reproduction.report.page import write_report
 from lwr_dyn.reproduction.wam7 import study
 from lwr_dyn.reproduction.wam7.runs import (
@@ -108,13 +108,14 @@ def test_the_folder_a_verdict_that_can_fail_and_the_page(tmp_path, monkeypatch, 
     outcome = study.run(tmp_path, arm(), lambda _: None)
     pictures = outcome.pictures.write(tmp_path / "wam7")
     assert not outcome.holds
-    assert outcome.text.count("DIFFERS") == 10
+    assert outcome.document.text().count("DIFFERS") == 10
     names = {p.name for p in (tmp_path / "wam7").iterdir()}
     assert names == {"replay.html", "plots", "runs", "figures.json"}
     assert len(list((tmp_path / "wam7" / "plots").iterdir())) == 10
     paper = paper_study("wam7")
     verdicts, entries = compare_numbers(paper), ledger(paper.data, paper.proofs)
-    result = replace(outcome, pictures=pictures, record={"summary": summary_text(verdicts, entries, holds=True)})
+    summary = study_document(summary=summary_text(verdicts, entries, holds=True))
+    result = replace(outcome, pictures=pictures, document=summary)
     write_report(tmp_path / "report.html", paper_page(paper, result, verdicts, entries, (), tmp_path / "wam7"))
     assert faults(browser, tmp_path / "report.html", wide=6_000, narrow=12_000) == []
 

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.simulation.responses.step_and_chirp import response_lines, step_responses
+from lwr_dyn.simulation.responses.step_and_chirp import response_parts, step_responses
 from tests.simulation.responses.loops import ARM, OMEGA, START, answered
 
 
@@ -56,7 +56,7 @@ def test_torques_that_were_cut_are_told():
     run = answered("step", 1.0, 2, continuous=False, size=0.2)
     (found,) = step_responses(run, ARM)
     assert 0.0 < found.cut < 0.1
-    assert "torque was cut while joint 2" in response_lines(run, ARM)[-1]
+    assert "torque was cut while joint 2" in response_parts(run, ARM)[-1].text
 
 
 def test_each_joint_has_its_answer():

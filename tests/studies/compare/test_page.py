@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.figures.run_figures import path, tip_error
+from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure
 from lwr_dyn.pages.plotting.drawn_panel import POINTS, chart_html, drawn_panels
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.studies.compare import comparison
@@ -60,7 +60,7 @@ def test_no_colour_is_named():
 
 def test_a_line_keeps_its_ends_and_its_extremes(arm, two_runs):
     shown = replayed_runs(two_runs, arm)
-    text = chart_html(tip_error(shown)[0], shown)
+    text = chart_html(tip_error_figure(shown), shown)
     lines = [re.findall(r"(-?\d+),(-?\d+)", d) for d in re.findall(r'<path class="r\d" d="M([^"H]*)"', text)]
     assert len(lines) == 2
     for points in lines:
@@ -68,13 +68,13 @@ def test_a_line_keeps_its_ends_and_its_extremes(arm, two_runs):
         across = [int(a) for a, _ in points]
         assert (across[0], across[-1]) == (0, 2000)
     top = min(int(down) for points in lines for _, down in points)
-    (panel,) = drawn_panels(tip_error(shown)[0], shown)
+    (panel,) = drawn_panels(tip_error_figure(shown), shown)
     assert top == round(1000 * (1.0 - float(panel.y.share(panel.peak))))
 
 
 def test_a_path_says_how_much_its_errors_are_magnified(arm, two_runs):
     near = [replace(run, q=run.q_ref + 1e-3 * (run.q - run.q_ref)) for run in two_runs]
-    (figure,) = path(replayed_runs(two_runs, arm))
+    figure = path_figure(replayed_runs(two_runs, arm))
     assert "true to scale" in chart_html(figure, replayed_runs(two_runs, arm))
     shown = replayed_runs(near, arm)
     (panel,) = drawn_panels(figure, shown)

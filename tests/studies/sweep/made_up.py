@@ -63,7 +63,7 @@ def metrics_of(values, gain):
 
 def runs_of(made, first=0, stop=None):
     """Controller -> its runs."""
-    stop = stop or made.count
+    stop = stop or made.runs
     values, out = made.values(first, stop), {}
     for place, name in enumerate(made.controllers):
         metrics = metrics_of(values, (3.0, 0.8, 4.0)[place % 3])

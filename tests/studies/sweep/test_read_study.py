@@ -14,7 +14,7 @@ from tests.studies.sweep.texts import HEAD, PAYLOAD
 
 def test_a_short_study_has_the_usual_for_all_else(read):
     study = read(HEAD + PAYLOAD)
-    assert (study.name, study.method, study.count, study.seed) == ("s", "sobol", 256, 0)
+    assert (study.name, study.method, study.runs, study.seed) == ("s", "sobol", 256, 0)
     assert study.loop == {"rate": 1000.0, "substeps": 1, "friction": "none"}
     (one,) = study.parameters
     assert (one.path, one.distribution, one.low, one.high, one.kind) == ("payload.mass", "uniform", 0.0, 7.0, "assumed")
@@ -60,7 +60,7 @@ def test_comments_and_limits_do_not_change_the_digest(read):
     study = read(HEAD + PAYLOAD)
     assert read("# other words\n" + HEAD + PAYLOAD + "[limits]\ntip_max = 1e-3\n").digest == study.digest
     assert read(HEAD + PAYLOAD.replace("7", "6")).digest != study.digest
-    assert replace(study, runs=512).count == 512
+    assert replace(study, runs=512).runs == 512
 
 
 def test_a_distance_from_a_limit_may_be_bounded_below_zero(read):
@@ -73,7 +73,7 @@ def test_a_grid_counts_its_levels_and_tasks_vary_by_choice(read):
         + '[sampling]\nmethod = "grid"\n[[parameter]]\npath = "payload.mass"\nlow = 0\nhigh = 7\ncount = 8\n'
         + '[[parameter]]\npath = "task.duration"\nvalues = [0.5, 0.25, 1.0]\n'
     )
-    assert study.count == 24
+    assert study.runs == 24
     assert task_choices(study) == [{"duration": 0.5}, {"duration": 0.25}, {"duration": 1.0}]
     assert [reference.duration for reference in references_of_study(study)] == [0.5, 0.25, 1.0]
     values = study.values(0, 24)

@@ -26,7 +26,6 @@ from lwr_dyn.studies.sweep.report_page import (
     controller_inks,
     report_html,
     worst_table_html,
-    write_report,
 )
 from lwr_dyn.studies.sweep.summary import summarise
 from lwr_dyn.studies.sweep.summary_text import quantile_text, share_text
@@ -55,7 +54,8 @@ def worst(summary, arm):
 @pytest.fixture(scope="module")
 def opened(summary, worst, browser, tmp_path_factory):
     two = replace(summary, controllers={name: summary.controllers[name] for name in CONTROLLERS[:2]})
-    file = write_report(tmp_path_factory.mktemp("report") / "report.html", two, worst)
+    file = tmp_path_factory.mktemp("report") / "report.html"
+    file.write_text(report_html(two, worst), encoding="utf-8")
     browser.get("about:blank")
     logs(browser)
     browser.get(file.as_uri())

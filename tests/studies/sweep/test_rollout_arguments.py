@@ -42,7 +42,7 @@ def study_of(tmp_path, parameters, head=HEAD):
 
 
 def arguments(study, text="inverse-dynamics"):
-    values = study.values(0, study.count)
+    values = study.values(0, study.runs)
     return values, rollout_arguments(study, text, values)
 
 

@@ -1,5 +1,6 @@
 """The summary of runs by formula: its figures are those of the runs, an interval stands only where one can be had."""
 
+import json
 from dataclasses import replace
 from html import unescape
 from itertools import pairwise
@@ -7,11 +8,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.studies.sweep.charts import indices_html
 from lwr_dyn.studies.sweep.intervals import IntervalEstimate, quantile_of, share_of
 from lwr_dyn.studies.sweep.report_page import report_html
 from lwr_dyn.studies.sweep.summary import sample_rows, spans, summarise
+from lwr_dyn.studies.sweep.summary_document import summary_sections
 from lwr_dyn.studies.sweep.summary_text import (
     caveat,
     event_table,
@@ -19,10 +23,19 @@ from lwr_dyn.studies.sweep.summary_text import (
     outward_table,
     percent,
     quantile_table,
-    summary_record,
-    summary_text,
 )
 from tests.studies.sweep.made_up import CONTROLLERS, evaluate, metrics_of, runs_of, study, varied, without_divergence
+
+
+def summary_text(summary):
+    """What people read."""
+    return Document("", "", summary_sections(summary)).text()
+
+
+def summary_record(summary):
+    """What programs read."""
+    return json.loads(json_text(Document("", "", summary_sections(summary)).record()))["summary"]
+
 
 MADE = study(4000)
 RUNS = runs_of(MADE)

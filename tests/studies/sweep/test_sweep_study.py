@@ -97,9 +97,9 @@ def test_counts_that_are_not_possible_are_refused(change, words, study):
 
 
 def test_saltelli_counts_paths_and_a_grid_its_levels(study):
-    assert replace(study, method="saltelli", runs=6 * 128).count == 768
+    assert replace(study, method="saltelli", runs=6 * 128).runs == 768
     levels = PARAMETERS[3:]
-    assert replace(study, method="grid", parameters=levels, runs=6).count == 6
+    assert replace(study, method="grid", parameters=levels, runs=6).runs == 6
     with pytest.raises(OptionError, match="6, the product of its levels"):
         replace(study, method="grid", parameters=levels)
 

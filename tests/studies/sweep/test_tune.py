@@ -9,7 +9,7 @@ from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.studies.sweep.gain_search import gain_aim, searched_gain, values_of, verdict
 from lwr_dyn.studies.sweep.sampling import VariedParameter
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
-from lwr_dyn.studies.sweep.tune import SearchSize, tune, tuned_record, tuned_text
+from lwr_dyn.studies.sweep.tune import SearchSize, tune
 
 LOAD = VariedParameter("payload.mass", "uniform", ("payload.mass",), low=0.0, high=7.0)
 STUDY = SweepStudy("stand-in", "lwr4plus", "", ("pid",), "hold", parameters=(LOAD,))
@@ -96,8 +96,8 @@ def test_a_bound_that_only_the_runs_of_the_search_keep_is_said():
     found = tune(STUDY, "pid", [OMEGA], rare, GIVEN, aim=gain_aim("tip_max:0.99"), size=SearchSize(8, 6, 2, 400, 0))
     assert found.keeps_bound
     assert not found.holds
-    assert "on these runs the bound is NOT kept" in tuned_text(found, "stand-in")
-    assert not tuned_record(found)["check"]["keeps_bound"]
+    assert "on these runs the bound is NOT kept" in found.document.text()
+    assert not found.document.record()["check"]["keeps_bound"]
 
 
 def test_the_given_gains_are_the_first_candidate():

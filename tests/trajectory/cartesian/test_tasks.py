@@ -8,8 +8,8 @@ import lwr_dyn
 from lwr_dyn.cli.main import group
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.cartesian.legs import OFF_CURVE, SPEED_SHARE
-from lwr_dyn.trajectory.cartesian.pose_curves import WaypointError, read_waypoints
 from lwr_dyn.trajectory.cartesian.tracking import PathStopError
+from lwr_dyn.trajectory.motion_files import WaypointError, read_waypoints
 
 SQUARE = """x [mm], y [mm], z [mm], roll [deg], pitch [deg], yaw [deg]
 -400, -100, 300, 180, 0, 0

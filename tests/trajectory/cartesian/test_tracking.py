@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.trajectory.cartesian.pose_curves import straight
 from lwr_dyn.trajectory.cartesian.tracking import JUMP, ON_CURVE, attempts, is_inside, onto_pose, pose_error
+from lwr_dyn.trajectory.pose_path import straight
 
 START = np.array([0.2, 0.6, -0.3, -1.2, 0.4, 0.9, 0.1])
 

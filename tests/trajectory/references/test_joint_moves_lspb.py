@@ -46,79 +46,22 @@ def test_all_joints_start_and_stop_together_on_a_straight_line(seed, t_f, share)
     np.testing.assert_allclose(motion.q[-1], end, atol=1e-14)
 
 
-def test_by_velocity_the_joint_that_is_allowed_least_cruises_at_its_own():
-    velocity = np.full(7, 0.2)
-    velocity[2] = 0.1
-    move = lspb_move(ARM, START, moved(1, 3), duration=7.0, velocity=velocity)
-    dq = move.sample(np.array([3.5])).dq[0]
-    assert dq[[0, 2]] == pytest.approx([0.1, 0.1], rel=1e-14)
-    assert not dq[[1, 3, 4, 5, 6]].any()
-
-
-def test_by_rates_no_joint_exceeds_its_own_and_one_reaches_each():
-    end = START + np.array([0.8, 0.4, -0.6, 0.2, 1.0, -0.3, 0.0])
-    velocity = np.array([0.5, 0.3, 0.3, 0.3, 0.9, 0.6, 1e-9])  # joint 7 does not move and does not count
-    acceleration = np.array([2.0, 0.5, 2.0, 2.0, 2.0, 2.0, 1e-9])
-    move = lspb_move(ARM, START, end, velocity=velocity, acceleration=acceleration)
-    motion = move.sample(np.linspace(0, move.duration, 2001))
-    speed, rate = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
-    assert (speed <= velocity * (1 + 1e-12)).all()
-    assert (rate <= acceleration * (1 + 1e-12)).all()
-    assert speed[2] == pytest.approx(0.3, rel=1e-12)
-    assert rate[1] == pytest.approx(0.5, rel=1e-12)
-
-
-def test_one_number_serves_all_joints():
-    move = lspb_move(ARM, START, moved(1, by=0.5), velocity=0.1, acceleration=0.05)
-    assert move.duration == pytest.approx(7.0, rel=1e-14)
-
-
 def test_no_joint_moving_is_standing_still_for_the_time():
-    for move in (
-        lspb_move(ARM, START, START, duration=3.0, blend=1.0),
-        lspb_move(ARM, START, START, duration=3.0, velocity=1.0),
-    ):
-        motion = move.sample(np.linspace(-1, 4, 9))
-        assert move.duration == 3.0
-        np.testing.assert_array_equal(motion.q, np.broadcast_to(START, (9, 7)))
-        assert not np.any([motion.dq, motion.ddq])
+    move = lspb_move(ARM, START, START, duration=3.0, blend=1.0)
+    motion = move.sample(np.linspace(-1, 4, 9))
+    assert move.duration == 3.0
+    np.testing.assert_array_equal(motion.q, np.broadcast_to(START, (9, 7)))
+    assert not np.any([motion.dq, motion.ddq])
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        (
-            {},
-            "LSPB: given by nothing; allowed: duration and blend, duration and velocity, or velocity and acceleration",
-        ),
-        ({"duration": 7.0}, "LSPB: given by duration; allowed"),
-        ({"duration": 7.0, "acceleration": 1.0}, "LSPB: given by acceleration, duration"),
-        ({"duration": 7.0, "blend": 1.0, "velocity": 1.0}, "LSPB: given by blend, duration, velocity"),
-        ({"duration": 7.0, "blend": 4.0}, "blend: 4 s; allowed: above 0, at most 3.5 s"),
-        ({"duration": 7.0, "velocity": 1.0}, "joint_1, velocity: 1 for 0.5 in 7 s; allowed: above 0.0714286, at most"),
-        (
-            {"velocity": 1.0, "acceleration": 0.1},
-            "joint_1, velocity: 1 with acceleration 0.1 over 0.5; allowed: at most",
-        ),
-        ({"duration": 7.0, "velocity": -1.0}, "velocity: -1.0; allowed: a number above 0"),
-        ({"velocity": 1.0, "acceleration": [1, 1, 1, 0, 1, 1, 1]}, "acceleration: 0.0; allowed: a number above 0"),
-    ],
-)
-def test_what_does_not_exist_is_refused(options, says):
-    with pytest.raises(OptionError, match=says):
-        lspb_move(ARM, START, moved(1), **options)
-
-
-def test_rates_alone_cannot_time_an_arm_that_stands():
-    with pytest.raises(OptionError, match="no joint moves, and no duration is given"):
-        lspb_move(ARM, START, START, velocity=1.0, acceleration=1.0)
+def test_a_blend_that_does_not_fit_is_refused():
+    with pytest.raises(OptionError, match=r"blend: 4 s; allowed: above 0, at most 3.5 s"):
+        lspb_move(ARM, START, moved(1), duration=7.0, blend=4.0)
 
 
 def test_wrong_shapes_are_refused():
     with pytest.raises(ShapeError, match=r"start: 6 numbers; allowed: 7 numbers"):
         lspb_move(ARM, START[:6], START, duration=7.0, blend=1.0)
-    with pytest.raises(ShapeError, match=r"velocity: shape \(3,\); allowed: one number, or \(7,\)"):
-        lspb_move(ARM, START, moved(1), duration=7.0, velocity=[0.1] * 3)
     with pytest.raises(ShapeError, match="end: nan at index"):
         lspb_move(ARM, START, START * np.nan, duration=7.0, blend=1.0)
 

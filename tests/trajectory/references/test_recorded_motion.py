@@ -7,7 +7,8 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.spatial import to_rpy
-from lwr_dyn.trajectory.references.recorded_motion import MotionFileError
+from lwr_dyn.trajectory.motion_files import MotionFileError
+from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
 ARM, KR = lwr_dyn.load("lwr4plus"), lwr_dyn.load("kr30ha")
 T = np.linspace(0.0, 2.0, 201)
@@ -34,7 +35,7 @@ def swing(t, pace=1.5):
 
 @pytest.mark.parametrize(("unit", "factor"), [("", 1.0), (" [deg]", 180.0 / np.pi)])
 def test_positions_come_back_with_their_derivatives(tmp_path, unit, factor):
-    reference = lwr_dyn.reference("csv", ARM, file=joints_file(tmp_path / "m.csv", factor * swing(T), unit=unit))
+    reference = csv_reference(ARM, file=joints_file(tmp_path / "m.csv", factor * swing(T), unit=unit))
     t = np.linspace(0.1, 1.9, 77)
     motion, scale = reference.sample(t), 0.3 * np.linspace(1.0, 0.4, 7)
     assert motion.q == pytest.approx(swing(t), abs=1e-9)

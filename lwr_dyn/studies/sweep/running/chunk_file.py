@@ -4,8 +4,6 @@ A column is the number of the run, a value that was varied, a metric, the flag, 
 Values with several numbers a run have the columns of their `VariedParameter`, metrics one a joint: `position_rms[3]`.
 """
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Mapping, Sequence

@@ -5,8 +5,6 @@ A worker sends the bytes of a file of results, and this process writes them. Wha
 files of the task) every worker reads itself: with the same content under the same path as here.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import socket

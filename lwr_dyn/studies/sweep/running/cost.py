@@ -1,15 +1,13 @@
 """What a sweep will cost, stated ahead: measured on its first runs."""
 
-from __future__ import annotations
-
 import resource
 import struct
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
+from lwr_dyn.foundation.document import Fact, Section
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.studies.sweep.running.chunk_file import encoded
@@ -98,17 +96,23 @@ class SweepCost:
             for one in self.controllers
         ]  # fmt: skip
         headings = (
-            "controller", Heading("runs", format=",d"), Heading("a run", "ms", ".3g", key="run_ms"),
-            Heading("by"), Heading("measured on", "runs", "d", key="measured"),
+            Heading("controller", says="As the study has it."), Heading("runs", format=",d", says="Of it."),
+            Heading("a run", "ms", ".3g", "run_ms", "Processor time a run, ms."),
+            Heading("by", says="What computes the runs."),
+            Heading("measured on", "runs", "d", "measured", "Runs on which it was measured."),
         )  # fmt: skip
         return Table("Cost", headings, rows, self.words)
 
-    def record(self) -> dict[str, Any]:
-        """The statement as JSON values."""
-        return {
-            "runs": self.runs, "processor_s": self.processor, "seconds": self.seconds, "workers": self.workers,
-            "memory_bytes": self.memory, "disk_bytes": self.disk, "controllers": self.table().record(),
-        }  # fmt: skip
+    def section(self) -> Section:
+        """The statement in the record of a document."""
+        return Section("", [
+            Fact("runs", self.runs, "Of all controllers."), Fact("processor_s", self.processor, "Processor time, s."),
+            Fact("seconds", self.seconds, "By the clock, s."),
+            Fact("workers", self.workers, "Threads, processes, or threads of a cluster."),
+            Fact("memory_bytes", self.memory, "Of this process at most."),
+            Fact("disk_bytes", self.disk, "Of the files."),
+            replace(self.table(), key="controllers", says="One record a controller.", when=False),
+        ], "cost", "As stated ahead.")  # fmt: skip
 
 
 def measured(workshop: SweepWorkshop, controller: str, runs: int, chunk: int) -> tuple[ControllerCost, str]:

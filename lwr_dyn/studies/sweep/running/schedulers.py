@@ -4,8 +4,6 @@ A pool of the standard library breaks whole when a process dies. Here each proce
 in, its file comes out, and the end of the pipe means death.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import time

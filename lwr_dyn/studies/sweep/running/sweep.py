@@ -1,7 +1,5 @@
 """A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
@@ -13,19 +11,11 @@ from typing import Any
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.foundation.progress import Report
+from lwr_dyn.studies.sweep.running import sweep_folder
 from lwr_dyn.studies.sweep.running.chunk_file import pyarrow
 from lwr_dyn.studies.sweep.running.cluster import connected, on_cluster
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, SweepCost, duration, first_runs, measured, memory
 from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, Done, in_processes, in_threads
-from lwr_dyn.studies.sweep.running.sweep_folder import (
-    SweepFolder,
-    SweepManifest,
-    SweptController,
-    folder_names,
-    manifest_in,
-    versions,
-    write_whole,
-)
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, workshop_of
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy, refuse_changed
 
@@ -99,7 +89,7 @@ def sweep(
         report("the first runs, for the cost")
         cost, manifest = plan(study, workers)
         state(cost)
-        with SweepFolder.opened(folder, manifest, study.text) as opened:
+        with sweep_folder.SweepFolder.opened(folder, manifest, study.text) as opened:
             return _filled(study, opened, cost, client, report)
 
 
@@ -117,9 +107,12 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
     is_new = not Path(folder).exists()
     path = make_folder(folder)
     try:
-        found = manifest_in(path)
+        found = sweep_folder.manifest_in(path)
         if found is not None:
-            found.refuse_other(str(path), SweepManifest(study.name, study.digest, found.controllers, versions()))
+            found.refuse_other(
+                str(path),
+                sweep_folder.SweepManifest(study.name, study.digest, found.controllers, sweep_folder.versions()),
+            )
         yield
     except BaseException:
         if is_new:
@@ -128,25 +121,27 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
         raise
 
 
-def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, SweepManifest]:
+def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, sweep_folder.SweepManifest]:
     """Cost and manifest of a study, from first runs of each controller; raises what these raise."""
     workshop = workshop_of(study)
-    costs, controllers, names = [], [], folder_names(study.controllers)
+    costs, controllers, names = [], [], sweep_folder.folder_names(study.controllers)
     spent = first_runs(study, [i for i, text in enumerate(study.controllers) if workshop.is_slow(text)])
     for i, text in enumerate(study.controllers):
         slow, kernel = i in spent, BY_SIMULATE
-        size = min(study.count, max(1, study.chunk // SLOW_SHARE) if slow else study.chunk)
+        size = min(study.runs, max(1, study.chunk // SLOW_SHARE) if slow else study.chunk)
         if slow:
-            costs.append(ControllerCost(text, study.count, size, spent[i][0], 0.0, spent[i][1], 1, slow))
+            costs.append(ControllerCost(text, study.runs, size, spent[i][0], 0.0, spent[i][1], 1, slow))
         else:
-            cost, kernel = measured(workshop, text, study.count, size)
+            cost, kernel = measured(workshop, text, study.runs, size)
             costs.append(cost)
-        controllers.append(SweptController(text, names[i], kernel, size, study.count, slow))
-    manifest = SweepManifest(study.name, study.digest, tuple(controllers), versions())
+        controllers.append(sweep_folder.SweptController(text, names[i], kernel, size, study.runs, slow))
+    manifest = sweep_folder.SweepManifest(study.name, study.digest, tuple(controllers), sweep_folder.versions())
     return SweepCost(tuple(costs), workers, memory(costs, workers)), manifest
 
 
-def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any, report: Report) -> SweepOutcome:
+def _filled(
+    study: SweepStudy, folder: sweep_folder.SweepFolder, cost: SweepCost, client: Any, report: Report
+) -> SweepOutcome:
     """Make the chunks that are missing."""
     manifest = folder.manifest
     digests = tuple(manifest.chunk_digest(one) for one in manifest.controllers)
@@ -168,7 +163,7 @@ def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any
                 refuse_changed(study)
                 failures[text][chunk.number] = f"runs {chunk.first} to {chunk.stop - 1}: {result.why}"
             else:
-                write_whole(folder.file(manifest.controllers[chunk.controller], chunk.number), result)
+                sweep_folder.write_whole(folder.file(manifest.controllers[chunk.controller], chunk.number), result)
                 made[text] += 1
             clock.tick(chunk)
     folder.write_failures(failures)
@@ -177,7 +172,7 @@ def _filled(study: SweepStudy, folder: SweepFolder, cost: SweepCost, client: Any
 
 
 def _done(
-    left: Sequence[Chunk], job: SweepJob, manifest: SweepManifest, workers: int, client: Any
+    left: Sequence[Chunk], job: SweepJob, manifest: sweep_folder.SweepManifest, workers: int, client: Any
 ) -> Generator[Done, None, None]:
     """The chunks by the cluster; else by threads for kernels, then by processes for the rest."""
     if client is not None:

@@ -27,7 +27,7 @@ from typing import Any
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import make_folder, read_text, reason_of
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.model.run import repr_html, short_repr
+from lwr_dyn.model.run import short_repr
 from lwr_dyn.studies.sweep.running.chunk_file import chunk_digest, decoded, joined
 from lwr_dyn.studies.sweep.summary import ControllerRuns
 
@@ -340,7 +340,6 @@ class SweepResults:
     missing: Mapping[str, tuple[int, ...]]
     failures: Mapping[str, Mapping[int, str]]
     __repr__ = short_repr
-    _repr_html_ = repr_html
 
     @classmethod
     def load(cls, folder: str | Path) -> SweepResults:

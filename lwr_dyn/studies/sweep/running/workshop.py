@@ -1,7 +1,5 @@
 """A study in one process: arm, references and controllers are built once, its runs made by kernel or `simulate`."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -77,7 +77,7 @@ ADAPTIVE_SLIPS = [
         'v["adaptation_gains"], v["lower_load"], -v["lower_load"]',
     ),
     ('friction[0], v["law_effort"]', 'friction[0], self.values()["law_effort"]'),
-    ("SlotineLiRegressor(arm), dynamics_of(arm), float", "self.law._regressor, dynamics_of(arm), float"),
+    ("adaptive.SlotineLiRegressor(arm), dynamics_of(arm), float", "self.law._regressor, dynamics_of(arm), float"),
     ('["friction_start"][i] + memory', '["friction_start"][1 - i] + memory'),
 ]
 ROBUST_SLIPS = [

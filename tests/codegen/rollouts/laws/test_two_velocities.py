@@ -6,7 +6,7 @@ import casadi
 import numpy as np
 
 from lwr_dyn.codegen.rollouts import passivity_law_forms
-from lwr_dyn.codegen.rollouts.symbolic_model import SymbolicModel
+from lwr_dyn.codegen.rollouts.symbolic_arm import SymbolicModel
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
 from tests.codegen.rollouts.laws.beside import ARM
 from tests.random_arms import random_arm
@@ -57,10 +57,10 @@ SLIPS = [
     ("*sliding(omega_n, x.q, x.dq, x.q_ref", "*sliding(omega_n, x.q_ref, x.dq, x.q"),
     ("*sliding(omega_n, x.q", "*sliding(-omega_n, x.q"),
     ("axis_frames(chain)[-1].link.position - chain.links[-1].after.position", "np.zeros(3)"),
-    ("back = link.after.inverse()", "back = link.after"),
+    ("to_parent(link.after.inverse())", "to_parent(link.after)"),
     ("[add(a, b) for a, b in zip(*pair", "[a for a, b in zip(*pair"),
     ("casadi.mtimes(self._constants.T, slope)", "-casadi.mtimes(self._constants.T, slope)"),
-    ("out[place // 10][place % 10]", "out[place // 10][(place + 1) % 10]"),
+    ("placed_bodies(self.n, self.places, ", "placed_bodies(self.n, self.places // 10 * 10 + (self.places + 1) % 10, "),
 ]
 
 

@@ -42,7 +42,7 @@ def undisturbed(tmp_path_factory):
 def test_the_files_hold_what_rollouts_of_all_runs_give(undisturbed):
     study, folder = undisturbed
     found = SweepResults.load(folder).controllers[OWN]
-    values = study.values(0, study.count)
+    values = study.values(0, study.runs)
     whole = rollouts(
         arm_of_study(study), controller_of_study(study, OWN), references_of_study(study),
         **rollout_arguments(study, OWN, values),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.trajectory.cartesian.pose_curves import WaypointError, read_waypoints
+from lwr_dyn.trajectory.motion_files import WaypointError, read_waypoints
 
 
 def written(tmp_path, text):
@@ -34,6 +34,7 @@ FAULTS = {
     "": r"content: empty",
     "x,y,z\n1,2,3\n": r"rows: 1; allowed: 2 to 10000",
     "x,y\n1,2\n3,4\n": r"columns: x, y; allowed: x, y, z",
+    "time\n0\n1\n": r"columns: time alone; allowed: x, y, z",
     "x,y,z,roll\n1,2,3,4\n1,2,3,4\n": r"columns: x, y, z, roll",
     "x,y,z,q1\n1,2,3,4\n1,2,3,4\n": r"columns",
     "q2,q3\n1,2\n1,2\n": r"columns: q2, q3",

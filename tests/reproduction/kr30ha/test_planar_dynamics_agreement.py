@@ -7,8 +7,8 @@ import sympy as sp
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.checks.arm import symbolic_agreement as symbolic
-from lwr_dyn.checks.arm.symbolic_agreement import SYMBOLIC, symbolic_verdicts
+from lwr_dyn.reproduction.kr30ha import planar_dynamics
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import SYMBOLIC, symbolic_verdicts
 
 CASES = {
     "first two": ("kr30ha", ("A1", "A2"), None, 100),
@@ -28,7 +28,7 @@ def test_symbols_equal_pinocchio_to_1e_10_at_random_states_and_parameters(case):
 
 
 def test_a_lost_term_is_seen(monkeypatch):
-    right = symbolic.equations_of_motion
+    right = planar_dynamics.equations_of_motion
 
     def without_product_terms(*arguments):
         part = right(*arguments)
@@ -36,6 +36,6 @@ def test_a_lost_term_is_seen(monkeypatch):
         C[0, 1] = sp.Integer(0)
         return replace(part, equations=replace(part.equations, C=C))
 
-    monkeypatch.setattr(symbolic, "equations_of_motion", without_product_terms)
+    monkeypatch.setattr(planar_dynamics, "equations_of_motion", without_product_terms)
     verdicts = symbolic_verdicts(lwr_dyn.load("kr30ha"), open_paper("kr30ha"), ("A1", "A2"), count=2)
     assert [v.holds for v in verdicts] == [True, False, True, True, False]

@@ -10,7 +10,7 @@ from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.run_figures import QUANTITIES, quantity_named
-from lwr_dyn.pages.notebook.plot import plot_writer
+from lwr_dyn.pages.plotting.plots import plot_writer
 
 PNG = b"\x89PNG\r\n"
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.trajectory.cartesian.legs import Pace
-from lwr_dyn.trajectory.cartesian.pose_curves import steps_between, straight, through
 from lwr_dyn.trajectory.motion_profile import quintic
+from lwr_dyn.trajectory.pose_path import steps_between, straight, through
 
 
 def pose(xyz, rotvec=(0.0, 0.0, 0.0)):

@@ -7,7 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.krl.language.source import parse_text
-from lwr_dyn.krl.page.program_page import SPEEDS, program_data, program_html
+from lwr_dyn.krl.page import SPEEDS, program_data, program_html
 from lwr_dyn.krl.project.program import load_program, parse_program, program_of
 from lwr_dyn.krl.running.program_run import run_program
 from tests.axe import EACH_ONCE, seen, sideways, violations

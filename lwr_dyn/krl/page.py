@@ -3,8 +3,6 @@
 It is the page of any replay, with the program's lines and, for each motion, its line and time in addition.
 """
 
-import json
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -15,24 +13,13 @@ from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.program_run import ProgramRun
-from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.replay_page import (
-    PLAYER,
-    fill_template,
-    meshcat_bundle,
-    pack_int32,
-    page_data,
-    replay_policy,
-    resource_text,
-    script_safe,
-)
+from lwr_dyn.pages.replay.replay_page import pack_int32, page_data, player_page
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 
 MOST = 20_000
 """Motions, and events, of a run whose lines the page marks; of a longer run the first ones."""
 SPEEDS = 2000
 """Most points of the curve of speed."""
-_HERE = "lwr_dyn.krl.page"
 
 
 def program_html(run: ProgramRun, program: Program) -> str:
@@ -48,21 +35,7 @@ def program_html(run: ProgramRun, program: Program) -> str:
     title = f"{run.program} on {run.arm.name}"
     start = {"trace": True, "frames": False, "beside": False}
     data = page_data(shown) | {"title": title, "live": False, "start": start, "program": program_data(run, program)}
-    style = [font_faces(), look_css(), *map(resource_text, ("player.css", "page.css"))]
-    player = [
-        *map(resource_text, (*PLAYER, "start.js")),
-        *(resource_text(name, _HERE) for name in ("program.js", "speed.js")),
-    ]
-    parts = {
-        "title": escape(title),
-        "policy": replay_policy(live=False),
-        "style": "\n".join([*style, resource_text("program.css", _HERE)]),
-        "controls": resource_text("controls.html"),
-        "meshcat": meshcat_bundle(),
-        "data": script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)),
-        "player": "\n".join(player),
-    }
-    return fill_template(resource_text("page.html"), parts)
+    return player_page(title, data, own=("program.css", "program.js", "speed.js"), of="lwr_dyn.krl")
 
 
 def write_program_page(path: str | Path, run: ProgramRun, program: Program) -> None:

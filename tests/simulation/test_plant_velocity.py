@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lwr_dyn.control.velocity import FilteredDifference
 from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.simulation.plant import FilteredDifference
 
 RATE = 1000.0
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import PaperError
-from lwr_dyn.trajectory.csv_rows import read_rows
+from lwr_dyn.trajectory.motion_files import read_rows
 
 GOOD = "# a comment\n\ntime [ms], x [mm], note, q1\n0, 1, a, 2\n\n500, 3, b, 4\n"
 

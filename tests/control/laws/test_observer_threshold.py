@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.laws.collision_threshold import (
+from lwr_dyn.control.laws.observer import (
     OFFSET,
     SIGMAS,
     CollisionThreshold,
     box_threshold,
     friction_level,
     motion_threshold,
+    observed,
 )
-from lwr_dyn.control.laws.observer import observed
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import arm_with_payload
@@ -80,7 +80,7 @@ SLIPS = (
 
 
 def test_planted_slips_are_caught():
-    assert not uncaught("lwr_dyn.control.laws.collision_threshold", SLIPS, check)
+    assert not uncaught("lwr_dyn.control.laws.observer", SLIPS, check)
 
 
 def test_friction_is_in_the_level_where_it_is_known():

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from lwr_dyn.checks.urdf.document import document_of, link_poses
-from lwr_dyn.checks.urdf.static_rules import effort_against_weight, largest_weight, unlike_others
+from lwr_dyn.checks.urdf.inertia_shape_rules import largest_weight
+from lwr_dyn.checks.urdf.joint_rules import effort_against_weight, unlike_others
 from tests.checks.urdf.box_arm import CENTRES, BoxArm
 from tests.tolerances import EXACT
 

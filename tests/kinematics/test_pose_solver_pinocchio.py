@@ -5,8 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.kinematics.pose_search import PinocchioSearch, pinocchio_search
-from lwr_dyn.kinematics.pose_solver import FOUND, PoseSolver
+from lwr_dyn.kinematics.pose_solver import FOUND, PinocchioSearch, PoseSolver, pinocchio_search
 from tests.kinematics.solved_poses import arm_named, assert_reached
 from tests.public_arms import random_positions, singular_positions
 
@@ -40,7 +39,7 @@ def test_a_redundant_arm_is_pulled_inside_its_limits(monkeypatch):
         return good.sum()
 
     pulled = found()
-    monkeypatch.setattr("lwr_dyn.kinematics.pose_search._REPAIR", 0)
+    monkeypatch.setattr("lwr_dyn.kinematics.pose_solver._REPAIR", 0)
     assert found() < pulled
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.trajectory.references.recorded_motion import MotionFileError, read_motion
+from lwr_dyn.trajectory.motion_files import MotionFileError, read_motion
 
 ROWS = "".join(f"{0.1 * k:.1f},{k},{-k}\n" for k in range(6))
 GOOD = "time,q1,q2\n" + ROWS
