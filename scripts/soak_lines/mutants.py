@@ -1,12 +1,17 @@
-"""Faults planted in the code, one at a time, in a copy of the tree: do the matching tests see them?
+"""Faults planted in the code, one at a time, in copies of the tree: does the test of the module see them?
 
-A module's own test comes first (its name, or `tests/covered.toml`) and its examples, then the tests that import it,
-then the folder of its mirror; one test file at a time, until one fails. Tests run in a fork of a process that has
-loaded the libraries. Tests that do not end in `PATIENCE` have seen a fault if they end without it.
+Drawn evenly over the lines of the whole package. Each is tried with the tests that its module's name finds, and no
+other: `test_<module>.py` and `test_<module>_<aspect>.py` in the folder of tests that mirrors the module's, its row in
+`tests/covered.toml`, its examples; first those that plain `pytest` runs, then the slow ones. Tests run in a fork of a
+process that has loaded the libraries. Tests that do not end in `PATIENCE` have seen a fault if they end without it.
+
+The draw that is reported follows from the last commit of tests, so no test was written for it. Work with others:
+`LWR_DYN_MUTANTS` (how many), `LWR_DYN_MUTANT_SEED`, `LWR_DYN_MUTANT_PLACES` (such as "krl,control/laws").
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import random
 import resource
@@ -17,7 +22,10 @@ import sys
 import tempfile
 import time
 import tomllib
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby, pairwise
 from pathlib import Path
 
 import numpy  # noqa: F401  loaded once, before the forks
@@ -27,43 +35,59 @@ import scipy.optimize  # noqa: F401
 import yourdfpy  # noqa: F401
 
 from soak_lines.mutations import Mutant, mutants_of
+from tests.own_tests import own_tests
 
 ROOT = Path(__file__).resolve().parents[2]
-CORE = (
-    "arrays.py", "files.py", "registry.py", "tables.py", "errors.py", "loading.py", "front.py", "model", "papers",
-    "urdf", "dynamics", "kinematics", "trajectory", "control", "simulation", "checks", "viewer", "cli",
-)  # fmt: skip
-COUNT, SEED = 100, 24
-FIRST, LAST = (int(x) for x in os.environ.get("LWR_DYN_MUTANTS", f"0:{COUNT}").split(":"))
-"""Which of them are tried."""
-NEEDED = 0.95
+COUNT = int(os.environ.get("LWR_DYN_MUTANTS", "200"))
+PLACES = tuple(os.environ.get("LWR_DYN_MUTANT_PLACES", "").split(","))
+NEEDED, NEEDED_QUICK = 0.90, 0.80
+"""Shares of the mutants that change something: seen at all, and by what plain `pytest` runs."""
+MOST_IDLE = 0.10
+"""At most this share may be called mutants that change nothing."""
 PATIENCE, LONGEST = 150, 600.0
 """[s] Processor time of one test file, and its time on the clock."""
 KNOWN = (
-    ("simulation/record.py", "side * speeds > 0.0", "side * speeds <= 0.0"),
+    ("simulation/loops.py", "side * speeds > 0.0", "side * speeds <= 0.0"),
     ("trajectory/motion_profile.py", "np.roots(slope[::-1])", "np.roots(slope)"),
     ("kinematics/arm_angle.py", "(passage.low + passage.high) / 2.0", "(passage.low + passage.high) * 2.0"),
-    ("krl/motion/path_axes.py", "if wrist[passed] < NEAR:", "if wrist[passed] < 2 * NEAR:"),
-    ("control/worst_case_inertia.py", "middle = (lower + upper) / 2\n", "middle = (lower + upper) * 2\n"),
+    ("krl/motion/pose_paths.py", "if wrist[passed] < NEAR:", "if wrist[passed] < 2 * NEAR:"),
+    ("control/inertia/worst_case.py", "middle = (lower + upper) / 2\n", "middle = (lower + upper) * 2\n"),
+    ("codegen/rollouts/rollouts.py", "first_run + i", "first_run - i"),
+    ("arms/loading.py", "if arm.file and run.meta", "if arm.file or run.meta"),
+    ("control/gains.py", "OMEGA_N, XI = 50.0, 1.0", "OMEGA_N, XI = 50.0, 2.0"),
+    ("trajectory/references/pose_path_reference.py", "if s <= 0.0:", "if s <= 1.0:"),
+    ("kinematics/arm_angle.py", "(0.5 - INSET)", "(0.5 + INSET)"),
+    ("studies/sweep/read_study.py", "if lacking is not None:", "if lacking is None:"),
+    ("reproduction/basis.py", "if np.ptp(trial) <= still:", "if np.ptp(trial) >= still:"),
 )
-"""Faults that the tests of version 0.1.0 did not see."""
+"""Faults that the tests of versions 0.1.0 and 0.2.0 did not see, or in modules where they saw none of those drawn."""
 REASONS = Path(__file__).with_name("mutants.toml")
 """key = "why this change changes nothing"."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fate:
-    """What became of a mutant: the test file that saw it (empty: none), whether that one ended, the time."""
+    """What became of a mutant: the tests that saw it (empty: none), quick or slow, whether they ended, the time."""
 
     mutant: Mutant
     by: str
+    quick: bool
     ended: bool
     seconds: float
 
     @property
     def words(self) -> str:
         """For the log."""
-        return f"{'seen' if self.ended else 'does not end'} by {self.by}" if self.by else "NOT SEEN"
+        if not self.by:
+            return "NOT SEEN"
+        return f"{'seen' if self.ended else 'does not end'} by {self.by}{'' if self.quick else ', slow'}"
+
+
+def seed() -> int:
+    """Of the draw: given, or from the last commit that changed a test."""
+    given = os.environ.get("LWR_DYN_MUTANT_SEED")
+    command = ["git", "log", "-1", "--format=%H", "--", "tests"]
+    return int(given or subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout[:8], 16)
 
 
 def known_mutants(root: Path) -> list[Mutant]:
@@ -78,56 +102,38 @@ def known_mutants(root: Path) -> list[Mutant]:
     return out
 
 
-def drawn(count: int, seed: int, root: Path = ROOT) -> list[Mutant]:
-    """The known faults, and others of the core drawn by seed, at most one a line."""
-    places = [root / "lwr_dyn" / part for part in CORE]
-    files = [path for place in places for path in ([place] if place.suffix else place.rglob("*.py"))]
+def drawn(count: int, seed: int, root: Path = ROOT, places: Sequence[str] = PLACES) -> list[Mutant]:
+    """As many mutants of lines that are as far from each other: all such lines in a row, one of each part of it."""
     every: list[Mutant] = []
-    for path in sorted(files):
-        every += mutants_of(path, path.relative_to(root / "lwr_dyn").as_posix())
-    chosen = known_mutants(root)
-    taken = {(x.module, x.line) for x in chosen}
-    for mutant in random.Random(seed).sample(every, len(every)):
-        if len(chosen) < count and (mutant.module, mutant.line) not in taken:
-            taken.add((mutant.module, mutant.line))
-            chosen.append(mutant)
-    return chosen
+    for path in sorted((root / "lwr_dyn").rglob("*.py")):
+        module = path.relative_to(root / "lwr_dyn").as_posix()
+        if module.startswith(tuple(places)):
+            every += sorted(mutants_of(path, module), key=lambda x: (x.line, x.begin))
+    lines = [list(group) for _, group in groupby(every, key=lambda x: (x.module, x.line))]
+    random_ = random.Random(seed)
+    ends = [round(k * len(lines) / count) for k in range(count + 1)]
+    parts = [lines[a:b] for a, b in pairwise(ends) if b > a]
+    return [random_.choice(random_.choice(part)) for part in parts]
 
 
-def tests_of(module: str, root: Path) -> list[str]:
-    """Test files that match a module, the nearest first, and the module itself for its examples; each file once."""
-    name, tests = module.removesuffix(".py"), root / "tests"
-    covered = tomllib.loads((tests / "covered.toml").read_text(encoding="utf-8"))["covered"]
-    own = [tests / covered.get(name, "none"), (tests / name).with_name(f"test_{Path(name).name}.py")]
-    dotted = "lwr_dyn." + name.replace("/", ".")
-    package, _, last = dotted.rpartition(".")
-    marks = (f"from {dotted} import", f"import {dotted}", f"from {package} import {last}")
-    every = sorted(tests.rglob("test_*.py"))
-    importing = [p for p in every if any(mark in p.read_text(encoding="utf-8") for mark in marks)]
-    folder = [p for p in every if p.parent == (tests / name).parent]
-    importing.sort(key=lambda p: p not in folder)
-    examples = [p for p in [root / "lwr_dyn" / module] if ">>> " in p.read_text(encoding="utf-8")]
-    return [str(p) for p in dict.fromkeys([*own, *examples, *importing, *folder]) if p.is_file()]
-
-
-def ends_well(root: Path, tests: str) -> bool | None:
-    """Whether all tests of a file hold; None when they take too long."""
+def ends_well(root: Path, tests: str, marked: str) -> bool | None:
+    """Whether all tests of a file with such marks hold; None when they take too long."""
     child = os.fork()
     if child == 0:
-        _run_tests(root, tests)
+        _run_tests(root, tests, marked)
     until = time.monotonic() + LONGEST
     while time.monotonic() < until:
         ended, status = os.waitpid(child, os.WNOHANG)
         if ended:
             code = os.waitstatus_to_exitcode(status)
             return None if code == -signal.SIGXCPU else code in (0, 5)  # 5: no test was collected
-        time.sleep(0.1)
+        time.sleep(0.05)
     os.killpg(child, signal.SIGKILL)
     os.waitpid(child, 0)
     return None
 
 
-def _run_tests(root: Path, tests: str) -> None:
+def _run_tests(root: Path, tests: str, marked: str) -> None:
     """In a child: pytest on the copy; does not return."""
     code = 1
     try:
@@ -141,32 +147,37 @@ def _run_tests(root: Path, tests: str) -> None:
         os.environ["PYTHONPATH"] = str(root)
         sys.dont_write_bytecode, os.environ["PYTHONDONTWRITEBYTECODE"] = True, "1"
         sys.path[:] = [str(root), *(x for x in sys.path if not x.startswith(str(ROOT)))]
-        code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--doctest-modules", tests]))
+        for name in [name for name in sys.modules if name == "tests" or name.startswith("tests.")]:
+            del sys.modules[name]
+        code = int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--doctest-modules", "-m", marked, tests]))
     finally:
         os._exit(code)
 
 
-def fate(mutant: Mutant, root: Path, known: dict[str, bool]) -> Fate:
+def fate(mutant: Mutant, root: Path, known: dict[tuple[str, str], bool]) -> Fate:
     """Plant one fault in the copy, run its tests, and take it out again.
 
     `known` says which test files hold on the copy as it is: the failure of another shows nothing.
     """
     path, start = root / "lwr_dyn" / mutant.module, time.perf_counter()
     source = path.read_text(encoding="utf-8")
-    for tests in tests_of(mutant.module, root):
-        path.write_text(mutant.applied(source), encoding="utf-8")
-        try:
-            outcome = ends_well(root, tests)
-        finally:
-            path.write_text(source, encoding="utf-8")
-        if outcome is True:
-            continue
-        if tests not in known:
-            known[tests] = ends_well(root, tests) is True
-        if known[tests]:
-            by = Path(tests).relative_to(root).as_posix()
-            return Fate(mutant, by, outcome is False, time.perf_counter() - start)
-    return Fate(mutant, "", True, time.perf_counter() - start)
+    files = own_tests(mutant.module.removesuffix(".py"), root / "tests")
+    files += [path] if ">>> " in source else []
+    for marked in ("not slow", "slow"):
+        for tests in map(str, files):
+            path.write_text(mutant.applied(source), encoding="utf-8")
+            try:
+                outcome = ends_well(root, tests, marked)
+            finally:
+                path.write_text(source, encoding="utf-8")
+            if outcome is True:
+                continue
+            if (tests, marked) not in known:
+                known[tests, marked] = ends_well(root, tests, marked) is True
+            if known[tests, marked]:
+                by = Path(tests).relative_to(root).as_posix()
+                return Fate(mutant, by, marked == "not slow", outcome is False, time.perf_counter() - start)
+    return Fate(mutant, "", False, True, time.perf_counter() - start)
 
 
 def copied(folder: Path) -> Path:
@@ -178,22 +189,73 @@ def copied(folder: Path) -> Path:
     return folder
 
 
+def tried(task: tuple[list[Mutant], Path]) -> list[Fate]:
+    """The fates of some mutants in one copy; each is printed as it is known."""
+    chosen, root = task
+    known: dict[tuple[str, str], bool] = {}
+    fates = []
+    for mutant in chosen:
+        fates.append(fate(mutant, root, known))
+        print(f"{mutant.name}: {fates[-1].words}, {fates[-1].seconds:.0f} s", file=sys.stderr, flush=True)
+    return fates
+
+
+def in_copies(chosen: Sequence[Mutant]) -> list[Fate]:
+    """The fates of mutants, tried in as many copies of the tree as there are cores; a module stays in one copy."""
+    workers = max(len(os.sched_getaffinity(0)), 1)
+    parts: list[list[Mutant]] = [[] for _ in range(workers)]
+    of_modules = defaultdict(list)
+    for mutant in chosen:
+        of_modules[mutant.module].append(mutant)
+    for mutants_here in sorted(of_modules.values(), key=len, reverse=True):
+        min(parts, key=len).extend(mutants_here)
+    with tempfile.TemporaryDirectory() as place, multiprocessing.get_context("fork").Pool(workers) as pool:
+        tasks = [(part, copied(Path(place) / str(k))) for k, part in enumerate(parts)]
+        found = {one.mutant: one for fates in pool.map(tried, tasks, chunksize=1) for one in fates}
+    return [found[mutant] for mutant in chosen]
+
+
+def share(fates: Iterable[Fate], reasons: dict[str, str], quick: bool = False) -> float:
+    """Those that are seen, of those that change something."""
+    counted = [one for one in fates if one.by or one.mutant.key not in reasons]
+    return sum(bool(one.by) and (one.quick or not quick) for one in counted) / max(len(counted), 1)
+
+
+def by_package(fates: Sequence[Fate], reasons: dict[str, str]) -> list[str]:
+    """Rows of a table: package, mutants, seen by quick tests, by slow ones, not seen, change nothing."""
+    rows = []
+    for package, group in groupby(
+        sorted(fates, key=lambda x: x.mutant.module), lambda x: x.mutant.module.split("/")[0]
+    ):
+        here = list(group)
+        quick, slow = sum(x.quick for x in here), sum(bool(x.by) and not x.quick for x in here)
+        idle = sum(not x.by and x.mutant.key in reasons for x in here)
+        cells = (package, len(here), quick, slow, len(here) - quick - slow - idle, idle, f"{share(here, reasons):.0%}")
+        rows.append(f"| {' | '.join(map(str, cells))} |")
+    return rows
+
+
 def mutants() -> tuple[str, bool, str]:
-    """Faults planted in the core, drawn by seed, that its tests see (LWR_DYN_MUTANTS=0:100 of them)."""
-    reasons = tomllib.loads(REASONS.read_text(encoding="utf-8"))["changes_nothing"] if REASONS.exists() else {}
-    with tempfile.TemporaryDirectory() as place:
-        root = copied(Path(place))
-        fates: list[Fate] = []
-        known: dict[str, bool] = {}
-        for mutant in drawn(COUNT, SEED, root)[FIRST:LAST]:
-            fates.append(fate(mutant, root, known))
-            print(f"{mutant.name}: {fates[-1].words}, {fates[-1].seconds:.0f} s", file=sys.stderr, flush=True)
-    survivors = [x.mutant for x in fates if not x.by]
-    idle = [x for x in survivors if x.key in reasons]
-    missed = [x for x in survivors if x.key not in reasons]
-    share = 1.0 - len(missed) / max(len(fates) - len(idle), 1)
-    rows = [f"| {x.name} | {reasons.get(x.key, 'not seen')} |" for x in survivors]
-    table = "\n".join(["| mutant that no test sees | why |", "|---|---|", *rows]).replace("`", "")
-    seen = sum(bool(x.by) for x in fates)
-    words = f"{seen} of {len(fates)} seen; {len(idle)} change nothing; {share:.1%} of the rest seen"
-    return words, share >= NEEDED, table
+    """Faults planted all over the package that the tests of their modules see (LWR_DYN_MUTANTS=200 of them)."""
+    reasons = tomllib.loads(REASONS.read_text(encoding="utf-8"))["changes_nothing"]
+    number = seed()
+    fates = in_copies(drawn(COUNT, number))
+    known = in_copies(known_mutants(ROOT)) if PLACES == ("",) else []
+    unseen = [x.mutant for x in (*fates, *known) if not x.by]
+    idle = sum(x.key in reasons for x in unseen)
+    rows = [f"| {x.name} | {reasons.get(x.key, 'not seen')} |" for x in unseen]
+    table = [
+        "| package | mutants | seen by quick tests | by slow ones | not seen | change nothing | seen |",
+        "|---|---|---|---|---|---|---|",
+        *by_package(fates, reasons),
+        "",
+        "| mutant that no test of its module sees | why |",
+        "|---|---|",
+        *rows,
+    ]
+    seen, quick = share(fates, reasons), share(fates, reasons, quick=True)
+    once = sum(bool(x.by) for x in known)
+    words = f"seed {number:x}: {seen:.1%} of {len(fates)} seen, {quick:.1%} by quick tests; {idle} change nothing; "
+    words += f"{once} of the {len(known)} known ones seen"
+    holds = seen >= NEEDED and quick >= NEEDED_QUICK and idle <= MOST_IDLE * len(fates) and once == len(known)
+    return words, holds, "\n".join(table).replace("`", "")

@@ -22,7 +22,7 @@ def properties() -> tuple[str, bool]:
 def krl() -> tuple[str, bool]:
     """100 000 mutated KRL programs end in a diagnosis or a program."""
     environment = os.environ | {"LWR_DYN_KRL_FUZZ": "100000"}
-    command = [sys.executable, "-m", "pytest", "-q", "tests/krl/running/test_program_run.py"]
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "slow or not slow", "tests/krl/running/test_program_run.py"]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     return done.stdout.strip().splitlines()[-1], done.returncode == 0
 
@@ -32,5 +32,5 @@ def core() -> tuple[str, bool]:
     from tests.custody.core_alone import EVERYTHING, FOLDERS, installed_core, run_tests
 
     with tempfile.TemporaryDirectory() as folder:
-        process = run_tests(installed_core(Path(folder), EVERYTHING), Path(folder), FOLDERS)
+        process = run_tests(installed_core(Path(folder), EVERYTHING), Path(folder), FOLDERS, "slow or not slow")
     return process.stdout.strip().splitlines()[-1], process.returncode == 0

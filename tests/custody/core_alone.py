@@ -82,10 +82,12 @@ def _built(folder: Path, python: Path) -> Path:
     return next(folder.glob("*.whl"))
 
 
-def run_tests(python: Path, folder: Path, names: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
+def run_tests(
+    python: Path, folder: Path, names: tuple[str, ...], marked: str = "not slow"
+) -> subprocess.CompletedProcess[str]:
     """The tests of these folders in the environment; what is skipped stands at the end with its reason."""
     places = [str(path) for name in names for path in core_files(folder / "tests", name, "test_*.py")]
-    return run([str(python), "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", *places], folder)
+    return run([str(python), "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", "-m", marked, *places], folder)
 
 
 def _succeed(command: list[str], folder: Path) -> None:
