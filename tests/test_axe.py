@@ -26,6 +26,7 @@ def judged(browser, tmp_path):
     return judge
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dark", [False, True])
 def test_a_good_page_has_no_fault(judged, dark):
     assert judged('<svg><text class="good" y="20">word</text></svg>', dark) == ([], [], 0)
@@ -37,6 +38,7 @@ def test_faults_are_named_with_their_rule_and_place(judged):
     assert "#empty" in found[0]
 
 
+@pytest.mark.slow
 def test_faint_text_in_svg_is_seen_in_the_scheme_in_which_it_is_faint(judged):
     body = '<svg><text class="{}" y="20">word</text></svg>'
     assert judged(body.format("faint"))[1] == ["word: 1.92 (rgb(187, 187, 187) on 255,255,255)"]

@@ -59,6 +59,7 @@ def outcomes(folder, monkeypatch, ci):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_what_lacks_a_package_is_skipped_with_its_name(tmp_path, monkeypatch):
     text = outcomes(tmp_path, monkeypatch, ci=False)
     assert text.startswith("ssssF.")
@@ -66,6 +67,7 @@ def test_what_lacks_a_package_is_skipped_with_its_name(tmp_path, monkeypatch):
     assert "test_fails_for_another_reason" in text
 
 
+@pytest.mark.slow
 def test_in_ci_it_fails(tmp_path, monkeypatch):
     assert outcomes(tmp_path, monkeypatch, ci=True).startswith("FEEFF.")
 

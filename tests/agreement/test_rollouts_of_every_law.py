@@ -79,6 +79,7 @@ def test_every_law_with_a_form_is_here():
     assert {name.partition("+")[0] for name in CASES} == set(LAW_FORMS.rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_rollout_of_every_law_is_the_run_of_simulate(name):
     """Some samples at a torque limit, in a loop with unknown load, friction and delay."""

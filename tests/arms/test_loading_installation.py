@@ -171,6 +171,7 @@ def test_closed_forms_recognise_the_arm(robot, solver):
     assert np.abs(reached - lwr_dyn.forward_kinematics(arm, q)).max() <= 10 * METRES  # up to 3 m from the origin
 
 
+@pytest.mark.slow
 def test_generated_kernels_include_mount_and_tool():
     locks = {f"joint_{i}": 0.1 for i in range(3, 8)}
     arm = lwr_dyn.load("lwr4plus", lock=locks, mount="ceiling", tool={"xyz": [0, 0, 0.1], "mass": 1.0})

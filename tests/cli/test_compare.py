@@ -37,6 +37,7 @@ def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, lwr_dy
     assert (folder / "x.html").read_text().startswith("<!doctype html>")
 
 
+@pytest.mark.slow
 def test_without_a_choice_all_controllers_run_and_json_is_one_object(lwr_dyn_command):
     task = ("--task", "hold", "--from-deg", "0,30,0,60,0,30,0", "--duration", "0.02")
     code, out, _ = lwr_dyn_command("compare", "wam7", *task, "--json")
@@ -109,6 +110,7 @@ def test_bad_input_gets_one_line_and_exit_code_2(case, lwr_dyn_command, folder):
     assert [path.name for path in folder.iterdir()] == ["empty.py"]
 
 
+@pytest.mark.slow
 def test_runs_of_different_references_are_refused(lwr_dyn_command, folder):
     for name, angle in (("a.npz", "30"), ("b.npz", "31")):
         lwr_dyn_command("simulate", "lwr4plus", *SHORT[:3], f"0,{angle},0,-60,0,30,0", *SHORT[4:], "--out", name)

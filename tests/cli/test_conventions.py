@@ -57,6 +57,7 @@ def test_wam_as_text_and_json(command):
     assert made["products", 2]["others"] == ["tensor"]
 
 
+@pytest.mark.slow
 def test_kr30_gives_zero_and_signs(command):
     code, out, _ = command("kr30ha")
     assert code == 0

@@ -11,6 +11,7 @@ from lwr_dyn.design.gain_search import margin_gains
 from lwr_dyn.design.loop_judgement import LoopCase
 
 
+@pytest.mark.slow
 def test_gains_as_json(lwr_dyn_command):
     rows = json.loads(lwr_dyn_command("gains", "lwr4plus", "--json")[1])["joints"]
     for row in rows:
@@ -38,6 +39,7 @@ def test_bad_input_is_one_line(words, message, lwr_dyn_command):
     assert message in err
 
 
+@pytest.mark.slow
 def test_what_is_proven_of_the_maxima_is_said_once(lwr_dyn_command):
     lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
     said = [line for line in lines if "certified" in line]
@@ -48,6 +50,7 @@ def test_what_is_proven_of_the_maxima_is_said_once(lwr_dyn_command):
     assert all(row["b"] <= row["certificate"]["upper"] <= row["b"] * (1 + 1e-6) for row in rows)
 
 
+@pytest.mark.slow
 def test_joints_whose_bound_is_not_near_are_named(lwr_dyn_command, monkeypatch):
     monkeypatch.setattr("lwr_dyn.control.inertia.certificate.MOST_BOXES", 40)
     lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
@@ -62,6 +65,7 @@ def without_proofs(monkeypatch):
     monkeypatch.setattr("lwr_dyn.design.gain_search.certificates", lambda arm, maxima: None)
 
 
+@pytest.mark.slow
 def test_without_proofs_how_the_maxima_were_searched_is_said_once(lwr_dyn_command, without_proofs):
     lines = lwr_dyn_command("gains", "lwr4plus")[1].splitlines()
     assert [line for line in lines if "searched" in line] == [
@@ -70,6 +74,7 @@ def test_without_proofs_how_the_maxima_were_searched_is_said_once(lwr_dyn_comman
     assert json.loads(lwr_dyn_command("gains", "lwr4plus", "--json")[1])["joints"][0]["certificate"] is None
 
 
+@pytest.mark.slow
 def test_joints_whose_search_ended_elsewhere_too_are_named(lwr_dyn_command, without_proofs):
     lines = lwr_dyn_command("gains", "kr30ha")[1].splitlines()
     at = lines.index("searched from 129 to 256 starts a joint; all ended at these values, except:")
@@ -77,6 +82,7 @@ def test_joints_whose_search_ended_elsewhere_too_are_named(lwr_dyn_command, with
     assert lines[at + 2] == ""
 
 
+@pytest.mark.slow
 def test_with_a_margin_the_largest_omega_n_of_each_controller_is_added(lwr_dyn_command):
     words = ("--reading", "physical", "--delay", "1", "--margin", "--task", "ist", "--elastic", "1e4")
     record = json.loads(lwr_dyn_command("gains", "lwr4plus", *words, "--json")[1])["margin"]

@@ -10,6 +10,7 @@ import lwr_dyn
 TO_C = ("--language", "c", "--out", "a.c")
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_source_or_the_cost_of_functions(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("kernels", "lwr4plus", "--emit", "gravity_vector", "--inputs", "payload")
     assert code == 0
@@ -21,6 +22,7 @@ def test_the_command_prints_a_source_or_the_cost_of_functions(lwr_dyn_command):
     assert "torque_regressor" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

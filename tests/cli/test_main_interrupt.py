@@ -46,6 +46,7 @@ def heard():
     signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MODULES)
 def test_ctrl_c_while_a_module_is_loaded(name):
     done = interrupted_at(name, ["check", "lwr4plus"])
@@ -94,6 +95,7 @@ def test_ctrl_c_that_is_swallowed_comes_again(capfd):
     assert sys.unraisablehook is not None
 
 
+@pytest.mark.slow
 def test_a_name_that_the_terminal_cannot_show_is_escaped(tmp_path):
     path = written(tmp_path, robot(joint("j", "a", "b"), a="", b=LINK).replace('name="r"', 'name="空"'))
     environment = os.environ | {"PYTHONIOENCODING": "latin-1"}

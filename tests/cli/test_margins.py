@@ -17,6 +17,7 @@ def test_the_json_has_the_keys_that_programs_read(lwr_dyn_command):
     assert (len(record["worst_q"]), record["worst_joint"]) == (7, "joint_1")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "code"), [((), 0), (("--limit", "1.7"), 0), (("--limit", "1.01"), 1), (("--delay", "30"), 0)]
 )
@@ -24,6 +25,7 @@ def test_a_limit_that_is_given_and_not_kept_is_exit_1(options, code, lwr_dyn_com
     assert lwr_dyn_command("margins", *PHYSICAL, *POSE, *options)[0] == code
 
 
+@pytest.mark.slow
 def test_options_of_the_controller_the_loop_and_the_plant_reach_the_loop(lwr_dyn_command):
     def worst(*options):
         return json.loads(lwr_dyn_command("margins", *PHYSICAL, *POSE, "--json", *options)[1])["worst"]
@@ -38,6 +40,7 @@ def test_options_of_the_controller_the_loop_and_the_plant_reach_the_loop(lwr_dyn
     assert (link["stable"], motor["stable"]) == (False, True)
 
 
+@pytest.mark.slow
 def test_poses_along_a_task(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("margins", *PHYSICAL, "--task", "ist", "--json", "--controller", "inverse-dynamics")
     record = json.loads(out)

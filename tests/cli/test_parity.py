@@ -7,6 +7,7 @@ import pytest
 from tests.checks.engines.small_files import TWO
 
 
+@pytest.mark.slow
 def test_one_engine_as_text(lwr_dyn_command):
     code, out, err = lwr_dyn_command("parity", "lwr4plus", "--engine", "pinocchio")
     assert (code, err) == (0, "")
@@ -14,6 +15,7 @@ def test_one_engine_as_text(lwr_dyn_command):
     assert "ignored  0.016         2.5e-04  .srdf by loadRotorParameters" in out
 
 
+@pytest.mark.slow
 def test_json_has_every_feature(lwr_dyn_command, tmp_path):
     path = tmp_path / "two.urdf"
     path.write_text(TWO, encoding="utf-8")
@@ -24,6 +26,7 @@ def test_json_has_every_feature(lwr_dyn_command, tmp_path):
     assert {"feature": "effort limits", "verdict": "recorded"}.items() <= engine["features"][3].items()
 
 
+@pytest.mark.slow
 def test_an_arm_without_masses_has_poses_and_limits(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("parity", "lwr4", "--engine", "yourdfpy", "--markdown")
     assert code == 0
@@ -38,6 +41,7 @@ def test_an_engine_that_is_not_there_is_named_with_how_to_install_it(lwr_dyn_com
     assert err == "lwr-dyn: pydrake is not installed; install it with: pip install 'lwr_dyn[parity]'\n"
 
 
+@pytest.mark.slow
 def test_a_missing_engine_is_a_line_of_the_table(lwr_dyn_command, monkeypatch):
     monkeypatch.setattr("lwr_dyn.checks.engines.survey.is_installed", lambda engine: engine == "yourdfpy")
     code, out, _ = lwr_dyn_command("parity", "lwr4plus")
@@ -45,6 +49,7 @@ def test_a_missing_engine_is_a_line_of_the_table(lwr_dyn_command, monkeypatch):
     assert "drake: not installed: pip install drake" in out
 
 
+@pytest.mark.slow
 def test_friction_that_no_format_holds_is_named(lwr_dyn_command):
     """WAM: the largest Coulomb level of a joint alone is 4.4748 N m."""
     _, out, _ = lwr_dyn_command("parity", "wam7", "--engine", "pinocchio", "--json")

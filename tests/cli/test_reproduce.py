@@ -7,6 +7,7 @@ import pytest
 from tests.json_schemas import faults
 
 
+@pytest.mark.slow
 def test_reproduce_the_exercise(lwr_dyn_command, tmp_path):
     code, out, _ = lwr_dyn_command("reproduce", "lwr4", "--out", str(tmp_path / "o"), "--json")
     assert code == 0

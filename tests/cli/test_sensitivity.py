@@ -16,6 +16,7 @@ def run(*arguments):
     return stop.value.code
 
 
+@pytest.mark.slow
 def test_tables(capsys):
     assert run("kr30ha", *QUICK) == 0
     out = capsys.readouterr().out
@@ -31,6 +32,7 @@ def test_tables(capsys):
     assert "torques keep" not in out  # the maker names no torque limits
 
 
+@pytest.mark.slow
 def test_json(capsys):
     assert run("kr30ha", *QUICK, "--json") == 0
     record = json.loads(capsys.readouterr().out)

@@ -24,6 +24,7 @@ def run_file(folder, two_runs):
     return "pd.npz"
 
 
+@pytest.mark.slow
 def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, folder, run_file):
     code, out, err = lwr_dyn_command("show", "lwr4plus", "--html", "x.html", "--q-deg", "10,20,30,-40,50,60,70")
     assert (code, err) == (0, "")
@@ -38,6 +39,7 @@ def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, folder, run_file
     assert out.startswith("wrote lwr_dyn_pages/lwr4plus_pd-gravity_")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -79,6 +81,7 @@ def test_bad_input_is_one_line_and_writes_nothing(lwr_dyn_command, folder, run_f
     assert set(folder.iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_second_robot_stands_on_the_page_of_the_first(lwr_dyn_command, folder):
     for other, name in (("kr30ha", "kr30ha, reading kuka"), ("lwr4plus:printed", "lwr4plus, reading printed")):
         code, _, err = lwr_dyn_command("show", "lwr4plus", "--beside", other, "--html", "two.html")
@@ -86,6 +89,7 @@ def test_a_second_robot_stands_on_the_page_of_the_first(lwr_dyn_command, folder)
         assert f'<div data-for="arm-name">{name}</div>' in (folder / "two.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_pose_sent_to_a_live_page_moves_the_sliders(browser, arm):
     q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
     with serve_arm(arm, port=0) as server:

@@ -51,6 +51,7 @@ def test_a_path_that_leaves_the_limits_is_refused_with_its_place(lwr_dyn_command
     assert "joint_1 at 4.58" in err  # it goes on through half a turn, beyond its limit
 
 
+@pytest.mark.slow
 def test_a_run_file_carries_what_made_it_and_loads(lwr_dyn_command, tmp_path):
     target = tmp_path / "run.npz"
     options = ("--controller", "pid", "--payload", "2", "--encoder-noise", "1e-6", "--seed", "3", "--out", str(target))
@@ -69,6 +70,7 @@ def test_a_run_file_carries_what_made_it_and_loads(lwr_dyn_command, tmp_path):
     assert abs(meta["audit"]["residual"]) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, tmp_path):
     target = tmp_path / "run.npz"
     options = ("--omega-n", "3000", "--no-saturation", "--controller", "inverse-dynamics", "--encoder-noise", "1e-3")
@@ -120,6 +122,7 @@ def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path
     assert lwr_dyn_command("check", own, "--lock", "joint_2=0.2")[0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "models"),
     [
@@ -141,6 +144,7 @@ def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options,
     assert len(built) == models
 
 
+@pytest.mark.slow
 def test_a_payload_over_the_rated_one_is_warned_of_in_one_line(lwr_dyn_command):
     task = ("simulate", "kr30ha", "--task", "hold", "--from-deg", "0,-90,90,0,0,0", "--duration", "0.02")
     task = (*task, "--controller", "inverse-dynamics")  # stable everywhere: no note on sampling

@@ -21,11 +21,13 @@ def simulated(lwr_dyn_command):
     return run
 
 
+@pytest.mark.slow
 def test_velocity_error_takes_the_lag_away(simulated):
     lag, none = (simulated(*MOVE, "--duration", "1", *x)["metrics"]["tip_max_mm"] for x in ((), ("--velocity-error",)))
     assert none < 0.5 * lag
 
 
+@pytest.mark.slow
 def test_a_known_payload_is_compensated(simulated):
     load = ("--payload", "3", "--controller", "inverse-dynamics")
     unknown, known = (simulated(*HOLD, *load, *x)["metrics"]["tip_max_mm"] for x in ((), ("--payload-known",)))
@@ -33,6 +35,7 @@ def test_a_known_payload_is_compensated(simulated):
     assert known < 0.01
 
 
+@pytest.mark.slow
 def test_feedforward_and_gravity_can_be_left_out(simulated):
     controller = ("--controller", "inverse-dynamics", "--duration", "1")
     full, paper, droop = (
@@ -42,6 +45,7 @@ def test_feedforward_and_gravity_can_be_left_out(simulated):
     assert full < 0.1 * paper < 0.1 * droop
 
 
+@pytest.mark.slow
 def test_uses_of_limits_stand_in_their_columns(lwr_dyn_command, simulated):
     found = simulated(*MOVE, "--duration", "1")["metrics"]
     text = lwr_dyn_command("simulate", "lwr4plus", *MOVE, "--duration", "1")[1]
@@ -82,6 +86,7 @@ def test_a_file_that_changed_since_the_run_is_not_drawn(lwr_dyn_command, tmp_pat
     assert "has changed since the run was made" in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", ["events", "meta", "schema"])
 @pytest.mark.parametrize("value", [None, 3, [[1.0]], "x"])
 def test_a_foreign_record_is_no_run(lwr_dyn_command, tmp_path, field, value):

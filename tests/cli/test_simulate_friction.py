@@ -8,6 +8,7 @@ MOVE = ("simulate", "wam7", "--task", "lspb", "--from-deg", "0,-60,0,90,0,0,0", 
 FAST = (*MOVE, "--to-deg", "0,-60,0,130,0,0,0", "--duration", "1.0", "--blend", "0.3")
 
 
+@pytest.mark.slow
 def test_friction_that_drives_is_warned_of(lwr_dyn_command):
     code, out, _ = lwr_dyn_command(*FAST)
     assert code == 0
@@ -15,6 +16,7 @@ def test_friction_that_drives_is_warned_of(lwr_dyn_command):
     assert "warning: friction of joint_4 feeds energy in from" in out
 
 
+@pytest.mark.slow
 def test_a_passive_refit_shows_its_cost_and_drives_no_more(lwr_dyn_command):
     code, out, _ = lwr_dyn_command(*FAST, "--passive-refit", "--json")
     record = json.loads(out)
@@ -35,6 +37,7 @@ def test_a_refit_of_an_arm_without_friction_is_refused(lwr_dyn_command):
     assert "--passive-refit: lwr4plus has no friction; allowed: with an arm whose friction is known" in err
 
 
+@pytest.mark.slow
 def test_without_friction(lwr_dyn_command):
     code, out, _ = lwr_dyn_command(*FAST, "--friction", "none")
     assert code == 0

@@ -70,6 +70,7 @@ def test_the_options_of_the_controller_are_what_it_begins_with(tuned):
     assert record["check"]["ratio"]["value"] < 1.0
 
 
+@pytest.mark.slow
 def test_it_is_the_same_for_any_number_of_threads(tuned):
     words = ("--gain", "omega-n=20:90", "--gain", "xi=0.6:1.2")
     one, two = tuned(*words), tuned(*words, "--threads", "2")

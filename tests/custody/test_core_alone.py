@@ -50,6 +50,7 @@ def core(tmp_path_factory):
         pytest.skip(f"no environment could be made: {fault}")
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_core(core):
     python, folder = core
     for arguments, code, words in COMMANDS:
@@ -59,12 +60,14 @@ def test_the_commands_of_the_core(core):
         assert code == 0 or process.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_a_function_that_needs_an_extra_names_it(core):
     python, folder = core
     code = "import lwr_dyn; lwr_dyn.batch_dynamics(lwr_dyn.load('lwr4plus'))"
     assert "pip install 'lwr_dyn[batch]'" in run([str(python), "-c", code], folder).stderr
 
 
+@pytest.mark.slow
 def test_its_tests_pass(core):
     python, folder = core
     process = run_tests(python, folder, SHARE)

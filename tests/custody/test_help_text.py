@@ -82,6 +82,7 @@ def arguments(line):
     return [each for word in words[1:] for each in (sorted(glob(word)) if "*" in word else [word])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in help_texts() if path not in SLOW])
 def test_the_examples_run(path, lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -63,6 +63,7 @@ def test_each_schema_is_one_and_demands_something(path, lwr_dyn_command):
     assert str(schema_file(path)) in lwr_dyn_command(*path.split(), "--help")[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", RUNS)
 def test_what_is_printed_agrees_with_the_schema(path, lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

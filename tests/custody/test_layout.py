@@ -67,6 +67,7 @@ def type_imports(tree: ast.Module) -> set[str]:
     return {name for block in blocks for name in imports(block)}
 
 
+@pytest.mark.slow
 def test_no_own_module_is_imported_for_types_alone():
     """Such an import holds a circle apart."""
     hiding = {path.relative_to(PACKAGE).as_posix(): type_imports(parsed(path)) for path in modules()}
@@ -92,6 +93,7 @@ def test_the_index_of_a_package_names_what_is_there(package):
     assert index(package) == children(package)
 
 
+@pytest.mark.slow
 def test_a_class_name_has_one_meaning():
     places = defaultdict(list)
     for path in modules():
@@ -117,6 +119,7 @@ def words(tree: ast.AST) -> set[str]:
     return {word.lower() for each in found for word in each}
 
 
+@pytest.mark.slow
 def test_names_and_docstrings_use_plain_words():
     used = {path.relative_to(PACKAGE).as_posix(): words(parsed(path)) & VAGUE for path in modules()}
     assert {name: vague for name, vague in used.items() if vague} == {}

@@ -59,6 +59,7 @@ def test_the_step_matrix_is_the_derivative_of_the_simulated_step(name, side):
         assert max(np.abs(their - pole).min() for pole in poles) <= 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "options", "tip_mm"),
     [

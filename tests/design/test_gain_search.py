@@ -19,6 +19,7 @@ def ist(reading="physical", count=9):
     return task.sample(np.linspace(0, task.duration, count)).q
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reading", "controller", "delay", "omega_n"),
     [
@@ -48,6 +49,7 @@ def test_it_keeps_the_margin_and_a_little_more_does_not():
     assert found.peak == pytest.approx(peaks[0].max(), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_all_cases_must_keep_it_and_the_one_that_stops_it_is_named():
     cases = [LoopCase(delay=1), LoopCase(delay=4), LoopCase(elasticity=1e4)]
     alone = [largest_omega_n(arm(), "inverse-dynamics", [case], q=ist(count=4)).omega_n for case in cases]
@@ -57,6 +59,7 @@ def test_all_cases_must_keep_it_and_the_one_that_stops_it_is_named():
     assert alone[2] < alone[1] < alone[0]
 
 
+@pytest.mark.slow
 def test_over_the_box_the_worst_pose_that_a_search_finds_counts():
     drawn = largest_omega_n(arm(), "pd-gravity", [LoopCase(delay=1)], poses=20)
     on_twenty = np.random.default_rng(0).uniform(arm().lower, arm().upper, (20, 7))

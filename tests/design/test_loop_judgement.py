@@ -25,6 +25,7 @@ def test_before_the_run_the_box_and_the_reference_are_judged(lwr_dyn_command):
     assert second == "note: at the poses of this reference (51 of them) it is stable"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -38,6 +39,7 @@ def test_a_loop_that_is_stable_everywhere_or_not_judged_gets_no_line(options, lw
     assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)[2]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "rate"),
     [
@@ -91,6 +93,7 @@ def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_comma
     assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", mine, "--continuous")[2]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("encoders", "unstable"), [("link", 2000), ("motor", 0)])
 def test_elastic_joints_are_judged_as_such(encoders, unstable, lwr_dyn_command):
     """Rigid, this loop holds; on springs PD holds from the motors' side, and nowhere from the links'."""
@@ -105,6 +108,7 @@ def test_elastic_joints_are_judged_as_such(encoders, unstable, lwr_dyn_command):
         assert found[1].startswith("note: at 51 of 51 poses of this reference it is unstable; ")
 
 
+@pytest.mark.slow
 def test_what_is_said_of_elastic_joints_agrees_with_the_margins(lwr_dyn_command):
     options = ("--reading", "physical", "--controller", "inverse-dynamics", "--elastic", "file", "--json")
     judged = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)[1])["sampled_loop"]
@@ -115,6 +119,7 @@ def test_what_is_said_of_elastic_joints_agrees_with_the_margins(lwr_dyn_command)
     assert judged["along_reference"]["unstable"] == 0
 
 
+@pytest.mark.slow
 def test_what_is_known_of_elastic_joints_is_said_of_a_run_that_diverges_too(lwr_dyn_command):
     elastic = ("--reading", "physical", "--elastic", "1e4", "--encoders", "link", "--no-saturation", "--no-stops")
     move = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "9,30,0,-60,0,30,0")

@@ -10,6 +10,7 @@ from lwr_dyn.design.sampled_loop import Sampling
 from tests.simulation.sample_runs import one_joint
 
 
+@pytest.mark.slow
 def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("gains", "lwr4plus")
     rows = {line.split()[0]: line for line in out.splitlines() if line}
@@ -21,6 +22,7 @@ def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
     assert ") deg" in rows["pd-gravity"]
 
 
+@pytest.mark.slow
 def test_gains_as_json_with_rate_and_delay(lwr_dyn_command):
     record = json.loads(lwr_dyn_command("gains", "lwr4plus", "--rate", "500", "--delay", "1", "--json")[1])["sampled"]
     assert list(record) == ["pd-gravity", "pid", "inverse-dynamics"]

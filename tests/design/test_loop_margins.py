@@ -59,6 +59,7 @@ SLIPS = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(loop_margins.__name__, SLIPS, check)
 

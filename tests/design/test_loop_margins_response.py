@@ -106,6 +106,7 @@ SLIPS = (
 )
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(loop_margins.__name__, SLIPS, check)
 

@@ -25,6 +25,7 @@ def control():
     return control
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "options"), [("pd-gravity", {"delay": 2}), ("pid", {"cutoff_hz": 100.0})])
 def test_python_control_closes_the_loop_to_the_same_poles_and_responses(name, options, control):
     found = report(name, **options)

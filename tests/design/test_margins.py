@@ -28,6 +28,7 @@ def in_box(reading="physical", controller=None, poses=200, **options):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reading", KNOWN)
 def test_the_unstable_share_of_the_box_is_the_known_one(reading):
     found = in_box(reading, poses=2000).stability
@@ -74,6 +75,7 @@ def test_that_step_is_the_one_of_simulate():
     np.testing.assert_allclose(np.concatenate([run.q[-1] - BENT, run.dq[-1]]), after, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reading", ["computed", "physical"])
 def test_the_worst_pose_is_as_bad_as_the_report_says(reading):
     found = in_box(reading)
@@ -88,6 +90,7 @@ def test_the_worst_pose_is_as_bad_as_the_report_says(reading):
     assert found.worst_joint == "joint_1"
 
 
+@pytest.mark.slow
 def test_the_joint_that_moves_most_is_the_one_that_simulate_shows():
     found = in_box("computed")
     run = simulate(
@@ -107,6 +110,7 @@ def test_a_plain_function_is_judged_as_the_law_that_it_is_and_this_is_said():
     assert "central differences" in str(plain)
 
 
+@pytest.mark.slow
 def test_a_payload_that_the_model_does_not_know_and_a_delay_cost_margin():
     free, loaded = (in_box(q=[BENT], plant=x) for x in (None, arm_with_payload(arm(), 7.0)))
     late = in_box(q=[BENT], delay=3)
@@ -115,6 +119,7 @@ def test_a_payload_that_the_model_does_not_know_and_a_delay_cost_margin():
     assert abs(loaded.worst.radius - free.worst.radius) > 1e-5
 
 
+@pytest.mark.slow
 def test_elastic_joints_are_judged_and_read_the_side_that_is_asked_for():
     link, motor = (in_box(q=[BENT], elasticity=1e4, encoders=side) for side in ("link", "motor"))
     rigid = in_box(q=[BENT])
@@ -133,6 +138,7 @@ def test_the_record_has_what_programs_ask_for():
     assert not record["holds"]
 
 
+@pytest.mark.slow
 def test_the_text_says_what_was_left_out_and_where_it_is_worst():
     text = str(in_box(q=[BENT], delay=1))
     assert "without speeds, friction, torque limits and stops" in text

@@ -94,6 +94,7 @@ def test_the_plants_payload_and_the_velocity_filter_are_in_the_map():
     assert np.abs(found[:rows] - unfiltered[:rows]).max() > 0.1 * np.abs(linear).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [pd, pid, id_without_gravity])
 def test_the_matrix_of_one_step_is_the_derivative_of_the_simulated_step(make):
     """By central differences at rest, where the plant's gravity is held exactly."""

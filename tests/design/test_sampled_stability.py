@@ -36,6 +36,7 @@ def stability_along(dynamics, controller, sampling, q, places=None):
     return stability_at(RestingLoop.of(dynamics, controller, rows), sampling, rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reading", ["computed", "printed"])
 def test_the_share_of_the_box_is_the_known_one_within_its_error(reading):
     found = stability_in_box(*default(reading), Sampling())
@@ -44,6 +45,7 @@ def test_the_share_of_the_box_is_the_known_one_within_its_error(reading):
     assert not found.holds
 
 
+@pytest.mark.slow
 def test_with_the_rotors_of_physical_no_pose_is_unstable_and_with_delay_many_are():
     arm, dynamics, controller = default("physical")
     at_once, late = (stability_in_box(arm, dynamics, controller, Sampling(1000.0, d), poses=500) for d in (0, 2))
@@ -129,6 +131,7 @@ def test_the_record_says_what_was_drawn_and_a_singular_plant_is_refused():
         stability_in_box(lwr(), flat, controller, Sampling(), poses=2)
 
 
+@pytest.mark.slow
 def test_long_delays_are_judged_at_fewer_poses_and_the_search_is_left_out(monkeypatch):
     sizes, matrices = [], RestingLoop.step_matrices
     monkeypatch.setattr(

@@ -43,6 +43,7 @@ def uses(reference, t, effort=ARM.effort):
     return np.abs(tau / effort).max(), np.abs(motion.dq / ARM.velocity).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [None, 1000.0])
 def test_a_move_takes_the_time_of_the_closed_form(rate):
     """At most a, from rest to rest: 2 sqrt(d / a); where the speed v is reached, d / v + v / a."""
@@ -54,6 +55,7 @@ def test_a_move_takes_the_time_of_the_closed_form(rate):
     assert found > trapezoid - 1e-9
 
 
+@pytest.mark.slow
 def test_no_limit_is_passed_between_the_points_of_the_grid_either(quick):
     t = np.random.default_rng(1).uniform(0.0, quick.duration, 4000)
     torque, speed = uses(quick, t)
@@ -127,6 +129,7 @@ def test_back_along_the_path_takes_as_long():
     assert there.sample(np.array([there.duration])).q == pytest.approx(again.sample(np.array([0.0])).q, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_less_of_the_limits_takes_longer(ist):
     times = [
         least_time(ARM, ist, effort_share=e, speed_share=v, intervals=100).duration
@@ -136,6 +139,7 @@ def test_less_of_the_limits_takes_longer(ist):
     assert times[2] > times[0] + 1.0
 
 
+@pytest.mark.slow
 def test_the_simulated_arm_keeps_what_the_timing_left_it(ist):
     """IST as printed, with stops at its corners: 90 % of the torque, 95 % of the speed."""
     reference = least_time(ARM, lwr_dyn.reference("ist", ARM))
@@ -157,6 +161,7 @@ def test_legs_and_their_stops():
     assert type(quick) is type(line)
 
 
+@pytest.mark.slow
 def test_the_weight_of_a_payload_takes_time(ist):
     heavy = arm_with_payload(ARM, 7.0)
     assert (

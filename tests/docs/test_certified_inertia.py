@@ -35,6 +35,7 @@ def test_every_gap_is_as_asked():
     assert max(float(row[6]) for row in ROWS) < 10.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", np.random.default_rng(SEED).choice(len(QUICK_ROWS), SHARE, replace=False))
 def test_a_share_is_proven_again(place):
     robot, reading, joint, value, *numbers, rounding = QUICK_ROWS[place]

@@ -59,6 +59,7 @@ def test_each_study_has_every_pair_or_says_why_not(numbers):
         assert len(pairs) + refused == len(made) * len(ranking.PLANTS_OF[study.partition("-")[0]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reading", ranking.READINGS)
 def test_a_seeded_share_comes_out_again(reading, numbers):
     study = f"move-{reading}"
@@ -80,6 +81,7 @@ def text_words(text, reading):
     return [*case.words, *([f"{load:g} kg at the flange"] if load else [])] or ["as modelled"]
 
 
+@pytest.mark.slow
 def test_a_gain_comes_out_again(numbers):
     chosen = study_of(numbers, "move-physical", ["inverse-dynamics"], ["nominal"])
     found = tuned_frequencies(chosen.arm, chosen.specs, chosen.reference, ranking.PEAK)["inverse-dynamics"]

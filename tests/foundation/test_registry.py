@@ -206,6 +206,7 @@ def _command(folder, *arguments):
     return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_the_command_takes_rows_of_another_package_with_their_options(distribution):
     simulate = ("simulate", "lwr4plus", "--task", "still", "--seconds", "0.01", "--engine", "my-engine")
     done = _command(distribution, *simulate, "--controller", "mine", "--gain", "9")

@@ -33,6 +33,7 @@ BYTES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_changed_good_files_are_read_or_refused(name, tmp_path):
     with warnings.catch_warnings():

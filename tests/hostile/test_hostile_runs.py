@@ -37,6 +37,7 @@ def saved(arrays, path):
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["work_x", "q", "t", "other"])
 def test_large_arrays_are_refused_before_they_are_unpacked(name, arrays, tmp_path):
     """A small file whose zeros take 5 GB in memory."""
@@ -79,6 +80,7 @@ EVENTS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("events", EVENTS, ids=str)
 def test_events_that_no_run_has_are_refused(events, arrays, tmp_path):
     with pytest.raises(FileAccessError, match="not a whole run file"):
@@ -100,6 +102,7 @@ META = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("meta", META, ids=str)
 def test_facts_of_another_kind_are_one_error_of_ours(meta, arrays, tmp_path):
     path = saved(with_meta(arrays, **meta), tmp_path / "x.npz")
@@ -107,6 +110,7 @@ def test_facts_of_another_kind_are_one_error_of_ours(meta, arrays, tmp_path):
         replayed(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "record",
     [

@@ -103,6 +103,7 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
     assert found.elasticity(otherwise=GEARS).stiffness[~found.bends] == pytest.approx(GEARS.stiffness[~found.bends])
 
 
+@pytest.mark.slow
 def test_the_command_prints_a_row_a_joint(logs, tmp_path, lwr_dyn_command):
     path = tmp_path / "both.csv"
     write_log(path, logs[0])

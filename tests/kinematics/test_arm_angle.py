@@ -86,6 +86,7 @@ def test_other_tool_directions_leave_the_limits_by_known_amounts(axis, degrees):
     assert np.degrees(caught.value.excess) == pytest.approx(degrees, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "turn"), [(3, 4.0), (5, 6.2)])
 def test_no_path_over_a_grid_of_arm_angles_does_better(seed, turn):
     """Brute force: the widest path over a 1 deg grid on every branch, a step of 12 deg allowed between poses."""
@@ -103,6 +104,7 @@ def test_no_path_over_a_grid_of_arm_angles_does_better(seed, turn):
     assert curve.margin <= best + np.radians(1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_the_curve_is_twice_differentiable_and_its_joints_do_not_jump(seed):
     s, T = spinning(seed, 3.0)
@@ -159,6 +161,7 @@ def test_bad_paths_are_named():
         best_arm_angle(LWR, s, 2 * T - np.diag([0, 0, 0, 1.0]))
 
 
+@pytest.mark.slow
 def test_a_tight_place_between_the_poses_of_the_first_look_is_found():
     s = np.arange(1401.0)
     q = np.tile([0.3, 0.7, 0.2, -1.0, 0.4, 0.9, 0.1], (1401, 1))
@@ -212,6 +215,7 @@ def test_works_on_any_s_r_s_arm():
     assert best_arm_angle(arm, s, T).margin > 1.0
 
 
+@pytest.mark.slow
 def test_a_range_of_more_than_a_turn_counts_as_one_and_result_and_error_say_so():
     wide = replace(LWR, limits=(replace(LWR.limits[0], lower=-6.0, upper=6.0), *LWR.limits[1:]))
     assert best_arm_angle(LWR, *spinning(0, 3.0)).one_turn == ""

@@ -69,6 +69,7 @@ def test_out_of_reach_is_distinguished_from_outside_limits():
     assert len(inverse_kinematics(LWR, bent, limits=False).solutions) == 8
 
 
+@pytest.mark.slow
 def test_a_moving_joint_outside_at_every_arm_angle_is_named_with_its_least_excess():
     tight = replace(LWR, limits=(*LWR.limits[:5], JointLimits(-0.1, 0.1), LWR.limits[6]))
     T = pose(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 1.5, 0.1])

@@ -22,6 +22,7 @@ def pose(arm, q):
     return lwr_dyn.forward_kinematics(arm, q)
 
 
+@pytest.mark.slow
 def test_numeric_search_solves_other_arms_inside_limits_and_calls_itself_incomplete():
     rng = np.random.default_rng(4)
     for q in rng.uniform(SIX.lower, SIX.upper, (10, 6)):
@@ -109,6 +110,7 @@ def test_a_position_alone_is_reached_from_a_start_inside_the_limits(robot):
         assert np.abs(moved - near).max() < 0.3
 
 
+@pytest.mark.slow
 def test_a_position_outside_limits_or_out_of_reach_is_told_apart():
     bent = pose(SIX, [0.3, 0.7, -2.6, 0.4, 0.0, 0.1])[:3, 3]
     result = inverse_kinematics(SIX, bent, position_only=True)

@@ -8,6 +8,7 @@ from lwr_dyn.checks.arm.model_laws import random_states
 from tests.tolerances import METRES
 
 
+@pytest.mark.slow
 def test_a_thousand_poses_inside_the_limits_are_solved_inside_the_limits():
     arm = lwr_dyn.load("wam7")
     poses = lwr_dyn.forward_kinematics(arm, random_states(arm, 1000, 20240607).q)

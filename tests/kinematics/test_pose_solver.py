@@ -70,6 +70,7 @@ def test_near_does_not_start_again(search):
         solve.near(stretched, q)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", SEARCHES)
 @pytest.mark.parametrize("joints", ["PRP", "RRPRRPR"])
 def test_sliding_joints_and_any_number_of_them(joints, search):

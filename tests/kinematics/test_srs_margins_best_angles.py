@@ -1,6 +1,7 @@
 """The best arm angle of a pose: better than every other on the circle, and inside the limits where one is."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -28,6 +29,7 @@ def test_best_arm_angle_is_the_best_of_all(seed):
     assert not intervals_at_level(problem, best.margin - 10 * CERTAIN).empty.any()
 
 
+@pytest.mark.slow
 def test_1000_random_poses_inside_the_limits_are_all_solved():
     q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
     T, signs = each_branch(fk(LWR, q))

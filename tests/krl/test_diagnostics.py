@@ -177,6 +177,7 @@ def test_a_value_that_is_missing_after_a_fault_is_no_other_fault(arm):
     assert codes(body("REAL X", SPEED, HOME, "X = X + 1", "WAIT SEC X"), arm) == [(6, "no-value")]
 
 
+@pytest.mark.slow
 def test_an_endless_loop_is_cut_and_reported(arm):
     # the counter keeps the state from coming back
     counting = ("REPEAT", "PTP_REL {A1 5}", "PTP_REL {A1 -5}", "$FILTER = $FILTER + 1", "UNTIL FALSE")

@@ -48,6 +48,7 @@ def page(run, program, browser, tmp_path_factory):
     return browser
 
 
+@pytest.mark.slow
 def test_the_marked_line_is_the_one_that_moves_the_arm(page, run):
     for motion in run.executed:
         if motion.end > motion.begin:
@@ -77,6 +78,7 @@ def test_a_line_goes_to_each_of_its_motions_in_turn(page, run):
         assert page.execute_script("return lwrReplay.time()") == pytest.approx(begin, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_an_output_is_marked_when_it_is_set_and_a_line_goes_to_it(page, run):
     events = [x for x in run.events if x.position.line == 40]
     assert len(events) == 3
@@ -93,6 +95,7 @@ def test_an_output_is_marked_when_it_is_set_and_a_line_goes_to_it(page, run):
         page.execute_script("lwrReplay.setTime(arguments[0])", event.time)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), EACH_ONCE)
 def test_a_browser_finds_nothing_against_it(width, dark, page):
     with seen(page, width, dark):

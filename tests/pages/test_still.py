@@ -15,6 +15,7 @@ def grey(png):
     return np.asarray(Image.open(BytesIO(png)).convert("L"), dtype=float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwr4plus computed", "tiago", "hung"])
 def test_a_still_shows_the_arm_at_its_pose(name):
     arm = explored_arm(name)
@@ -28,6 +29,7 @@ def test_the_same_arm_gives_the_same_bytes(arm):
     assert arm_still(arm, np.zeros(7)) == arm_still(arm, np.zeros(7))
 
 
+@pytest.mark.slow
 def test_the_path_of_a_run_is_drawn_in_its_colour(arm, two_runs):
     run = two_runs[1]
     stills = [arm_still(arm, run.q[-1], one) for one in (run, None)]

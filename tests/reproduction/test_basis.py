@@ -20,6 +20,7 @@ def found():
     return {paper: with_bases(paper_study(paper), usual_judgement(paper)) for paper in studies()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paper", studies())
 def test_no_number_is_compared_with_itself(found, paper):
     """With every cell of a block changed, and nothing else, its recomputed values stay."""
@@ -47,6 +48,7 @@ def _plain(value):
     return value.text if isinstance(value, ComparedExpression) else value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paper", studies())
 def test_every_formula_gives_values_with_other_numbers_or_states_its_basis(paper):
     study = paper_study(paper)

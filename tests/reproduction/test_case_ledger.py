@@ -15,6 +15,7 @@ PROVEN = [(paper, erratum) for paper, erratum in ALL if erratum.status == "prove
 PROMISED = 25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "erratum"), PROVEN, ids=[f"{p}-{e.id}" for p, e in PROVEN])
 def test_a_proven_erratum_has_a_proof_that_holds(paper, erratum):
     study = paper_study(paper)

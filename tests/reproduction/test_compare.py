@@ -25,6 +25,7 @@ def of(judgement, path):
     return next(j for j in judgement.numbers if j.cell.path == path)
 
 
+@pytest.mark.slow
 def test_nothing_printed_is_left_unexplained_and_nothing_derived_differs(found):
     for judgement in found.values():
         assert judgement.counts()[DIFFERS] == 0

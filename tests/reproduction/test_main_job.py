@@ -27,6 +27,7 @@ def outcome(tmp_path_factory):
     return folder, reproduce("lwr4plus", folder)
 
 
+@pytest.mark.slow
 def test_everything_promised_is_there(outcome):
     folder, result = outcome
     assert result.holds
@@ -77,6 +78,7 @@ def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
     assert "paper     printed  computed  reproduced  after erratum" in outcome[1].document.text()
 
 
+@pytest.mark.slow
 def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outcome, browser):
     address = (outcome[0] / "report.html").as_uri()
     report_opened(browser, outcome[0] / "report.html")
@@ -95,11 +97,13 @@ def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outco
     assert console == []
 
 
+@pytest.mark.slow
 def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browser):
     assert lost(outcome[0]) == []
     assert faults(browser, outcome[0] / "report.html", wide=10_000, narrow=20_000) == []
 
 
+@pytest.mark.slow
 def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     folder, _ = outcome
     arm = lwr_dyn.load("lwr4plus")
@@ -117,6 +121,7 @@ def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     screenshot(browser, "main_job.png")
 
 
+@pytest.mark.slow
 def test_the_images_of_the_readme_are_from_this_build(outcome, browser):
     readme = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
     assert all(f"(.images/{name})" in readme for name in PICTURES)

@@ -26,6 +26,7 @@ SEEN = 0.75
 """Least share of them that is seen; the full counts stand in the README."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("paper", studies())
 def test_no_mutant_moves_a_number_unseen(paper):
     chosen = random.Random(20261121).sample(list(mutants(paper)), SLOW_SHARE.get(paper, SHARE))
@@ -58,6 +59,7 @@ def test_the_printed_value_of_an_erratum_must_be_there():
     assert fate(mutant, usual_judgement("lwr4plus")).seen == REFUSED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("paper", "column", "untouched"),
     [

@@ -55,6 +55,7 @@ def curves_of(pictures, on_page=False):
                 yield from ((figure, p, c, curve) for c, curve in enumerate(panel.curves))
 
 
+@pytest.mark.slow
 def test_what_is_read_back_is_what_was_described(written):
     described, read, folder = written
     for (*before, a), (*after, b) in zip(curves_of(described), curves_of(read), strict=True):
@@ -76,6 +77,7 @@ def test_the_run_files_that_series_name_hold_the_runs(written):
         np.testing.assert_array_equal(Run.load(folder / file).q, shown.run.q)
 
 
+@pytest.mark.slow
 def test_the_lines_of_the_drawing_are_those_of_the_file(written):
     _, read, _ = written
     for drawn in read.figures.values():

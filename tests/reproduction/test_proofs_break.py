@@ -105,6 +105,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "name"), BROKEN, ids=lambda x: str(x))
 def test_a_broken_proof_does_not_hold(paper, name, monkeypatch):
     here = paper_study(paper)

@@ -12,6 +12,7 @@ from lwr_dyn.reproduction.papers import studies
 from tests.reproduction.pages import faults, lost
 
 
+@pytest.mark.slow
 def test_a_second_run_writes_the_same_results_byte_for_byte_and_the_same_page(tmp_path, browser):
     made = [reproduce.reproduce("lwr4", tmp_path / name) for name in ("a", "b")]
     for file in ("results.json", "report.html"):
@@ -106,6 +107,7 @@ def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypat
     assert "+0.0001" in outcome.document.text()
 
 
+@pytest.mark.slow
 def test_an_incomplete_folder_is_marked_until_it_is_complete(tmp_path, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt

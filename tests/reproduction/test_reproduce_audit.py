@@ -1,5 +1,7 @@
 """What audits show stands on a paper's page and in its record."""
 
+import pytest
+
 from lwr_dyn.reproduction import reproduce
 from lwr_dyn.reproduction.paper_study import paper_study
 
@@ -11,6 +13,7 @@ def test_the_lint_finds_faults_that_the_errata_name():
     assert len(record) == len(section.text.splitlines())
 
 
+@pytest.mark.slow
 def test_the_resolver_finds_the_sign_of_the_wams_products_and_the_joints_of_the_kr30ha():
     section, lines = reproduce.tensor_section("wam7")
     assert "products of inertia +integral (decided by second tensors)" in section.text
@@ -23,6 +26,7 @@ def test_parts_that_a_paper_has_not_are_left_out():
     assert [part.id for part in parts] == list(record) == ["lint"]
 
 
+@pytest.mark.slow
 def test_the_evidence_of_table_iv_decides_the_lwr4plus():
     section, _ = reproduce.tensor_section("lwr4plus")
     assert "tensors are about the centre of mass (decided by published numbers)" in section.text

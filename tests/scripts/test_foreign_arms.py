@@ -21,6 +21,7 @@ ENDS = {
 }
 
 
+@pytest.mark.slow
 def test_a_seeded_share_of_the_public_arms_ends_with_a_verdict_or_one_line(capsys):
     arms = [path for path in installed_urdfs([PUBLIC]) if has_moving_joint(path)]
     outcomes = survey(random.Random(20261122).sample(arms, SHARE), processes=1)

@@ -37,6 +37,7 @@ def test_codes_are_counted_by_file(tmp_path):
     assert lines[-1].startswith("crashed | ")
 
 
+@pytest.mark.slow
 def test_broken_files_are_judged_too(tmp_path):
     (tmp_path / "cut.urdf").write_text("<robot><link", encoding="utf-8")
     (tmp_path / "empty.urdf").write_text("", encoding="utf-8")

@@ -38,6 +38,7 @@ def run(script: Path, arguments: list[str], folder: Path) -> str:
     return process.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", EXAMPLES)
 def test_a_worked_example_runs(script, tmp_path):
     arguments, promise = EXAMPLES[script]
@@ -49,15 +50,18 @@ def test_the_committed_models_are_fresh(tmp_path):
     assert "fresh: " in run(SCRIPTS / "build_models.py", ["--check"], tmp_path)
 
 
+@pytest.mark.slow
 def test_data_mutants(tmp_path):
     assert "lwr4: 24 mutants, " in run(SCRIPTS / "data_mutants.py", ["lwr4", "--share", "24"], tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", ["benchmark.py", "soak.py"])
 def test_a_long_script_lists_its_parts(script, tmp_path):
     assert "usage: " in run(SCRIPTS / script, ["--help"], tmp_path)
 
 
+@pytest.mark.slow
 def test_every_line_of_soak_loads_and_says_what_it_counts(tmp_path):
     code = "import soak\nfor name in soak.LINES: assert soak.line_of(name).__doc__.endswith('.'), name\nprint('all')"
     path = os.pathsep.join([str(SCRIPTS), str(SCRIPTS.parent)])

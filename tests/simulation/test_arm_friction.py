@@ -124,6 +124,7 @@ def test_the_seven_joints_of_the_wam_have_their_table():
         np.testing.assert_allclose(torque(np.full(7, dq)), want, rtol=1e-15)
 
 
+@pytest.mark.slow
 def test_the_fast_path_and_the_flow_give_the_same_run(monkeypatch):
     """A fast step that is refused every time gives the same run, to rounding, events included."""
     models = [symmetric(f, 0.1) for f in (9.0, 9.0, 4.0, 4.0, 0.3, 0.3, 0.1)]

@@ -133,6 +133,7 @@ SOUND = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", SOUND.values(), ids=SOUND)
 def test_a_sound_run_leaves_rounding(options):
     result = other_road(simulated("inverse-dynamics", **options))
@@ -157,6 +158,7 @@ def test_sticking_joints_of_the_wam_are_held():
     assert other_road(replace(run, tau_friction=run.tau_friction + 1e-6)).share > 10.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"continuous": True, "rate": 4000.0}], ids=["held", "continuous"])
 def test_only_intervals_with_events_are_left_out(options):
     run = stopped(**options)

@@ -86,6 +86,7 @@ def push_with(torque):
     return lambda t, q, dq, q_ref, dq_ref, ddq_ref: np.array([torque(t)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "dop853"])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_slider_meets_its_stop_rests_and_leaves_on_time(method, side):

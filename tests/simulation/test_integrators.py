@@ -62,6 +62,7 @@ def test_a_failed_adaptive_step_is_nan():
     assert np.isnan(after).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pd-gravity", "inverse-dynamics", "pid"])
 @pytest.mark.parametrize("continuous", [False, True])
 def test_rk4_against_dop853(name, continuous):
@@ -72,6 +73,7 @@ def test_rk4_against_dop853(name, continuous):
     np.testing.assert_allclose(a.dq, b.dq, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_engines_agree_on_the_motion():
     runs = [
         simulate(lwr(), controllers()["pd-gravity"], joint_waves(), engine=engine, duration=0.1, q0=np.full(7, 0.2))

@@ -16,6 +16,7 @@ def reference():
     return ist_reference(lwr())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", controllers())
 def test_limits_are_kept_and_energy_balances(name):
     run = simulate(lwr(), controllers()[name], reference())

@@ -15,6 +15,7 @@ from tests.random_arms import arms
 from tests.simulation.sample_runs import MIDDLE, Sinusoids, controllers, joint_waves, lwr, lwr_dynamics, with_limits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", controllers())
 def test_fourteen_seconds_at_1_khz_with_rk4(name):
     run = simulate(lwr(), controllers()[name], joint_waves())
@@ -26,6 +27,7 @@ def test_fourteen_seconds_at_1_khz_with_rk4(name):
     assert run.meta["audit"]["residual"] == result.residual
 
 
+@pytest.mark.slow
 @examples(10)
 @given(arms)
 def test_any_arm_swings_freely(arm):
@@ -36,6 +38,7 @@ def test_any_arm_swings_freely(arm):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "dop853"])
 @pytest.mark.parametrize("continuous", [False, True])
 def test_with_friction_and_stops(method, continuous):

@@ -37,6 +37,7 @@ def friction(level=2.0, static=2.5):
     return [JointFriction(one, one)] * 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -75,6 +76,7 @@ def test_it_acts_as_the_same_torque_of_the_motors_would():
     np.testing.assert_allclose(outside.work["external"], by_hand, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"friction": friction(0.4, 0.6)}], ids=["free", "friction"])
 def test_the_fast_step_and_the_flow_of_events_agree(options, monkeypatch):
     fast = pushed(**options)

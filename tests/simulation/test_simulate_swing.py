@@ -12,6 +12,7 @@ DRIFT = 1e-8
 """[J] Energy error allowed to a torque-free swing of 2 s by the adaptive integrator."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_two_seconds_keep_their_energy(case):
     run = free_swing(lwr(), case, rate=100.0)
@@ -48,6 +49,7 @@ def test_a_start_of_ones_own():
     assert (run.dq[0] == 0.0).all()
 
 
+@pytest.mark.slow
 def test_rk4_with_stops_loses_only_what_the_stops_take():
     run = free_swing(lwr(), "speed", duration=2.0, method="rk4", substeps=8, position_limits=True)
     assert any(event.kind == "stop" for event in run.events)

@@ -42,6 +42,7 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_pose():
     np.testing.assert_allclose(here.acceleration, dv, atol=DIFFERENCE)
 
 
+@pytest.mark.slow
 def test_blended_path_with_a_smooth_law_has_no_jump_of_acceleration_anywhere():
     path = path_of([line((0, 0, 0.3), (0, 0, 0)), line((0, 0, 0), (0, 0.3, 0))])
     path = blended(path, corners=0.05)

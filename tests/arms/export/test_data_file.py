@@ -54,6 +54,7 @@ def assert_same(arm, back):
     assert np.abs(torques[0] - torques[1]).max() <= EXACT * np.abs(torques[0]).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("convention", Convention)
 @pytest.mark.parametrize("name", [*OWN, *FOREIGN], ids=str)
 def test_it_loads_as_the_same_arm(name, convention, tmp_path):

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from lwr_dyn.arms.export.data_file import ColumnText, literal, quoted, table_text
 
 
+@pytest.mark.slow
 @pytest.mark.hypothesis
 @given(st.text(st.characters(codec="utf-8")))
 def test_a_text_comes_back(text):

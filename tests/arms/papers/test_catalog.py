@@ -37,6 +37,7 @@ def parsed(monkeypatch):
     return names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
 def test_a_command_parses_the_data_file_once(arguments, parsed, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -83,6 +83,7 @@ def own_arm(request, tmp_path):
     return lwr_dyn.load(path)
 
 
+@pytest.mark.slow
 def test_an_arm_of_ones_own_has_no_gaps_wherever_it_goes(own_arm):
     for q in np.random.default_rng(4).uniform(own_arm.lower, own_arm.upper, (20, own_arm.n)):
         assert pieces(own_arm, q) == 1

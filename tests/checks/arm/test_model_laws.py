@@ -85,6 +85,7 @@ def test_gravity_law(arm, states):
     assert not gravity_identity(wrong, newton_euler_dynamics(arm.chain).ungated, states).holds
 
 
+@pytest.mark.slow
 def test_energy_drift_sees_a_brake(arm):
     brake = Faulty(arm.chain, forward_dynamics=lambda ddq: ddq * (1 - 1e-3))
     q, dq = np.full(7, 0.3), np.full(7, 0.2)

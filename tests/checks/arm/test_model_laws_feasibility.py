@@ -110,6 +110,7 @@ def verdict(report):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_each_fault_is_named_at_its_own_link(tmp_path, name):
     report = check_arm(lwr_dyn.load(written(tmp_path, name)), states=20)

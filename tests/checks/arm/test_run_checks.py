@@ -53,6 +53,7 @@ def mutated(module: types.ModuleType, old: str, new: str) -> types.ModuleType:
     return twin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RECURSION_FAULTS)
 def test_a_fault_in_the_recursion_is_caught(monkeypatch, name):
     twin = mutated(recursion, *RECURSION_FAULTS[name])
@@ -97,6 +98,7 @@ URDF_FAULTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", URDF_FAULTS)
 def test_a_fault_in_the_urdf_is_caught(monkeypatch, name):
     arm = lwr_dyn.load("lwr4plus", "physical")
@@ -106,6 +108,7 @@ def test_a_fault_in_the_urdf_is_caught(monkeypatch, name):
     assert not run_checks.check_arm(arm, states=STATES).holds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", range(7))
 def test_a_lost_rotor_is_caught(monkeypatch, joint):
     arm = lwr_dyn.load("lwr4plus")

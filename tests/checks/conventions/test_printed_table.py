@@ -134,6 +134,7 @@ def test_rows_that_fall_out_fill_the_blank_cell():
     assert np.isnan(shifted(one.table.origin, 1)[0]).all()
 
 
+@pytest.mark.slow
 def test_what_no_number_shows_is_open():
     trials = [scrambled_table(np.random.default_rng([14, k])) for k in range(40)]
     open_ = {kind: [bool(open_choices(t)) for t in trials if t.kind == kind] for kind in ("numbers", "both")}

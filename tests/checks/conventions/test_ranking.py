@@ -42,11 +42,13 @@ def assert_bodies(found, reading, atol=1e-15):
         np.testing.assert_allclose(ours.inertia_com, link.body.inertia_com, atol=atol)
 
 
+@pytest.mark.slow
 def test_lwr_table_2_is_one_row_too_high(lwr):
     assert [(f.convention.value, f.shift) for f in lwr.frames if not f.missed] == [("standard", 1)]
     np.testing.assert_array_equal(lwr.table.com[6], [0, 0, -0.01476472])
 
 
+@pytest.mark.slow
 def test_lwr_computed_is_found_from_table_4(lwr):
     assert_bodies(lwr.computed[0], lwr_dyn.load("lwr4plus", "computed"))
     assert all(row.holds for row in global_maxima(lwr.table, lwr.evidence, lwr.computed[0]))
@@ -61,6 +63,7 @@ def test_lwr_c5z_is_fitted_to_b55_and_the_others_follow(lwr):
     assert [r.cell.value for r in others] == [0.0238]
 
 
+@pytest.mark.slow
 def test_lwr_c5z_is_not_the_only_cell_that_mends_table_4(lwr):
     """Link 6 could be heavier across its axis: the numbers alone do not decide it, the copied neighbour does."""
     equal = {r.cell.name for r in lwr.corrections if r.exceptions == lwr.corrections[0].exceptions}
@@ -74,6 +77,7 @@ def test_lwr_c5z_is_not_the_only_cell_that_mends_table_4(lwr):
             break
 
 
+@pytest.mark.slow
 def test_another_wrong_cell_is_found_too(lwr):
     """With c5z corrected and c4z changed: it is found again, within the range fitted."""
     whole = lwr.table.with_cell("com", 4, 2, -0.0238)
@@ -142,6 +146,7 @@ def test_a_flipped_second_tensor_flips_the_sign(wam):
     assert {x.products for x in found.best.reading.links} == {"tensor"}
 
 
+@pytest.mark.slow
 def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
     found = zero_readings(open_paper("kr30ha"))
     best, arm = found.best[0], lwr_dyn.load("kr30ha", "kuka")
@@ -156,6 +161,7 @@ def test_kr30_zero_and_signs_are_found_from_the_data_sheet():
     assert not same_motion(best, found.printed)
 
 
+@pytest.mark.slow
 def test_largest_inertias_between_quarter_turns_are_named(lwr):
     """LWR links stand square: no B_ii is larger off the lattice; a tilted link's is, and the text warns of it."""
     assert off_lattice(lwr.evidence, lwr.as_printed[0]) == ()
@@ -167,6 +173,7 @@ def test_largest_inertias_between_quarter_turns_are_named(lwr):
     assert missed["b22"] > 0.001
 
 
+@pytest.mark.slow
 def test_the_text_names_what_is_undecided(lwr, wam):
     text = "\n".join(ranking_text(lwr))
     assert "the sign of c5z is undecided" in text

@@ -17,6 +17,7 @@ SEED = 20
 """Another series than the soak's."""
 
 
+@pytest.mark.slow
 def test_scrambled_tables_are_recovered():
     found = recovery(TABLES, SEED)
     assert found.rate >= 0.99, found.statement()
@@ -33,6 +34,7 @@ def test_a_blank_com_that_no_row_fills_is_an_error():
         rank_readings(dataclasses.replace(one.table, com=com), one.evidence)
 
 
+@pytest.mark.slow
 def test_the_truth_is_missed_when_its_evidence_is_another_arms():
     one = next(t for k in range(50) if (t := numbered_table(k, SEED)).kind == "both")
     numbers = tuple(

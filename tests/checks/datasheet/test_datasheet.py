@@ -47,6 +47,7 @@ def test_the_data_file_as_it_is_holds():
     assert all(v.holds for v in verdicts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("column", "i", "by"), CASES)
 def test_one_number_off_is_detected(column, i, by):
     _, values = row_of(column)
@@ -98,6 +99,7 @@ def test_papers_without_a_data_sheet_have_no_such_check():
     assert datasheet_verdicts(lwr_dyn.load("lwr4plus"), open_paper("lwr4plus")) == []
 
 
+@pytest.mark.slow
 def test_the_check_command_holds_and_the_printed_table_fails():
     done = CliRunner().invoke(command, ["kr30ha", "--json"])
     assert done.exit_code == 0

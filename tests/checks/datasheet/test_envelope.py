@@ -55,6 +55,7 @@ def with_ranges(arm, **ranges):
     return replace(arm, limits=tuple(limits))
 
 
+@pytest.mark.slow
 def test_the_data_sheet(kr30):
     result = working_envelope(kr30)
     assert result.volume == pytest.approx(27.24, abs=0.02)
@@ -62,6 +63,7 @@ def test_the_data_sheet(kr30):
     assert result.reach == pytest.approx(0.35 + 0.85 + np.hypot(0.145, 0.82), abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("a2", "a3"), [((-90, 0), (-30, 60)), ((-135, 35), (20, 158)), ((-60, 80), (-170, -20)), ((-135, 35), (-168, 158))]
 )
@@ -75,6 +77,7 @@ def test_less_of_axis_1_is_less_volume(kr30):
     assert half.volume == pytest.approx(working_envelope(kr30).volume / 2)
 
 
+@pytest.mark.slow
 def test_what_is_reached_overhead_is_counted_apart(kr30):
     result = working_envelope(kr30)
     every = raster_volume(-135, 35, -120, 158, sides=(1, -1))
@@ -95,6 +98,7 @@ def test_half_a_turn_of_axis_1_adds_the_other_side_whole(kr30):
     assert half.volume_with_overhead == pytest.approx(half.volume + behind / 2, abs=RASTER)
 
 
+@pytest.mark.slow
 def test_an_arm_over_axis_1_reaches_as_far_behind(tmp_path):
     """Ahead and behind have arcs on the same circles: each counts once."""
     printed = (Path(lwr_dyn.arms.papers.__file__).parent / "kr30ha.toml").read_text(encoding="utf-8")

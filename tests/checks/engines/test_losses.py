@@ -33,6 +33,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_in_a_file_is_seen(tmp_path, name):
     ending, fault, seen = FAULTS[name]

@@ -63,6 +63,7 @@ def rows(report, engine):
     return {loss.feature: loss for loss in found.losses}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", VERDICTS)
 def test_each_feature_has_its_verdict(report, engine):
     found = {name: row.verdict for name, row in rows(report, engine).items()}

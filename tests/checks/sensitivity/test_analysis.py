@@ -29,6 +29,7 @@ def result(arms):
     return sensitivity(arms, "joint-move", rate=RATE, poses=50)
 
 
+@pytest.mark.slow
 def test_gravity_and_inertia_scale_with_the_masses(result):
     true, heavy = result.statics["true"], result.statics["heavy"]
     assert heavy.gravity == pytest.approx(1.1 * true.gravity, rel=1e-9, abs=1e-12)
@@ -96,6 +97,7 @@ def test_verdicts_in_words():
     assert one.share == 0.75
 
 
+@pytest.mark.slow
 def test_a_loop_that_would_chatter_is_sampled_faster():
     """The physical wrist has 90 times the inertia that the computed one has: its Kd is far too strong there."""
     arms = {name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "physical")}
@@ -112,6 +114,7 @@ def test_a_loop_that_would_chatter_is_sampled_faster():
     assert runs["physical", "computed"].worst_mrad < 2 * runs["physical", "physical"].worst_mrad
 
 
+@pytest.mark.slow
 def test_a_simulation_that_fails_is_reported(arms):
     arm = arms["true"]
     narrow = replace(arm, limits=(replace(arm.limits[0], lower=1.0, upper=2.0), *arm.limits[1:]))

@@ -28,6 +28,7 @@ def test_correct_tables_raise_no_alarm():
     assert false_alarms(TRIALS, seed=3) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_found(fault):
     assert detection(fault, TRIALS, seed=4) >= RATES.get(fault, 0.9)
@@ -45,6 +46,7 @@ def urdf_sheet(path):
     return Sheet(path.name, (SheetTable("inertial", tuple(columns)),))
 
 
+@pytest.mark.slow
 def test_public_urdfs_raise_no_alarm():
     folder = next(p for p in Path(pinocchio.__file__).parents if p.name == "cmeel.prefix")
     sheets = []

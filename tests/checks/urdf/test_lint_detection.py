@@ -25,6 +25,7 @@ def found():
     return [verdict for name in PLANTED for verdict in verdicts(ARMS[name], fault_kinds(), SHARE, seed=1)]
 
 
+@pytest.mark.slow
 def test_faults_above_their_floors_are_found_where_they_are(found):
     large = [v for v in found if v.large]
     missed = Counter(v.kind for v in large if not v.seen("warning"))
@@ -32,6 +33,7 @@ def test_faults_above_their_floors_are_found_where_they_are(found):
     assert 1 - sum(missed.values()) / len(large) >= LEAST_LARGE, missed
 
 
+@pytest.mark.slow
 def test_every_large_fault_of_one_link_is_found():
     arm = ARMS["xarm7"]
     if arm.path is None:
@@ -48,6 +50,7 @@ def test_faults_of_all_kinds_are_found(found):
     assert sum(v.seen("warning") for v in found) / len(found) >= LEAST_ALL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, arm in ARMS.items() if arm.source.startswith("example-robot-data")])
 def test_a_good_link_raises_no_error(name):
     arm = ARMS[name]

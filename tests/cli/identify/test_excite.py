@@ -17,6 +17,7 @@ from tests.json_schemas import faults
 QUICK = ("--reading", "physical", "--starts", "1", "--duration", "6", "--harmonics", "3")
 
 
+@pytest.mark.slow
 def test_excite_simulate_identify(lwr_dyn_command, tmp_path):
     motion, log = str(tmp_path / "e.csv"), str(tmp_path / "e_run.npz")
     code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--out", motion)
@@ -31,6 +32,7 @@ def test_excite_simulate_identify(lwr_dyn_command, tmp_path):
     assert json.loads(out)["parameters"]
 
 
+@pytest.mark.slow
 def test_the_record_says_what_the_motion_is(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--objective", "cond", "--floor", "-1", "--json")
     record = json.loads(out)
@@ -49,6 +51,7 @@ def test_the_record_says_what_the_motion_is(lwr_dyn_command):
     assert record["mean_sigma"] == pytest.approx(np.exp(np.log(sigma).mean()))
 
 
+@pytest.mark.slow
 def test_the_proposed_simulation_is_of_the_same_arm(lwr_dyn_command, tmp_path):
     file = str(tmp_path / "an e.csv")
     load = ("--payload", "3", "--tool", "xyz=0,0,0.1", "--lock", "joint_7=0.5")

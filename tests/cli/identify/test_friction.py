@@ -16,6 +16,7 @@ def logs(tmp_path, one_joint_at_a_time):
     return paths
 
 
+@pytest.mark.slow
 def test_friction_as_json_and_as_a_plot(lwr_dyn_command, logs, tmp_path):
     out_file = tmp_path / "map"
     code, out, err = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--json", "--plot", out_file)

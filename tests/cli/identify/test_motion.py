@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 from pyarrow import csv, table
 
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
@@ -13,6 +14,7 @@ ROWS = 200_000
 """A fifth of what `scripts/soak.py` times."""
 
 
+@pytest.mark.slow
 def test_motion_from_the_command_line(lwr_dyn_command, wam, fourier, tmp_path):
     write_log(tmp_path / "log.parquet", fourier(wam, wam.friction))
     code, out, _ = lwr_dyn_command("identify", "motion", tmp_path / "log.parquet", "--robot", "wam7", "--json")
@@ -23,6 +25,7 @@ def test_motion_from_the_command_line(lwr_dyn_command, wam, fourier, tmp_path):
     assert found["validated_on"] == []
 
 
+@pytest.mark.slow
 def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_command, wam, fourier, tmp_path):
     """With noise a third of the parameters and some moments are not to be had from 20 s; bodies near the table are."""
     path, other = tmp_path / "log.parquet", tmp_path / "other.csv"
@@ -56,6 +59,7 @@ def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_comm
     assert "not identified yet; what would do it" in out
 
 
+@pytest.mark.slow
 def test_a_log_to_validate_that_cannot_be_read_is_a_fault(lwr_dyn_command, wam, fourier, tmp_path):
     write_log(tmp_path / "log.csv", fourier(wam, wam.friction))
     code, out, err = lwr_dyn_command(
@@ -66,6 +70,7 @@ def test_a_log_to_validate_that_cannot_be_read_is_a_fault(lwr_dyn_command, wam, 
     assert err == "lwr-dyn: no.csv: no such file or directory; allowed: a log (.csv or .parquet)\n"
 
 
+@pytest.mark.slow
 def test_a_column_of_the_wrong_sign_is_named_and_not_fitted(lwr_dyn_command, wam, fourier, tmp_path):
     log = LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3)
     tau = log.tau.copy()
@@ -91,6 +96,7 @@ def test_a_joint_that_stands_still_is_named_and_the_others_are_fitted(lwr_dyn_co
     assert "joint 3" in err
 
 
+@pytest.mark.slow
 def test_a_long_log_is_read_whole(lwr_dyn_command, tmp_path, wam):
     """Forth and back at four speeds, over and over: 15 columns with noise."""
     once = [ideal_cruise(wam.friction, np.full(7, v), wam) for v in (0.1, -0.1, 0.2, -0.2)]

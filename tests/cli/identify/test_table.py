@@ -37,6 +37,7 @@ def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str])
     assert "no motion shows: m1, c1x, c1y, c1z, I1xx, I1xy, I1xz, I1yz, I1zz, c2y" in out
 
 
+@pytest.mark.slow
 def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
     source = Path(lwr_dyn.__file__).parent / "arms" / "papers" / "lwr4plus.toml"
     text = source.read_text(encoding="utf-8")
@@ -57,6 +58,7 @@ def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: lis
     assert len(record["cells"]) == 77
 
 
+@pytest.mark.slow
 def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
     urdf = tmp_path / "arm.urdf"
     urdf.write_text(lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus", "physical")), encoding="utf-8")

@@ -40,6 +40,7 @@ def self_test(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(folder / "self_test")], capture_output=True, text=True, check=False, timeout=60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("compiler_name", "flags", "robot", "options"),
     [

@@ -59,6 +59,7 @@ def expected_branches(arm, T, psi):
     return np.where((excess > 0.0)[:, None, None], np.nan, q), excess
 
 
+@pytest.mark.slow
 def test_branches_are_those_of_python_and_lead_to_the_pose(library):
     _, T, psi = states(library.arm)
     out, excess = branches(library, T, psi)
@@ -158,6 +159,7 @@ def test_numbers_that_are_none_give_none(library):
     assert library.call(NAME + "_near", T, *angle, np.zeros(n), out[0], kind=ctypes.c_int) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_javascript_gives_the_same(robot, tmp_path):
     arm = lwr_dyn.load(robot)

@@ -20,6 +20,7 @@ def node_lines(tmp_path_factory):
     return output([program("node"), str(path)]).splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", BUILDS)
 def test_c_gives_the_bits_of_node(compiler, node_lines, tmp_path):
     sources = write_c(ARMS, tmp_path, STATES)
@@ -30,6 +31,7 @@ def test_c_gives_the_bits_of_node(compiler, node_lines, tmp_path):
     assert len(set(node_lines)) == 6
 
 
+@pytest.mark.slow
 def test_chromium_gives_the_bits_of_node(browser, node_lines, tmp_path):
     page = tmp_path / "digests.html"
     page.write_text(f"<!doctype html><script>\n{js_program(ARMS, STATES)}\n</script>")

@@ -37,6 +37,7 @@ def build(folder, text):
         return subprocess.run([str(folder / "loop")], stdin=table, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_the_example_is_short_and_its_run_is_the_one_in_python(folder):
     text = EXAMPLE.read_text()
     assert len(text.splitlines()) <= 60

@@ -48,6 +48,7 @@ def told(folder, robot, functions, change=lambda vectors: None):
     return names, json.loads(output([program("node"), "run.mjs"], folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "functions"), [("kr30ha", ()), ("lwr4plus", ("inverse_kinematics", "flange_pose"))])
 def test_javascript_gives_every_vector(robot, functions, tmp_path):
     names, found = told(tmp_path, robot, functions)

@@ -60,6 +60,7 @@ def test_every_law_with_a_form_has_a_step():
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_the_step_in_c_is_the_controller(library, law):
     controller = make_controller(law, library.arm)
@@ -86,6 +87,7 @@ def test_other_gains_are_arguments_of_the_same_function(library):
     assert worst(form, law, arm, call) < CLOSE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["pid+friction", "inverse-dynamics+friction-measured"])
 def test_friction_around_a_law_in_javascript(law, tmp_path):
     arm = lwr_dyn.load("wam7")
@@ -116,6 +118,7 @@ def test_text_says_the_tuned_gains_and_the_memory():
     assert "Kp = 2500; Kd = 100" in step_function(make_controller("inverse-dynamics", arm), arm).text
 
 
+@pytest.mark.slow
 def test_controllers_without_form_and_arms_without_masses_are_refused():
     arm = lwr_dyn.load("lwr4plus")
     with pytest.raises(NoKernelFormError):

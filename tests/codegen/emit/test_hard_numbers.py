@@ -23,6 +23,7 @@ def run(compiler, files, folder):
     return subprocess.run([str(folder / "hard")], capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("compiler", "robot", "options"), [
     ("gcc", "kr30ha", {}),
     ("clang", "wam7", {"functions": ("smooth_friction_torque", "inverse_kinematics")}),

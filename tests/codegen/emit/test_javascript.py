@@ -24,6 +24,7 @@ def evaluated(text, expression, folder):
     return json.loads(output([program("node"), str(path)]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("sincos", ["own", "libm"])
 def test_values_are_those_of_python(arm, sincos, tmp_path):
@@ -89,6 +90,7 @@ def test_a_function_without_end_of_results_is_split_no_further():
     assert len(re.findall(r"function g_\d+", text)) == function.width
 
 
+@pytest.mark.slow
 def test_v8_compiles_every_function(tmp_path):
     """Bytecode below V8's bound, and machine code of its best compiler; the largest functions we have."""
     names = ("forward_dynamics", "coriolis_matrix", "torque_regressor")

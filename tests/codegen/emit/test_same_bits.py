@@ -36,11 +36,13 @@ def sources(robots, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_each_function_has_a_digest_of_its_own(node_lines):
     assert [line.split()[0] for line in node_lines] == [f"{arm}_{name}" for arm in ARMS for name in DYNAMICS]
     assert len({line.split()[1] for line in node_lines}) == len(node_lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_c_gives_the_bits_of_node(compiler, sources, node_lines):
     found = program(compiler)

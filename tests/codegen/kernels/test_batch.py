@@ -51,6 +51,7 @@ def test_rows_may_be_part_of_a_wider_array_or_one_for_all(batch, expected):
     assert np.abs(one - batch.inverse_dynamics(np.tile(Q[3], (41, 1)), DQ, np.tile(DDQ[3], (41, 1)))).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", ["potential_energy", "mass_matrix", "gravity_vector"])
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_give_the_same_numbers(batch, function, threads):
@@ -78,6 +79,7 @@ def test_a_value_that_enters_no_result_is_not_overlooked(batch):
         assert np.isnan(batch.mass_matrix(q)[2]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", ["float64", "float32"])
 def test_angles_of_any_size_are_taken_off_whole_turns(dtype):
     batch = lwr_dyn.batch_dynamics(ARM, dtype=dtype)

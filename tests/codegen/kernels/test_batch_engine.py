@@ -13,6 +13,7 @@ ENGINE, ROAD_B = lwr_dyn.dynamics_of(ARM, "kernels"), lwr_dyn.dynamics_of(ARM, "
 X = states(7, 24)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", FUNCTIONS)
 def test_rows_of_any_form_give_the_numbers_of_road_b(function):
     arguments = X[: len(FUNCTIONS[function][0])]
@@ -61,6 +62,7 @@ def test_shapes_that_do_not_fit_are_refused():
         ENGINE.bias_torque(X[0])
 
 
+@pytest.mark.slow
 def test_accelerations_that_are_not_determined():
     from dataclasses import replace
 

@@ -54,6 +54,7 @@ def in_a_new_process(wait=True):
     return numba == "True", casadi == "True", float(value)
 
 
+@pytest.mark.slow
 def test_the_second_process_loads_the_kernel_of_the_first(folder):
     first = in_a_new_process()
     second = in_a_new_process()
@@ -63,6 +64,7 @@ def test_the_second_process_loads_the_kernel_of_the_first(folder):
     assert os.stat(folder).st_mode & 0o777 == 0o700
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "other", "folder"])
 def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
     right = gravity()
@@ -84,6 +86,7 @@ def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
         assert kernel.read_cache(file.stem) is not None
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the_batch(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "file" / "kernels"))
@@ -95,6 +98,7 @@ def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the
     assert np.abs(right - lwr_dyn.dynamics_of(ARM).gravity_vector(Q)).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_two_processes_at_once_and_a_killed_one(folder):
     several = [in_a_new_process(wait=False) for _ in range(3)]
     time.sleep(0.8)

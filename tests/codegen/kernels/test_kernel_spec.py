@@ -47,6 +47,7 @@ def given(function, values):
     return {name: values[name] for name in FUNCTIONS[function].parameters}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", WITH_INPUTS)
 def test_the_arms_own_values_as_inputs_give_the_constants_result(family, function):
     x = states(7, 40)
@@ -78,6 +79,7 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
         assert relative_difference(result, np.array(expected)) < EXACT, function
 
 
+@pytest.mark.slow
 def test_a_payload_alone_can_be_the_input():
     x, load = states(7, 10), payload_parameters(3.0, (0.01, 0.0, 0.05))
     result = lwr_dyn.batch_dynamics(ARM, inputs=["payload"]).inverse_dynamics(*x, payload=load)
@@ -97,6 +99,7 @@ def test_parameters_without_mass_but_with_a_first_moment_work(family):
     assert relative_difference(result, expected) < EXACT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", [RUBBING, lwr_dyn.load("wam7")], ids=["both ways alike", "per direction"])
 def test_friction_is_that_of_the_arms_models(arm):
     q, dq, ddq = states(7, 30)
@@ -106,6 +109,7 @@ def test_friction_is_that_of_the_arms_models(arm):
     assert np.abs(rubbing - rigid - friction_torque(arm.friction_models(), dq)).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_an_offset_is_there_at_any_speed():
     q, dq, ddq = states(7, 5)
     values = own_values(ARM)

@@ -17,6 +17,7 @@ from lwr_dyn.codegen.kernels.machine_code import target_machine
 IS_X86 = platform.machine().lower() in ("x86_64", "amd64")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not IS_X86, reason="reads the assembly of x86-64")
 @pytest.mark.parametrize(("function", "layout"), [("coriolis_matrix", "rows"), ("forward_dynamics", "blocks")])
 def test_spilled_vectors_are_aligned_and_constants_need_no_address_of_64_bits(function, layout):

@@ -15,6 +15,7 @@ from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.public_arms import positions_at_limits, random_positions, singular_positions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "positions", "count"),
     [
@@ -77,6 +78,7 @@ def test_without_the_packages_of_kernels_pinocchio_searches(monkeypatch):
         lwr_dyn.ik_solver(arm, search="kernel")
 
 
+@pytest.mark.slow
 def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
     arm = arm_named("kr30ha")
     first = lwr_dyn.ik_solver(arm, search="kernel")

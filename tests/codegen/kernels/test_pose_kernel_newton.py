@@ -39,6 +39,7 @@ def test_the_second_derivatives_are_those_of_the_error(joints):
     assert np.abs(curvature(J, error) - numeric).max() < 1e-7
 
 
+@pytest.mark.slow
 def test_a_stretched_arm_with_its_axes_aligned_is_reached(monkeypatch):
     arm, solve = arm_named("gen3"), solver_of("gen3", "kernel")
     T = lwr_dyn.forward_kinematics(arm, STRETCHED)

@@ -32,6 +32,7 @@ FORMS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("function", "layout", "structure"), FORMS)
 def test_the_values_are_those_of_dense_rows(function, layout, structure):
     arguments = X[: {"inverse_dynamics": 3, "torque_regressor": 3}.get(function, 1)]
@@ -102,6 +103,7 @@ def test_results_larger_than_the_cache_are_the_same(layout):
     assert np.array_equal(read(batch, "mass_matrix", batch.mass_matrix(q), 9001), DENSE.mass_matrix(q))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("function", "most"), [("mass_matrix", 28), ("torque_regressor", 248)])
 def test_distinct_values_are_few(function, most):
     entries = batch_of("rows", "compact").entries(function)
@@ -109,6 +111,7 @@ def test_distinct_values_are_few(function, most):
     assert set(np.unique(entries.index[entries.sign != 0])) == set(range(entries.count))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_and_single_precision(threads):
     q = states(7, 10_001)[0]
@@ -131,6 +134,7 @@ def test_choices_that_do_not_exist():
         batch_of("rows", "compact").entries("mass_matrix").dense(np.zeros((3, 5)))
 
 
+@pytest.mark.slow
 def test_derivatives_have_the_layout_too():
     x = tuple(a[:9] for a in X)
     padded, dense = batch_of("padded").inverse_dynamics_derivatives(*x), DENSE.inverse_dynamics_derivatives(*x)

@@ -23,6 +23,7 @@ def test_every_function_has_an_expression():
     assert EXPRESSIONS.keys() == FUNCTIONS.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", FUNCTIONS)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_a_function_is_pinocchios(robot, function):
@@ -46,6 +47,7 @@ def pinocchio_answers_of(arm):
     return _ANSWERS[arm.name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "joints"), [(3, "RPR"), (5, "R"), (6, "P")])
 def test_random_arms_agree(seed, joints):
     arm = random_arm(seed, joints)
@@ -82,6 +84,7 @@ def test_the_engine_passes_the_laws_and_agrees_with_road_b(robot):
     assert [v for v in verdicts if not v.holds] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rotors", ["full", "none"])
 def test_rotors_enter_as_in_the_recursion(rotors):
     arm, x = lwr_dyn.load("lwr4plus"), states(7, 30)
@@ -104,6 +107,7 @@ def test_a_loop_may_call_the_engine_without_its_gate():
     assert np.isnan(kernels.ungated.gravity_vector(np.full(7, np.nan))).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", ["inverse_dynamics", "mass_matrix", "forward_dynamics", "flange_pose"])
 def test_float32_is_right_to_its_digits(function):
     arm, x = lwr_dyn.load("lwr4plus"), states(7, 1000)

@@ -76,6 +76,7 @@ def pairs():
     return {law: both(law, **options) for law, options in CASES.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", CASES)
 def test_every_sample_is_that_of_the_usual_loop(pairs, law):
     usual, compiled = pairs[law]
@@ -157,6 +158,7 @@ def test_a_controller_of_another_arm_is_refused_not_replaced():
         simulate(arm, lwr_dyn.controller("inverse-dynamics", lwr("printed")), later(arm), loop="compiled")
 
 
+@pytest.mark.slow
 def test_the_command_takes_the_loop(lwr_dyn_command):
     move = ["--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "9,40,0,-60,0,30,0"]
     given = ["simulate", "lwr4plus", "--reading", "physical", *move, "--controller", "pd-gravity", "--json"]

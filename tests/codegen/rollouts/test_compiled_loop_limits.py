@@ -103,6 +103,7 @@ def test_a_joint_that_moves_too_far_in_a_step_is_refused():
         )
 
 
+@pytest.mark.slow
 def test_a_run_that_diverges_is_refused_with_the_time():
     arm = lwr()
     options = {"rate": 100.0, "position_limits": False, "saturate": False, "q0": still().q + 1e-3}
@@ -111,6 +112,7 @@ def test_a_run_that_diverges_is_refused_with_the_time():
     assert "usual loop" in str(fault.value)
 
 
+@pytest.mark.slow
 def test_a_torque_that_is_not_a_number_is_refused(monkeypatch):
     arm, wrong = lwr(), still()
     motion = wrong.sample(np.arange(11) / 1e3)

@@ -1,6 +1,7 @@
 """Rollouts in other conditions than tracking: a free swing, saturation, stops, several references, delay, noise."""
 
 import numpy as np
+import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels.kernel_spec import inertial_parameters
@@ -85,6 +86,7 @@ def test_each_run_has_the_reference_that_it_names():
         assert max(differences(both, i).values()) < 1e-10
 
 
+@pytest.mark.slow
 def test_delay_encoder_and_noise_are_those_of_simulate_with_the_runs_own_number():
     pd = lwr_dyn.controller("pd-gravity", ARM, velocity_error=True)
     given = {"delay": [0, 3, 8], "noise": [0.0, 2e-5, 1e-5], "inertia": perturbed(3)}
@@ -106,6 +108,7 @@ def test_delay_encoder_and_noise_are_those_of_simulate_with_the_runs_own_number(
     assert not np.array_equal(other.q[0], done.q[2])
 
 
+@pytest.mark.slow
 def test_loads_armature_start_friction_and_substeps_are_those_of_simulate():
     start = IST.sample(np.zeros(1)).q[0]
     friction = np.tile([[3.0], [1.0], [2.0], [0.5], [0.1]], (2, 1, 7)) * [[[1.0]], [[0.0]]]
@@ -123,6 +126,7 @@ def test_loads_armature_start_friction_and_substeps_are_those_of_simulate():
         assert max(differences(done, i).values()) < 1e-9
 
 
+@pytest.mark.slow
 def test_an_arm_with_sliding_joints_moves_as_in_simulate():
     arm = random_arm(5, "RPRP")
     law = lwr_dyn.controller("inverse-dynamics", arm, omega_n=20.0)

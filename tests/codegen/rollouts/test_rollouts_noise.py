@@ -45,6 +45,7 @@ def same(one, other, rows=slice(None)):
     return all(np.array_equal(a, b[rows]) for a, b in pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "first_run"), [(0, 0), (2**63 + 5, 2**32 - 2)])
 def test_simulate_repeats_noise_counts_and_delay(seed, first_run):
     done = noisy(seed=seed, first_run=first_run)

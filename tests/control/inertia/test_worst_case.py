@@ -54,6 +54,7 @@ def test_the_maximiser_gives_the_value_inside_the_limits(arm, found):
         assert "climbs" in w.statement()
 
 
+@pytest.mark.slow
 def test_the_smallest_is_below_the_largest_and_a_held_joint_stays(arm):
     held = {3: 0.5}
     most, least = (worst_case_inertia(arm, 0, held, smallest=s) for s in (False, True))
@@ -73,6 +74,7 @@ def test_joints_that_change_nothing_stand_at_the_middle_of_their_limits(arm):
     assert maximum.value == pytest.approx(diagonal(Recursion.of(arm.chain), 3, maximum.q[None])[0], rel=2e-5)
 
 
+@pytest.mark.slow
 def test_another_maximum_is_called_one_only_after_it_was_followed_to_its_end():
     arm, rng = lwr_dyn.load("wam7"), np.random.default_rng(3)
     found, recursion, step = worst_case_inertia(arm, 2), Recursion.of(arm.chain), 1e-5
@@ -104,6 +106,7 @@ def test_along_one_joint_the_largest_value_is_found_to_its_last_digits(arm):
         assert np.abs(slope[inside]).max() < 1e-12 * np.abs(waves).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2, 3])
 def test_sliding_joints_are_searched_to_their_ends_and_to_their_vertex(seed):
     loose = random_arm(seed, "RRPRP")

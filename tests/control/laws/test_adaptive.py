@@ -130,6 +130,7 @@ def test_its_lyapunov_function_falls_by_the_damping_alone():
     check_law(adaptive)
 
 
+@pytest.mark.slow
 def test_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_law)
 
@@ -166,6 +167,7 @@ def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
     np.testing.assert_allclose(np.log2(np.divide(rises[:-1], rises[1:])), 2.0, atol=0.3)
 
 
+@pytest.mark.slow
 def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
     move = Twice(MOVE, 2.0)
     fixed, _ = second_pass("inverse-dynamics", move)
@@ -176,6 +178,7 @@ def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
     assert first == pytest.approx(3.0 * 0.078, rel=0.02)  # the flange is 78 mm from the last joint
 
 
+@pytest.mark.slow
 def test_with_friction_noise_and_delay_it_is_ten_times_better():
     move = Twice(MOVE, 2.0)
     fixed, _ = second_pass("inverse-dynamics", move, plant=FRICTION)
@@ -184,6 +187,7 @@ def test_with_friction_noise_and_delay_it_is_ten_times_better():
     np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], COULOMB, rtol=0.3)
 
 
+@pytest.mark.slow
 def test_on_elastic_joints_it_is_ten_times_better():
     """The springs of the data file (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
     move = Twice(SHORT, 1.0)

@@ -56,6 +56,7 @@ def check(law):
     np.testing.assert_allclose(lost @ tau, -2.0 * XI * SLOWEST, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(MODULE, SLIPS, check)
 

@@ -144,6 +144,7 @@ def test_friction_that_is_given_takes_the_place_of_the_arms():
     np.testing.assert_allclose(law.torque(np.ones(7)), 1.0)
 
 
+@pytest.mark.slow
 def test_the_reference_side_wins_where_joints_turn_round():
     """Dry friction with true stick, inverse dynamics: error of the joints on a move there and back."""
     points = np.array([np.zeros(7), np.full(7, 0.6), np.zeros(7)])

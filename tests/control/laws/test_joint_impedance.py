@@ -58,6 +58,7 @@ def test_without_feedforward_the_reference_moves_nothing_by_itself():
     assert "without feed-forward" in law.label
 
 
+@pytest.mark.slow
 def test_energy_of_the_error_falls_along_a_moving_reference():
     """V = (de^T B de + e^T K e) / 2 never rises with the law evaluated continuously."""
     law = JointImpedance(ROAD_A, K, XI)

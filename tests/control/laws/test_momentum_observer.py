@@ -53,6 +53,7 @@ def pushed():
     return moving(push())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("gain", "rise"), [(20.0, 0.02), (50.0, 0.02), (100.0, 0.02), (200.0, 0.05)])
 @pytest.mark.parametrize("at", ["flange", "link_3"])
 def test_within_a_thousandth_of_the_ideal_filter_for_a_moving_push(gain, rise, at):

@@ -79,6 +79,7 @@ SLIPS = (
 )
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.observer", SLIPS, check)
 
@@ -105,6 +106,7 @@ def test_bad_noise_and_payload_are_refused():
         motion_threshold(lwr(), lwr_dynamics(), still(), payload=-1.0)
 
 
+@pytest.mark.slow
 def test_a_share_of_the_pushes_that_the_soak_counts():
     """Twelve of the 200 of `scripts/soak.py pushes`: most are found, in some ms, and nothing is flagged before."""
     found = list(pushes(12))

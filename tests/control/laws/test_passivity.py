@@ -12,6 +12,7 @@ ROUNDING = 1e-9
 """[J] The wall's contact begins inside a step of 1 ms: RK4 leaves 2.4e-10."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [cartesian, jointly])
 def test_a_continuous_law_and_the_wall_are_passive(law):
     run = law(seconds=1.5)
@@ -33,6 +34,7 @@ def test_held_torques_of_a_damped_law_give_energy_at_the_first_touch_alone():
     assert 12.0 < given[1] / given[0] < 20.0
 
 
+@pytest.mark.slow
 def test_held_torques_of_a_law_with_too_little_damping_give_energy():
     """A held spring takes omega T / 4 off the damping ratio of a mode: at 45 rad/s 0.011 at 1 kHz, 0.046 at 250 Hz."""
     fast, slow = (cartesian(seconds=1.5, rate=rate, held=True, substeps=1000 // rate, xi=0.02) for rate in (1000, 250))

@@ -87,10 +87,12 @@ def test_its_lyapunov_function_falls_but_for_the_layer():
     check_law(robust)
 
 
+@pytest.mark.slow
 def test_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.robust", SLIPS, check_law)
 
 
+@pytest.mark.slow
 def test_its_honest_figure():
     """At the ends of the set the robust term takes little off; most comes from the load in the middle of the set."""
     move = ist_clear_reference(ARM, duration=7.0)

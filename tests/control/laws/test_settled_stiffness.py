@@ -31,6 +31,7 @@ def test_regular_poses_have_the_stiffness_that_was_asked(seed):
     assert stiffness_error(regular_poses(3)[seed], seed, SETTLED_S["regular"]) < ASKED
 
 
+@pytest.mark.slow
 def test_an_inner_singularity_keeps_the_stiffness():
     assert stiffness_error(SINGULAR[2], 2, SETTLED_S["singular"]) < ASKED
 

@@ -52,6 +52,7 @@ def test_it_is_b_c_and_g():
     check_against_b_c_and_g(adaptive)
 
 
+@pytest.mark.slow
 def test_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.adaptive", SLIPS, check_against_b_c_and_g)
 

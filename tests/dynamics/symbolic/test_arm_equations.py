@@ -40,6 +40,7 @@ def kr30():
     return derived("first two of the KR 30")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_the_numbers_are_pinocchios_on_the_reduced_model(case):
     part = derived(case)
@@ -111,6 +112,7 @@ def test_velocities_and_accelerations_are_those_of_the_position(kr30):
         assert normal_form(x.derivative(omega), x.q) == motion.in_base(motion.domega, x.q)
 
 
+@pytest.mark.slow
 def test_a_sliding_joint_too():
     arm = random_arm(3, "RPR")
     part = equations_of_motion(arm, arm.joint_names)
@@ -119,6 +121,7 @@ def test_a_sliding_joint_too():
     assert np.abs(symbolic.inverse_dynamics(*x) - engine.inverse_dynamics(*x)).max() < 1e-11
 
 
+@pytest.mark.slow
 def test_the_text_reads_back_as_the_equations(kr30):
     e = kr30.equations
     lines = dict(line.split(" = ") for line in equations_text(e).splitlines())
@@ -131,6 +134,7 @@ def test_the_text_reads_back_as_the_equations(kr30):
     assert {"v_C1.x", "omega_2.z", "a_C2.y", "domega_2.x", "U_1", "g_2"} <= set(lines)
 
 
+@pytest.mark.slow
 def test_the_latex_is_whole_and_can_be_set(kr30):
     text = equations_latex(kr30.equations)
     assert text.startswith(r"\documentclass")

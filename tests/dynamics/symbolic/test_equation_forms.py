@@ -12,6 +12,7 @@ from tests.random_arms import random_arm
 AGREES = 1e-11
 
 
+@pytest.mark.slow
 def test_every_entry_is_the_engines():
     arm = random_arm(2, "PR")
     entries, dynamics = symbolic_entries(arm.chain), lwr_dyn.dynamics_of(arm)
@@ -23,6 +24,7 @@ def test_every_entry_is_the_engines():
         assert abs(evaluated(entries.text(letter, i, j), letters) - expected) < AGREES, name
 
 
+@pytest.mark.slow
 def test_a_paper_names_its_lengths():
     assert entry_text("lwr4plus", "B_66").endswith("m7*(c7z + d7)^2")
 

@@ -56,6 +56,7 @@ def test_derivatives_of_the_distance_are_those_of_differences(lwr, columns):
     assert prior.distance(outside, 7.0) == np.inf
 
 
+@pytest.mark.slow
 def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
     """Clarabel by cvxpy, which knows nothing of Newton's method here."""
     import cvxpy as cp

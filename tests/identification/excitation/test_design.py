@@ -49,6 +49,7 @@ def _best_random(arm, columns, count):
     return min(s.d for s in scores), min(s.condition for s in scores)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fixture", ["designed", "slender"])
 def test_it_is_executable_at_1_khz(fixture, request, lwr):
     found = request.getfixturevalue(fixture)
@@ -75,12 +76,14 @@ def test_each_objective_is_best_at_its_own_and_both_beat_random_motions(designed
     assert slender.score.condition < designed.score.condition / 1.5
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_motion_and_another_one_another(lwr):
     one, same, other = (design_excitation(lwr, **SHORT, seed=s).motion for s in (3, 3, 4))
     assert np.array_equal(one.sines, same.sines)
     assert not np.allclose(one.sines, other.sines, atol=1e-2)
 
 
+@pytest.mark.slow
 def test_torques_bind_where_motors_are_weak(lwr):
     need = design_excitation(lwr, **SHORT).torque_use[1]
     limits = tuple(
@@ -101,6 +104,7 @@ def test_a_motion_that_cannot_be_clear_is_refused_with_the_distance(lwr, monkeyp
         design_excitation(lwr, **SHORT, clearance=clearance_of(lwr, kept=0.6))
 
 
+@pytest.mark.slow
 def test_any_arm_sliding_joints_and_loads_too(tmp_path, lwr_dyn_command):
     file = tmp_path / "mine.toml"
     assert lwr_dyn_command("new", "arm", str(file), "--joints", "RRPR", "--convention", "modified")[0] == 0

@@ -18,6 +18,7 @@ def misses(found, arm):
     return [fit.estimate.values - true_values(arm, fit.joint, fit.sign, fit.names) for fit in found.fits]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robust", [False, True])
 def test_ideal_runs_of_one_joint_at_a_time_give_table_1_back(wam, one_joint_at_a_time, robust):
     found = identify_friction(one_joint_at_a_time, wam, options=FitOptions(robust=robust))
@@ -33,6 +34,7 @@ def test_ideal_runs_of_all_joints_need_the_coriolis_torque_taken_out(wam):
     assert np.abs(misses(identify_friction(logs, wam, "all"), wam)).max() < IDEAL
 
 
+@pytest.mark.slow
 def test_the_bias_of_averaging_a_cruise_is_stated_and_goes_with_the_inertia(wam, closed_loop_logs):
     plain, clean = (identify_friction(closed_loop_logs, wam, what) for what in ("gravity", "all"))
     assert not plain.faults
@@ -45,6 +47,7 @@ def test_the_bias_of_averaging_a_cruise_is_stated_and_goes_with_the_inertia(wam,
     assert [fit.bias for fit in clean.fits] == pytest.approx(stated, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_three_sigma_intervals_cover_the_truth(wam, closed_loop_logs):
     found = interval_coverage(closed_loop_logs, wam, SENSORS, range(DRAWS))
     assert found.intervals == 28 * DRAWS
@@ -53,6 +56,7 @@ def test_three_sigma_intervals_cover_the_truth(wam, closed_loop_logs):
     assert narrow.share < 0.98  # the bias of averaging shows: the intervals are no wider than they must be
 
 
+@pytest.mark.slow
 def test_intervals_are_as_wide_as_the_estimates_scatter(wam, closed_loop_logs):
     """Too wide intervals would cover as well: one sigma of Student's t holds 68.3 %, give or take 2 % in 840."""
     inside = []

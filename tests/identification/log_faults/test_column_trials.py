@@ -14,6 +14,7 @@ from tests.identification.log_fault_study import recognised
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 
+@pytest.mark.slow
 def test_most_faults_are_recognised_and_whole_logs_raise_no_alarm():
     """A share of the soak line `log-faults`."""
     counts = recognised("lwr4plus", "physical", plants=2, each=4)
@@ -41,6 +42,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_a_wrong_sign_or_order_is_named(case, log, lwr):
     change, kind, joints, text = CASES[case]
@@ -51,11 +53,13 @@ def test_a_wrong_sign_or_order_is_named(case, log, lwr):
     assert "the residual of joint" in fault.found
 
 
+@pytest.mark.slow
 def test_two_faults_at_once_are_both_named(log, lwr):
     found = log_faults([wrong(log, tau=(2,), q=(4,))], lwr)
     assert {(x.kind, x.joints) for x in found} == {("sign", (2,)), ("sign", (4,))}
 
 
+@pytest.mark.slow
 def test_friction_of_the_wrong_sign_betrays_a_torque_without_inertia(plant, motion, lwr):
     """Joint 7 alone: its link weighs nothing, its torque is friction."""
     still = np.zeros((1, 7)) + np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.0])

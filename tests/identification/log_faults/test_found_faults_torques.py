@@ -123,6 +123,7 @@ def test_a_deviation_out_of_bounds_is_refused(deviation: float) -> None:
         MotionRule(deviation=deviation)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deviation", ["10", "100"])
 def test_large_deviation_is_fitted_or_refused_in_one_line(
     deviation: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command

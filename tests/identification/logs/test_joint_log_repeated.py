@@ -64,6 +64,7 @@ def test_a_copy_is_left_out_and_said(files, pair):
     assert apart_from(pair, [pair[1]], "which is fitted")[0] == [pair[0]]
 
 
+@pytest.mark.slow
 def test_validation_on_the_fitted_log_is_none(identify, files):
     code, out, err = identify("motion", files / "a.csv", files / "b.csv", "--validate", files / "copy.csv")
     assert code == 2

@@ -156,6 +156,7 @@ def check_groups(found):
         assert np.abs(correlation - np.eye(len(correlation))).max() == pytest.approx(abs(group.largest))
 
 
+@pytest.mark.slow
 def test_a_wrong_geometry_shows_on_unseen_torques(wam, fourier):
     """The LWR's frames cannot explain the WAM's torques, and validation shows it."""
     wrong = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4plus"))
@@ -176,6 +177,7 @@ def test_uneven_rows_have_no_accelerations(wam, fourier):
         identify_motion([JointLog("fourier", log.joints, t, log.q, log.tau)], wam)
 
 
+@pytest.mark.slow
 def test_an_arm_without_masses_has_base_parameters_and_no_bodies(fourier, wam):
     bare = lwr_dyn.load("lwr4")
     result = identify_motion([fourier(wam, wam.friction)], bare)

@@ -32,6 +32,7 @@ def test_the_load_on_a_known_arm_is_recovered(known):
     assert found.systematic == ()
 
 
+@pytest.mark.slow
 def test_errors_cover_over_draws(known):
     plant, rng = loaded(known), np.random.default_rng(5)
     motion = random_motion(ARM, 10.0, rng, rate=1000.0)
@@ -75,6 +76,7 @@ def test_no_load_is_not_found(known):
     assert abs(found.parameters[0]) < 4 * found.sigma[0]
 
 
+@pytest.mark.slow
 def test_columns_of_a_load_are_those_of_a_body_behind_the_flange():
     """Against the recursion: torques with the load, less torques without it, of an arm whose tool is turned."""
     tool = lwr_dyn.load("lwr4plus", "physical", tool={"xyz": [0.05, 0.0, 0.12], "rpy": [0.4, -0.3, 0.7]})

@@ -17,6 +17,7 @@ from tests.identification.plants import perturbed_plant, random_motion, simulate
 DRAWS = range(40)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
 def test_intervals_hold_the_truth_with_encoders_and_a_filter(robot):
     found = coverage_study(lwr_dyn.load(robot), DRAWS)
@@ -33,6 +34,7 @@ def test_without_a_filter_or_with_too_wide_a_one_parameters_lean(cutoff):
     assert found.share < 0.99
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
 def test_fresh_torques_are_missed_by_what_the_covariance_says(robot):
     """Noise-free torque error on six motions that the fit has not seen (soak `fresh_torques`: 10 s optimised)."""

@@ -46,6 +46,7 @@ def z_of(plant, motion, tau, seed):
     return (found.values - plant.base) / found.sigma, found, log
 
 
+@pytest.mark.slow
 def test_unfiltered_logs_are_cured(plant, motion):
     """Recovery figure: 8 logs with 1e-5 rad at 1 kHz; least squares on the same rows covers under half."""
     tau = plant.torque(motion)

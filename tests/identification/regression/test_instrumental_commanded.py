@@ -57,6 +57,7 @@ def exit_of(*arguments):
     return stop.value.code
 
 
+@pytest.mark.slow
 def test_the_truth_is_within_its_errors(plant, log, command):
     """Recovery: the command at 100 Hz is enough; bodies near the table come out of it too."""
     result = identify_motion([log], ARM, instruments=[command])
@@ -71,6 +72,7 @@ def test_the_truth_is_within_its_errors(plant, log, command):
     assert all(v.held_out < 1.3 * NOISE < v.model for v in judged[:4])
 
 
+@pytest.mark.slow
 def test_the_spline_is_the_motion_that_was_commanded(command, motion):
     inside = slice(100, -100)
     found = commanded_motion(command, motion.t)
@@ -86,6 +88,7 @@ def test_a_command_that_ends_early_is_refused_by_name(log, command):
         instrumental_information([log, log], [command], TorqueColumns(ARM.chain), 0.05)
 
 
+@pytest.mark.slow
 def test_on_the_command_line(files, capsys):
     log, e = files
     robot = ("--robot", "lwr4plus", "--reading", "physical")
@@ -99,6 +102,7 @@ def test_on_the_command_line(files, capsys):
     assert (code, heads.count("instrumental variables on unfiltered rows")) == (0, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "message"),
     [

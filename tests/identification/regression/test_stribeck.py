@@ -36,6 +36,7 @@ def case(request, lwr):
     return plant, log, stribeck_search(samples_of([log], FINE), TorqueColumns(lwr.chain, request.param))
 
 
+@pytest.mark.slow
 def test_the_speeds_come_back_and_only_where_there_are_some(case):
     found = case[2]
     assert (np.isnan(found.speeds) == np.isnan(TRUE)).all()

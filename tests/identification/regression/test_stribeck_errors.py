@@ -26,6 +26,7 @@ def lwr():
     return lwr_dyn.load("lwr4plus")
 
 
+@pytest.mark.slow
 def test_speeds_and_parameters_are_within_their_errors(lwr):
     of_speeds, of_values = [], []
     for seed in range(DRAWS):
@@ -43,6 +44,7 @@ def test_speeds_and_parameters_are_within_their_errors(lwr):
     assert np.mean(np.abs(of_values) < 3.0) > 0.99
 
 
+@pytest.mark.slow
 def test_they_are_the_curvature_of_chi2(lwr):
     """Second difference of the least chi^2 over v_s of one joint, at motors too."""
     rng = np.random.default_rng(2)

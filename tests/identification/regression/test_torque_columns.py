@@ -60,6 +60,7 @@ def test_a_seven_joint_arm_has_as_many_base_parameters_as_is_known(form, stribec
     assert np.count_nonzero(np.isin(found.base().kept, inertial)) == 48
 
 
+@pytest.mark.slow
 def test_a_sliding_joint_has_columns_too():
     chain, x = lwr_dyn.load("lwr4plus").chain, states(7)
     links = [replace(link, kind=JointKind.PRISMATIC) if i == 2 else link for i, link in enumerate(chain.links)]
@@ -97,6 +98,7 @@ def test_motors_behind_a_transmission_rub_at_their_own_speeds():
     assert columns.base().count == 43 + 6 + 21  # only the first motor's rotor merges with a link
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("transmission", [False, True])
 def test_torques_without_the_columns_are_the_same(monkeypatch, transmission):
     arm, x = lwr_dyn.load("wam7"), states(7)

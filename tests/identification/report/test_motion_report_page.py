@@ -132,6 +132,7 @@ def test_links_before_and_after(shown):
     assert table.cells[IMPOSSIBLE][5] == "none"
 
 
+@pytest.mark.slow
 def test_ellipsoids_stand_in_their_links(opened, shown):
     arm, one, k = shown.arm, shown.recordings[0], 300
     opened.execute_script("lwrReport.setTime(arguments[0])", one.t[k])
@@ -151,6 +152,7 @@ def test_ellipsoids_stand_in_their_links(opened, shown):
     opened.execute_script("document.getElementById('show-before').click()")
 
 
+@pytest.mark.slow
 def test_another_recording_and_one_state(opened, shown):
     opened.execute_script("lwrReport.choose(1)")
     assert opened.execute_script("return lwrReport.duration()") == pytest.approx(shown.recordings[1].t[-1])
@@ -170,6 +172,7 @@ def test_another_recording_and_one_state(opened, shown):
     assert opened.execute_script(count) == 21
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_a_browser_finds_nothing_against_it(width, dark, opened):
     with seen(opened, width, dark):
@@ -185,6 +188,7 @@ def test_it_makes_no_request(opened):
     assert [line for line in said if line.startswith("SEVERE")] == []
 
 
+@pytest.mark.slow
 def test_without_webgl_everything_else_stands(browser, shown, tmp_path):
     file = tmp_path / "report.html"
     write_file(file, page_html(made_document(shown)))

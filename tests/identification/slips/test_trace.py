@@ -35,6 +35,7 @@ def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study: SlipStudy
     assert not report.fits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("off", "traced", "one"), [(0.0, 0.95, 0.8), (0.05, 0.9, 0.7)])
 def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, one: float) -> None:
     rng = np.random.default_rng(7)
@@ -46,6 +47,7 @@ def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, o
     assert sum(o.one for o in seen) >= one * len(seen), shares(outcomes)
 
 
+@pytest.mark.slow
 def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStudy) -> None:
     information = study.log(0.01, np.random.default_rng(2))
     report = trace_slips(information, open_paper("lwr4plus", "printed"), deviation=0.02)
@@ -59,6 +61,7 @@ def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStud
     assert any(r.text.startswith("c6y") for other in report.explanations[1:] for r in other.repairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.8, 1.25])
 def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study: SlipStudy, factor: float) -> None:
     heavier = study.table.values.copy()

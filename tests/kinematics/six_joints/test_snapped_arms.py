@@ -57,6 +57,7 @@ def test_branches_are_those_of_a_search_from_many_starts(name, error, seed):
     assert gap < SAME
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [0.0, 1e-4])
 @pytest.mark.parametrize("name", TABLES)
 def test_the_joints_of_random_poses_are_among_their_branches(name, error):

@@ -29,6 +29,7 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
     assert np.abs(back - T[:, None])[result.reachable].max() < POSE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distance", [0.0, 1e-16, 1e-12, 1e-9, 1e-6])
 def test_an_aligned_wrist_is_named_and_gives_one_of_its_many_solutions(distance):
     arm = six_joint_arm("ur10e")

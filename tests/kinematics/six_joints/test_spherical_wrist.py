@@ -39,6 +39,7 @@ def distance_to(result, q):
     return gap.min(axis=1), gap.argmin(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reading", ["kuka", "printed"])
 def test_q_is_among_the_branches_and_each_branch_gives_the_pose(reading):
     arm = lwr_dyn.load("kr30ha", reading)

@@ -75,6 +75,7 @@ def test_a_file_outside_of_all_folders_sees_those_beside_it(tmp_path):
     assert [x.file.name for x in project.project.files] == ["loose.src"]
 
 
+@pytest.mark.slow
 def test_editor_and_checks_load_no_numerics():
     program = """import sys
 import lwr_dyn.krl.editor.server, lwr_dyn.cli.krl.server
@@ -83,6 +84,7 @@ print([m for m in ("numpy", "scipy", "pinocchio", "meshcat") if m in sys.modules
     assert done.stdout == "[]\n"
 
 
+@pytest.mark.slow
 def test_a_change_in_6000_lines_costs_less_than_300_ms(tmp_path):
     """Processor time, the best of three: other processes of this machine do not count."""
     for line in ("name{n} = other{n} + 1\n", "LIN {{X {n}.5, Y 0, Z 100, A 0, B 90, C 0}} C_DIS\n"):

@@ -24,6 +24,7 @@ def at(text, nth=0, word="", name=MAIN):
     return line, column - 1
 
 
+@pytest.mark.slow
 def test_a_fault_is_said_at_its_word_and_gone_when_it_is_mended(client, backup):
     main = backup / MAIN
     client.change(main, FILES[MAIN].replace("LIN pick", "LIN pik"))
@@ -85,6 +86,7 @@ def test_outline_and_folding(client, backup):
     assert {(x["startLine"], x["endLine"]) for x in folds} >= {(9, 14), (4, 6)}
 
 
+@pytest.mark.slow
 def test_a_text_may_be_anything_while_it_is_written(client, backup):
     main = backup / MAIN
     for text in ("", "\n", "DEF", "DEF a(\n;FOLD\nIF\n{{{[", "\x00\x0c\u2028", "x" * 20_000, "END\n" * 300):
@@ -98,6 +100,7 @@ def test_a_text_may_be_anything_while_it_is_written(client, backup):
     assert client.diagnostics(main)[1] == []
 
 
+@pytest.mark.slow
 def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path):
     names, path = tmp_path / "own.toml", tmp_path / "a.src"
     names.write_text('[[group]]\ntitle = "glue"\npackage = "Own"\nfunctions = ["GLUE_ON(INT gun)"]\n')
@@ -115,6 +118,7 @@ def test_places_count_as_the_editor_counts_and_a_form_feed_ends_no_line(tmp_path
         assert "Own: glue" in client.ask("hover", path, 4, 2)["contents"]["value"]
 
 
+@pytest.mark.slow
 def test_files_that_change_on_disk_are_read_again(tmp_path):
     backup = write_backup(tmp_path.resolve())
     wishes = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
@@ -129,6 +133,7 @@ def test_files_that_change_on_disk_are_read_again(tmp_path):
         assert [d["code"] for d in client.diagnostics(backup / MAIN)[1]] == ["unknown-call"]
 
 
+@pytest.mark.slow
 def test_it_ends_when_the_editor_goes_away(tmp_path):
     client = LanguageClient(tmp_path)
     client.process.stdin.close()

@@ -31,6 +31,7 @@ def samples():
         yield rng.choice(["a.src", "a.dat"]), mutated(rng.choice(SOURCES).read_bytes(), rng)
 
 
+@pytest.mark.slow
 def test_the_meaning_stays_and_a_second_pass_changes_nothing():
     changed = 0
     for name, data in samples():

@@ -16,6 +16,7 @@ from tests.krl.random_programs import Writer
 PROGRAM_COUNT = 1000
 
 
+@pytest.mark.slow
 def test_random_programs_survive_write_and_parse():
     for seed in range(PROGRAM_COUNT):
         file = Writer(seed).file()

@@ -21,6 +21,7 @@ def chain(arm, count, millimetres, advance=3, distance=100):
     return run_of(arm, HOME, *lines, *[f"LIN_REL {{Y {millimetres}}} C_DIS"] * count).times()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "millimetres"), [(60, 1), (40, 2), (12, 10)])
 def test_short_lines_with_c_dis_run_at_the_root_of_a_l(arm, count, millimetres):
     length = millimetres / 1e3
@@ -30,6 +31,7 @@ def test_short_lines_with_c_dis_run_at_the_root_of_a_l(arm, count, millimetres):
     assert speed == pytest.approx(math.sqrt(A * length), rel=0.001)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [20, 200])
 def test_all_known_short_lines_take_the_time_of_one_long_line(arm, count):
     times = chain(arm, count, 200 / count)
@@ -37,6 +39,7 @@ def test_all_known_short_lines_take_the_time_of_one_long_line(arm, count):
     assert times.chained == count
 
 
+@pytest.mark.slow
 def test_the_advance_bounds_the_speed_by_the_way_that_is_known(arm):
     """Speed at the end of each motion: sqrt(2 a N L), at most."""
     stop, one, three, five = (chain(arm, 60, 1, advance) for advance in (0, 1, 3, 5))
@@ -95,6 +98,7 @@ TURNS = [i * math.pi / 12 for i in range(24)]
 ROUND = [f"LIN_REL {{Y {2 * math.cos(x):.9f}, Z {2 * math.sin(x):.9f}}} C_DIS" for x in TURNS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("square", "advance"), [(SQUARE, 3), (ROUND, 1)])
 def test_a_pass_by_each_law_is_what_one_more_repetition_takes(arm, square, advance):
     """A loop that never stops, against the same passes written one after another: four of them less three."""

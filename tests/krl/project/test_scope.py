@@ -2,6 +2,8 @@
 
 import time
 
+import pytest
+
 from lwr_dyn.krl.diagnostics import MOST
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.project.scope import NEAR_NAMES
@@ -35,6 +37,7 @@ def test_similar_names_are_looked_for_at_the_first_names_only():
     assert len(hints) == 50
 
 
+@pytest.mark.slow
 def test_thirteen_thousand_unknown_names_take_no_minute():
     start = time.perf_counter()
     found = diagnostics_of(*(f"REAL known_{i}" for i in range(500)), *(f"name_{i} = {i}" for i in range(13_000)))

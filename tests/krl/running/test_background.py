@@ -192,6 +192,7 @@ def test_resume_gives_the_stopped_motion_up(arm):
     assert 0.18 < places[-1, 1] - places[0, 1] < 0.25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 5, 8, 22, 27, 33, 1211])
 def test_random_programs_keep_the_laws(arm, seed):
     """scripts/soak.py krl_cells tries more."""

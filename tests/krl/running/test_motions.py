@@ -137,6 +137,7 @@ def test_status_of_a_lin_target_is_compared(arm):
     assert codes_of(arm, *lines) == [(2, "status-turn")]
 
 
+@pytest.mark.slow
 def test_pose_status_turn_to_axes_and_back_for_all_branches(arm):
     rng = np.random.default_rng(3)
     seen, worst = set(), 0.0

@@ -48,6 +48,7 @@ def test_passes_that_take_turns_are_found(arm):
     assert run.passes.cycle_time == pytest.approx(SECONDS / 2 + 1)
 
 
+@pytest.mark.slow
 def test_a_counter_does_not_hide_that_passes_are_alike(arm):
     run = run_program(program("LOOP", "N = N + 1", *PASS, "ENDLOOP"), arm)
     assert (run.passes.period, len(run.passes.seconds)) == (0, 65)

@@ -48,6 +48,7 @@ def dense(places, count=4000):
     return np.stack([np.interp(np.linspace(0, along[-1], count), along, x) for x in places.T], axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "mm"), [(1, 0.2), (2, 2.0)])
 def test_any_motion_is_followed_within_the_tolerance(arm, seed, mm):
     motion, tool = fourier(arm, seed), frame_matrix((10, 20, 150, 0, 30, 0))
@@ -60,6 +61,7 @@ def test_any_motion_is_followed_within_the_tolerance(arm, seed, mm):
     assert 1e3 * written.deviation.position == pytest.approx(away, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_spline_block_takes_fewer_points_and_never_stops(arm):
     path, tolerance = path_of_motion(fourier(arm, 1), arm), Tolerance(1e-3, 1e-2)
     blocks = write_path(path, WritingOptions(tolerance=tolerance, kinds=("LIN", "CIRC", "PTP", "SPL")))

@@ -61,6 +61,7 @@ def positions(window):
     return window.execute_script("return lwrExplorer.positions()")
 
 
+@pytest.mark.slow
 def test_page_asks_for_nothing_and_logs_nothing(window, page):
     # The module's first look at the page: the logs start before it was opened.
     sent, said = logs(window)
@@ -68,6 +69,7 @@ def test_page_asks_for_nothing_and_logs_nothing(window, page):
     assert said == []
 
 
+@pytest.mark.slow
 def test_sliders_set_the_pose_the_numbers_and_the_text_to_copy(window, wam):
     degrees = [10.0, -20.5, 30.0, 100.1, -50.0, 60.0, -70.7]
     for joint, value in enumerate(degrees, 1):
@@ -92,6 +94,7 @@ def test_the_text_to_copy_poses_the_arm_in_the_command(window, lwr_dyn_command):
     np.testing.assert_allclose(json.loads(out)["T"], pose, rtol=0, atol=METRES)
 
 
+@pytest.mark.slow
 def test_sliders_and_fields_end_at_the_limits_and_words_change_nothing(window, wam):
     slide(window, 1, 1000)
     last_step = np.floor(10.0 * np.degrees(wam.upper[0])) / 10.0
@@ -109,6 +112,7 @@ def test_sliders_and_fields_end_at_the_limits_and_words_change_nothing(window, w
     assert q.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["flange", "frames", "native", "centres", "ellipsoids", "limits", "gravity"])
 def test_a_switch_shows_and_hides_what_it_names(window, name):
     state = """const [name] = arguments, {parts, stage} = lwrExplorer, paths = parts.paths[name];
@@ -184,6 +188,7 @@ def test_a_number_opens_its_source(window):
     ) == [True, True]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_axe_finds_nothing_and_nothing_sticks_out(window, width, dark):
     with seen(window, width, dark):
@@ -194,6 +199,7 @@ def test_axe_finds_nothing_and_nothing_sticks_out(window, width, dark):
         window.execute_script("document.querySelector(':popover-open').hidePopover()")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwr4 printed", "tiago", "hung"])
 def test_pages_of_other_arms_stand_too(browser, tmp_path, name):
     arm, path = explored_arm(name), tmp_path / "arm.html"
@@ -205,6 +211,7 @@ def test_pages_of_other_arms_stand_too(browser, tmp_path, name):
     assert violations(window) == []
 
 
+@pytest.mark.slow
 def test_page_is_small_and_says_what_it_does_not_know(arm):
     text = explorer_html(arm)
     assert len(text) - len(three_bundle()) < LARGEST_PAGE

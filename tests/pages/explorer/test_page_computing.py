@@ -45,12 +45,14 @@ def test_the_bundle_is_the_one_of_its_digest_and_carries_its_licence():
     assert BUNDLE.endswith(".js")
 
 
+@pytest.mark.slow
 def test_a_page_keeps_its_size(page):
     data = page.read_bytes()
     assert len(data) < LARGEST
     assert len(gzip.compress(data)) < LARGEST_ZIPPED
 
 
+@pytest.mark.slow
 def test_the_arm_follows_the_dragged_flange(window):
     _, asked, reached, q, word = window.execute_script(DRAG, Q, [0.02, -0.03, 0.01])
     np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
@@ -69,6 +71,7 @@ def test_out_of_reach_is_a_wall(window):
     assert further in (1, 2, 3)  # the end of the way, or of what this arm angle allows
 
 
+@pytest.mark.slow
 def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
     path = tmp_path / "panda.html"
     write_explorer(path, explored_arm("panda"))
@@ -79,6 +82,7 @@ def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
     np.testing.assert_allclose(reached, asked, rtol=0, atol=FOLLOWED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_a_dragged_link_turns_its_joint_alone(browser, page, pointer):
     window = opened(browser, page.as_uri())
@@ -153,6 +157,7 @@ def test_torques_are_those_of_the_arm(window):
     np.testing.assert_allclose(np.reshape(B, (7, 7)), dynamics.mass_matrix(np.array(Q)), rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_without_webgl_the_page_says_so_and_computes(browser, page):
     browser.get("about:blank")
     no_webgl = """const real = HTMLCanvasElement.prototype.getContext;
@@ -178,6 +183,7 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
         browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", mark)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_computed_is_said(monkeypatch):
     arm = lwr_dyn.load("lwr4plus")
     monkeypatch.setattr(computing, "MOST_JOINTS", 6)

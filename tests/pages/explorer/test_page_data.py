@@ -18,6 +18,7 @@ from lwr_dyn.pages.explorer.page_data import (
 from tests.pages.explorer.explored import NAMES, explored_arm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_data_are_json_and_the_start_is_inside_the_limits(name):
     arm = explored_arm(name)

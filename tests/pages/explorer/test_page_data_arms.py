@@ -55,6 +55,7 @@ def test_arms_beside_each_other_have_other_labels():
     assert len(set(labels[2])) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [1, 2, 0])
 def test_numbers_are_those_of_the_chosen_reading(window, index):
     chosen(window, index)
@@ -80,6 +81,7 @@ def test_numbers_are_those_of_the_chosen_reading(window, index):
     assert name == f"lwr4plus, reading {READINGS[index]}"
 
 
+@pytest.mark.slow
 def test_pose_speeds_switches_and_payload_stay_and_nothing_is_left_over(window):
     window.execute_script(
         """lwrExplorer.setPose(arguments[0]); explorerState.set({dq: arguments[1]}); lwrExplorer.carry(2, [0, 0, 0.1]);
@@ -109,6 +111,7 @@ def test_pose_speeds_switches_and_payload_stay_and_nothing_is_left_over(window):
     window.execute_script("lwrExplorer.carry(0, [0, 0, 0]); document.getElementById('velocity-ellipsoid').click()")
 
 
+@pytest.mark.slow
 def test_what_a_reading_changes_is_listed_and_added_up(window):
     chosen(window, 0)
     window.execute_script("lwrExplorer.compare(lwrExplorer.arms[2]); lwrExplorer.setPose(arguments[0])", Q.tolist())
@@ -134,6 +137,7 @@ def test_what_a_reading_changes_is_listed_and_added_up(window):
     assert logs(window)[1] == []
 
 
+@pytest.mark.slow
 def test_readings_with_other_kinematics_are_drawn_and_move_by_their_own(browser, tmp_path):
     write_explorer(tmp_path / "arm.html", lwr_dyn.load("kr30ha"))
     window = opened(browser, (tmp_path / "arm.html").as_uri())
@@ -154,6 +158,7 @@ def test_readings_with_other_kinematics_are_drawn_and_move_by_their_own(browser,
     assert logs(window)[1] == []
 
 
+@pytest.mark.slow
 def test_a_payload_is_carried_in_the_frame_of_the_flange(browser, tmp_path):
     arm = explored_arm("hung")
     write_explorer(tmp_path / "arm.html", arm)
@@ -168,6 +173,7 @@ def test_a_payload_is_carried_in_the_frame_of_the_flange(browser, tmp_path):
     assert np.abs(np.array(found) - expected).max() <= AGREES * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_readings_can_be_chosen_on_a_page_that_does_not_compute(browser, tmp_path, monkeypatch):
     find = kernel.find_spec
     monkeypatch.setattr(kernel, "find_spec", lambda name: None if name == "casadi" else find(name))

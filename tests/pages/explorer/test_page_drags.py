@@ -55,6 +55,7 @@ def away(arm, q, asked):
     return np.linalg.norm((reached - asked)[:, :3, 3], axis=1), np.abs((reached - asked)[:, :3, :3]).max(axis=(1, 2))
 
 
+@pytest.mark.slow
 def test_the_flange_is_where_it_is_dragged_and_no_joint_beyond_its_limit(dragged):
     arm, _, found, asked, q, *_ = dragged
     followed = found < 2

@@ -69,6 +69,7 @@ def check_shares(window, arm):
         assert all(abs(sum(row[2]) + row[3] - row[0]) < limit for row in rows)
 
 
+@pytest.mark.slow
 def test_shares_add_up_to_every_entry(window, arm):
     check_shares(window, arm)
 
@@ -123,6 +124,7 @@ def test_form_source_and_closed_form_are_written(window):
     assert "N m" in text
 
 
+@pytest.mark.slow
 def test_another_reading_has_its_own_shares(window):
     window.execute_script("lwrExplorer.setPose(arguments[0])", [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1])
     sum_of = "lwrExplorer.equation.choose('B', 1, 1); return lwrExplorer.equation.sum"
@@ -134,11 +136,13 @@ def test_another_reading_has_its_own_shares(window):
     assert logs(window)[1] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("other", [explored_arm("hung"), random_arm(5, "RPRP")], ids=["hung", "sliding"])
 def test_shares_add_up_for_other_arms(browser, page, other):
     check_shares(opened(browser, page(other)), other)
 
 
+@pytest.mark.slow
 def test_an_arm_without_masses_has_neither_panel(browser, page):
     window = opened(browser, page(lwr_dyn.load("lwr4")))
     assert window.execute_script("return [lwrExplorer.equation, lwrExplorer.gains]") == [None, None]

@@ -24,6 +24,7 @@ def test_without_casadi_the_page_says_what_to_install(without_casadi):
     assert "pip install" in explorer_html(arm)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "places"), [("lwr4plus", (0, 0, 0)), ("wam7", (0, 0, 0)), ("kr30ha", (0, 1)), ("lwr4", (0,))]
 )
@@ -35,6 +36,7 @@ def test_readings_with_the_same_kinematics_share_their_functions(robot, places):
     assert ("function inverse_dynamics(" in sets.script) == (robot != "lwr4")
 
 
+@pytest.mark.slow
 def test_arms_of_other_limits_have_their_own_closed_form():
     arm = lwr_dyn.load("lwr4plus")
     limits = tuple(replace(each, upper=0.5) for each in arm.limits)

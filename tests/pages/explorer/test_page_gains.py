@@ -42,6 +42,7 @@ def computed(window, q, omega=OMEGA, xi=XI):
     return window.execute_script(script, list(q), omega, xi)
 
 
+@pytest.mark.slow
 def test_gains_are_those_of_python(window, arm):
     found, B = computed(window, Q), lwr_dyn.dynamics_of(arm).mass_matrix(Q)
     gains = second_order_gains(np.diag(B), OMEGA, XI)

@@ -33,6 +33,7 @@ def begin(window):
     return flange(window)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_an_arrow_is_pulled_along_its_axis(window, pointer):
     before = begin(window)
@@ -46,6 +47,7 @@ def test_an_arrow_is_pulled_along_its_axis(window, pointer):
     np.testing.assert_allclose(handle, after[:3, 3], rtol=0, atol=FOLLOWED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("first", "second"), [(0, 1), (1, 2), (2, 0)])
 def test_a_finger_on_another_arrow_does_not_make_the_flange_jump(window, first, second):
     """three.js issue 31280: the plane of the arrow before was used."""
@@ -84,6 +86,7 @@ def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
     np.testing.assert_allclose(np.subtract(asked, reached), side, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_long_arm_is_dragged_and_has_no_torques(browser, tmp_path):
     joints, path = 12, tmp_path / "long.html"
     limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'

@@ -42,6 +42,7 @@ def positions(window):
     return np.array(window.execute_script("return lwrExplorer.positions()"))
 
 
+@pytest.mark.slow
 def test_a_finger_moves_a_slider(phone):
     phone.execute_script(MOVE, Q)
     left, top, width, height = phone.execute_script(BOX, "#slider_2")
@@ -86,6 +87,7 @@ def test_a_tap_chooses_a_branch_a_field_and_a_matrix(phone):
     assert phone.execute_script("return document.activeElement.getAttribute('aria-label')") == "payload, kg"
 
 
+@pytest.mark.slow
 def test_a_finger_scrolls_the_page_from_a_strip_and_from_a_panel(phone):
     phone.execute_script(MOVE, Q)
     for name in (".branch:nth-of-type(4) svg", "[aria-label='Torques'] h2"):
@@ -97,6 +99,7 @@ def test_a_finger_scrolls_the_page_from_a_strip_and_from_a_panel(phone):
         assert phone.execute_script("return scrollY") > before + 40
 
 
+@pytest.mark.slow
 def test_arrow_keys_walk_the_strip_over_its_gaps_and_change_the_branch(phone):
     phone.execute_script(f"{MOVE} document.getElementById('arm-angle').focus()", Q)
     psi, branch = phone.execute_script("return [lwrExplorer.strip.psi, lwrExplorer.strip.branch]")
@@ -124,6 +127,7 @@ def test_arrow_keys_walk_the_strip_over_its_gaps_and_change_the_branch(phone):
     assert phone.execute_script("return lwrExplorer.strip.branch") != branch
 
 
+@pytest.mark.slow
 def test_tab_reaches_every_control_and_none_is_hidden_behind_the_picture(phone):
     phone.execute_script("document.activeElement.blur(); window.scrollTo(0, 0)")
     expected = phone.execute_script(REACHABLE)

@@ -46,6 +46,7 @@ def computed(window, panel, names):
     return [np.array(values) for values in window.execute_script(script, panel, names)]
 
 
+@pytest.mark.slow
 def test_a_link_opens_the_pose_it_was_copied_from(window):
     assert np.abs(np.array(window.execute_script("return lwrExplorer.positions()")) - Q).max() < ROUNDED
     link = window.execute_script("return lwrExplorer.poseCopy.text('link', lwrExplorer.positions())")

@@ -47,6 +47,7 @@ def on_top_of_each_other(rows):
     return int(np.triu((width > 0.5) & (height > 0.5), 1).sum())
 
 
+@pytest.mark.slow
 def test_at_a_desk_all_of_it_is_one_screen_in_three_columns(window):
     with seen(window, DESK[0], height=DESK[1]):
         window.execute_script("window.scrollTo(0, 0)")
@@ -96,6 +97,7 @@ def test_the_whole_arm_is_in_the_picture_from_every_side(window, turn):
     assert 0.6 < reached < 0.9
 
 
+@pytest.mark.slow
 def test_a_window_of_another_size_keeps_the_view_that_was_turned(window):
     with seen(window, DESK[0], height=DESK[1]):
         window.execute_script("window.scrollTo(0, 0); document.getElementById('view').click()")

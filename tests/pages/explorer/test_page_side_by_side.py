@@ -60,6 +60,7 @@ def reach(arm):
     return -min(minimize(inward, start, bounds=ranges).fun for start in starts)
 
 
+@pytest.mark.slow
 def test_arms_stand_apart_and_the_chosen_one_has_the_panels(window):
     coupled(window, "none")
     roots = window.execute_script(
@@ -78,6 +79,7 @@ def test_arms_stand_apart_and_the_chosen_one_has_the_panels(window):
     assert logs(window)[1] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_a_click_on_the_other_arm_makes_it_the_active_one(window, pointer):
     window.execute_script("lwrExplorer.choose(0); lwrExplorer.fit()")
@@ -94,6 +96,7 @@ def test_a_click_on_the_other_arm_makes_it_the_active_one(window, pointer):
     assert window.execute_script("return lwrExplorer.active") == 0
 
 
+@pytest.mark.slow
 def test_a_link_names_the_arm_that_was_active(window):
     coupled(window, "none")
     window.execute_script("lwrExplorer.choose(1); lwrExplorer.setPose(arguments[0])", (0.5 * Q).tolist())
@@ -141,6 +144,7 @@ def test_the_same_flange_pose_or_it_says_that_it_does_not_get_there(window):
     window.execute_script("lwrExplorer.choose(0)")
 
 
+@pytest.mark.slow
 def test_the_table_is_that_of_python(window):
     found = coupled(window, "none")
     for place, name in enumerate(("lwr4plus", "wam7")):
@@ -157,6 +161,7 @@ def test_the_table_is_that_of_python(window):
         assert numbers["reach"][0] == pytest.approx(reach(arm), abs=FOUND)
 
 
+@pytest.mark.slow
 def test_arms_of_other_joints_and_without_masses_stand_too(browser, tmp_path):
     window = page(browser, tmp_path, "lwr4 printed", "kr30ha kuka")
     ways = window.execute_script("return lwrExplorer.sides.buttons.map(({dataset}) => dataset.how)")

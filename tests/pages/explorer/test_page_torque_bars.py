@@ -41,6 +41,7 @@ def window(browser, tmp_path_factory, arm):
     return window
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [(0.0, 0.0, 0.0, 0.0), (2.5, 0.05, -0.02, 0.1), (60.0, 0.0, 0.3, 0.0)])
 def test_bars_carry_the_payload_beside_the_tool(window, arm, load):
     assert window.execute_script(LOAD, list(map(str, load))) == ""

@@ -62,6 +62,7 @@ def pages(tmp_path_factory):
     return page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwr4plus computed", "kr30ha kuka", "wam7 manual"])
 def test_the_boundary_is_reached_and_no_sample_is_outside(browser, pages, name):
     arm = explored_arm(name)
@@ -83,6 +84,7 @@ def shown(window):
     return window.execute_script("return document.querySelector('.section').innerText")
 
 
+@pytest.mark.slow
 def test_the_card_shows_the_section_and_where_the_flange_is(browser, pages):
     arm = lwr_dyn.load("kr30ha")
     window = opened(browser, pages(arm))

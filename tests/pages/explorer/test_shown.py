@@ -25,6 +25,7 @@ def notebook(monkeypatch):
     )
 
 
+@pytest.mark.slow
 def test_an_arm_becomes_a_file_and_says_how_to_open_it(arm, folder):
     page = lwr_dyn.show(arm)
     assert page.path.as_posix() == "lwr_dyn_pages/lwr4plus.html"
@@ -33,6 +34,7 @@ def test_an_arm_becomes_a_file_and_says_how_to_open_it(arm, folder):
     assert "open it: " in repr(page)
 
 
+@pytest.mark.slow
 def test_other_contents_have_other_files(arm, two_runs):
     tool = lwr_dyn.load("lwr4plus", tool={"xyz": [0, 0, 0.1]})
     pages = [lwr_dyn.show(one) for one in (arm, tool, *two_runs)] + [lwr_dyn.show(arm, q=[0.1] * 7)]
@@ -48,6 +50,7 @@ def test_a_run_shows_its_replay(two_runs, tmp_path):
     assert "lwrReplay" in page.path.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_a_notebook_gets_an_iframe_on_the_file_a_picture_and_words(arm, two_runs, notebook):
     page = lwr_dyn.show(arm)
     bundle = page._repr_mimebundle_(include=None, exclude=None)
@@ -58,6 +61,7 @@ def test_a_notebook_gets_an_iframe_on_the_file_a_picture_and_words(arm, two_runs
     assert not any(part.startswith(".") for part in page.path.parts)  # Jupyter serves no hidden folder
 
 
+@pytest.mark.slow
 def test_embed_keeps_the_page_in_the_cell_and_writes_nothing(arm, notebook, folder):
     page = lwr_dyn.show(arm, embed=True)
     assert page.path is None
@@ -65,11 +69,13 @@ def test_embed_keeps_the_page_in_the_cell_and_writes_nothing(arm, notebook, fold
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_the_picture_needs_no_matplotlib(arm, notebook, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert base64.b64decode(lwr_dyn.show(arm)._repr_mimebundle_()["image/png"]).startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_browser_opens_on_a_terminal_with_a_display_only(arm, monkeypatch):
     asked = []
     monkeypatch.setattr("webbrowser.open", lambda address: asked.append(address) or True)
@@ -88,6 +94,7 @@ def test_a_browser_opens_on_a_terminal_with_a_display_only(arm, monkeypatch):
     assert len(asked) == 1
 
 
+@pytest.mark.slow
 def test_bad_input_is_one_clear_line_and_leaves_no_file(arm, two_runs, folder, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda address: False)
     unknown = replace(two_runs[0], meta={**two_runs[0].meta, "robot": "lwr4pluss"}, setup=None)

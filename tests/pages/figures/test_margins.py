@@ -26,6 +26,7 @@ def test_the_curves_are_the_loops_cut_at_each_joint(report):
     )
 
 
+@pytest.mark.slow
 def test_the_map_holds_all_other_joints_and_shows_where_it_is(report):
     axes, peaks, here, (title, note) = pose_map(report, (1, 3))
     assert [label for label, _ in axes] == ["joint_2, deg", "joint_4, deg"]
@@ -40,6 +41,7 @@ def test_the_map_holds_all_other_joints_and_shows_where_it_is(report):
     assert "other joints as at the worst pose" in note
 
 
+@pytest.mark.slow
 def test_the_joints_that_change_nothing_are_not_those_of_the_map(report):
     across, up = pose_map(report)[0]
     assert "joint_1" not in across[0] + up[0]  # the inertias do not change with it
@@ -65,6 +67,7 @@ def test_wishes_that_cannot_be_are_refused_before_the_work(wish, error, tmp_path
         picture_writer(wish)
 
 
+@pytest.mark.slow
 def test_a_map_is_written_as_png_and_svg(report, tmp_path):
     png, svg = picture_writer(str(tmp_path / "map.png"))(report, (1, 3))
     assert png.read_bytes()[:4] == b"\x89PNG"

@@ -41,6 +41,7 @@ def test_every_figure_can_be_drawn(kind):
     assert drawing.axes[0].get_xscale() == ("linear" if kind == "nyquist" else "log")
 
 
+@pytest.mark.slow
 def test_a_map_paints_what_is_unstable_as_an_alarm(tmp_path):
     peaks = np.ones((4, 5))
     peaks[2], peaks[3] = np.inf, 100.0

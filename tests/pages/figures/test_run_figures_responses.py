@@ -62,6 +62,7 @@ def test_words(step, chirp, two_runs):
     assert response_parts(two_runs[0])[1:] == []
 
 
+@pytest.mark.slow
 def test_simulate_prints_the_response(lwr_dyn_command):
     arguments = ("simulate", "lwr4plus", "--task", "step", *POSE, "--joint", "2", "--duration", "0.3")
     code, out, _ = lwr_dyn_command(*arguments)

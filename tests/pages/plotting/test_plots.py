@@ -186,6 +186,7 @@ def test_panels_do_not_overlap_and_stay_inside(runs):
         assert not any(box.overlaps(other) for other in boxes[:k])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [error_figure, torque_figure, path_figure], ids=lambda make: make.__name__)
 def test_same_runs_give_the_same_bytes_whatever_the_settings(runs, make):
     def both():
@@ -216,6 +217,7 @@ def test_a_series_of_no_run_is_refused():
         draw(Figure("f", "f", "", "t", "s", (panel,)))
 
 
+@pytest.mark.slow
 def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
     program = """
 import sys

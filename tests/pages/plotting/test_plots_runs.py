@@ -16,6 +16,7 @@ PNG = b"\x89PNG\r\n"
 SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", [name for name in QUANTITIES if name != "response"])
 def test_each_quantity_is_drawn_and_saved(quantity, two_runs, tmp_path):
     picture = lwr_dyn.plot(two_runs[0], quantity)
@@ -79,6 +80,7 @@ def test_bad_input_is_one_line(case, two_runs, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_simulate_writes_columns_and_a_picture(lwr_dyn_command, tmp_path, monkeypatch, arm):
     monkeypatch.chdir(tmp_path)
     arguments = ("simulate", "lwr4plus", *SHORT, "--out", "x.npz", "--csv", "x.csv", "--plot", "torque")
@@ -91,6 +93,7 @@ def test_simulate_writes_columns_and_a_picture(lwr_dyn_command, tmp_path, monkey
     np.testing.assert_array_equal(log.tau, run.tau_applied)
 
 
+@pytest.mark.slow
 def test_simulate_writes_every_picture_that_is_asked_for(lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT, "--plot", "torque", "--plot", "tip.svg")
@@ -100,6 +103,7 @@ def test_simulate_writes_every_picture_that_is_asked_for(lwr_dyn_command, tmp_pa
     assert "<svg" in (tmp_path / "tip.svg").read_text()
 
 
+@pytest.mark.slow
 def test_a_file_named_after_a_quantity_shows_it_another_the_overview(two_runs, tmp_path):
     for name, quantity in (("tip_error.svg", "tip error"), ("pid.svg", "overview")):
         path = plot_writer(str(tmp_path / name))(two_runs[0])

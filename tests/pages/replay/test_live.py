@@ -56,6 +56,7 @@ def test_pages_are_served_to_our_own_names_only(server):
         fetched(server.url, Host="rebound.example")
 
 
+@pytest.mark.slow
 def test_a_pose_sent_from_python_moves_the_page(server, browser, arm):
     q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
     opened(browser, server.url)

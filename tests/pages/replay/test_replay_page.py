@@ -26,6 +26,7 @@ def window(browser, page):
     return browser
 
 
+@pytest.mark.slow
 def test_page_loads_nothing_and_logs_nothing(window, page):
     # The module's first look at the page: the logs start before it was opened.
     sent, said = logs(window)
@@ -33,6 +34,7 @@ def test_page_loads_nothing_and_logs_nothing(window, page):
     assert said == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1235, 3000])
 @pytest.mark.parametrize("run", [0, 1])
 def test_pose_on_the_page_is_forward_kinematics(window, arm, two_runs, run, k):
@@ -70,6 +72,7 @@ def test_target_and_triads_stand_where_the_chain_puts_them(window, arm, two_runs
     np.testing.assert_allclose(triads, native, rtol=0, atol=POSE)
 
 
+@pytest.mark.slow
 def test_play_moves_time_and_pause_holds_it(window):
     window.execute_script("lwrReplay.setTime(0); document.getElementById('play').click()")
     waiting(window, 20).until(lambda w: w.execute_script("return lwrReplay.time() > 0.1"))
@@ -80,6 +83,7 @@ def test_play_moves_time_and_pause_holds_it(window):
     assert before == after > 0.1
 
 
+@pytest.mark.slow
 def test_speed_and_end_of_play(window, two_runs):
     window.execute_script("document.getElementById('speed').value = '4'; lwrReplay.setTime(5.8); lwrReplay.play()")
     waiting(window, 20).until(lambda w: not w.execute_script("return lwrReplay.playing()"))
@@ -101,6 +105,7 @@ def test_trace_grows_with_time_and_the_readout_is_the_tip_error(window, arm, two
     assert float(texts[1].split()[0]) == pytest.approx(1e3 * shown.tip_error[1500], rel=5e-3)  # three digits shown
 
 
+@pytest.mark.slow
 def test_switches_hide_and_show(window):
     for name, part in (
         ("reference", "reference"),
@@ -126,6 +131,7 @@ def test_scrub_bar_and_strip_set_the_time(window):
     assert window.find_element("id", "clock").text == "3.250 / 6.000 s"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_page_is_accessible_and_fits_every_screen_in_both_schemes(window, width, dark):
     with seen(window, width, dark):
@@ -145,6 +151,7 @@ def test_page_is_accessible_and_fits_every_screen_in_both_schemes(window, width,
         assert sky == "rgb({}, {}, {})".format(*bytes.fromhex(tokens(dark)["sky"][1:]))
 
 
+@pytest.mark.slow
 def test_on_a_phone_nothing_covers_the_arm(window):
     with seen(window, 420):
         boxes = window.execute_script(

@@ -53,6 +53,7 @@ def test_a_page_has_a_hundred_samples_a_second_or_as_many_as_asked_for(arm, two_
         replay_page.replay_html(two_runs, arm, rate=0)
 
 
+@pytest.mark.slow
 def test_four_runs_of_fourteen_seconds_stay_small(arm):
     runs = [lagging_run(arm, 0.01 * i, f"controller {i}", k=14001, duration=14.0) for i in range(1, 7)]
     assert len(replay_page.replay_html(runs, arm).encode()) < LARGEST_PAGE

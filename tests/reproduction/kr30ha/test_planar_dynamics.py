@@ -19,6 +19,7 @@ def report():
     return motion_report()
 
 
+@pytest.mark.slow
 def test_every_difference_is_the_sum_of_its_named_faults(report):
     assert report.holds
     assert {c.name for c in report.comparisons if c.agrees} == RIGHT

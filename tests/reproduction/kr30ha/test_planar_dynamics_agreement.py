@@ -18,6 +18,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_symbols_equal_pinocchio_to_1e_10_at_random_states_and_parameters(case):
     robot, joints, held, count = CASES[case]

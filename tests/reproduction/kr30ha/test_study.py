@@ -25,6 +25,7 @@ def outcome(tmp_path_factory):
     return reproduce("kr30ha", place, progress=steps.append), place, steps
 
 
+@pytest.mark.slow
 def test_it_holds_and_writes_what_it_promises(outcome):
     found, place, steps = outcome
     assert found.holds
@@ -39,6 +40,7 @@ def test_it_holds_and_writes_what_it_promises(outcome):
     assert json.loads((place / "results.json").read_text())["holds"] is True
 
 
+@pytest.mark.slow
 def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browser):
     assert lost(outcome[1]) == []
     assert faults(browser, outcome[1] / "report.html", wide=10_000, narrow=20_000) == []

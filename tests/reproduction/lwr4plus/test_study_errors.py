@@ -26,12 +26,14 @@ def fitted(arm):
     return error_table(arm, "table_viii", "smooth", fitted_arm_angle(arm))
 
 
+@pytest.mark.slow
 def test_table_viii_rows_1_to_5_come_out_within_15_percent_under_the_hypothesis(fitted):
     assert max(abs(cell.miss) for cell in fitted.cells if cell.joint < 5) < NEAR
     assert fitted.distance < 0.1
     assert "fitted to Table VIII" in fitted.arm_angle
 
 
+@pytest.mark.slow
 def test_with_gravity_in_the_law_table_viii_is_out_of_reach(arm, fitted):
     # the hypothesis carries it: with gravity compensated the errors are below a milliradian
     from lwr_dyn.control.controllers import make_controller
@@ -48,6 +50,7 @@ def test_the_velocity_block_of_table_viii_stands_one_row_too_low(arm, fitted):
     assert distances["rows as numbered"] > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", TIMINGS)
 def test_table_vii_is_nearest_with_stops_at_the_corners(arm, timing):
     nearest = error_table(arm, "table_vii", "quintic").distance
@@ -61,6 +64,7 @@ def test_verdicts_are_computed():
     assert ErrorCell(0, "average", "9.6", 20.0, 10.5).verdict == "not near, by +10"
 
 
+@pytest.mark.slow
 def test_controllers_keep_the_limits_except_with_a_load_and_rank_as_reported(arm):
     found = controller_runs(arm, ist_reference(arm))
     assert len(found) == 9

@@ -64,6 +64,7 @@ def test_gaps_and_shared_numbers(arm, two_runs):
     assert data["numbers"][curves[2]["x"]] == [1.0, 2.0]
 
 
+@pytest.mark.slow
 def test_runs_are_on_the_page_at_100_samples_a_second_and_the_page_says_so(arm):
     runs = [lagging_run(arm, 0.01 * i, f"controller {i}", k=28001, duration=28.0) for i in (1, 2)]
     page = report(arm, runs)
@@ -88,6 +89,7 @@ def packed(text):
     return json.loads(gzip.decompress(b64decode(re.search(r'id="packed-numbers">(.*?)</script>', text).group(1))))
 
 
+@pytest.mark.slow
 def test_neither_plotly_nor_matplotlib_is_imported_for_a_page():
     program = """
 import sys

@@ -6,6 +6,7 @@ from tests.headless import logs, screenshot
 from tests.pages.replay.driven import PHONE, middle, number, opened, screen, until
 
 
+@pytest.mark.slow
 def test_a_tap_on_a_phone_shows_the_origin_inside_the_screen(browser, report_path):
     with screen(browser, **PHONE):
         opened(browser, report_path)

@@ -73,6 +73,7 @@ def test_a_figure_sets_the_time_before_the_player_is_there(window):
     assert all(abs(at - asked) <= PIXELS for at, asked, _ in cursors(window, "torque"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", [0, 1230, 3000])
 @pytest.mark.parametrize("run", [0, 1])
 def test_pose_on_the_page_is_forward_kinematics(window, arm, two_runs, run, k):
@@ -83,6 +84,7 @@ def test_pose_on_the_page_is_forward_kinematics(window, arm, two_runs, run, k):
     np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, two_runs[run].q[k]), rtol=0, atol=POSE)
 
 
+@pytest.mark.slow
 def test_still_pose_shows_frames_and_a_figure_returns_to_the_replay(window, arm):
     started(window)
     seen = """const stage = lwrReplay.stage;
@@ -123,6 +125,7 @@ def test_scrubber_moves_every_cursor(window):
                 assert abs(at - asked) <= PIXELS
 
 
+@pytest.mark.slow
 def test_zoom_by_drag_keeps_cursors_true_and_the_time(window):
     from selenium.webdriver import ActionChains
 
@@ -165,6 +168,7 @@ def test_the_time_bar_follows_where_the_3d_view_is_out_of_sight(window):
     assert logs(window)[1] == []
 
 
+@pytest.mark.slow
 def test_without_webgl_figures_and_cursors_still_work(browser, report_path):
     blind = """const get = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
@@ -183,6 +187,7 @@ def test_without_webgl_figures_and_cursors_still_work(browser, report_path):
         browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", {"identifier": added["identifier"]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("lag", "factor"), [(0.005, 10), (0.0005, 100)])
 def test_a_path_is_drawn_with_its_errors_magnified_and_the_page_says_how_much(browser, tmp_path, arm, lag, factor):
     runs = replayed_runs([lagging_run(arm, lag, "near"), lagging_run(arm, 0.5 * lag, "nearer")], arm)
@@ -207,6 +212,7 @@ def test_a_path_is_drawn_with_its_errors_magnified_and_the_page_says_how_much(br
         assert drawn == pytest.approx(1e-3 * length / (high - low), abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parts", ["still only", "figures only", "tables only"])
 def test_parts_may_be_missing(browser, tmp_path, report_content, parts):
     replay = report_content.replay

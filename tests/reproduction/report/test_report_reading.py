@@ -18,6 +18,7 @@ def window(browser, report_path):
         yield browser
 
 
+@pytest.mark.slow
 def test_a_number_shows_its_origin_by_keys_and_mouse(window):
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.keys import Keys
@@ -61,6 +62,7 @@ def test_verdicts_are_words_and_shapes_in_map_key_and_tables(window):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_what_came_out_is_folded_and_what_did_not_is_not(window):
     table = window.find_element("id", "table-IV")
     words = table.find_elements("css selector", "td.verdict")
@@ -116,6 +118,7 @@ def test_evidence_is_folded_unless_it_fails(window):
     ]
 
 
+@pytest.mark.slow
 def test_keyboard_reaches_and_plays_the_replay(window):
     from selenium.webdriver.common.keys import Keys
 
@@ -134,6 +137,7 @@ def test_keyboard_reaches_and_plays_the_replay(window):
     window.find_element("id", "stage").send_keys(" ")
 
 
+@pytest.mark.slow
 def test_print_shows_everything(window):
     started(window)
     window.execute_script("document.querySelectorAll('details[open]').forEach((e) => { e.open = false; })")
@@ -157,6 +161,7 @@ def test_print_shows_everything(window):
     assert base64.b64decode(sheet).startswith(b"%PDF")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_no_rule_of_accessibility_is_broken(browser, report_path, width, dark):
     opened(browser, report_path)
@@ -171,6 +176,7 @@ def test_no_rule_of_accessibility_is_broken(browser, report_path, width, dark):
             screenshot(browser, f"report_dark_{width}.png")
 
 
+@pytest.mark.slow
 def test_origins_need_no_script(browser, report_path):
     from selenium.webdriver.common.keys import Keys
 
@@ -187,6 +193,7 @@ def test_origins_need_no_script(browser, report_path):
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
 
 
+@pytest.mark.slow
 def test_hostile_names_stay_text(browser, tmp_path, arm, two_runs):
     with screen(browser, **LAPTOP):
         write_report(tmp_path / "hostile.html", report(arm, two_runs, HOSTILE))

@@ -37,6 +37,7 @@ def test_a_cylinder_covers_its_projection_and_is_as_near_as_its_surface(axes, ar
     assert not np.isfinite(near[0, 0])
 
 
+@pytest.mark.slow
 def test_what_is_nearer_hides_what_is_behind():
     front, back = cylinder(grey=1.0), cylinder(grey=0.2)
     front.pose[1, 3] = -0.5  # toward the eye
@@ -72,6 +73,7 @@ def test_the_png_is_read_back():
     assert image[50, 50].tolist() == [0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["lwr4plus", "kr30ha", "wam7", "lwr4"])
 def test_every_arm_has_a_small_still_that_is_the_same_twice(robot):
     arm = lwr_dyn.load(robot)

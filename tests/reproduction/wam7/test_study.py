@@ -39,6 +39,7 @@ def made(joint, side, gravity=GRAVITIES[0]):
     return experiment(arm(), joint, side, gravity, substeps=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize("joint", range(7))
 def test_a_steady_cruise_needs_what_friction_takes(joint, side):
@@ -53,6 +54,7 @@ def test_a_steady_cruise_needs_what_friction_takes(joint, side):
     assert max(abs(found.least - found.predicted), abs(found.most - found.predicted)) <= AGREES * abs(found.predicted)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("joint", "side"), [(1, 1), (3, -1)])
 def test_compensated_gravity_changes_little(joint, side):
     found = cruise_error(arm(), made(joint, side, GRAVITIES[1]))
@@ -77,6 +79,7 @@ def test_joints_that_are_not_moved_do_not_move_in_a_single_bit():
     assert (others == others[0]).all()
 
 
+@pytest.mark.slow
 def test_seven_seconds_of_all_joints_report_their_evaluations():
     run = experiment(arm(), None, substeps=1).run
     assert 28_000 <= run.meta["evaluations"] <= 40_000
@@ -98,6 +101,7 @@ def test_figure_7_is_not_left():
     assert not figure_7_holds(cruise_errors(arm(), (Experiment(2, 1, GRAVITIES[0], True, made(0, 1).run),)))
 
 
+@pytest.mark.slow
 def test_the_folder_a_verdict_that_can_fail_and_the_page(tmp_path, monkeypatch, browser):
     """With one run in place of all the folder and the page are whole, and the cruises of the others differ."""
     run = made(0, 1).run

@@ -10,6 +10,7 @@ HOLD = ("simulate", "lwr4plus", "--reading", "physical", "--task", "hold", "--fr
 SHORT = (*HOLD, "--duration", "0.02", "--controller", "inverse-dynamics")
 
 
+@pytest.mark.slow
 def test_a_run_and_its_record(lwr_dyn_command):
     code, out, err = lwr_dyn_command(*SHORT, "--elastic", "file")
     assert code == 0
@@ -48,6 +49,7 @@ def test_bad_options_are_one_line(options, message, lwr_dyn_command):
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_an_arm_without_stiffness_needs_a_number(lwr_dyn_command):
     arm = ("simulate", "wam7", "--task", "hold", "--from-deg", "0,-60,0,90,0,0,0", "--duration", "0.01", "--own-gains")
     code, _, err = lwr_dyn_command(*arm, "--elastic", "file")

@@ -53,6 +53,7 @@ def test_rotors_known_only_at_the_joint_have_no_products():
         assert model(arm).forward_dynamics(x, dx, TAU) == pytest.approx(plain.forward_dynamics(x, dx, TAU), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_an_engine_with_full_rotors_runs_the_full_model(full):
     ist = lwr_dyn.reference("ist", physical())
     reduced, coupled, fine = (
@@ -65,6 +66,7 @@ def test_an_engine_with_full_rotors_runs_the_full_model(full):
     assert 1e-7 < np.abs(coupled.q - reduced.q).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_its_motors_stick_too(full):
     run = short_run(engine=full, friction=FRICTION, duration=0.03)
     assert (run.signals["dtheta"] == 0.0).any()

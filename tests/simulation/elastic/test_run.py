@@ -17,6 +17,7 @@ from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short
 from tests.simulation.sample_runs import MIDDLE, StandStill, joint_waves
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("elasticity", [5e3, 1e4, 3e4])
 def test_one_step_a_sample_against_radau(elasticity):
     run, fine = short_run(elasticity=elasticity), short_run(elasticity=elasticity, method="radau", substeps=2)
@@ -96,6 +97,7 @@ def test_at_rest_the_springs_carry_the_arm():
     assert run.signals["theta"][0] - MIDDLE == pytest.approx(weight / physical().elasticity.stiffness, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_both_engines_move_it_alike():
     one, other = short_run(duration=0.004), short_run(duration=0.004, engine="newton-euler")
     assert np.abs(one.q - other.q).max() <= 1e-9

@@ -21,6 +21,7 @@ def test_a_true_run_is_closed(options):
     assert road.judged > 20
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_is_seen():
     run = short_run(friction=FRICTION, duration=0.15)
     moved = run.signals["theta"] + np.eye(7)[2] * 1e-7

@@ -12,6 +12,7 @@ from tests.simulation.responses.loops import ARM, OMEGA, START, answered
 SWEEP = {"low": 1.0, "high": 40.0, "duration": 3.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("xi", "joint"), [(0.5, 2), (1.0, 7)])
 def test_the_response_is_that_of_theory(xi, joint):
     (found,) = frequency_responses(answered("chirp", xi, joint, **SWEEP), ARM)
@@ -27,6 +28,7 @@ def test_the_response_is_that_of_theory(xi, joint):
         assert found.peak_at == pytest.approx(OMEGA / (2.0 * np.pi) * np.sqrt(1.0 - 2.0 * xi**2), rel=0.04)
 
 
+@pytest.mark.slow
 def test_feed_forward_of_the_rates_leaves_nothing_to_follow():
     (found,) = frequency_responses(answered("chirp", 1.0, 7, rates=True, rate=1000.0, **SWEEP | {"high": 10.0}), ARM)
     assert np.abs(found.H - 1.0).max() < 3e-4  # of order 1 in the step: the taper ends with a jump of ddq

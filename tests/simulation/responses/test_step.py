@@ -19,6 +19,7 @@ def theory(xi):
     return rise, np.pi / damped, np.exp(-np.pi * xi / np.sqrt(1.0 - xi**2)), settling
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("xi", "joint"), [(0.3, 2), (0.7, 6)])
 def test_figures_are_those_of_theory(xi, joint):
     (found,) = step_responses(answered("step", xi, joint, rate=2000.0), ARM)

@@ -87,6 +87,7 @@ def test_a_path_says_how_much_its_errors_are_magnified(arm, two_runs):
     assert scale == pytest.approx(panel.magnified, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_a_browser_finds_nothing_against_it(width, dark, opened):
     with seen(opened, width, dark):

@@ -36,6 +36,7 @@ def page(study, browser, tmp_path_factory):
     return browser
 
 
+@pytest.mark.slow
 def test_any_two_runs_can_be_chosen_and_move_as_they_ran(page, study, arm):
     _, runs = study
     for place, chosen in ((0, 3), (1, 0), (0, 1), (1, 1), (0, 2)):
@@ -69,6 +70,7 @@ def test_the_lists_have_every_run_under_its_plant(page, study):
     assert groups == [[plant, [one.controller for one in runs]] for plant, runs in study[0].plants.items()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_a_browser_finds_nothing_against_it(width, dark, page):
     with seen(page, width, dark):

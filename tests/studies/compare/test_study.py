@@ -29,6 +29,7 @@ def study(arm, move, *controllers, plants=("nominal",), **more):
     return ControllerStudy(arm, move, controllers, [plant_case(arm, text) for text in plants], "move", **more)
 
 
+@pytest.mark.slow
 def test_processes_change_nothing(arm, move, tmp_path):
     plants = ("payload=20+noise=1e-5", "delay=3")
     chosen = study(arm, move, "inverse-dynamics:omega-n=20", "pid", plants=plants, since=0.1, folder=tmp_path)

@@ -35,6 +35,7 @@ def test_the_set_is_rigid_with_delays_and_elastic_where_rotors_carry_it(physical
     assert len(cases_of(wam, 1000.0, np.zeros((1, 7)))) == 4  # no stiffness
 
 
+@pytest.mark.slow
 def test_each_law_gets_what_the_search_finds_and_a_study_uses_it(physical, move):
     specs = [controller_spec(text) for text in LAWS]
     found = tuned_frequencies(physical, specs, move, 1.7)
@@ -50,6 +51,7 @@ def test_each_law_gets_what_the_search_finds_and_a_study_uses_it(physical, move)
     assert any(note.startswith("inverse-dynamics: omega_n ") for note in compared.notes)
 
 
+@pytest.mark.slow
 def test_a_law_that_keeps_the_peak_nowhere_is_a_line(arm, monkeypatch):
     monkeypatch.setattr(study, "POSES", 3)
     move = lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.3, duration=0.05)

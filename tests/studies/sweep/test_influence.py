@@ -58,6 +58,7 @@ def test_a_path_with_several_draws_gives_a_row_each_and_too_few_runs_none():
     assert influences(X[:, 1], {"a": np.zeros(RUNS)}, 0.5) == ()
 
 
+@pytest.mark.slow
 def test_what_has_no_effect_is_rarely_called_clear():
     """10 parameters without effect, 60 studies: 5 % of the studies may name one."""
     rng, named = np.random.default_rng(8), 0

@@ -70,6 +70,7 @@ def test_they_are_those_of_scipy():
     np.testing.assert_allclose([one.value for one in ours.total.values()], theirs.total_order, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_intervals_cover_with_independent_rows():
     """Rows drawn at random, as the bootstrap assumes; 60 designs."""
     first, total = ishigami_indices()

@@ -210,6 +210,7 @@ FAULTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "words"), FAULTS.values(), ids=FAULTS)
 def test_a_fault_is_one_line_with_the_file_and_the_field(text, words, read):
     with pytest.raises(LwrDynError) as caught:

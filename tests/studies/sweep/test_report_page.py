@@ -217,6 +217,7 @@ def test_the_worst_runs_stand_with_their_parameters(summary, worst):
     assert text.count("data-replay=") == len(worst)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), SCREENS)
 def test_a_browser_finds_nothing_against_it(width, dark, opened):
     with seen(opened, width, dark):
@@ -226,6 +227,7 @@ def test_a_browser_finds_nothing_against_it(width, dark, opened):
         assert sideways(opened) == 0
 
 
+@pytest.mark.slow
 def test_a_button_replays_its_run_without_a_request(opened, worst):
     opened.execute_script("document.querySelectorAll('button[data-replay]')[1].click()")
     frame = opened.find_element("css selector", "#replay-place iframe")

@@ -130,6 +130,7 @@ def test_a_reading_of_the_plant_brings_its_bodies(tmp_path):
         np.testing.assert_allclose(row.reshape(7, 10), inertial_parameters(with_bodies(arm.chain, bodies)), atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["inverse-dynamics", "pid", "robust"])
 def test_gains_are_those_of_controllers_made_one_by_one(text, tmp_path):
     study = study_of(tmp_path, {"controller.omega_n": "values = [20, 60]"})

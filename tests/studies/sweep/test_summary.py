@@ -140,6 +140,7 @@ def test_a_study_that_is_not_finished_keeps_its_groups():
     assert "Missing" not in summary_text(summarise(made, runs_of(made)))
 
 
+@pytest.mark.slow
 def test_a_controller_that_cannot_be_searched_takes_nothing_from_the_others():
     slow = CONTROLLERS[1]
     part = summarise(MADE, RUNS, evaluate, not_searched={slow: "it has no kernel form"})
@@ -163,6 +164,7 @@ def test_torque_is_not_cut_where_it_is_not_known_and_none_has_an_interval():
     assert f"Torque cut: of the runs of which it is known, 1000 of 4000 of {first}." in summary_text(both)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("loop", "slow", "flagged", "words"),
     [

@@ -53,6 +53,7 @@ def test_a_law_that_changes_while_it_is_loaded_is_refused(study, tmp_path, monke
         workshop.controller("mine.py")
 
 
+@pytest.mark.slow
 def test_a_sweep_ends_in_one_line_when_a_law_changes_and_keeps_what_is_finished(study, tmp_path):
     def report(said):
         if isinstance(said, float):

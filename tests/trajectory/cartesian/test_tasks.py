@@ -34,6 +34,7 @@ def timed(text, times):
     return "\n".join(["time, " + head, *(f"{t}, {row}" for t, row in zip(times, rows, strict=True))])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["lwr4plus", "kr30ha"])
 def test_timed_waypoints_are_met_at_their_times_and_at_rest(file, robot):
     arm = lwr_dyn.load(robot)
@@ -103,6 +104,7 @@ def test_options_that_cannot_be(file):
         lwr_dyn.reference("line", arm, start=START, to_xyz=[0, 0, 1], to_rpy=[0, 0, 0], free_orientation=True)
 
 
+@pytest.mark.slow
 def test_the_command_simulates_a_line(tmp_path):
     out = tmp_path / "line.npz"
     arguments = (

@@ -17,6 +17,7 @@ def line(arm, q, shift):
     return straight(T, end)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turning", [True, False])
 def test_tracked_positions_are_on_the_curve_inside_the_limits_and_without_jumps(turning):
     arm = lwr_dyn.load("lwr4plus")

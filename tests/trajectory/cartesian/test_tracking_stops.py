@@ -51,6 +51,7 @@ def test_a_line_out_of_reach_ends_where_the_closed_form_has_no_solution():
     assert not solutions(arm, beyond, False)
 
 
+@pytest.mark.slow
 def test_a_place_out_of_reach_is_one_for_a_free_orientation_too():
     _, fault, place = stop("lwr4plus", [0.2, 0.6, -0.3, -1.2, 0.4, 0.9, 0.1], [-3.0, 0.1, 0.4], free_orientation=True)
     assert fault.why == "reach"

@@ -40,6 +40,7 @@ def test_the_letters_and_the_tool_are_those_of_ist():
 NEIGHBOURS = [tuple(np.add(CLEAR_SHIFT, step * axis).round(9)) for axis in np.eye(3) for step in (-0.1, 0.1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shift", [*NEIGHBOURS, (0.4, -0.1, -0.15), (0.05, 0.12, 0.12)])
 def test_other_shifts_come_nearer_to_a_limit_or_are_out_of_reach(shift):
     """The last is the best that was known before; all of the grid: scripts/ist_clear.py."""
@@ -50,6 +51,7 @@ def test_other_shifts_come_nearer_to_a_limit_or_are_out_of_reach(shift):
     assert margin < 50.0
 
 
+@pytest.mark.slow
 def test_3_kg_that_no_controller_knows_bring_no_joint_to_its_stop():
     """On IST joint 6 falls on its stop within 0.03 s."""
     controller, plant = lwr_dyn.controller("inverse-dynamics", ARM), arm_with_payload(ARM, 3.0)
@@ -62,6 +64,7 @@ def test_3_kg_that_no_controller_knows_bring_no_joint_to_its_stop():
     assert np.degrees(figures["ist-clear"].limit_margin).min() > 45.0
 
 
+@pytest.mark.slow
 def test_a_run_names_the_shift(lwr_dyn_command):
     def about(*options):
         code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *options, "--json")

@@ -37,6 +37,7 @@ def test_the_way_back_is_a_quintic_with_true_derivatives():
     np.testing.assert_allclose(np.abs(motion.dq).max(axis=0), 1.875 * np.linspace(0.2, 0.8, 7) / 1.5, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_part_of_a_run_is_a_run():
     controller = lwr_dyn.controller("inverse-dynamics", ARM)
     run = lwr_dyn.simulate(ARM, controller, MOVE, payload=1.0)

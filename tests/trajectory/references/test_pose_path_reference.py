@@ -66,6 +66,7 @@ def test_dq_and_ddq_are_the_derivatives_of_q_between_the_breaks(timing):
     np.testing.assert_allclose(here.ddq, ddq, atol=DIFFERENCE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", ["quintic", "smooth", "smooth-blended"])
 def test_q_dq_and_ddq_have_no_jump_anywhere(timing):
     h = 5e-4

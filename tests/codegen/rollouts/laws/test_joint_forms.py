@@ -164,5 +164,6 @@ def check_forms(forms):
     assert (law.integral == kept).all()
 
 
+@pytest.mark.slow
 def test_planted_slips_in_the_forms_are_caught():
     assert not uncaught(law_forms.__name__, FORM_SLIPS, check_forms)

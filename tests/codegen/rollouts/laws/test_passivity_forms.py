@@ -99,6 +99,7 @@ ARMS = {
 CHECKS = {"adaptive": (check_adaptive, ADAPTIVE_SLIPS), "robust": (check_robust, ROBUST_SLIPS)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", CHECKS)
 def test_planted_slips_are_caught(law):
     check, slips = CHECKS[law]

@@ -20,6 +20,7 @@ def arm():
     return lwr_dyn.load("lwr4plus")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "gap"), [("lwr4plus", 1e-9), ("kr30ha", 1e-6), ("wam7", 1e-6)])
 def test_joints_behind_the_first(robot, gap):
     arm = lwr_dyn.load(robot)
@@ -32,12 +33,14 @@ def test_joints_behind_the_first(robot, gap):
         assert "certified" in certificate.statement()
 
 
+@pytest.mark.slow
 def test_the_first_joint_of_the_lwr(arm):
     certificate = inertia_certificate(arm, worst_case_inertia(arm, 0))
     assert 0.0 < certificate.gap < 1e-6
     assert certificate.to_json()["upper"] == certificate.upper
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_no_position_of_a_random_arm_has_more(seed):
     rng = np.random.default_rng(seed)

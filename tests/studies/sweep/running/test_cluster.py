@@ -52,6 +52,7 @@ def local_cluster():
         yield started
 
 
+@pytest.mark.slow
 def test_a_chunk_that_kills_its_worker_ends_as_a_fault_and_the_rest_is_made(local_cluster):
     with connected(local_cluster.scheduler_address) as client:
         done = dict(on_cluster(CHUNKS, partial(work, 3), client))
@@ -61,6 +62,7 @@ def test_a_chunk_that_kills_its_worker_ends_as_a_fault_and_the_rest_is_made(loca
     assert all(data == bytes(range(chunk.first, chunk.stop)) for chunk, data in done.items())
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(local_cluster, monkeypatch):
     with connected(local_cluster.scheduler_address):
         pass
@@ -69,6 +71,7 @@ def test_a_worker_of_another_version_is_refused(local_cluster, monkeypatch):
         connected(local_cluster.scheduler_address).__enter__()
 
 
+@pytest.mark.slow
 def test_a_sweep_on_a_cluster_gives_the_bytes_of_one_here_though_a_worker_dies(local_cluster, tmp_path):
     study = small_study(tmp_path)
     sweep(study, tmp_path / "here", threads=1)
@@ -155,6 +158,7 @@ class Endless:
         self.client.released += 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("status", "words"), [("connecting", "the scheduler is lost"), ("running", "no worker for 0.1")]
 )

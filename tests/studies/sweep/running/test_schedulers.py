@@ -40,6 +40,7 @@ class Unreadable:
         return os._exit, (3,)
 
 
+@pytest.mark.slow
 def test_a_process_that_dies_costs_its_own_chunk_only(tmp_path):
     done = dict(in_processes(CHUNKS, partial(work, tmp_path), 2))
     assert set(done) == set(CHUNKS)
@@ -87,6 +88,7 @@ def waits(path, chunk):
     return b""
 
 
+@pytest.mark.slow
 def test_processes_end_with_a_first_one_that_is_killed(tmp_path):
     script, said = tmp_path / "first.py", tmp_path / "said"
     script.write_text(FIRST.replace("FILE", repr(str(said))))

@@ -39,6 +39,7 @@ def undisturbed(tmp_path_factory):
     return study, folder / "out"
 
 
+@pytest.mark.slow
 def test_the_files_hold_what_rollouts_of_all_runs_give(undisturbed):
     study, folder = undisturbed
     found = SweepResults.load(folder).controllers[OWN]
@@ -56,6 +57,7 @@ def test_the_files_hold_what_rollouts_of_all_runs_give(undisturbed):
     assert len(np.unique(found.metrics["tip_rms"])) == 24
 
 
+@pytest.mark.slow
 def test_threads_and_the_order_of_chunks_change_no_byte(undisturbed, tmp_path):
     study, folder = undisturbed
     sweep(study, tmp_path / "out", threads=3)
@@ -78,6 +80,7 @@ def killed(study, folder, wait, threads=2):
     os.waitpid(child, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_sweep_that_was_killed_goes_on_to_the_same_bytes(seed, undisturbed, tmp_path):
     study, folder = undisturbed
@@ -90,6 +93,7 @@ def test_a_sweep_that_was_killed_goes_on_to_the_same_bytes(seed, undisturbed, tm
     assert contents(tmp_path / "out") == contents(folder)
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_in_one_line_and_what_is_finished_stays(undisturbed, tmp_path, monkeypatch):
     study, folder = undisturbed
     left = 7
@@ -128,6 +132,7 @@ def test_the_folder_of_another_study_is_refused_before_anything_is_computed(undi
     assert contents(folder) == before
 
 
+@pytest.mark.slow
 def test_a_law_in_a_file_is_swept_by_processes_and_agrees_with_the_kernel(undisturbed, tmp_path):
     study = replace(small_study(tmp_path, "mine.py", mine=LAW), runs=3, chunk=64)
     costs = []
@@ -150,6 +155,7 @@ FAULTY = LAW.replace(
 """Of the first four runs it fails in number 2 alone, whose known load is 1.3 kg."""
 
 
+@pytest.mark.slow
 def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, lwr_dyn_command):
     total = sum(body.mass for body in lwr_dyn.load("lwr4plus", "physical").chain.bodies)
     small_study(tmp_path, OWN, "mine.py", mine=FAULTY.replace("TOTAL", repr(total)))
@@ -229,6 +235,7 @@ def test_a_law_in_a_file_runs_where_only_its_own_options_vary(tmp_path):
     assert runs.metrics["tip_max"][0] != runs.metrics["tip_max"][1]
 
 
+@pytest.mark.slow
 def test_a_law_whose_first_run_kills_its_process_is_named_and_the_sweep_ends_in_one_line(tmp_path, lwr_dyn_command):
     killer = LAW.replace("        return B", "        __import__('os')._exit(3)\n        return B")
     small_study(tmp_path, "mine.py", mine=killer)
