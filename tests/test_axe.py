@@ -32,6 +32,7 @@ def test_a_good_page_has_no_fault(judged, dark):
     assert judged('<svg><text class="good" y="20">word</text></svg>', dark) == ([], [], 0)
 
 
+@pytest.mark.slow
 def test_faults_are_named_with_their_rule_and_place(judged):
     found, _, _ = judged('<button id="empty"></button>')
     assert [line.split(":")[0] for line in found] == ["button-name (critical)"]

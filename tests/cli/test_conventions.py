@@ -108,6 +108,7 @@ def test_bad_evidence_is_one_line(command, evidence, text, says):
     assert says in err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

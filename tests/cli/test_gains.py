@@ -19,6 +19,7 @@ def test_gains_as_json(lwr_dyn_command):
         assert row["Kd"] == pytest.approx(100 * row["b"])
 
 
+@pytest.mark.slow
 def test_a_slider_is_fully_out_where_the_joint_before_it_feels_most(lwr_dyn_command, tmp_path):
     own = str(tmp_path / "own.toml")
     lwr_dyn_command("new", "arm", own, "--joints", "RPR")

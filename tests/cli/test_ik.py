@@ -81,6 +81,7 @@ def test_bad_input_is_an_error_of_this_package(arguments, message):
     assert message in str(done.exception)
 
 
+@pytest.mark.slow
 def test_without_an_orientation_one_solution_near_a_start_is_given():
     done = run("--xyz", "-0.05,-0.45,0.55")
     assert done.exit_code == 0
@@ -125,6 +126,7 @@ def test_columns_stand_below_long_joint_names(tmp_path):
     assert lines[3][:end].endswith("-72.5586")
 
 
+@pytest.mark.slow
 def test_an_orientation_that_cannot_be_met_is_not_called_out_of_reach():
     arguments = [
         "lwr4plus",

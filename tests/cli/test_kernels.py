@@ -81,6 +81,7 @@ def test_tuned_gains_stand_in_the_header_alone(lwr_dyn_command, tmp_path):
     assert "gains as tuned: Kp = 2500" in " ".join(out.with_suffix(".h").read_text().split())
 
 
+@pytest.mark.slow
 def test_an_arm_without_masses_gets_its_kinematics_and_is_told_what_is_left_out(lwr_dyn_command, tmp_path):
     code, said, _ = lwr_dyn_command("kernels", "lwr4", "--language", "c", "--out", str(tmp_path / "arm.c"))
     assert code == 0

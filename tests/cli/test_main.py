@@ -26,6 +26,7 @@ def test_the_front_door_is_light():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OMP_NUM_THREADS": "3"}, "3")])
 def test_blas_has_one_thread_unless_told_otherwise(given, used):
     code = (

@@ -53,6 +53,7 @@ def test_ctrl_c_while_a_module_is_loaded(name):
     assert (done.returncode, done.stdout, done.stderr.strip()) == (130, "", "lwr-dyn: stopped")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwr_dyn.foundation.errors", "lwr_dyn.arms.papers.catalog"])
 def test_where_the_shell_ignores_ctrl_c_it_stays_ignored(name):
     """Before the command begins, and inside it."""

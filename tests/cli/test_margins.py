@@ -8,6 +8,7 @@ POSE = ("--q-deg", "0,30,0,-60,0,30,0")
 PHYSICAL = ("lwr4plus", "--reading", "physical")
 
 
+@pytest.mark.slow
 def test_the_json_has_the_keys_that_programs_read(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("margins", "lwr4plus", "--poses", "100", "--json")
     record = json.loads(out)
@@ -64,6 +65,7 @@ def test_a_file_of_ones_own_is_linearised_and_this_is_said(lwr_dyn_command, tmp_
     assert "own.py: line 2: NameError" in err
 
 
+@pytest.mark.slow
 def test_pictures_are_written_and_named(lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, _ = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--plot", "bode", "--plot", "my_nyquist.svg")
@@ -73,6 +75,7 @@ def test_pictures_are_written_and_named(lwr_dyn_command, tmp_path, monkeypatch):
     assert all((tmp_path / name).stat().st_size > 5000 for name in written)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "fault"),
     [

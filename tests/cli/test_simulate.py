@@ -169,6 +169,7 @@ def test_a_controller_is_a_name_or_a_python_file():
         kind.convert("mine.txt", None, None)
 
 
+@pytest.mark.slow
 def test_an_error_of_zero_has_no_sign(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT)
     assert code == 0

@@ -52,6 +52,7 @@ def tuned(study, lwr_dyn_command):
     return run
 
 
+@pytest.mark.slow
 def test_a_law_is_best_that_knows_its_whole_load(tuned):
     code, out = tuned("--gain", "payload.known=0.5:1", "--aim", "tip_q95:0.9", "--json")
     record = json.loads(out)
@@ -63,6 +64,7 @@ def test_a_law_is_best_that_knows_its_whole_load(tuned):
     assert record["check"]["verdict"] == "the found gains are better"
 
 
+@pytest.mark.slow
 def test_the_options_of_the_controller_are_what_it_begins_with(tuned):
     record = json.loads(tuned("--controller", "inverse-dynamics:omega-n=80", "--json")[1])
     assert record["given"] == {"controller.omega_n": 80.0, "controller.xi": 1.0}

@@ -59,6 +59,7 @@ print(solution.status, dynamics.gravity_vector(np.zeros(arm.n)).shape, lwr_dyn.i
 """
 
 
+@pytest.mark.slow
 def test_a_users_script_is_checked_by_mypy(tmp_path):
     paths = [tmp_path / "right.py", tmp_path / "wrong.py"]
     for path, text in zip(paths, (USER_SCRIPT, USER_SCRIPT.replace("rate=500.0", "rates=500.0")), strict=True):

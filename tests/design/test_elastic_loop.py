@@ -93,6 +93,7 @@ def box_shares(K):
     return out
 
 
+@pytest.mark.slow
 def test_on_the_link_side_all_of_the_box_is_unstable_where_joints_are_soft():
     assert box_shares(1e4)[:2] == [(1.0, 1.0)] * 2
 

@@ -43,6 +43,7 @@ def step_of(controller, side, pose, theta, z):
     return np.concatenate([after[0] - rest, after[1]])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "side"), [("motor", "motor"), ("pd", "link"), ("id", "link")])
 def test_the_step_matrix_is_the_derivative_of_the_simulated_step(name, side):
     dynamics = lwr_dyn.dynamics_of(arm())

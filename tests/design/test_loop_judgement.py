@@ -60,6 +60,7 @@ def test_the_reference_is_judged_on_the_simulated_plant(options, rate, lwr_dyn_c
     assert [f"from {rate} Hz on it holds there" in line for line in unstable] == ([True] if rate else [])
 
 
+@pytest.mark.slow
 def test_the_record_of_a_run_has_it_too(lwr_dyn_command):
     record = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--delay", "1", "--json")[1])
     judged = record["sampled_loop"]

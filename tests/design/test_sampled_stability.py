@@ -55,6 +55,7 @@ def test_with_the_rotors_of_physical_no_pose_is_unstable_and_with_delay_many_are
     assert late.share == pytest.approx(0.272, abs=3 * late.standard_error)
 
 
+@pytest.mark.slow
 def test_the_least_rate_holds_everywhere_and_a_lower_one_does_not():
     arm, dynamics, controller = default("computed")
     found = stability_in_box(arm, dynamics, controller, Sampling(), poses=400)

@@ -63,6 +63,7 @@ def test_no_limit_is_passed_between_the_points_of_the_grid_either(quick):
     assert 0.99 < speed <= 1.0 + 1e-6
 
 
+@pytest.mark.slow
 def test_ist_takes_the_least_time_of_the_lwr(quick):
     assert quick.duration == pytest.approx(1.870, abs=0.002)
     about = quick.about["timing"]
@@ -77,6 +78,7 @@ def test_at_every_moment_some_limit_rules(ist):
     assert free.about["timing"]["ruled_by_none"] < 0.02
 
 
+@pytest.mark.slow
 def test_it_is_faster_than_any_uniform_scaling(ist, quick):
     t = np.linspace(0.0, ist.duration, 3000)
     motion = ist.sample(t)
@@ -84,6 +86,7 @@ def test_it_is_faster_than_any_uniform_scaling(ist, quick):
     assert quick.duration < 0.95 * ist.duration * fastest
 
 
+@pytest.mark.slow
 def test_the_path_is_not_changed(ist, quick):
     t = np.linspace(0.0, quick.duration, 500)
     tip = flange_pose(ARM.chain, quick.sample(t).q)[:, :3, 3]
@@ -93,6 +96,7 @@ def test_the_path_is_not_changed(ist, quick):
     assert np.abs(ends.dq).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_derivatives_are_exact(quick):
     knots = quick.poses.profile.knots
     t, h = 0.5 * (knots[:-1] + knots[1:])[::7], 1e-6
@@ -101,6 +105,7 @@ def test_derivatives_are_exact(quick):
     assert (ahead.dq - behind.dq) / (2.0 * h) == pytest.approx(motion.ddq, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_place_and_speed_do_not_jump(quick):
     profile = quick.poses.profile
     c, step = profile.coefficients, np.diff(profile.knots)
@@ -151,6 +156,7 @@ def test_the_simulated_arm_keeps_what_the_timing_left_it(ist):
     assert reference.about["timing"]["pieces"] == 4
 
 
+@pytest.mark.slow
 def test_legs_and_their_stops():
     line = lwr_dyn.reference("line", ARM, start=START, to_xyz=[-0.3, 0.2, 0.5])
     quick = least_time(ARM, line, intervals=300)

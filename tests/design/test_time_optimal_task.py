@@ -16,6 +16,7 @@ def test_it_follows_the_path_of_another_task():
     assert quick.sample(np.array([quick.duration])).q[0] == pytest.approx(MOVE["end"])
 
 
+@pytest.mark.slow
 def test_its_name_says_whose_path_it_is():
     line = {"start": [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0], "to_xyz": [-0.3, 0.2, 0.5]}
     quick = lwr_dyn.reference("least-time", ARM, along="line", **line)

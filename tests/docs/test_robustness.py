@@ -63,6 +63,7 @@ def test_the_numbers_agree_with_each_other(numbers):
         assert max(outside) <= one["runs"] - one["inside"]["count"] <= sum(outside)
 
 
+@pytest.mark.slow
 def test_a_seeded_share_comes_out_again(numbers, study):
     again = numbers["controllers"][REPEATED]["again"]
     found = robustness_runs.repeated(SweepWorkshop(study), REPEATED, [one["run"] for one in again])

@@ -44,6 +44,7 @@ def test_changed_good_files_are_read_or_refused(name, tmp_path):
         assert read < COUNT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", BYTES)
 @examples(20)
 @given(data=st.binary(max_size=300) | st.text(max_size=300).map(lambda text: text.encode("utf-8", "replace")))

@@ -44,6 +44,7 @@ def truth(plant, found):
     return np.concatenate([found.base.of(plant.parameters[: columns.bodies]), *joints])
 
 
+@pytest.mark.slow
 def test_all_parameters_are_recovered_within_their_errors(plant, logs):
     """Recovery figure: every z within 4.5, their mean square 1, the six stiffnesses that bend within 1 per cent."""
     found = identify_elastic(logs, ARM)

@@ -129,6 +129,7 @@ def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):
     )
 
 
+@pytest.mark.slow
 def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
     """The WAM gives rotors at the joints and gains; both ways the same friction with an offset, and a Stribeck term."""
     rule = MotionRule(SampleRule(slowest=0.01), "symmetric", stribeck=True)

@@ -60,6 +60,7 @@ def test_commands_take_it(line, folder, monkeypatch, capsys):
     assert capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_identify_motion_writes_it(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     common = ("identify", "motion", "moves.csv", "--robot", "lwr4plus", "--reading", "physical", "--out")

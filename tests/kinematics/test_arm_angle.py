@@ -120,6 +120,7 @@ def test_the_curve_is_twice_differentiable_and_its_joints_do_not_jump(seed):
     assert np.abs(np.diff(kept(best_arm_angle(LWR, s, T), s, T)[0] - q, axis=0)).max() == 0.0
 
 
+@pytest.mark.slow
 def test_a_turn_no_wrist_can_follow_is_distinguished_from_a_pose_outside():
     s, T = spinning(0, 8.0)
     with pytest.raises(OutsideLimitsError, match="without a jump") as caught:

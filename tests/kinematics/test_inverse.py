@@ -21,6 +21,7 @@ def pose(arm, q):
     return lwr_dyn.forward_kinematics(arm, q)
 
 
+@pytest.mark.slow
 def test_random_poses_are_solved_and_every_solution_describes_itself():
     rng = np.random.default_rng(2)
     for q in rng.uniform(LWR.lower, LWR.upper, (60, 7)):

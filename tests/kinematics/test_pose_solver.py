@@ -31,6 +31,7 @@ def test_out_of_reach_says_by_how_much(search):
     assert abs(marked.distance[0] - caught.value.distance) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", SEARCHES)
 def test_a_pose_beyond_the_limits_names_the_joint_and_is_solved_without_them(search):
     arm = arm_named("kr30ha")
@@ -46,6 +47,7 @@ def test_a_pose_beyond_the_limits_names_the_joint_and_is_solved_without_them(sea
     assert np.abs(free - q).max() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", SEARCHES)
 def test_the_turns_of_an_endless_joint_are_those_of_q0(search):
     arm = arm_named("j2n6s300")

@@ -60,6 +60,7 @@ def test_ends_of_intervals_lie_on_a_limit_or_where_rolls_jump():
                 assert np.abs(at).max() < ON_THE_LIMIT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("half", "middles"), [(0.2, (0, 0)), (0.8, (0, 0)), (1.3, (0, 0)), (0.8, (0.3, -0.7))])
 def test_stretched_arm_has_the_intervals_of_its_shared_rolls(half, middles):
     """Arm straight along the axis of joint 1: psi turns rolls 1 and 3 together, each takes half."""

@@ -59,6 +59,7 @@ def test_the_marked_line_is_the_one_that_moves_the_arm(page, run):
             assert page.execute_script(ENDING) == (before if overlapped else [])
 
 
+@pytest.mark.slow
 def test_it_stays_in_sight_and_in_step_while_the_page_plays(page, run):
     page.execute_script("lwrReplay.setTime(0)")
     inside = """const row = document.querySelector('#program ol li.runs').getBoundingClientRect();

@@ -61,6 +61,7 @@ def test_every_formula_gives_values_with_other_numbers_or_states_its_basis(paper
             assert all(value is not None for _, value in recomputed(study.formulas, case, name).values()), name
 
 
+@pytest.mark.slow
 def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
     for verdicts in found.values():
         for n in (n for n in verdicts.numbers if n.basis == STRUCTURAL):
@@ -70,6 +71,7 @@ def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
                 assert min(abs(n.value - x) for x in (0.0, 1.0, -1.0)) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("paper", "cell", "basis"),
     [
@@ -105,6 +107,7 @@ def test_the_basis_of_a_cell(found, paper, cell, basis):
     assert next(n for n in found[paper].numbers if n.cell.path == f"results.{cell}").basis == basis
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "known", "more"), [("kr30ha", 225, 8), ("lwr4", 86, 16), ("lwr4plus", 16, 0)])
 def test_structural_numbers_are_those_that_an_audit_counted_and_cosines_of_a_first_column(found, paper, known, more):
     """The audit counted 0 and +-1 that are reproduced; places and counts that are 1 by chance are repeated in print."""

@@ -71,6 +71,7 @@ def without_the_fault(paper, erratum):
 PATCHED = [(paper, e) for paper, e in PROVEN if e.patches]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("paper", "erratum"), PATCHED, ids=[f"{p}-{e.id}" for p, e in PATCHED])
 def test_the_proof_fails_on_a_paper_that_prints_what_is_right(paper, erratum):
     evidence = without_the_fault(paper, erratum)

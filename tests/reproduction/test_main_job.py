@@ -41,6 +41,7 @@ def test_everything_promised_is_there(outcome):
         assert (folder / page).stat().st_size < PAGE_BYTES
 
 
+@pytest.mark.slow
 def test_nothing_on_the_page_fails_and_what_is_only_likely_is_not_called_failed(outcome):
     text = (outcome[0] / "report.html").read_text(encoding="utf-8")
     assert ">likely<" in text
@@ -48,6 +49,7 @@ def test_nothing_on_the_page_fails_and_what_is_only_likely_is_not_called_failed(
     assert "no computation decides it" in text
 
 
+@pytest.mark.slow
 def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome):
     record = json.loads((outcome[0] / "results.json").read_text())
     assert record["errata_that_matter"] == ["table1-swapped-yz", "table2-c5z"]
@@ -57,6 +59,7 @@ def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome)
     assert "nearest: quintic timing" in (outcome[0] / "tables.txt").read_text()
 
 
+@pytest.mark.slow
 def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
     record = json.loads((outcome[0] / "results.json").read_text())
     assert schema_faults("reproduce", record) == []

@@ -69,6 +69,7 @@ def test_what_is_read_back_is_what_was_described(written):
     ]
 
 
+@pytest.mark.slow
 def test_the_run_files_that_series_name_hold_the_runs(written):
     described, _, folder = written
     files = json.loads((folder / FIGURES).read_text())["runs"]
@@ -90,6 +91,7 @@ def test_the_lines_of_the_drawing_are_those_of_the_file(written):
                     np.testing.assert_array_equal(line.get_xydata(), np.column_stack(curve.points(read.shown)))
 
 
+@pytest.mark.slow
 def test_the_paths_of_the_svg_go_as_the_numbers_of_the_file(written):
     """x to the right and y up, each by one scale: a figure that falls in one place and rises in another is found."""
     _, read, folder = written
@@ -118,6 +120,7 @@ def misfit(points, x, y):
     return np.abs((points[:, 1] - shift) / scale - up).max() / np.ptp(y)
 
 
+@pytest.mark.slow
 def test_the_numbers_of_the_page_are_those_of_the_file(written):
     _, read, _ = written
     figures = tuple(figure for drawn in read.figures.values() for figure in drawn if figure.id)

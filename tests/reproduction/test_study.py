@@ -44,6 +44,7 @@ def test_options_belong_to_the_papers_that_take_them():
         check_options(ALL, {"timing": "quintic"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", SHARED, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_no_paper_is_named_outside_its_folder(path):
     tree = ast.parse(path.read_text(encoding="utf-8"))

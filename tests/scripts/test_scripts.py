@@ -46,6 +46,7 @@ def test_a_worked_example_runs(script, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] in ([], ["out"])
 
 
+@pytest.mark.slow
 def test_the_committed_models_are_fresh(tmp_path):
     assert "fresh: " in run(SCRIPTS / "build_models.py", ["--check"], tmp_path)
 

@@ -148,6 +148,7 @@ RECORD_FAULTS = {
 }
 
 
+@pytest.mark.slow
 def test_the_eventful_run_is_clean():
     result = audit(eventful(), lwr_dynamics("newton-euler"))
     assert result.worst_energy <= 1e-7

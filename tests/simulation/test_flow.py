@@ -20,6 +20,7 @@ ASYMMETRIC = JointFriction(Direction(3.0, 0.5, static=4.0), Direction(2.0, 1.5, 
 
 
 class TestOneJoint:
+    @pytest.mark.slow
     @pytest.mark.parametrize("side", [1.0, -1.0])
     @pytest.mark.parametrize("options", [{}, {"continuous": True}, {"method": "dop853"}, {"substeps": 3}])
     @pytest.mark.parametrize("viscous", [0.0, 0.8])
@@ -51,6 +52,7 @@ class TestOneJoint:
         assert run.work["friction"][-1] == pytest.approx(-mass * speed**2 / 2, abs=CLOSED_FORM)
         assert audit(run).worst_energy <= 1e-11
 
+    @pytest.mark.slow
     @pytest.mark.parametrize(("side", "level"), [(1.0, 4.0), (-1.0, 2.5)])
     def test_below_break_away_not_a_bit_moves_in_a_minute(self, side, level):
         start = 0.123456789

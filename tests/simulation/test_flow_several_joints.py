@@ -70,6 +70,7 @@ class TestTwoJoints:
         held = simulate(sliders(), constant(3.9, 0.9), Still(np.zeros(2), 0.3), friction=models)
         assert (held.q == 0.0).all()
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("options", [{}, {"substeps": 2}, {"method": "dop853"}])
     def test_a_joint_at_rest_is_pushed_by_the_other_ones_motion(self, options):
         """A level arm: joint 1 swings, joint 2 is held until the swing's reaction exceeds break-away."""
@@ -85,6 +86,7 @@ class TestTwoJoints:
         np.testing.assert_allclose([e.t for e in run.events], [t for *_, t in events], rtol=0, atol=INSTANT)
         np.testing.assert_allclose(run.q[-1], q_end, rtol=0, atol=REFERENCE)
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("options", [{}, {"substeps": 2}, {"method": "dop853"}])
     def test_it_is_pushed_off_between_two_samples_of_a_held_torque(self, options):
         """A constant torque on joint 1: its growing speed throws joint 2 outward at a moment of its own."""

@@ -85,6 +85,7 @@ def test_engines_agree_on_the_motion():
     assert [run.meta["engine"] for run in runs] == ["pinocchio", "newton-euler", "newton-euler"]
 
 
+@pytest.mark.slow
 def test_sampled_tends_to_continuous():
     law, options = controllers()["pd-gravity"], {"duration": 0.3, "substeps": 2}
     q0 = joint_waves().middle + 0.02

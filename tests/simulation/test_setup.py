@@ -117,6 +117,7 @@ def test_masses_cannot_be_scaled_away(factor):
 
 
 class TestDivergence:
+    @pytest.mark.slow
     @pytest.mark.parametrize("method", ["rk4", "dop853"])
     @pytest.mark.parametrize("position_limits", [False, True])
     def test_it_names_time_and_joint_and_keeps_its_samples(self, method, position_limits):

@@ -52,6 +52,7 @@ def test_feed_forward_on_the_exact_model_tracks():
     assert metrics(run, lwr()).tip_max_mm < 0.01
 
 
+@pytest.mark.slow
 def test_a_heavier_plant_and_a_payload_are_felt():
     controller, wave = controllers()["inverse-dynamics"], joint_waves(2.0)
     exact, heavy, unknown = (

@@ -30,6 +30,7 @@ def test_upright_at_rest_is_an_equilibrium_and_reported_as_one():
     assert run.meta["note"]["acceleration_at_rest"] == pytest.approx(np.abs(pull).max(), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ["speed", "offset"])
 def test_the_others_are_not_and_move(case):
     run = free_swing(lwr(), case, duration=1.0, rate=100.0)

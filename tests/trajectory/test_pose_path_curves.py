@@ -50,6 +50,7 @@ def test_waypoints_that_are_the_same_are_refused():
         through(np.array([pose((0, 0, 0)), pose((1, 0, 0)), pose((1, 0, 0))]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stops", [((0, 0), (0, 0.9), (0.05, 0.9), (0.05, 1.8)), ((0, 0), (0.3, 0), (0.3, 0.9), (0.6, 0.9))]
 )

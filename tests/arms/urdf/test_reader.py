@@ -41,6 +41,7 @@ def same_dynamics(a, b):
 CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "reading"), CASES)
 def test_our_own_file_comes_back_whole(tmp_path, robot, reading):
     arm = lwr_dyn.load(robot, reading=reading)
@@ -54,6 +55,7 @@ def test_our_own_file_comes_back_whole(tmp_path, robot, reading):
     assert arm.chain.bodies is None or same_dynamics(back, arm)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_any_arm_comes_back(tmp_path, seed):
     arm = random_arm(seed)

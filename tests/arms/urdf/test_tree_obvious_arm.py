@@ -82,6 +82,7 @@ def test_several_arms_are_listed_with_what_to_type(tmp_path):
         read_urdf(path)
 
 
+@pytest.mark.slow
 def test_a_deep_file_is_walked_without_recursion(tmp_path):
     links = [f"l{k}" for k in range(1200)]
     _, tree = tree_of(tmp_path, [*chain("base", *links), *chain("base", "other")])

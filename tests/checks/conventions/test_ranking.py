@@ -54,6 +54,7 @@ def test_lwr_computed_is_found_from_table_4(lwr):
     assert all(row.holds for row in global_maxima(lwr.table, lwr.evidence, lwr.computed[0]))
 
 
+@pytest.mark.slow
 def test_lwr_c5z_is_fitted_to_b55_and_the_others_follow(lwr):
     first, *others = equally_plain(lwr.corrections)
     assert (first.cell.name, first.cell.value, first.fitted_to) == ("c5z", -0.0238, "b55")
@@ -88,6 +89,7 @@ def test_another_wrong_cell_is_found_too(lwr):
     assert mended[0].fitted_to == "b44"
 
 
+@pytest.mark.slow
 def test_lwr_signs_do_not_show_in_table_4(lwr):
     made = {(d.question, d.link): d for d in decisions(lwr, lwr.computed, ("published numbers",))}
     for link in range(6):
@@ -98,6 +100,7 @@ def test_lwr_signs_do_not_show_in_table_4(lwr):
     assert made["about", None].by == ("published numbers",)
 
 
+@pytest.mark.slow
 def test_lwr_physical_is_found_from_bodies_and_mirror_images(lwr):
     """The reading `physical` less its rotors, which are no part of the table."""
     assert not lwr.agree
@@ -106,6 +109,7 @@ def test_lwr_physical_is_found_from_bodies_and_mirror_images(lwr):
     assert min(c.mirror_miss for c in lwr.both) > 0.01
 
 
+@pytest.mark.slow
 def test_lwr_physical_stands_without_table_4(lwr):
     """About the origin with y and z exchanged and signs bound by repeated links: Table IV mends only c5z."""
     found = rank_readings(printed_table(open_paper("lwr4plus")), Evidence())

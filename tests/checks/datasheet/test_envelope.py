@@ -91,6 +91,7 @@ def test_what_is_reached_overhead_is_counted_apart(kr30):
     assert "reaches 1083.76 mm behind axis 1 and 1.0997 m^3 more, 28.3425 m^3 in all" in result.overhead
 
 
+@pytest.mark.slow
 def test_half_a_turn_of_axis_1_adds_the_other_side_whole(kr30):
     """Ahead and behind are then half a turn apart and nowhere the same point."""
     half = working_envelope(with_ranges(kr30, A1=(-90, 90)))

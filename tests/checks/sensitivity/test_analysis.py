@@ -37,6 +37,7 @@ def test_gravity_and_inertia_scale_with_the_masses(result):
     assert heavy.gains.Kp == pytest.approx(2500.0 * heavy.b)
 
 
+@pytest.mark.slow
 def test_a_controller_that_knows_its_plant_does_best(result):
     tips = result.tip_rms_mm(INVERSE)
     assert np.argmin(tips, axis=0).tolist() == [0, 1]
@@ -44,6 +45,7 @@ def test_a_controller_that_knows_its_plant_does_best(result):
     assert np.isfinite(result.tip_rms_mm(PD)).all()
 
 
+@pytest.mark.slow
 def test_errors_are_shaded_by_their_size(result):
     table, tips = error_table(result, INVERSE), result.tip_rms_mm(INVERSE)
     shades = np.array([row[1:] for row in table.shades])
@@ -51,6 +53,7 @@ def test_errors_are_shaded_by_their_size(result):
     assert table.cells[0][1].startswith(f"{tips[0, 0]:.3g} (")
 
 
+@pytest.mark.slow
 def test_rows_are_models_and_columns_plants(arms, result):
     """The arm droops under inverse dynamics where the model is lighter than the plant."""
     runs = {(o.model, o.plant): o for o in result.runs if o.controller == INVERSE}
@@ -60,6 +63,7 @@ def test_rows_are_models_and_columns_plants(arms, result):
     assert result.worst_mrad(INVERSE)[0, 1] == runs["true", "heavy"].worst_mrad
 
 
+@pytest.mark.slow
 def test_conclusions_are_computed(result):
     by_text = {c.text: c for c in result.conclusions}
     better = by_text[f"{INVERSE} tracks better than {PD} (RMS of the tip)"]
@@ -71,6 +75,7 @@ def test_conclusions_are_computed(result):
     assert list(gains.values()) == [{("heavy",): False}, {("heavy",): False}]
 
 
+@pytest.mark.slow
 def test_largest_joints_are_a_proposition(result):
     claims = (
         PublishedClaim("as published", "", "PD", _two_largest(result), "max"),

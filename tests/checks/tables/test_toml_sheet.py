@@ -24,6 +24,7 @@ RATES = {
 """Least share found in the trials of the test; 0.9 for the others. Full count: 0.81, 0.88, 0.65, others 0.99 to 1."""
 
 
+@pytest.mark.slow
 def test_correct_tables_raise_no_alarm():
     assert false_alarms(TRIALS, seed=3) == ()
 

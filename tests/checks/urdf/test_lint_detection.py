@@ -46,6 +46,7 @@ def test_every_large_fault_of_one_link_is_found():
     assert [v.kind for v in judged if v.large and not v.seen("warning")] == []
 
 
+@pytest.mark.slow
 def test_faults_of_all_kinds_are_found(found):
     assert sum(v.seen("warning") for v in found) / len(found) >= LEAST_ALL
 

@@ -41,6 +41,7 @@ def test_without_matplotlib_a_plot_is_refused_before_anything_is_printed(lwr_dyn
     assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_table_names_the_torques_taken_out(lwr_dyn_command, logs):
     code, out, _ = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--robust")
     assert code == 0
@@ -49,6 +50,7 @@ def test_the_table_names_the_torques_taken_out(lwr_dyn_command, logs):
     assert out.count("0.05 to 0.3") == 14
 
 
+@pytest.mark.slow
 def test_good_files_are_reported_and_every_bad_one_gets_a_line(lwr_dyn_command, logs, tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text("time,q1\n0,0\n")

@@ -29,6 +29,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [str(folder / f"log{k}.csv") for k in (0, 1)]
 
 
+@pytest.mark.slow
 def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str]) -> None:
     code, out, err = lwr_dyn_command("identify", "table", *logs, "--robot", "lwr4plus", "--reading", "physical")
     assert (code, err) == (0, "")
@@ -67,6 +68,7 @@ def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_pat
     assert "c5z" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -108,6 +108,7 @@ def test_a_result_that_is_no_wider_than_an_argument_may_take_its_place(tmp_path)
     np.testing.assert_allclose(rows[:, 0], expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_nothing_is_allocated_and_nothing_is_global(tmp_path):
     written(tmp_path, lwr_dyn.load("lwr4plus"))
     subprocess.run([program("gcc"), "-O2", "-std=c99", "-c", "arm.c"], cwd=tmp_path, check=True)

@@ -73,6 +73,7 @@ def test_branches_are_those_of_python_and_lead_to_the_pose(library):
     assert np.abs(flange_pose(library.arm.chain, out[reached]) - poses).max() < CLOSE
 
 
+@pytest.mark.slow
 def test_arm_angle_and_intervals_of_every_branch(library):
     arm = library.arm
     if arm.n == 6:

@@ -39,6 +39,7 @@ def test_chromium_gives_the_bits_of_node(browser, node_lines, tmp_path):
     assert browser.execute_script("return lines") == node_lines
 
 
+@pytest.mark.slow
 def test_the_librarys_angles_have_other_bits(node_lines, tmp_path):
     """So a digest that agrees says something."""
     path = tmp_path / "libm.js"

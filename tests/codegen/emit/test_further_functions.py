@@ -74,6 +74,7 @@ def test_the_step_in_c_is_the_controller(library, law):
     assert worst(form, controller, library.arm, call) < CLOSE
 
 
+@pytest.mark.slow
 def test_other_gains_are_arguments_of_the_same_function(library):
     arm = library.arm
     law = PID(900.0, 40.0, arm.effort, 300.0, lwr_dyn.dynamics_of(arm), tracking_time=0.2)

@@ -40,6 +40,7 @@ def test_half_of_the_places_are_zero_and_the_rest_are_shared(robot, distinct, ze
         assert np.abs(found - expected).max() < CLOSE * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_c_and_javascript_place_them_as_python(tmp_path):
     arm = lwr_dyn.load("kr30ha")
     emitted = emitted_arm(arm, [COMPACT, EXPANDED])

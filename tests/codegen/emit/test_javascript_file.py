@@ -21,6 +21,7 @@ console.log(JSON.stringify(rows));
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".js", ".mjs"])
 def test_a_file_gives_its_test_vectors(ending, lwr_dyn_command, tmp_path):
     out, vectors = tmp_path / f"arm{ending}", tmp_path / "vectors.json"

@@ -6,6 +6,7 @@ from tests.codegen.emit.emitted_robots import ARMS
 from tests.codegen.emit.many_states import COMPARED, SHARE, differences
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("arm", "flags"), [
     (ARMS[0], ("-O0", "-std=c99")), (ARMS[2], ("-O1", "-march=native", "-ffp-contract=fast"))
 ])  # fmt: skip

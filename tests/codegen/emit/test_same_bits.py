@@ -51,6 +51,7 @@ def test_c_gives_the_bits_of_node(compiler, sources, node_lines):
     assert output([str(out)]).splitlines() == node_lines
 
 
+@pytest.mark.slow
 def test_chromium_gives_the_bits_of_node(browser, robots, node_lines, tmp_path):
     page = tmp_path / "digests.html"
     page.write_text(f"<!doctype html><script>\n{js_program(robots, STATES, is_compact=True)}\n</script>")
@@ -72,6 +73,7 @@ def cortex_m7_lines(sources, arms, folder):
     return run_lines(linked(files, folder / "cortex.elf", "-ffp-contract=off"))
 
 
+@pytest.mark.slow
 def test_a_law_with_memory_and_friction_have_the_same_bits(tmp_path):
     """Exponentials of the friction's smooth form among them."""
     robot = emitted_robot("wam7", ("friction_torque", "smooth_friction_torque", "step_pid"))
@@ -82,6 +84,7 @@ def test_a_law_with_memory_and_friction_have_the_same_bits(tmp_path):
     assert output([str(made)]) == output([program("node"), str(js)])
 
 
+@pytest.mark.slow
 def test_the_librarys_sines_have_other_bits(node_lines, tmp_path):
     """So a digest that agrees says something."""
     robot = emitted_robot(ARMS[0])

@@ -26,6 +26,7 @@ def expected(batch):
     return lwr_dyn.dynamics_of(ARM, "newton-euler").inverse_dynamics(Q, DQ, DDQ)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [*range(1, 20), 41])
 def test_blocks_that_are_not_full_are_right_and_nothing_behind_them_is_touched(batch, expected, count):
     whole = np.full((count + 3, 7), 77.0)
@@ -72,6 +73,7 @@ def test_states_that_are_not_finite_are_named_and_the_rest_computed(batch, expec
     assert np.abs(result[~bad] - expected[~bad]).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_a_value_that_enters_no_result_is_not_overlooked(batch):
     q = Q.copy()
     q[2, 0] = np.nan  # the first joint's angle changes neither B nor g
@@ -92,6 +94,7 @@ def test_angles_of_any_size_are_taken_off_whole_turns(dtype):
     assert np.abs(result - exact).max() < (4e-15 if dtype == "float64" else 2e-6)
 
 
+@pytest.mark.slow
 def test_sine_and_cosine_are_good_to_the_last_digits():
     """One turning joint: its pose holds both."""
     from lwr_dyn.model.arm import Arm, JointLimits

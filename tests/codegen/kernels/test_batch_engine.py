@@ -35,6 +35,7 @@ def test_rows_of_any_form_give_the_numbers_of_road_b(function):
     assert len(getattr(ENGINE, function)(*(x[:0] for x in arguments))) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", FUNCTIONS)
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_value_that_is_not_finite_is_named(function, value):

@@ -110,6 +110,7 @@ def test_two_processes_at_once_and_a_killed_one(folder):
     assert len(list(folder.glob("*.kernel"))) == 1
 
 
+@pytest.mark.slow
 def test_files_of_a_killed_process_are_deleted_later(folder):
     folder.mkdir()
     old, young = folder / ".gravity.kernel.abc", folder / ".gravity.kernel.def"

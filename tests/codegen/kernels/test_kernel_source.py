@@ -24,6 +24,7 @@ def run_as_python(source, row):
     return out[1:].reshape(lanes, -1)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("function", ["gravity_vector", "forward_dynamics", "potential_energy"])
 def test_the_body_is_python_that_gives_the_kernels_numbers(function):
     source = generate(kernel_spec(ARM), function)

@@ -56,6 +56,7 @@ def test_the_arms_own_values_as_inputs_give_the_constants_result(family, functio
     assert relative_difference(result, evaluated(constant, function, *x)) < EXACT
 
 
+@pytest.mark.slow
 def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
     count, rng = 21, np.random.default_rng(5)
     x = states(7, count)
@@ -88,6 +89,7 @@ def test_a_payload_alone_can_be_the_input():
     assert relative_difference(result, expected) < EXACT
 
 
+@pytest.mark.slow
 def test_parameters_without_mass_but_with_a_first_moment_work(family):
     """Base parameters from an identification look like that: no body can, the torque is linear all the same."""
     x, values = states(7, 10), own_values(ARM)

@@ -40,6 +40,7 @@ def test_the_kernel_reaches_every_pose_that_the_arm_takes(name, positions, count
     assert_reached(arm, near.q, T)
 
 
+@pytest.mark.slow
 def test_both_searches_follow_the_same_start_to_the_same_solution():
     arm = arm_named("ur10e")
     q = random_positions(arm, 20, seed=5)
@@ -49,6 +50,7 @@ def test_both_searches_follow_the_same_start_to_the_same_solution():
         assert np.abs(answers[0] - answers[1]).max() < 1e-5  # a wrist near its singularity: pose errors of 1e-9 / 1e-4
 
 
+@pytest.mark.slow
 def test_a_batch_is_the_single_calls():
     arm, solve = arm_named("panda"), solver_of("panda", "kernel")
     q = random_positions(arm, 30, seed=6)

@@ -44,6 +44,7 @@ def test_the_values_are_those_of_dense_rows(function, layout, structure):
         assert np.array_equal(read(batch, function, part, count), expected[:count])
 
 
+@pytest.mark.slow
 def test_padded_rows_begin_on_whole_vectors_and_every_matrix_is_whole():
     batch = batch_of("padded")
     B = batch.mass_matrix(X[0])
@@ -54,6 +55,7 @@ def test_padded_rows_begin_on_whole_vectors_and_every_matrix_is_whole():
     assert B.__array_interface__["data"][0] % vector == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layout", ["padded", "blocks"])
 def test_a_place_for_results_is_what_empty_gives(layout):
     batch = batch_of(layout)
@@ -121,6 +123,7 @@ def test_threads_and_single_precision(threads):
         assert np.array_equal(*pair)
 
 
+@pytest.mark.slow
 def test_choices_that_do_not_exist():
     with pytest.raises(OptionError, match="layout: 'columns'; allowed: rows, padded, blocks"):
         batch_of("columns")

@@ -67,6 +67,7 @@ def test_random_arms_agree(seed, joints):
         assert np.abs(result - expected.reshape(result.shape)).max() < EXACT * scale, function
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_engine_passes_the_laws_and_agrees_with_road_b(robot):
     arm = lwr_dyn.load(robot)
@@ -93,6 +94,7 @@ def test_rotors_enter_as_in_the_recursion(rotors):
     assert relative_difference(kernels.inverse_dynamics(*x), road_b.inverse_dynamics(*x)) < EXACT
 
 
+@pytest.mark.slow
 def test_a_loop_may_call_the_engine_without_its_gate():
     arm, x = lwr_dyn.load("lwr4plus"), states(7, 3)
     kernels, road_b = lwr_dyn.dynamics_of(arm, "kernels"), lwr_dyn.dynamics_of(arm, "newton-euler")

@@ -93,6 +93,7 @@ def test_every_sample_is_that_of_the_usual_loop(pairs, law):
         assert np.abs(signal - compiled.signals[name]).max() < 1e-10 * max(1.0, np.abs(signal).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", CASES)
 def test_the_audit_closes_and_the_record_is_the_same_but_for_the_loop(pairs, law):
     usual, compiled = pairs[law]
@@ -103,6 +104,7 @@ def test_the_audit_closes_and_the_record_is_the_same_but_for_the_loop(pairs, law
     assert (usual.meta["loop"], compiled.meta["loop"]) == (None, "compiled")
 
 
+@pytest.mark.slow
 def test_the_cases_are_what_they_are_for(pairs):
     assert pairs["adaptive"][1].signals["adapted_payload"].std() > 0.0
     friction = pairs["inverse-dynamics+friction"][1]

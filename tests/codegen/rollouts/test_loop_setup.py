@@ -25,6 +25,7 @@ def _known(value):
     return np.isfinite(value).all()
 
 
+@pytest.mark.slow
 def test_a_free_swing_is_followed_for_a_second():
     """An arm that swings freely is chaotic: nothing can be asked after 6 s."""
     rest = lwr_dyn.reference("hold", ARM, q=IST.sample(np.zeros(1)).q[0], duration=1.0)

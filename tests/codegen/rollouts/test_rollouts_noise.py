@@ -57,6 +57,7 @@ def test_simulate_repeats_noise_counts_and_delay(seed, first_run):
         assert run.meta["options"]["delay"] == min(i // 2, 2)
 
 
+@pytest.mark.slow
 def test_noise_alone_is_repeated_for_as_long_as_one_likes():
     """Counts are not: between two of them the loop is open, and rounding grows as the arm falls."""
     done = noisy(np.zeros(1, dtype=int), duration=3.0)

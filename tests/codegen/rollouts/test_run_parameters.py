@@ -21,6 +21,7 @@ LAW = lwr_dyn.controller("inverse-dynamics", ARM)
 NAN = np.full(3, np.nan)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "error", "words"),
     [
@@ -50,6 +51,7 @@ def test_parameters_that_cannot_be_are_refused(given, error, words):
         lwr_dyn.rollouts(ARM, LAW, IST, parameters=given, duration=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -210,6 +210,7 @@ def test_its_linear_form_tells_where_the_sampled_loop_is_unstable():
         assert radius < 1.05
 
 
+@pytest.mark.slow
 def test_it_can_run_continuously_and_describes_itself():
     law = make_controller("adaptive", ARM, MODEL, adapt_friction=True)
     assert isinstance(law, WithMemory)

@@ -43,6 +43,7 @@ def test_planted_slips_are_caught():
     assert not uncaught("lwr_dyn.control.laws.friction_compensation", SLIPS, check)
 
 
+@pytest.mark.slow
 def test_a_motion_left_alone_fades_at_the_rate(arm):
     law = lwr_dyn.controller("hand-guiding", arm, fading=3.0)
     hold = lwr_dyn.reference("hold", arm, q=REGULAR, duration=0.5)

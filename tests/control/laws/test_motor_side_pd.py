@@ -130,6 +130,7 @@ SLIPS = (
 )
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(LAW, SLIPS, check)
 

@@ -23,6 +23,7 @@ def test_a_continuous_law_and_the_wall_are_passive(law):
     assert np.diff(run.excess).max() < ROUNDING
 
 
+@pytest.mark.slow
 def test_held_torques_of_a_damped_law_give_energy_at_the_first_touch_alone():
     """Of order 4 in the period: until the first sample after a push the law does not know of it."""
     given = []

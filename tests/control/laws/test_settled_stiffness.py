@@ -26,6 +26,7 @@ ASKED = 1e-4
 """Relative, of the vector: what slow modes leave after `SETTLED_S`."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_regular_poses_have_the_stiffness_that_was_asked(seed):
     assert stiffness_error(regular_poses(3)[seed], seed, SETTLED_S["regular"]) < ASKED
@@ -36,6 +37,7 @@ def test_an_inner_singularity_keeps_the_stiffness():
     assert stiffness_error(SINGULAR[2], 2, SETTLED_S["singular"]) < ASKED
 
 
+@pytest.mark.slow
 def test_outward_of_a_stretched_elbow_the_workspace_ends():
     """The arm cannot give way further than its length: k/K = 2.46 at q4 = 0.2."""
     found = elbow_stiffness(STRETCHED[0.2], ("outward", "inward"), 3.0)
@@ -43,6 +45,7 @@ def test_outward_of_a_stretched_elbow_the_workspace_ends():
     assert abs(found["inward"] - 1.0) < ASKED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", [0.1, 0.5])
 def test_dry_friction_holds_the_tip_off_within_its_band(level):
     force = FORCE * direction(1)

@@ -48,6 +48,7 @@ SLIPS = [
 ]
 
 
+@pytest.mark.slow
 def test_it_is_b_c_and_g():
     check_against_b_c_and_g(adaptive)
 

@@ -185,6 +185,7 @@ def test_friction_far_from_a_small_one_in_the_table_is_believed():
     assert (np.abs(fit.parameters - plant.parameters) < 4.0 * fit.sigma).all()
 
 
+@pytest.mark.slow
 def test_short_logs_gain_and_every_link_is_a_body():
     """A share of the study in `scripts/soak.py`: 9 of its 60 plants."""
     found = cases(5.0, 0.5, range(9), series=10.0)

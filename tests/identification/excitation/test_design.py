@@ -68,6 +68,7 @@ def test_it_is_executable_at_1_khz(fixture, request, lwr):
     assert found.clear == pytest.approx(nearest.min(), abs=1e-9)
 
 
+@pytest.mark.slow
 def test_each_objective_is_best_at_its_own_and_both_beat_random_motions(designed, slender, lwr):
     d, condition = _best_random(lwr, designed.columns, 20)
     assert np.exp((d - designed.score.d) / 2.0) > 1.5
@@ -134,6 +135,7 @@ def test_an_arm_without_masses_is_refused():
         design_excitation(lwr_dyn.load("lwr4"), starts=1)
 
 
+@pytest.mark.slow
 def test_its_file_is_a_reference_and_a_log(designed, lwr, tmp_path):
     table = tmp_path / "e.csv"
     write_excitation(table, designed)
@@ -147,6 +149,7 @@ def test_its_file_is_a_reference_and_a_log(designed, lwr, tmp_path):
     assert np.array_equal(log.dq, designed.sampled(100.0).dq)
 
 
+@pytest.mark.slow
 def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
     path = tmp_path / "e.npz"
     write_excitation(path, designed, 50.0)

@@ -112,6 +112,7 @@ def test_distances_that_cannot_be_are_refused(lwr, bad):
         clearance_of(lwr, **bad)
 
 
+@pytest.mark.slow
 def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_differences(wam, motion):
     basis, X = motion
     use = TorqueUse.of(wam, np.where(np.arange(7) == 2, np.inf, 0.5 * wam.effort))

@@ -70,6 +70,7 @@ def test_friction_of_the_wrong_sign_betrays_a_torque_without_inertia(plant, moti
     assert "q7" in fault.found or "tau7" in fault.found
 
 
+@pytest.mark.slow
 def test_positions_in_the_wrong_unit_are_named(log, lwr):
     (fault,) = log_faults([replace(log, q=np.radians(log.q))], lwr)
     assert (fault.kind, fault.joints) == ("unit", ())

@@ -42,6 +42,7 @@ def with_torques(log: JointLog, path: Path, change: Callable[[np.ndarray], np.nd
     return str(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["motion", "table"])
 def test_clipped_torques_are_fitted_by_joint(
     command: str, log: JointLog, tmp_path: Path, lwr_dyn_command: Command
@@ -68,6 +69,7 @@ def test_torques_always_at_a_bound_are_refused(
     assert "one joint further" not in err
 
 
+@pytest.mark.slow
 def test_of_few_cut_torques_columns_are_still_tried(log: JointLog, lwr: Arm) -> None:
     wrong = replace(log, tau=np.clip(log.tau, -40.0, 40.0) * [1, -1, 1, 1, 1, 1, 1])
     ready, cut = cut_saturated(wrong, lwr)
@@ -83,6 +85,7 @@ DEAD = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [("motion", "--as-logged"), ("table",), ("payload",)])
 @pytest.mark.parametrize("case", DEAD)
 def test_torques_that_never_change_are_refused_in_one_line(
@@ -97,6 +100,7 @@ def test_torques_that_never_change_are_refused_in_one_line(
     assert "dead.csv" in line
 
 
+@pytest.mark.slow
 def test_a_still_joint_may_have_one_torque(log: JointLog, lwr: Arm) -> None:
     q, tau = log.q.copy(), log.tau.copy()
     q[:, 2], tau[:, 2] = 0.3, 0.0

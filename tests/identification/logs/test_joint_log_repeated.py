@@ -75,6 +75,7 @@ def test_validation_on_the_fitted_log_is_none(identify, files):
     )
 
 
+@pytest.mark.slow
 def test_one_log_with_and_without_the_load_says_nothing_of_a_load(identify, files):
     code, out, err = identify("payload", files / "a.csv", "--without", files / "copy.csv")
     assert (code, out) == (2, "")

@@ -18,6 +18,7 @@ def motion(t, n=7):
     return np.sin(np.outer(t, w)), np.outer(np.cos(3 * t), w), np.cos(np.outer(t, w)) * w
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 @pytest.mark.parametrize("stamped", [True, False])
 def test_a_bag_gives_back_what_was_written(storage, stamped, wam, tmp_path):

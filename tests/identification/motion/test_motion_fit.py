@@ -120,6 +120,7 @@ def test_a_joint_that_never_moves_is_not_determined_and_the_table_speaks_for_it(
     assert "this motion does not show it at all" in motion_document(held).text()
 
 
+@pytest.mark.slow
 def test_the_swing_that_is_named_identifies_what_was_not(lwr, plant, recorded):
     """A log of the named swing is made, and its errors are those that were promised."""
     short = identify_motion([recorded(2.0, noise=0.5)], lwr)
@@ -186,6 +187,7 @@ def test_an_arm_without_masses_has_base_parameters_and_no_bodies(fourier, wam):
     assert IDENTIFIED in result.states
 
 
+@pytest.mark.slow
 def test_what_is_known_of_the_bodies_holds_to_rounding_and_contradictions_are_named(lwr, recorded, plant):
     total, last = float(plant.parameters[0:70:10].sum()), float(plant.parameters[60])
     rule = MotionRule(known=(f"total mass = {total!r}", f"m_7 = {last!r}"))

@@ -197,6 +197,7 @@ def test_samples_of_another_arm_are_refused(plant, samples):
         information_of(two, plant.columns)
 
 
+@pytest.mark.slow
 def test_a_long_log_needs_little_memory(lwr, plant):
     """Peak beyond the log, of 100 000 rows (the time and a million: soak line `million_rows`)."""
     motion = random_motion(lwr, 100.0, np.random.default_rng(14))

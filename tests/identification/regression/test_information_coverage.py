@@ -48,6 +48,7 @@ def test_fresh_torques_are_missed_by_what_the_covariance_says(robot):
     assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.3)  # a few directions make most of it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("memory", "alone"), [(0.0, 0.99), (0.6, 0.9)])
 def test_noise_that_lasts_widens_sigma_and_white_noise_does_not(memory, alone):
     """AR(1) noise of the torques: its slow sums are sqrt((1 + m) / (1 - m)) times those of white noise."""

@@ -35,6 +35,7 @@ def case(request):
     return request.param, TorqueColumns(table.chain, "directions"), truth, log_of_run(run, rate=1000.0)
 
 
+@pytest.mark.slow
 def test_beside_reversals_nothing_is_left_but_noise_and_sigma_covers(case):
     """With a v_s that is known; without the cut joints 5 to 7 left 2 to 3 N m, columns were 7 sigma and more off."""
     stribeck, columns, truth, clean = case

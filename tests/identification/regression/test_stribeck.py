@@ -51,6 +51,7 @@ def test_the_speeds_come_back_and_only_where_there_are_some(case):
     )
 
 
+@pytest.mark.slow
 def test_the_term_ends_the_error_that_unmodelled_stribeck_friction_makes(lwr, case):
     """Fresh motions, noise-free torque error [N m]: 0.6 and more without the term, below the noise with it."""
     plant, log, found = case

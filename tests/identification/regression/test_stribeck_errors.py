@@ -77,6 +77,7 @@ def _by_differences(samples, found):
     return np.sqrt(np.diag(np.linalg.inv(H)))
 
 
+@pytest.mark.slow
 def test_the_text_has_them(lwr):
     rng = np.random.default_rng(3)
     plant = perturbed_plant(TorqueColumns(lwr.chain, "directions", TRUE), lwr, rng)

@@ -111,6 +111,7 @@ def test_the_page_names_every_parameter(shown, result):
     assert text == page_html(shown)
 
 
+@pytest.mark.slow
 def test_an_arm_without_masses_has_a_report_too(logs, lwr):
     bare = replace(lwr, chain=with_bodies(lwr.chain, [None] * 7))
     found = identify_motion(logs[:2], bare)
@@ -144,6 +145,7 @@ def test_a_joint_that_never_moves_and_torques_that_were_cut_out(logs, lwr):
     assert ">-<" in text  # what the log does not show
 
 
+@pytest.mark.slow
 def test_friction_behind_a_coupling_is_that_of_the_motors():
     wam, rng = lwr_dyn.load("wam7"), np.random.default_rng(2)
     motors = wam.transmission

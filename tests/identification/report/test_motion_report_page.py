@@ -182,6 +182,7 @@ def test_a_browser_finds_nothing_against_it(width, dark, opened):
         assert sideways(opened) == 0
 
 
+@pytest.mark.slow
 def test_it_makes_no_request(opened):
     sent, said = logs(opened)
     assert [address for address in sent if not address.startswith(("data:", "blob:", "file:", "about:"))] == []

@@ -13,6 +13,7 @@ POSE, FOUND = 1e-11, 1e-8
 """[m and dimensionless], [rad]"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PARALLEL)
 def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
     arm = six_joint_arm(name)

@@ -76,6 +76,7 @@ def check_block(arm, rng):
     return True
 
 
+@pytest.mark.slow
 def test_random_blocks(arm):
     done = sum(check_block(arm, np.random.default_rng(seed)) for seed in (*range(COUNT), *SHARP))
     assert done > 0.5 * COUNT

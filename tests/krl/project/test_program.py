@@ -66,6 +66,7 @@ def test_arrays_enumerations_and_routines_without_end():
     assert (many.count("duplicate-name"), many.count("more")) == (100, 1)
 
 
+@pytest.mark.slow
 def test_jumps_exits_and_labels_by_the_thousand():
     assert codes(*["l:"] * 20_000, "GOTO k").count("duplicate-name") == 100
     found = codes("LOOP", *["IF TRUE THEN"] * 190, *["EXIT"] * 20_000)

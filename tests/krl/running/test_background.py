@@ -155,6 +155,7 @@ def test_brake_stops_on_the_path_and_goes_on_along_it(arm):
     assert np.abs(slope - 0.5 * (motion.dq[1:] + motion.dq[:-1])).max() < 1e-3 * np.abs(motion.dq).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("left", [250, 207, 205, 150, 1])
 def test_a_trigger_acts_at_its_place_on_the_path_that_is_braked(arm, left):
     """BRAKE comes 191 mm along and stops the tool 3 mm later: before, while it stops, while it goes on, after."""

@@ -77,6 +77,7 @@ def test_a_spline_block_takes_fewer_points_and_never_stops(arm):
     assert (source.count("\r\nSPLINE"), source.count("ENDSPLINE")) == (1, 1)
 
 
+@pytest.mark.slow
 def test_an_axis_spline_follows_an_exciting_motion_nearly_in_its_time(arm):
     """Through the wrist singularity, where paths in space cannot go."""
     motion = fourier(arm, 3)
@@ -126,6 +127,7 @@ def test_through_the_wrist_singularity_goes_by_ptp(arm):
     assert write_path(path, WritingOptions(kinds=("LIN", "CIRC"), tolerance=Tolerance(1e-3, 1e-2))).holds
 
 
+@pytest.mark.slow
 def test_a_path_that_nearly_touches_the_reach_runs(arm):
     """An arc in its place would be beyond the reach."""
     t = np.linspace(0.0, 1.0, 801)

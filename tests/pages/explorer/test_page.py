@@ -86,6 +86,7 @@ def test_sliders_set_the_pose_the_numbers_and_the_text_to_copy(window, wam):
     screenshot(window, "explorer_wam7.png")
 
 
+@pytest.mark.slow
 def test_the_text_to_copy_poses_the_arm_in_the_command(window, lwr_dyn_command):
     script = "lwrExplorer.setPose(arguments[0]); return document.getElementById('q-deg').value"
     code, out, _ = lwr_dyn_command("fk", "wam7", window.execute_script(script, Q.tolist()), "--json")

@@ -60,6 +60,7 @@ def test_the_arm_follows_the_dragged_flange(window):
     assert word == ""
 
 
+@pytest.mark.slow
 def test_out_of_reach_is_a_wall(window):
     found, _, reached, q, word = window.execute_script(DRAG, Q, [3.0, 0.0, 0.0])
     assert (found, word) == (3, "out of reach")
@@ -100,6 +101,7 @@ def test_a_dragged_link_turns_its_joint_alone(browser, page, pointer):
     assert moved.tolist() == [False, False, False, True, False, False, False]
 
 
+@pytest.mark.slow
 def test_keys_turn_a_joint_and_move_the_flange(window):
     press = """lwrExplorer.stage.pane.dispatchEvent(new KeyboardEvent("keydown", {key: arguments[1], shiftKey: false}));
         lwrExplorer.state.compute();"""
@@ -113,6 +115,7 @@ def test_keys_turn_a_joint_and_move_the_flange(window):
     np.testing.assert_allclose(np.subtract(after, before)[:3, 3], [0, 0, 0.005], atol=FOLLOWED)
 
 
+@pytest.mark.slow
 def test_the_strip_moves_the_elbow_and_keeps_the_flange_and_the_limits(window):
     arm = lwr_dyn.load("lwr4plus")
     rows = window.execute_script(
@@ -141,6 +144,7 @@ def test_the_strip_moves_the_elbow_and_keeps_the_flange_and_the_limits(window):
     assert not all(went)
 
 
+@pytest.mark.slow
 def test_torques_are_those_of_the_arm(window):
     arm, rates = lwr_dyn.load("lwr4plus"), np.linspace(-1.0, 1.5, 7)
     tau, parts, B = window.execute_script(

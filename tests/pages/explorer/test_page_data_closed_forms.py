@@ -39,6 +39,7 @@ def test_every_letter_has_a_number_and_all_fit_on_the_page(robot, reading):
     assert len(str(found)) * len(lwr_dyn.readings(robot)) < LARGEST
 
 
+@pytest.mark.slow
 def test_the_command_prints_an_entry_of_this_reading(capsys):
     command = closed_forms(lwr_dyn.load("lwr4plus", "physical"))["command"].replace("ENTRY", "B_77")
     assert command.endswith("print(e('lwr4plus', 'B_77', 'physical'))\"")

@@ -66,6 +66,7 @@ def test_the_flange_is_where_it_is_dragged_and_no_joint_beyond_its_limit(dragged
     assert ((arm.lower - 1e-9 <= q) & (q <= arm.upper + 1e-9)).all()
 
 
+@pytest.mark.slow
 def test_beyond_a_wall_the_flange_is_on_the_way_there(dragged):
     arm, starts, found, asked, q, *_ = dragged
     walls = found >= 2
@@ -80,6 +81,7 @@ def test_beyond_a_wall_the_flange_is_on_the_way_there(dragged):
     assert (share > 0.01).mean() > 0.5  # most went some of the way
 
 
+@pytest.mark.slow
 def test_another_branch_is_said(dragged):
     _, starts, found, _, q, drag, said = dragged
     before = np.where((drag == np.roll(drag, 1))[:, None], np.roll(q, 1, axis=0), starts)

@@ -74,6 +74,7 @@ def test_shares_add_up_to_every_entry(window, arm):
     check_shares(window, arm)
 
 
+@pytest.mark.slow
 def test_each_share_is_that_of_the_link_alone(window, arm):
     q, dq = np.random.default_rng(12).uniform(-1, 1, (2, arm.n))
     found = window.execute_script(SHARES, q.tolist(), dq.tolist(), 0, AT)
@@ -91,6 +92,7 @@ PLACE = """const cell = lwrExplorer.equation.cells[arguments[0]]; cell.scrollInt
     const { x, y, width, height } = cell.getBoundingClientRect(); return [x + width / 2, y + height / 2]"""
 
 
+@pytest.mark.slow
 def test_a_cell_is_chosen_by_mouse_by_touch_and_by_keys(window):
     window.execute_script("lwrExplorer.equation.choose('B', 0, 0)")
     mouse(window, window.execute_script(PLACE, 9))
@@ -110,6 +112,7 @@ def test_a_cell_is_chosen_by_mouse_by_touch_and_by_keys(window):
     assert window.execute_script("return lwrExplorer.equation.cells.length") == 7
 
 
+@pytest.mark.slow
 def test_form_source_and_closed_form_are_written(window):
     said = "lwrExplorer.equation.choose(...arguments); return document.querySelector('.equation').innerText"
     text = window.execute_script(said, "B", 6, 6)

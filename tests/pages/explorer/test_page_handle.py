@@ -68,6 +68,7 @@ DRAGGED = """const e = lwrExplorer, { flangeDrag: drag } = e;
     return [found, asked, e.flangePose().map((row) => row[3]).slice(0, 3), drag.word.textContent]"""
 
 
+@pytest.mark.slow
 def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
     path = tmp_path / "two.html"
     arm = lwr_dyn.load(SHARE / "double_pendulum_description/urdf/double_pendulum_continuous.urdf")

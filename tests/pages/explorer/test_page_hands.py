@@ -53,6 +53,7 @@ def test_a_finger_moves_a_slider(phone):
     np.testing.assert_allclose(np.delete(moved, 1), 0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_finger_on_the_strip_turns_the_elbow_and_the_flange_stays(phone):
     phone.execute_script(MOVE, Q)
     row, before = phone.execute_script("return [lwrExplorer.strip.branch, lwrExplorer.flangePose()]")
@@ -65,6 +66,7 @@ def test_a_finger_on_the_strip_turns_the_elbow_and_the_flange_stays(phone):
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_tap_chooses_a_branch_a_field_and_a_matrix(phone):
     phone.execute_script(MOVE, Q)
     branch = phone.execute_script(

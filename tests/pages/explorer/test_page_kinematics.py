@@ -36,6 +36,7 @@ def blank(browser):
     return browser
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_flange_and_links_are_where_forward_kinematics_puts_them(blank, name):
     arm = explored_arm(name)

@@ -68,6 +68,7 @@ def test_at_a_desk_all_of_it_is_one_screen_in_three_columns(window):
         assert first[1] == second[1]
 
 
+@pytest.mark.slow
 def test_on_a_phone_the_arm_is_above_and_stays_while_the_rest_is_scrolled(window):
     with seen(window, PHONE[0], height=PHONE[1]):
         window.execute_script("window.scrollTo(0, 0)")
@@ -83,6 +84,7 @@ def test_on_a_phone_the_arm_is_above_and_stays_while_the_rest_is_scrolled(window
         assert torques[1] < PHONE[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [-2.5, -0.5, 1.0, 2.5])
 def test_the_whole_arm_is_in_the_picture_from_every_side(window, turn):
     q = [turn, *Q[1:]]

@@ -116,6 +116,7 @@ def test_a_link_names_the_arm_that_was_active(window):
     window.execute_script("lwrExplorer.choose(0)")
 
 
+@pytest.mark.slow
 def test_by_itself_the_other_arm_stays(window):
     before = coupled(window, "none")
     after = coupled(window, "none", -Q)
@@ -123,6 +124,7 @@ def test_by_itself_the_other_arm_stays(window):
     assert np.abs(np.subtract(before[0][0], after[0][0])).max() > 0.1
 
 
+@pytest.mark.slow
 def test_the_same_joint_positions_within_its_limits(window):
     wam = lwr_dyn.load("wam7")
     for q in (Q, np.array([2.9, 0.5, 0.1, 0.4, 0.3, 1.9, 0.0])):
@@ -133,6 +135,7 @@ def test_the_same_joint_positions_within_its_limits(window):
         assert (word != "") == bool(np.abs(np.array(other) - q).max() > 1e-6)
 
 
+@pytest.mark.slow
 def test_the_same_flange_pose_or_it_says_that_it_does_not_get_there(window):
     (_, mine), (other, its) = coupled(window, "pose")
     np.testing.assert_allclose(its, mine, rtol=0, atol=FOLLOWED)

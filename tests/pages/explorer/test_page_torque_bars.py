@@ -71,6 +71,7 @@ def test_bars_carry_the_payload_beside_the_tool(window, arm, load):
         np.testing.assert_allclose(written, np.ravel(values), rtol=0, atol=0.000501)
 
 
+@pytest.mark.slow
 def test_what_is_no_number_is_said_and_leaves_a_speed_as_it_was(window):
     script = """const [text] = arguments, field = document.querySelector("[data-of=dq]"), { state } = lwrExplorer;
         field.value = text; field.dispatchEvent(new Event("change"));

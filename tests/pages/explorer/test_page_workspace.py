@@ -108,6 +108,7 @@ def test_the_card_shows_the_section_and_where_the_flange_is(browser, pages):
     assert logs(browser)[1] == []
 
 
+@pytest.mark.slow
 def test_where_the_flange_fills_no_area_the_card_says_so(browser, pages):
     arm = lwr_dyn.load(SHARE / "double_pendulum_description/urdf/double_pendulum_continuous.urdf")
     assert "fill no area" in shown(opened(browser, pages(arm)))

@@ -44,6 +44,7 @@ def test_pose_on_the_page_is_forward_kinematics(window, arm, two_runs, run, k):
     np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, two_runs[run].q[k]), rtol=0, atol=POSE)
 
 
+@pytest.mark.slow
 def test_side_by_side_and_back_leave_the_pose(window, arm, two_runs):
     poses = window.execute_script(
         """lwrReplay.setTime(2); const box = document.getElementById("beside"), poses = [];

@@ -86,6 +86,7 @@ def test_symbolic_matrices(matrices):
     }
 
 
+@pytest.mark.slow
 def test_numeric_matrices_follow_the_table_but_for_the_half_turn(matrices):
     for group in (matrices.numeric, matrices.composite):
         assert {v.name for v in group if not v.same} == {group[-1].name}

@@ -49,6 +49,7 @@ def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browse
     assert "FAIL" not in text.replace("FAILS", "").split("<main>")[1].split("As text")[0]
 
 
+@pytest.mark.slow
 def test_the_text_carries_points_matrices_envelope_equations_and_movement(outcome):
     text = outcome[0].document.text()
     for promise in (
@@ -65,6 +66,7 @@ def test_the_text_carries_points_matrices_envelope_equations_and_movement(outcom
         assert promise in text
 
 
+@pytest.mark.slow
 def test_the_run_stands_at_each_point_and_both_roads_hold_it(outcome):
     found, place, _ = outcome
     run = Run.load(place / "runs" / "mastering_p1_p2_mastering.npz")

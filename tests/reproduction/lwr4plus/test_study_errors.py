@@ -44,6 +44,7 @@ def test_with_gravity_in_the_law_table_viii_is_out_of_reach(arm, fitted):
     assert np.abs(metrics(run, arm).position_mrad.max).max() < 1.0
 
 
+@pytest.mark.slow
 def test_the_velocity_block_of_table_viii_stands_one_row_too_low(arm, fitted):
     distances = velocity_rows(fitted, arm)
     assert distances["one row too low"] < 0.2
@@ -89,6 +90,7 @@ def test_plants_match_their_names(arm):
     assert mass["3 kg at the flange"] == pytest.approx(mass["as modelled"] + 3.0)
 
 
+@pytest.mark.slow
 def test_the_columns_are_the_metrics_they_name(arm, fitted):
     from lwr_dyn.simulation.metrics import metrics
 

@@ -11,20 +11,24 @@ def rows():
     return inertia_rows()
 
 
+@pytest.mark.slow
 def test_computed_gives_all_seven_values_to_their_printed_digits(rows):
     assert [r.reproduced("computed") for r in rows] == [True] * 7
 
 
+@pytest.mark.slow
 def test_printed_does_not_and_the_errata_are_named(rows):
     assert [r.reproduced("printed") for r in rows] == [False] * 5 + [True] * 2
     assert errata_that_matter() == ("table1-swapped-yz", "table2-c5z")
 
 
+@pytest.mark.slow
 def test_physical_is_another_arm(rows):
     assert not any(r.reproduced("physical") for r in rows)
     assert rows[6].values["physical"] > 90 * rows[6].values["computed"]  # the rotor's power of ten
 
 
+@pytest.mark.slow
 def test_printed_configurations_that_do_not_give_the_printed_value(rows):
     # rows 3 and 4 do not; row 2's lacks joint 3 at 90 deg; 1, 5, 6, 7 reach it over their free joints
     assert [agrees(r.printed, r.at_printed[1]) for r in rows] == [True, False, False, False, True, True, True]

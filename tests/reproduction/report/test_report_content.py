@@ -76,6 +76,7 @@ def test_runs_are_on_the_page_at_100_samples_a_second_and_the_page_says_so(arm):
     assert "q" not in record["series"]
 
 
+@pytest.mark.slow
 def test_a_run_slower_than_the_page_is_whole(arm):
     slow = lagging_run(arm, 0.01, "slow", k=301, duration=6.0)
     shown = Page("p", replay=Replay(replayed_runs([slow], arm)))

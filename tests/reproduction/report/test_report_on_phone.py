@@ -21,6 +21,7 @@ def test_a_tap_on_a_phone_shows_the_origin_inside_the_screen(browser, report_pat
         assert logs(browser)[1] == []
 
 
+@pytest.mark.slow
 def test_finger_scrolls_over_a_figure_and_a_tap_sets_the_time(browser, report_path):
     with screen(browser, **PHONE):
         opened(browser, report_path)

@@ -100,6 +100,7 @@ def test_still_pose_shows_frames_and_a_figure_returns_to_the_replay(window, arm)
     until(window, lambda: window.execute_script(seen) == [[True, True], [False]])
 
 
+@pytest.mark.slow
 def test_curves_are_the_numbers_of_the_runs(window, two_runs):
     started(window)
     y, t = window.execute_script(
@@ -109,6 +110,7 @@ def test_curves_are_the_numbers_of_the_runs(window, two_runs):
     np.testing.assert_allclose(y, 1e3 * (two_runs[1].q_ref - two_runs[1].q)[::5, 1], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_scrubber_moves_every_cursor(window):
     started(window)
     for t in (0.0, 2.5, 6.0):
@@ -231,6 +233,7 @@ def test_parts_may_be_missing(browser, tmp_path, report_content, parts):
         assert browser.find_elements("css selector", ".notice") == []
 
 
+@pytest.mark.slow
 def test_same_records_give_the_same_small_page(report_content, report_path):
     text = report_html(report_content)
     assert text == report_path.read_text(encoding="utf-8")

@@ -46,6 +46,7 @@ def test_a_number_shows_its_origin_by_keys_and_mouse(window):
     ActionChains(window).send_keys(Keys.ESCAPE).perform()
 
 
+@pytest.mark.slow
 def test_verdicts_are_words_and_shapes_in_map_key_and_tables(window):
     squares = {"v1": 8, "v2": 5, "v4": 4, "v5": 1, "v3": 1, "v8": 1, "v7": 4}
     for shape, count in squares.items():
@@ -84,6 +85,7 @@ def test_residuals_are_bars_that_end_at_half_a_digit(window, printed, digits, sh
     assert f"width:{share}%" in bar.get_attribute("style").replace(" ", "")
 
 
+@pytest.mark.slow
 def test_a_line_of_the_map_leads_to_its_table_and_a_link_opens_its_erratum(window):
     from selenium.webdriver.common.keys import Keys
 

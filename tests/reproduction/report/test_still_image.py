@@ -25,6 +25,7 @@ def cylinder(x=0.0, radius=0.1, length=0.4, grey=0.8):
     return Solid(pose, radius, length, grey)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("axes", "area", "nearest"), [(FROM_ABOVE, np.pi * 0.1**2, 0.2), (FROM_SIDE, 0.2 * 0.4, 0.1)], ids=["top", "side"]
 )

@@ -61,6 +61,7 @@ def test_compensated_gravity_changes_little(joint, side):
     assert abs(found.miss) <= 5e-4
 
 
+@pytest.mark.slow
 def test_joint_4_upward_is_a_limit_cycle_and_reported_as_one():
     found = cruise_error(arm(), made(3, 1))
     assert found.net_damping == pytest.approx(2.0 - 2.7045, abs=1e-12)
@@ -94,6 +95,7 @@ def test_the_motion_is_the_papers():
     assert move(arm(), 1, -1).sample(np.zeros(1)).q[0, 1] == -1.5
 
 
+@pytest.mark.slow
 def test_figure_7_is_not_left():
     found = cruise_errors(arm(), tuple(made(joint, 1) for joint in range(7)))
     assert figure_7_holds(found)

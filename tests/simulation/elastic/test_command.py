@@ -30,6 +30,7 @@ def test_a_run_and_its_record(lwr_dyn_command):
     assert record["meta"]["cut_share"] == [0.0] * 7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -28,6 +28,7 @@ def test_one_step_a_sample_against_radau(elasticity):
     assert fine.audit["closed"]
 
 
+@pytest.mark.slow
 def test_the_rigid_limit_has_order_one_and_costs_the_same():
     rigid = simulate(physical(), law(), joint_waves(), duration=0.1)
     runs = [short_run(elasticity=10.0**k) for k in range(4, 9)]
@@ -60,6 +61,7 @@ def test_motors_stick_truly_and_slip_again():
     assert (run.dq[plain][rests] != 0.0).any()  # the link still swings on its spring
 
 
+@pytest.mark.slow
 def test_a_link_stops_at_its_limit_while_its_motor_turns_on():
     limits = list(physical().limits)
     limits[3] = replace(limits[3], upper=float(MIDDLE[3]) + 0.002)
@@ -156,6 +158,7 @@ def test_figures_of_an_elastic_run_say_so():
     assert (again.actuator_gap, again.other_road) == (None, None)
 
 
+@pytest.mark.slow
 def test_steep_smooth_friction_is_followed():
     run = short_run(friction=lambda dq: 5.0 * np.tanh(dq / 0.01), duration=0.02, substeps=4)
     assert run.audit["residual"] <= 1e-7

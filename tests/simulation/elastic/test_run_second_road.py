@@ -14,6 +14,7 @@ def judged(run):
     return second_road(run, elastic_plant(run.setup))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"friction": FRICTION, "duration": 0.3}])
 def test_a_true_run_is_closed(options):
     road = judged(short_run(**options))

@@ -53,6 +53,7 @@ def test_any_two_runs_can_be_chosen_and_move_as_they_ran(page, study, arm):
     ]
 
 
+@pytest.mark.slow
 def test_what_was_switched_off_stays_off(page):
     page.execute_script("document.getElementById('trace').click()")
     page.execute_script(CHOOSE, 1, 3)

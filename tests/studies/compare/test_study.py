@@ -81,6 +81,7 @@ def test_a_study_with_one_pair_is_a_table_with_one_row(arm, move):
     assert " *" not in compared.table.text()
 
 
+@pytest.mark.slow
 def test_a_large_study_keeps_fewer_samples_and_the_figures_of_all(arm, move, monkeypatch):
     monkeypatch.setattr("lwr_dyn.studies.compare.study.MANY", 2)
     few, kept = study(arm, move, "pid", "inverse-dynamics").run()
@@ -98,6 +99,7 @@ def test_each_controller_is_made_once(arm, move):
     assert workshop.made == made
 
 
+@pytest.mark.slow
 def test_a_law_that_the_arm_does_not_feed_is_left_out_only_where_all_are_asked_for(move):
     wam = lwr_dyn.load("wam7")
     hold = lwr_dyn.reference("hold", wam, q=[0.1] * 7, duration=0.02)

@@ -67,6 +67,7 @@ def tip_figures(summary):
     return {name: one.metrics["tip_max"] for name, one in summary.controllers.items()}
 
 
+@pytest.mark.slow
 def test_every_number_of_the_summary_stands_in_it_with_its_interval(summary, worst):
     text = report_html(summary, worst)
     plain = re.sub(r"<[^>]+>", " ", text).replace("  ", " ")

@@ -165,6 +165,7 @@ def test_the_longest_delay_is_that_of_the_kernel():
     assert PATHS["loop.delay"].most == MOST_DELAY
 
 
+@pytest.mark.slow
 def test_a_run_of_a_study_is_that_of_simulate_with_the_same_plant(tmp_path):
     paths = BODIES | {
         "payload.mass": "low = 1\nhigh = 7", "payload.known": "value = 0.5", "friction.coulomb": "low = 0\nhigh = 0.01",

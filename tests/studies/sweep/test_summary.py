@@ -46,6 +46,7 @@ def summary():
     return summarise(MADE, RUNS, evaluate)
 
 
+@pytest.mark.slow
 def test_quantiles_and_shares_are_those_of_the_runs(summary):
     for name, one in summary.controllers.items():
         tip = RUNS[name].metrics["tip_max"]
@@ -74,6 +75,7 @@ def test_the_worst_runs_are_the_worst(summary):
         assert all(tip[a] >= tip[b] for a, b in pairwise(order))
 
 
+@pytest.mark.slow
 def test_the_first_break_is_found_by_runs_of_its_own(summary):
     found = summary.controllers[CONTROLLERS[1]].outwards
     assert {line.share for line in found.lines} == {None}  # 0.8 mm at 7 kg without delay
@@ -99,6 +101,7 @@ def test_spans_begin_at_the_nominal_value_and_keep_to_what_can_be():
     assert gain.nominal == 20.0
 
 
+@pytest.mark.slow
 def test_a_saltelli_design_has_indices_and_its_quantiles_rest_on_two_rows_of_each_group():
     made = study(8 * 64, "saltelli")
     one = summarise(made, runs_of(made)).controllers[CONTROLLERS[0]]
@@ -124,6 +127,7 @@ def test_a_share_just_below_zero_is_zero():
         assert "-0.00" not in text
 
 
+@pytest.mark.slow
 def test_a_study_that_is_not_finished_keeps_its_groups():
     made = without_divergence(study(8 * 64, "saltelli"))
     parts = runs_of(made)[CONTROLLERS[0]], runs_of(made, 0, 8 * 40 + 3)[CONTROLLERS[0]]

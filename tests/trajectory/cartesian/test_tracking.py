@@ -31,6 +31,7 @@ def test_tracked_positions_are_on_the_curve_inside_the_limits_and_without_jumps(
         np.testing.assert_array_equal(tracked.q[0], START)
 
 
+@pytest.mark.slow
 def test_the_motion_in_the_null_space_leads_away_from_the_limits():
     arm = lwr_dyn.load("lwr4plus")
     plain, *guided = attempts(arm, line(arm, START, [0.1, 0.1, 0.05]), START, True)

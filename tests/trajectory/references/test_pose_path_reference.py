@@ -76,6 +76,7 @@ def test_q_dq_and_ddq_have_no_jump_anywhere(timing):
         assert np.abs(np.diff(getattr(motion, value), axis=0)).max() < most * h
 
 
+@pytest.mark.slow
 def test_the_same_look_finds_the_jump_of_ddq_at_a_bend_that_is_not_eased():
     sharp = ist_reference(ARM, smoothness=SmoothTiming(ease=0.0)).sample(np.arange(-0.1, 14.1, 5e-4))
     assert np.abs(np.diff(sharp.ddq, axis=0)).max() > 0.5

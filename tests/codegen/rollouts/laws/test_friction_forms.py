@@ -47,6 +47,7 @@ SLIPS = [
 ]
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(law_forms.__name__, SLIPS, check_law)
 

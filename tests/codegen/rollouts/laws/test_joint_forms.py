@@ -146,6 +146,7 @@ FORM_SLIPS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", CHECKS)
 def test_planted_slips_in_the_equations_are_caught(law):
     check, module, slips = CHECKS[law]

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import casadi
 import numpy as np
+import pytest
 
 from lwr_dyn.codegen.rollouts import passivity_law_forms
 from lwr_dyn.codegen.rollouts.symbolic_arm import SymbolicModel
@@ -64,5 +65,6 @@ SLIPS = [
 ]
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught(passivity_law_forms.__name__, SLIPS, check)

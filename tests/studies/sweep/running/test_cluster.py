@@ -106,6 +106,7 @@ def test_versions_are_compared_one_by_one(has, words):
         refuse_other_versions({"a": needed, "b": has}, needed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["nonsense", "http://host:1", "", "tcp://127.0.0.1:{closed}", "127.0.0.1:{other}"])
 def test_a_scheduler_that_cannot_be_reached_is_refused(address, monkeypatch):
     monkeypatch.setattr(cluster, "ANSWER", 0.3)

@@ -119,6 +119,7 @@ def test_a_full_disk_ends_in_one_line_and_what_is_finished_stays(undisturbed, tm
     assert contents(tmp_path / "out") == contents(folder)
 
 
+@pytest.mark.slow
 def test_the_folder_of_another_study_is_refused_before_anything_is_computed(undisturbed, monkeypatch):
     study, folder = undisturbed
     before = contents(folder)
