@@ -10,6 +10,8 @@ import pytest
 
 from tests.custody.core_alone import installed_core, run, run_tests
 
+pytestmark = pytest.mark.slow
+
 SHARE = ("arms/papers", "control/*", "laws", "foundation")
 """Folders of tests that need nothing but pytest and hypothesis, and little time."""
 COMMANDS = (
@@ -50,7 +52,6 @@ def core(tmp_path_factory):
         pytest.skip(f"no environment could be made: {fault}")
 
 
-@pytest.mark.slow
 def test_the_commands_of_the_core(core):
     python, folder = core
     for arguments, code, words in COMMANDS:
@@ -60,14 +61,12 @@ def test_the_commands_of_the_core(core):
         assert code == 0 or process.stderr.count("\n") == 1
 
 
-@pytest.mark.slow
 def test_a_function_that_needs_an_extra_names_it(core):
     python, folder = core
     code = "import lwr_dyn; lwr_dyn.batch_dynamics(lwr_dyn.load('lwr4plus'))"
     assert "pip install 'lwr_dyn[batch]'" in run([str(python), "-c", code], folder).stderr
 
 
-@pytest.mark.slow
 def test_its_tests_pass(core):
     python, folder = core
     process = run_tests(python, folder, SHARE)

@@ -11,6 +11,8 @@ from tests.axe import EACH_ONCE, SCREENS, faint_texts, seen, sideways, violation
 from tests.docs.site import ROOT, Page, broken_links, built_once, pages
 from tests.headless import logs, small_window, waiting
 
+pytestmark = pytest.mark.slow
+
 MEGABYTE = 1_000_000
 LOCAL = ("file:", "data:", "blob:", "about:")
 JUDGED = [
@@ -40,13 +42,11 @@ def cards():
     return tomllib.loads((ROOT / "docs" / "gallery.toml").read_text(encoding="utf-8"))["card"]
 
 
-@pytest.mark.slow
 def test_the_site_is_small(site):
     assert size(site) < 25 * MEGABYTE
     assert size(site / "gallery_pages") < 14 * MEGABYTE
 
 
-@pytest.mark.slow
 def test_every_card_of_the_gallery_has_its_page_and_its_stills(site):
     assert len(cards()) >= 8
     text = (site / "gallery.html").read_text(encoding="utf-8")
@@ -57,12 +57,10 @@ def test_every_card_of_the_gallery_has_its_page_and_its_stills(site):
             assert f"_static/stills/{still}" in text
 
 
-@pytest.mark.slow
 def test_every_link_leads_somewhere(site):
     assert list(broken_links(site)) == []
 
 
-@pytest.mark.slow
 def test_a_broken_link_is_seen(tmp_path):
     (tmp_path / "a.html").write_text('<a href="b.html#here">', encoding="utf-8")
     assert list(broken_links(tmp_path)) == ["a.html: b.html#here: no such file"]
@@ -72,7 +70,6 @@ def test_a_broken_link_is_seen(tmp_path):
     assert list(broken_links(tmp_path)) == []
 
 
-@pytest.mark.slow
 def test_every_name_and_every_command_stands_in_the_reference(site):
     python = Page(site / "reference" / "python.html")
     assert {f"lwr_dyn.{name}" for name in lwr_dyn.__all__} <= python.anchors
@@ -84,7 +81,6 @@ def test_every_name_and_every_command_stands_in_the_reference(site):
     assert "Used in: " in entry[0]
 
 
-@pytest.mark.slow
 def test_the_notebook_of_the_puma_has_the_numbers_of_the_tests():
     notebook = (ROOT / "docs" / "notebooks" / "puma560.md").read_text(encoding="utf-8")
     written = re.search(r"%%writefile puma560.toml\n(.*?)```", notebook, re.DOTALL)
@@ -93,7 +89,6 @@ def test_the_notebook_of_the_puma_has_the_numbers_of_the_tests():
     assert tomllib.loads(written[1]) == tomllib.loads(tested)
 
 
-@pytest.mark.slow
 def test_no_page_asks_a_network_or_complains(site, browser):
     asked, said = {}, {}
     browser.get("about:blank")
@@ -110,7 +105,6 @@ def test_no_page_asks_a_network_or_complains(site, browser):
     assert {name: messages for name, messages in said.items() if messages} == {}
 
 
-@pytest.mark.slow
 def test_the_search_finds_pages_without_a_server(site, browser):
     logs(browser)
     browser.get((site / "search.html").as_uri() + "?q=payload")
@@ -122,7 +116,6 @@ def test_the_search_finds_pages_without_a_server(site, browser):
     assert messages == []
 
 
-@pytest.mark.slow
 def test_a_still_becomes_a_live_page_that_needs_no_network(site, browser):
     browser.get((site / "index.html").as_uri())
     logs(browser)
@@ -137,7 +130,6 @@ def test_a_still_becomes_a_live_page_that_needs_no_network(site, browser):
     assert [address for address in sent if not address.startswith(LOCAL)] == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", JUDGED)
 def test_a_page_breaks_no_rule_of_axe(name, site, browser):
     browser.get((site / name).as_uri())

@@ -13,6 +13,8 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.model_study import study
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
+pytestmark = pytest.mark.slow
+
 NOISE = 0.1
 
 
@@ -40,7 +42,6 @@ def run(*arguments):
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
@@ -60,7 +61,6 @@ def test_commands_take_it(line, folder, monkeypatch, capsys):
     assert capsys.readouterr().out
 
 
-@pytest.mark.slow
 def test_identify_motion_writes_it(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     common = ("identify", "motion", "moves.csv", "--robot", "lwr4plus", "--reading", "physical", "--out")
@@ -74,7 +74,6 @@ def test_identify_motion_writes_it(folder, monkeypatch, capsys):
     assert "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf" in capsys.readouterr().err
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "reading"), [("lwr4plus", "physical"), ("wam7", None)])
 def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
     """`scripts/soak.py fitted_models` takes 60 plants of each."""
@@ -86,7 +85,6 @@ def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
     assert np.abs(case.promises - 1.0).max() < 0.15
 
 
-@pytest.mark.slow
 def test_a_drawn_arm_whose_masses_are_estimates(tmp_path):
     """The KR 30 HA: solids, a mastering pose, no rotors; its base's mass was what the estimated links left."""
     arm, paper = load_with_paper("kr30ha")

@@ -16,6 +16,8 @@ from tests.json_schemas import faults as schema_faults
 from tests.pages.replay.driven import opened as report_opened
 from tests.reproduction.pages import faults, lost
 
+pytestmark = pytest.mark.slow
+
 POSE = 1e-6
 """[m] The page packs joint angles in 32 bits over a turn, 1.5e-9 rad; an arm's length of them is far below this."""
 PAGE_BYTES = 2_000_000
@@ -27,7 +29,6 @@ def outcome(tmp_path_factory):
     return folder, reproduce("lwr4plus", folder)
 
 
-@pytest.mark.slow
 def test_everything_promised_is_there(outcome):
     folder, result = outcome
     assert result.holds
@@ -41,7 +42,6 @@ def test_everything_promised_is_there(outcome):
         assert (folder / page).stat().st_size < PAGE_BYTES
 
 
-@pytest.mark.slow
 def test_nothing_on_the_page_fails_and_what_is_only_likely_is_not_called_failed(outcome):
     text = (outcome[0] / "report.html").read_text(encoding="utf-8")
     assert ">likely<" in text
@@ -49,7 +49,6 @@ def test_nothing_on_the_page_fails_and_what_is_only_likely_is_not_called_failed(
     assert "no computation decides it" in text
 
 
-@pytest.mark.slow
 def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome):
     record = json.loads((outcome[0] / "results.json").read_text())
     assert record["errata_that_matter"] == ["table1-swapped-yz", "table2-c5z"]
@@ -59,7 +58,6 @@ def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome)
     assert "nearest: quintic timing" in (outcome[0] / "tables.txt").read_text()
 
 
-@pytest.mark.slow
 def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
     record = json.loads((outcome[0] / "results.json").read_text())
     assert schema_faults("reproduce", record) == []
@@ -81,7 +79,6 @@ def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
     assert "paper     printed  computed  reproduced  after erratum" in outcome[1].document.text()
 
 
-@pytest.mark.slow
 def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outcome, browser):
     address = (outcome[0] / "report.html").as_uri()
     report_opened(browser, outcome[0] / "report.html")
@@ -100,13 +97,11 @@ def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outco
     assert console == []
 
 
-@pytest.mark.slow
 def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browser):
     assert lost(outcome[0]) == []
     assert faults(browser, outcome[0] / "report.html", wide=10_000, narrow=20_000) == []
 
 
-@pytest.mark.slow
 def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     folder, _ = outcome
     arm = lwr_dyn.load("lwr4plus")
@@ -124,7 +119,6 @@ def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     screenshot(browser, "main_job.png")
 
 
-@pytest.mark.slow
 def test_the_images_of_the_readme_are_from_this_build(outcome, browser):
     readme = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
     assert all(f"(.images/{name})" in readme for name in PICTURES)

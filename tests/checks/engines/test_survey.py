@@ -8,6 +8,8 @@ from lwr_dyn.checks.engines.survey import survey
 from tests.checks.engines.small_files import TWO
 from tests.optional import need
 
+pytestmark = pytest.mark.slow
+
 VERDICTS = {
     "pinocchio": {
         "rotor inertia": "ignored",
@@ -63,20 +65,17 @@ def rows(report, engine):
     return {loss.feature: loss for loss in found.losses}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("engine", VERDICTS)
 def test_each_feature_has_its_verdict(report, engine):
     found = {name: row.verdict for name, row in rows(report, engine).items()}
     assert found | VERDICTS[engine] == found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "feature"), RESTORED)
 def test_what_restores_it(report, engine, feature):
     assert rows(report, engine)[feature].restored_by == RESTORED[engine, feature]
 
 
-@pytest.mark.slow
 def test_the_torque_of_a_loss_is_that_of_the_feature(report):
     x, found = report.reference.states, rows(report, "pinocchio")
     rotor = 100.0**2 * 1e-5
@@ -85,13 +84,11 @@ def test_the_torque_of_a_loss_is_that_of_the_feature(report):
     assert found["Coulomb friction"].torque == pytest.approx(0.4, rel=1e-9)
 
 
-@pytest.mark.slow
 def test_a_box_without_inertial_weighs_a_kilogram_in_mujoco(report):
     """Density 1000 kg/m^3 of 0.1 m cubed."""
     assert rows(report, "mujoco")["shapes"].detail == "shapes weigh 1 kg"
 
 
-@pytest.mark.slow
 def test_the_poses_agree(report):
     for engine in report.engines:
         if engine.agreement is not None:

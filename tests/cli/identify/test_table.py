@@ -14,6 +14,8 @@ from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
+pytestmark = pytest.mark.slow
+
 Command = Callable[..., tuple[int, str, str]]
 
 
@@ -29,7 +31,6 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [str(folder / f"log{k}.csv") for k in (0, 1)]
 
 
-@pytest.mark.slow
 def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str]) -> None:
     code, out, err = lwr_dyn_command("identify", "table", *logs, "--robot", "lwr4plus", "--reading", "physical")
     assert (code, err) == (0, "")
@@ -38,7 +39,6 @@ def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str])
     assert "no motion shows: m1, c1x, c1y, c1z, I1xx, I1xy, I1xz, I1yz, I1zz, c2y" in out
 
 
-@pytest.mark.slow
 def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
     source = Path(lwr_dyn.__file__).parent / "arms" / "papers" / "lwr4plus.toml"
     text = source.read_text(encoding="utf-8")
@@ -59,7 +59,6 @@ def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: lis
     assert len(record["cells"]) == 77
 
 
-@pytest.mark.slow
 def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
     urdf = tmp_path / "arm.urdf"
     urdf.write_text(lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus", "physical")), encoding="utf-8")
@@ -68,7 +67,6 @@ def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_pat
     assert "c5z" in out
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "said"),
     [

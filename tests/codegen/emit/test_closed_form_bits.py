@@ -6,6 +6,8 @@ from tests.codegen.emit.closed_form_digests import js_program, write_c
 from tests.codegen.emit.digests import C_PRINT
 from tests.codegen.emit.programs import output, program
 
+pytestmark = pytest.mark.slow
+
 ARMS, STATES = ("lwr4plus", "kr30ha"), 1000
 """The WAM has the text of the LWR 4+; it and 500 states on a Cortex-M7: soak.py emitted_bits."""
 BUILDS = {"gcc": ("-O2", "-std=c99"), "clang": ("-O2", "-std=c99", "-march=native")}
@@ -20,7 +22,6 @@ def node_lines(tmp_path_factory):
     return output([program("node"), str(path)]).splitlines()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("compiler", BUILDS)
 def test_c_gives_the_bits_of_node(compiler, node_lines, tmp_path):
     sources = write_c(ARMS, tmp_path, STATES)
@@ -31,7 +32,6 @@ def test_c_gives_the_bits_of_node(compiler, node_lines, tmp_path):
     assert len(set(node_lines)) == 6
 
 
-@pytest.mark.slow
 def test_chromium_gives_the_bits_of_node(browser, node_lines, tmp_path):
     page = tmp_path / "digests.html"
     page.write_text(f"<!doctype html><script>\n{js_program(ARMS, STATES)}\n</script>")
@@ -39,7 +39,6 @@ def test_chromium_gives_the_bits_of_node(browser, node_lines, tmp_path):
     assert browser.execute_script("return lines") == node_lines
 
 
-@pytest.mark.slow
 def test_the_librarys_angles_have_other_bits(node_lines, tmp_path):
     """So a digest that agrees says something."""
     path = tmp_path / "libm.js"

@@ -7,6 +7,8 @@ import lwr_dyn
 from lwr_dyn.pages.explorer.page import write_explorer
 from tests.pages.explorer.explored import explored_arm, opened
 
+pytestmark = pytest.mark.slow
+
 FOLLOWED = 1e-6
 """[m and rad] that the flange may be from where it is dragged."""
 DRAGS = 200
@@ -55,7 +57,6 @@ def away(arm, q, asked):
     return np.linalg.norm((reached - asked)[:, :3, 3], axis=1), np.abs((reached - asked)[:, :3, :3]).max(axis=(1, 2))
 
 
-@pytest.mark.slow
 def test_the_flange_is_where_it_is_dragged_and_no_joint_beyond_its_limit(dragged):
     arm, _, found, asked, q, *_ = dragged
     followed = found < 2
@@ -66,7 +67,6 @@ def test_the_flange_is_where_it_is_dragged_and_no_joint_beyond_its_limit(dragged
     assert ((arm.lower - 1e-9 <= q) & (q <= arm.upper + 1e-9)).all()
 
 
-@pytest.mark.slow
 def test_beyond_a_wall_the_flange_is_on_the_way_there(dragged):
     arm, starts, found, asked, q, *_ = dragged
     walls = found >= 2
@@ -81,7 +81,6 @@ def test_beyond_a_wall_the_flange_is_on_the_way_there(dragged):
     assert (share > 0.01).mean() > 0.5  # most went some of the way
 
 
-@pytest.mark.slow
 def test_another_branch_is_said(dragged):
     _, starts, found, _, q, drag, said = dragged
     before = np.where((drag == np.roll(drag, 1))[:, None], np.roll(q, 1, axis=0), starts)

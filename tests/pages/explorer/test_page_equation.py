@@ -13,6 +13,8 @@ from tests.pages.explorer.by_hand import mouse, press, touch
 from tests.pages.explorer.explored import explored_arm, opened
 from tests.random_arms import random_arm
 
+pytestmark = pytest.mark.slow
+
 MASS, AT = 2.5, [0.01, -0.02, 0.1]
 AGREES = 1e-12
 """Of the largest entry."""
@@ -69,12 +71,10 @@ def check_shares(window, arm):
         assert all(abs(sum(row[2]) + row[3] - row[0]) < limit for row in rows)
 
 
-@pytest.mark.slow
 def test_shares_add_up_to_every_entry(window, arm):
     check_shares(window, arm)
 
 
-@pytest.mark.slow
 def test_each_share_is_that_of_the_link_alone(window, arm):
     q, dq = np.random.default_rng(12).uniform(-1, 1, (2, arm.n))
     found = window.execute_script(SHARES, q.tolist(), dq.tolist(), 0, AT)
@@ -92,7 +92,6 @@ PLACE = """const cell = lwrExplorer.equation.cells[arguments[0]]; cell.scrollInt
     const { x, y, width, height } = cell.getBoundingClientRect(); return [x + width / 2, y + height / 2]"""
 
 
-@pytest.mark.slow
 def test_a_cell_is_chosen_by_mouse_by_touch_and_by_keys(window):
     window.execute_script("lwrExplorer.equation.choose('B', 0, 0)")
     mouse(window, window.execute_script(PLACE, 9))
@@ -112,7 +111,6 @@ def test_a_cell_is_chosen_by_mouse_by_touch_and_by_keys(window):
     assert window.execute_script("return lwrExplorer.equation.cells.length") == 7
 
 
-@pytest.mark.slow
 def test_form_source_and_closed_form_are_written(window):
     said = "lwrExplorer.equation.choose(...arguments); return document.querySelector('.equation').innerText"
     text = window.execute_script(said, "B", 6, 6)
@@ -127,7 +125,6 @@ def test_form_source_and_closed_form_are_written(window):
     assert "N m" in text
 
 
-@pytest.mark.slow
 def test_another_reading_has_its_own_shares(window):
     window.execute_script("lwrExplorer.setPose(arguments[0])", [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1])
     sum_of = "lwrExplorer.equation.choose('B', 1, 1); return lwrExplorer.equation.sum"
@@ -139,13 +136,11 @@ def test_another_reading_has_its_own_shares(window):
     assert logs(window)[1] == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("other", [explored_arm("hung"), random_arm(5, "RPRP")], ids=["hung", "sliding"])
 def test_shares_add_up_for_other_arms(browser, page, other):
     check_shares(opened(browser, page(other)), other)
 
 
-@pytest.mark.slow
 def test_an_arm_without_masses_has_neither_panel(browser, page):
     window = opened(browser, page(lwr_dyn.load("lwr4")))
     assert window.execute_script("return [lwrExplorer.equation, lwrExplorer.gains]") == [None, None]

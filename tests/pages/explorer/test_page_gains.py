@@ -14,6 +14,8 @@ from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.pages.explorer.page import write_explorer
 from tests.pages.explorer.explored import explored_arm, opened
 
+pytestmark = pytest.mark.slow
+
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
 OMEGA, XI = 40.0, 0.7
 AGREES = 1e-10
@@ -42,7 +44,6 @@ def computed(window, q, omega=OMEGA, xi=XI):
     return window.execute_script(script, list(q), omega, xi)
 
 
-@pytest.mark.slow
 def test_gains_are_those_of_python(window, arm):
     found, B = computed(window, Q), lwr_dyn.dynamics_of(arm).mass_matrix(Q)
     gains = second_order_gains(np.diag(B), OMEGA, XI)
@@ -51,7 +52,6 @@ def test_gains_are_those_of_python(window, arm):
     np.testing.assert_allclose(found["torques"], np.radians(gains.Kp), rtol=AGREES)
 
 
-@pytest.mark.slow
 def test_modes_are_the_eigenvalues_of_the_coupled_loop(window, arm):
     dynamics = lwr_dyn.dynamics_of(arm)
     for q in np.random.default_rng(3).uniform(arm.lower, arm.upper, (20, 7)):
@@ -66,7 +66,6 @@ def test_modes_are_the_eigenvalues_of_the_coupled_loop(window, arm):
         assert np.abs(s - fastest).min() < 1e-7 * w
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("xi", [0.7, 0.1])  # damping, then stiffness sets the least rate
 def test_sampling_is_that_of_design_with_gravity_compensated_exactly(window, arm, xi):
     floating = replace(arm, chain=replace(arm.chain, gravity=np.zeros(3)))
@@ -76,7 +75,6 @@ def test_sampling_is_that_of_design_with_gravity_compensated_exactly(window, arm
     assert above < 1.0 < below
 
 
-@pytest.mark.slow
 def test_equal_modes_and_a_singular_matrix(window):
     script = """const modes = new LoopModes(3); modes.B.set(arguments[0]); modes.compute(10, 1);
         return [modes.defined, [...modes.lambda]]"""
@@ -85,7 +83,6 @@ def test_equal_modes_and_a_singular_matrix(window):
     assert not window.execute_script(script, [1, 0, 0, 0, 0, 0, 0, 0, 1])[0]
 
 
-@pytest.mark.slow
 def test_gains_of_the_largest_inertias_follow_the_payload(window, arm):
     wait = """const [, done] = arguments, { gains } = lwrExplorer, select = document.querySelector(".gains select");
         if (arguments[0]) lwrExplorer.carry(...arguments[0]);
@@ -105,7 +102,6 @@ WRITE = """const field = document.querySelector(`.gains [data-field="${arguments
     return [lwrExplorer.gains[arguments[0]], said.field.textContent, said.sampled.textContent]"""
 
 
-@pytest.mark.slow
 def test_fields_take_numbers_above_zero_only(window):
     assert window.execute_script(WRITE, "omega", "20,5")[:2] == [20.5, ""]
     for bad in ("0", "-3", "", "fast", "1e10", "Infinity"):
@@ -115,7 +111,6 @@ def test_fields_take_numbers_above_zero_only(window):
     assert window.execute_script(WRITE, "omega", "20")[:2] == [20, ""]
 
 
-@pytest.mark.slow
 def test_a_rate_that_is_too_low_is_said(window):
     window.execute_script("lwrExplorer.setPose(arguments[0])", Q.tolist())
     assert "holds at rest here" in window.execute_script(WRITE, "rate", "1000")[2]

@@ -9,6 +9,8 @@ from tests.headless import logs
 from tests.pages.explorer.by_hand import arrow, pulled
 from tests.pages.explorer.explored import SHARE, opened
 
+pytestmark = pytest.mark.slow
+
 Q = [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1]
 FOLLOWED = 1e-6
 """[m] that the flange may be from where it is dragged."""
@@ -33,7 +35,6 @@ def begin(window):
     return flange(window)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_an_arrow_is_pulled_along_its_axis(window, pointer):
     before = begin(window)
@@ -47,7 +48,6 @@ def test_an_arrow_is_pulled_along_its_axis(window, pointer):
     np.testing.assert_allclose(handle, after[:3, 3], rtol=0, atol=FOLLOWED)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("first", "second"), [(0, 1), (1, 2), (2, 0)])
 def test_a_finger_on_another_arrow_does_not_make_the_flange_jump(window, first, second):
     """three.js issue 31280: the plane of the arrow before was used."""
@@ -68,7 +68,6 @@ DRAGGED = """const e = lwrExplorer, { flangeDrag: drag } = e;
     return [found, asked, e.flangePose().map((row) => row[3]).slice(0, 3), drag.word.textContent]"""
 
 
-@pytest.mark.slow
 def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
     path = tmp_path / "two.html"
     arm = lwr_dyn.load(SHARE / "double_pendulum_description/urdf/double_pendulum_continuous.urdf")
@@ -87,7 +86,6 @@ def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
     np.testing.assert_allclose(np.subtract(asked, reached), side, atol=1e-4)
 
 
-@pytest.mark.slow
 def test_a_long_arm_is_dragged_and_has_no_torques(browser, tmp_path):
     joints, path = 12, tmp_path / "long.html"
     limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'

@@ -9,6 +9,8 @@ from tests.axe import seen
 from tests.pages.explorer.by_hand import press, touch
 from tests.pages.explorer.explored import opened
 
+pytestmark = pytest.mark.slow
+
 PHONE = (390, 844)
 Q = [0.3, 0.7, 0.2, -1.2, 0.3, 0.9, 0.1]
 MOVE = "lwrExplorer.setPose(arguments[0]); lwrExplorer.state.compute();"
@@ -42,7 +44,6 @@ def positions(window):
     return np.array(window.execute_script("return lwrExplorer.positions()"))
 
 
-@pytest.mark.slow
 def test_a_finger_moves_a_slider(phone):
     phone.execute_script(MOVE, Q)
     left, top, width, height = phone.execute_script(BOX, "#slider_2")
@@ -53,7 +54,6 @@ def test_a_finger_moves_a_slider(phone):
     np.testing.assert_allclose(np.delete(moved, 1), 0, atol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_finger_on_the_strip_turns_the_elbow_and_the_flange_stays(phone):
     phone.execute_script(MOVE, Q)
     row, before = phone.execute_script("return [lwrExplorer.strip.branch, lwrExplorer.flangePose()]")
@@ -66,7 +66,6 @@ def test_a_finger_on_the_strip_turns_the_elbow_and_the_flange_stays(phone):
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-9)
 
 
-@pytest.mark.slow
 def test_a_tap_chooses_a_branch_a_field_and_a_matrix(phone):
     phone.execute_script(MOVE, Q)
     branch = phone.execute_script(
@@ -89,7 +88,6 @@ def test_a_tap_chooses_a_branch_a_field_and_a_matrix(phone):
     assert phone.execute_script("return document.activeElement.getAttribute('aria-label')") == "payload, kg"
 
 
-@pytest.mark.slow
 def test_a_finger_scrolls_the_page_from_a_strip_and_from_a_panel(phone):
     phone.execute_script(MOVE, Q)
     for name in (".branch:nth-of-type(4) svg", "[aria-label='Torques'] h2"):
@@ -101,7 +99,6 @@ def test_a_finger_scrolls_the_page_from_a_strip_and_from_a_panel(phone):
         assert phone.execute_script("return scrollY") > before + 40
 
 
-@pytest.mark.slow
 def test_arrow_keys_walk_the_strip_over_its_gaps_and_change_the_branch(phone):
     phone.execute_script(f"{MOVE} document.getElementById('arm-angle').focus()", Q)
     psi, branch = phone.execute_script("return [lwrExplorer.strip.psi, lwrExplorer.strip.branch]")
@@ -129,7 +126,6 @@ def test_arrow_keys_walk_the_strip_over_its_gaps_and_change_the_branch(phone):
     assert phone.execute_script("return lwrExplorer.strip.branch") != branch
 
 
-@pytest.mark.slow
 def test_tab_reaches_every_control_and_none_is_hidden_behind_the_picture(phone):
     phone.execute_script("document.activeElement.blur(); window.scrollTo(0, 0)")
     expected = phone.execute_script(REACHABLE)

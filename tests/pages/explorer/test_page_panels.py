@@ -11,6 +11,8 @@ from lwr_dyn.pages.explorer.page import write_explorer
 from lwr_dyn.pages.explorer.page_data import other_readings
 from tests.pages.explorer.explored import explored_arm, opened
 
+pytestmark = pytest.mark.slow
+
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
 DQ, DDQ = np.linspace(-1, 1, 7), np.linspace(2, -1, 7)
 ROUNDED = 1e-10
@@ -46,14 +48,12 @@ def computed(window, panel, names):
     return [np.array(values) for values in window.execute_script(script, panel, names)]
 
 
-@pytest.mark.slow
 def test_a_link_opens_the_pose_it_was_copied_from(window):
     assert np.abs(np.array(window.execute_script("return lwrExplorer.positions()")) - Q).max() < ROUNDED
     link = window.execute_script("return lwrExplorer.poseCopy.text('link', lwrExplorer.positions())")
     assert np.abs(np.array(link.split("#q=")[1].split(","), float) - Q).max() < ROUNDED
 
 
-@pytest.mark.slow
 def test_a_link_may_turn_a_joint_without_limits_beyond_its_slider(window):
     limits = window.execute_script(
         """const [joint] = lwrExplorer.arm.joints, { lower, upper } = joint;
@@ -68,7 +68,6 @@ def test_a_link_may_turn_a_joint_without_limits_beyond_its_slider(window):
     assert abs(first - 3.5) < ROUNDED
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("bad", ["1,2", "0,0,0,0,0,0,x", "0,0,0,9,0,0,0", "0,0,0,,0,0,0"])
 def test_a_link_that_is_no_pose_of_the_arm_moves_nothing(window, bad):
     window.execute_script(f"location.hash = 'q={bad}'")
@@ -77,7 +76,6 @@ def test_a_link_that_is_no_pose_of_the_arm_moves_nothing(window, bad):
     assert np.abs(np.array(window.execute_script("return lwrExplorer.positions()")) - Q).max() < ROUNDED
 
 
-@pytest.mark.slow
 def test_texts_to_copy_say_the_pose_of_python(window, arm):
     pose, _ = flange_and_jacobian(arm)(Q)
     python = window.execute_script("return lwrExplorer.poseCopy.text('python', lwrExplorer.positions())")
@@ -95,7 +93,6 @@ def test_texts_to_copy_say_the_pose_of_python(window, arm):
     assert np.abs(turn - pose[:3, :3]).max() < 3e-6
 
 
-@pytest.mark.slow
 def test_jacobian_and_ellipsoids_are_those_of_python(window, arm):
     _, expected = flange_and_jacobian(arm)(Q)
     given, sizes, axes = computed(window, "jacobian", ["J", "sizes", "turned"])
@@ -107,14 +104,12 @@ def test_jacobian_and_ellipsoids_are_those_of_python(window, arm):
     assert float(said) == pytest.approx(np.prod(np.linalg.svd(expected[:3])[1]), rel=1e-4)
 
 
-@pytest.mark.slow
 def test_a_lost_direction_is_said(window):
     window.execute_script("lwrExplorer.jacobian.write(new Float64Array(7))")
     assert "singular" in window.execute_script("return lwrExplorer.jacobian.said.ratio.textContent")
     assert "∞" in window.execute_script("return lwrExplorer.jacobian.said.force.textContent")
 
 
-@pytest.mark.slow
 def test_singular_values_keep_their_digits_and_lost_directions_are_counted(window):
     rng = np.random.default_rng(3)
     turned, rows = np.linalg.qr(rng.normal(size=(3, 3)))[0], np.linalg.qr(rng.normal(size=(7, 7)))[0][:3]
@@ -131,7 +126,6 @@ def test_singular_values_keep_their_digits_and_lost_directions_are_counted(windo
     assert lost == "singular: two directions are lost"  # the stretched upright arm moves along x alone
 
 
-@pytest.mark.slow
 def test_another_reading_changes_the_torques_as_in_python(window, arm):
     others = other_readings(arm)
     assert sorted(others) == sorted(set(lwr_dyn.readings("lwr4plus")) - {"physical"})
@@ -149,7 +143,6 @@ def test_another_reading_changes_the_torques_as_in_python(window, arm):
     window.execute_script("lwrExplorer.carry(0, [0, 0, 0])")
 
 
-@pytest.mark.slow
 def test_ellipsoids_are_drawn_at_the_flange(window, arm):
     pose, _ = flange_and_jacobian(arm)(Q)
     window.execute_script("document.getElementById('velocity-ellipsoid').click()")
@@ -159,7 +152,6 @@ def test_ellipsoids_are_drawn_at_the_flange(window, arm):
     assert np.abs(np.array(place) - pose[:3, 3]).max() < AGREES
 
 
-@pytest.mark.slow
 def test_a_payload_is_written_into_its_fields(window):
     write = """const fields = [...document.querySelectorAll(".payload input")];
         arguments[0].forEach((text, k) => { fields[k].value = text; });

@@ -9,6 +9,8 @@ from tests.axe import seen, sideways
 from tests.pages.explorer.by_hand import mouse
 from tests.pages.explorer.explored import opened
 
+pytestmark = pytest.mark.slow
+
 DESK, PHONE = (1400, 900), (390, 844)
 LEFT, MIDDLE, RIGHT = ("#pose", "[aria-label='Arm angle']"), ("#stage", ".flange"), ("[aria-label='Torques']",)
 Q = [0.3, 0.7, 0.2, -1.2, 0.3, 0.9, 0.1]
@@ -47,7 +49,6 @@ def on_top_of_each_other(rows):
     return int(np.triu((width > 0.5) & (height > 0.5), 1).sum())
 
 
-@pytest.mark.slow
 def test_at_a_desk_all_of_it_is_one_screen_in_three_columns(window):
     with seen(window, DESK[0], height=DESK[1]):
         window.execute_script("window.scrollTo(0, 0)")
@@ -68,7 +69,6 @@ def test_at_a_desk_all_of_it_is_one_screen_in_three_columns(window):
         assert first[1] == second[1]
 
 
-@pytest.mark.slow
 def test_on_a_phone_the_arm_is_above_and_stays_while_the_rest_is_scrolled(window):
     with seen(window, PHONE[0], height=PHONE[1]):
         window.execute_script("window.scrollTo(0, 0)")
@@ -84,7 +84,6 @@ def test_on_a_phone_the_arm_is_above_and_stays_while_the_rest_is_scrolled(window
         assert torques[1] < PHONE[1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("turn", [-2.5, -0.5, 1.0, 2.5])
 def test_the_whole_arm_is_in_the_picture_from_every_side(window, turn):
     q = [turn, *Q[1:]]
@@ -99,7 +98,6 @@ def test_the_whole_arm_is_in_the_picture_from_every_side(window, turn):
     assert 0.6 < reached < 0.9
 
 
-@pytest.mark.slow
 def test_a_window_of_another_size_keeps_the_view_that_was_turned(window):
     with seen(window, DESK[0], height=DESK[1]):
         window.execute_script("window.scrollTo(0, 0); document.getElementById('view').click()")

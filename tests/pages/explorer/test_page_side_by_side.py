@@ -15,6 +15,8 @@ from tests.headless import logs
 from tests.pages.explorer.by_hand import pulled
 from tests.pages.explorer.explored import explored_arm, opened
 
+pytestmark = pytest.mark.slow
+
 Q = np.array([0.3, 0.7, 0.2, -1.2, 0.4, 0.8, 0.1])
 FOLLOWED = 1e-6
 """[m]"""
@@ -60,7 +62,6 @@ def reach(arm):
     return -min(minimize(inward, start, bounds=ranges).fun for start in starts)
 
 
-@pytest.mark.slow
 def test_arms_stand_apart_and_the_chosen_one_has_the_panels(window):
     coupled(window, "none")
     roots = window.execute_script(
@@ -79,7 +80,6 @@ def test_arms_stand_apart_and_the_chosen_one_has_the_panels(window):
     assert logs(window)[1] == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_a_click_on_the_other_arm_makes_it_the_active_one(window, pointer):
     window.execute_script("lwrExplorer.choose(0); lwrExplorer.fit()")
@@ -96,7 +96,6 @@ def test_a_click_on_the_other_arm_makes_it_the_active_one(window, pointer):
     assert window.execute_script("return lwrExplorer.active") == 0
 
 
-@pytest.mark.slow
 def test_a_link_names_the_arm_that_was_active(window):
     coupled(window, "none")
     window.execute_script("lwrExplorer.choose(1); lwrExplorer.setPose(arguments[0])", (0.5 * Q).tolist())
@@ -116,7 +115,6 @@ def test_a_link_names_the_arm_that_was_active(window):
     window.execute_script("lwrExplorer.choose(0)")
 
 
-@pytest.mark.slow
 def test_by_itself_the_other_arm_stays(window):
     before = coupled(window, "none")
     after = coupled(window, "none", -Q)
@@ -124,7 +122,6 @@ def test_by_itself_the_other_arm_stays(window):
     assert np.abs(np.subtract(before[0][0], after[0][0])).max() > 0.1
 
 
-@pytest.mark.slow
 def test_the_same_joint_positions_within_its_limits(window):
     wam = lwr_dyn.load("wam7")
     for q in (Q, np.array([2.9, 0.5, 0.1, 0.4, 0.3, 1.9, 0.0])):
@@ -135,7 +132,6 @@ def test_the_same_joint_positions_within_its_limits(window):
         assert (word != "") == bool(np.abs(np.array(other) - q).max() > 1e-6)
 
 
-@pytest.mark.slow
 def test_the_same_flange_pose_or_it_says_that_it_does_not_get_there(window):
     (_, mine), (other, its) = coupled(window, "pose")
     np.testing.assert_allclose(its, mine, rtol=0, atol=FOLLOWED)
@@ -147,7 +143,6 @@ def test_the_same_flange_pose_or_it_says_that_it_does_not_get_there(window):
     window.execute_script("lwrExplorer.choose(0)")
 
 
-@pytest.mark.slow
 def test_the_table_is_that_of_python(window):
     found = coupled(window, "none")
     for place, name in enumerate(("lwr4plus", "wam7")):
@@ -164,7 +159,6 @@ def test_the_table_is_that_of_python(window):
         assert numbers["reach"][0] == pytest.approx(reach(arm), abs=FOUND)
 
 
-@pytest.mark.slow
 def test_arms_of_other_joints_and_without_masses_stand_too(browser, tmp_path):
     window = page(browser, tmp_path, "lwr4 printed", "kr30ha kuka")
     ways = window.execute_script("return lwrExplorer.sides.buttons.map(({dataset}) => dataset.how)")

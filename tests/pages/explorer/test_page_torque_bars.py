@@ -10,6 +10,8 @@ from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.pages.explorer.page import write_explorer
 from tests.pages.explorer.explored import explored_arm, opened
 
+pytestmark = pytest.mark.slow
+
 Q = np.array([0.3, 0.7, 0.2, -1.2, 0.3, 0.9, 0.1])
 DQ, DDQ = np.linspace(-1.0, 1.0, 7), np.linspace(2.0, -1.0, 7)
 AGREES = 1e-8
@@ -41,7 +43,6 @@ def window(browser, tmp_path_factory, arm):
     return window
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("load", [(0.0, 0.0, 0.0, 0.0), (2.5, 0.05, -0.02, 0.1), (60.0, 0.0, 0.3, 0.0)])
 def test_bars_carry_the_payload_beside_the_tool(window, arm, load):
     assert window.execute_script(LOAD, list(map(str, load))) == ""
@@ -71,7 +72,6 @@ def test_bars_carry_the_payload_beside_the_tool(window, arm, load):
         np.testing.assert_allclose(written, np.ravel(values), rtol=0, atol=0.000501)
 
 
-@pytest.mark.slow
 def test_what_is_no_number_is_said_and_leaves_a_speed_as_it_was(window):
     script = """const [text] = arguments, field = document.querySelector("[data-of=dq]"), { state } = lwrExplorer;
         field.value = text; field.dispatchEvent(new Event("change"));

@@ -10,6 +10,8 @@ from lwr_dyn.pages.explorer.page import write_explorer
 from tests.headless import logs
 from tests.pages.explorer.explored import SHARE, explored_arm, opened
 
+pytestmark = pytest.mark.slow
+
 SAMPLES = 40_000
 BOUNDARY = """const work = sectionBoundary(robot, lwrExplorer.arm);
     let piece = work.next();
@@ -62,7 +64,6 @@ def pages(tmp_path_factory):
     return page
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwr4plus computed", "kr30ha kuka", "wam7 manual"])
 def test_the_boundary_is_reached_and_no_sample_is_outside(browser, pages, name):
     arm = explored_arm(name)
@@ -84,7 +85,6 @@ def shown(window):
     return window.execute_script("return document.querySelector('.section').innerText")
 
 
-@pytest.mark.slow
 def test_the_card_shows_the_section_and_where_the_flange_is(browser, pages):
     arm = lwr_dyn.load("kr30ha")
     window = opened(browser, pages(arm))
@@ -108,7 +108,6 @@ def test_the_card_shows_the_section_and_where_the_flange_is(browser, pages):
     assert logs(browser)[1] == []
 
 
-@pytest.mark.slow
 def test_where_the_flange_fills_no_area_the_card_says_so(browser, pages):
     arm = lwr_dyn.load(SHARE / "double_pendulum_description/urdf/double_pendulum_continuous.urdf")
     assert "fill no area" in shown(opened(browser, pages(arm)))

@@ -5,8 +5,9 @@ import pytest
 from tests.headless import logs, screenshot
 from tests.pages.replay.driven import PHONE, middle, number, opened, screen, until
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_a_tap_on_a_phone_shows_the_origin_inside_the_screen(browser, report_path):
     with screen(browser, **PHONE):
         opened(browser, report_path)
@@ -21,7 +22,6 @@ def test_a_tap_on_a_phone_shows_the_origin_inside_the_screen(browser, report_pat
         assert logs(browser)[1] == []
 
 
-@pytest.mark.slow
 def test_finger_scrolls_over_a_figure_and_a_tap_sets_the_time(browser, report_path):
     with screen(browser, **PHONE):
         opened(browser, report_path)

@@ -6,11 +6,12 @@ import pytest
 
 from tests.json_schemas import faults
 
+pytestmark = pytest.mark.slow
+
 HOLD = ("simulate", "lwr4plus", "--reading", "physical", "--task", "hold", "--from-deg", "0,30,0,-60,0,30,0")
 SHORT = (*HOLD, "--duration", "0.02", "--controller", "inverse-dynamics")
 
 
-@pytest.mark.slow
 def test_a_run_and_its_record(lwr_dyn_command):
     code, out, err = lwr_dyn_command(*SHORT, "--elastic", "file")
     assert code == 0
@@ -30,7 +31,6 @@ def test_a_run_and_its_record(lwr_dyn_command):
     assert record["meta"]["cut_share"] == [0.0] * 7
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -50,7 +50,6 @@ def test_bad_options_are_one_line(options, message, lwr_dyn_command):
     assert err.count("\n") == 1
 
 
-@pytest.mark.slow
 def test_an_arm_without_stiffness_needs_a_number(lwr_dyn_command):
     arm = ("simulate", "wam7", "--task", "hold", "--from-deg", "0,-60,0,90,0,0,0", "--duration", "0.01", "--own-gains")
     code, _, err = lwr_dyn_command(*arm, "--elastic", "file")

@@ -11,6 +11,8 @@ from lwr_dyn.control.laws import motor_side
 from tests.codegen.rollouts.laws.beside import ARM, INERTIA, MODEL, OTHER, STATES, check_beside, made, other_values
 from tests.slips import uncaught
 
+pytestmark = pytest.mark.slow
+
 STEP, B = 1e-3, np.array(INERTIA[: ARM.n])
 GAINS = 900.0 * B, 60.0 * B
 SAME = 1e-12
@@ -146,7 +148,6 @@ FORM_SLIPS = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", CHECKS)
 def test_planted_slips_in_the_equations_are_caught(law):
     check, module, slips = CHECKS[law]
@@ -165,6 +166,5 @@ def check_forms(forms):
     assert (law.integral == kept).all()
 
 
-@pytest.mark.slow
 def test_planted_slips_in_the_forms_are_caught():
     assert not uncaught(law_forms.__name__, FORM_SLIPS, check_forms)
