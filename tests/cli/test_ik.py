@@ -195,6 +195,7 @@ def test_the_nearest_point_is_on_the_border_of_reach(robot, rpy):
         assert lwr_dyn.inverse_kinematics(arm, pose, limits=False).status == status
 
 
+@pytest.mark.slow
 def test_a_distance_that_is_not_proven_gives_no_point():
     arm = lwr_dyn.load("wam7")
     pose = np.eye(4)

@@ -82,6 +82,7 @@ def test_it_is_the_same_for_any_number_of_threads(tuned):
     assert "of 8 runs, the 99 % quantile is the worst" in one[1]
 
 
+@pytest.mark.slow
 def test_a_bound_that_no_candidate_keeps_is_said(tuned):
     code, out = tuned("--gain", "omega-n=20:90", "--torque-share", "0.01")
     assert code == 1

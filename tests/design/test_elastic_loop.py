@@ -98,6 +98,7 @@ def test_on_the_link_side_all_of_the_box_is_unstable_where_joints_are_soft():
     assert box_shares(1e4)[:2] == [(1.0, 1.0)] * 2
 
 
+@pytest.mark.slow
 def test_stable_at_one_pose_is_not_stable_in_the_box():
     """At 3e4 every loop is stable at t = 5 s of IST, and PD on the link side is unstable in a tenth of the box."""
     assert max(poles_of_the_moment(3e4)) < 0.0
@@ -107,6 +108,7 @@ def test_stable_at_one_pose_is_not_stable_in_the_box():
     assert by_model == (0.0, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("K", [1e4, 3e4])
 def test_on_the_motor_side_sampling_makes_inverse_dynamics_unstable_and_spares_pd(K):
     pd, by_model = box_shares(K)[2:]

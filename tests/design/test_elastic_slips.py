@@ -4,6 +4,7 @@ from functools import cache
 from types import ModuleType
 
 import numpy as np
+import pytest
 
 import lwr_dyn
 from lwr_dyn.control.gains import LinearFeedback
@@ -105,5 +106,6 @@ SLIPS = (
 )
 
 
+@pytest.mark.slow
 def test_planted_slips_are_caught():
     assert not uncaught("lwr_dyn.design.elastic_loop", SLIPS, check)

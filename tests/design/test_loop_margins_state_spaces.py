@@ -44,6 +44,7 @@ def test_python_control_closes_the_loop_to_the_same_poles_and_responses(name, op
     assert spaces.plant.output_labels[0] == "q_joint_1"
 
 
+@pytest.mark.slow
 def test_the_plant_is_what_python_control_makes_of_the_continuous_one(control):
     found = report()
     plant = found.loop.plant

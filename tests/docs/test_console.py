@@ -149,6 +149,7 @@ def test_a_page_that_is_not_true_is_seen(right, wrong, reason, tmp_path):
         ran(PAGE.replace(right, wrong), tmp_path)
 
 
+@pytest.mark.slow
 def test_the_command_is_that_of_the_working_tree(tmp_path):
     ran(
         """

@@ -28,6 +28,7 @@ def engine(request):
     return lwr_dyn.dynamics_of(lwr_dyn.load("lwr4plus"), request.param)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("batch", [(), (5,), (2, 3), (0,), (1,)])
 def test_batches_come_back_in_their_shape(engine, method, batch):

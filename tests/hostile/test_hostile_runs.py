@@ -66,6 +66,7 @@ def test_arrays_of_another_kind_are_refused(kind, arrays, tmp_path):
         Run.load(saved(arrays | {"q": np.zeros(arrays["q"].shape).astype(kind)}, tmp_path / "x.npz"))
 
 
+@pytest.mark.slow
 def test_what_simulate_writes_is_read_and_drawn(lwr_dyn_command, tmp_path):
     path = str(tmp_path / "x.npz")
     task = ("--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--duration", "0.01", "--payload", "1")

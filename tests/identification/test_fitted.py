@@ -186,6 +186,7 @@ def _one_log(result, folder):
     yield read_log(folder / "moves.csv", arm=result.arm)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier):
     with pytest.raises(
         FileAccessError, match=r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"

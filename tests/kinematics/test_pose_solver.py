@@ -15,6 +15,7 @@ from tests.random_arms import random_arm
 SEARCHES = tuple(name for name in POSE_SEARCHES.rows if name != "kernel" or find_spec("numba"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", SEARCHES)
 def test_out_of_reach_says_by_how_much(search):
     solve = lwr_dyn.ik_solver(arm_named("ur10e"), search=search, starts=9)
@@ -60,6 +61,7 @@ def test_the_turns_of_an_endless_joint_are_those_of_q0(search):
     assert (np.abs(solve(T)) < np.pi + 1e-12).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("search", SEARCHES)
 def test_near_does_not_start_again(search):
     arm, solve = arm_named("kr30ha"), solver_of("kr30ha", search)

@@ -70,6 +70,7 @@ def test_it_stays_in_sight_and_in_step_while_the_page_plays(page, run):
         assert page.execute_script(inside)
 
 
+@pytest.mark.slow
 def test_a_line_goes_to_each_of_its_motions_in_turn(page, run):
     begins = [x.begin for x in run.executed if x.position.line == 38]
     assert len(begins) == 3

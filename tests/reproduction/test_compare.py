@@ -33,6 +33,7 @@ def test_nothing_printed_is_left_unexplained_and_nothing_derived_differs(found):
         assert derived[REPRODUCED] == sum(derived.values()) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("paper", "cell", "verdict", "errata"),
     [
@@ -59,12 +60,14 @@ def test_the_verdict_of_a_cell_and_the_fewest_errata_that_it_takes(found, paper,
     assert (one.verdict, one.errata) == (verdict, errata)
 
 
+@pytest.mark.slow
 def test_what_is_not_printed_is_named_and_the_distance_under_assumptions_given(found):
     one = of(found["wam7"], "results.figure_7.joint_1[1]")
     assert one.missing == ("gains.kp", "gains.kd")
     assert one.miss == 0.0  # with the manufacturer's gains it stays within the axis
 
 
+@pytest.mark.slow
 def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
     tables = copy.deepcopy(dict(paper_study("lwr4plus").data.tables))
     tables["inertial"]["mass"]["values"][6] *= 1.01
@@ -76,6 +79,7 @@ def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
     assert changed_numbers("lwr4plus", tables=tables).by_cell() == same
 
 
+@pytest.mark.slow
 def test_a_difference_is_given_in_units_and_last_digits(found):
     raw = copy.deepcopy(dict(paper_study("lwr4plus").data.results.raw))
     raw["figure_1"]["cells"]["mass"] = ["14.4465"]

@@ -14,6 +14,8 @@ import pytest
 
 import lwr_dyn
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(lwr_dyn.__file__).parent
 DATA = """
 schema = 1
@@ -130,7 +132,6 @@ def command(tmp_path_factory):
     return run
 
 
-@pytest.mark.slow
 def test_it_is_reproduced_with_its_option(command):
     place, done = command("reproduce", "fifth", "--loudly")
     assert (done.returncode, done.stderr) == (0, "")
@@ -149,7 +150,6 @@ def test_it_is_reproduced_with_its_option(command):
     assert "Two links in a plane" in (folder / "report.html").read_text()
 
 
-@pytest.mark.slow
 def test_it_is_offered_beside_the_others_and_its_option_only_there(command):
     text = " ".join(command("reproduce", "--help")[1].stdout.split())
     assert "(lwr4plus, lwr4, wam7, kr30ha, fifth, or all)" in text

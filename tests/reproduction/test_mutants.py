@@ -54,6 +54,7 @@ def test_an_exchange_changes_both_cells_and_the_original_stays():
     assert raw["inertial"]["mass"]["values"][4] == 1.8789
 
 
+@pytest.mark.slow
 def test_the_printed_value_of_an_erratum_must_be_there():
     (mutant,) = (m for m in mutants("lwr4plus") if m.place == "rotors.inertia.values[0]" and m.kind == "sign")
     assert fate(mutant, usual_judgement("lwr4plus")).seen == REFUSED

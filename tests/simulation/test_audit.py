@@ -163,6 +163,7 @@ def test_a_fault_in_the_record(fault):
     assert audit(RECORD_FAULTS[fault](eventful())).residual > 10 * GAP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", ["q", "dq", "tau_applied"])
 def test_a_falsified_column(column):
     run = eventful()

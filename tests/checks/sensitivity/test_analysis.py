@@ -140,6 +140,7 @@ def test_poses_lie_in_the_box_that_all_allow(arms):
     assert np.array_equal(q, shared_poses({"true": arm, "narrow": narrow}, 100, 0))
 
 
+@pytest.mark.slow
 def test_readings_of_the_lwr_differ_in_gravity_by_the_copied_centre_of_mass():
     arms = {name: lwr_dyn.load("lwr4plus", name) for name in ("computed", "printed", "physical")}
     s = statics_of(arms, 200, 0, 50.0, 1.0)

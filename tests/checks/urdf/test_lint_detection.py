@@ -68,6 +68,7 @@ def test_there_are_68_kinds_of_faults_five_of_them_hopeless():
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_planted_fault_changes_one_link_or_joint():
     arm = ARMS["z1"]
     if arm.path is None:

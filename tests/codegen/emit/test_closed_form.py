@@ -98,6 +98,7 @@ def test_arm_angle_and_intervals_of_every_branch(library):
     assert several > 100
 
 
+@pytest.mark.slow
 def test_aligned_joints_keep_the_pose_and_the_length_of_the_intervals(library):
     arm, step = library.arm, np.pi / 4.0
     q, _, psi = states(arm, 5, 80)

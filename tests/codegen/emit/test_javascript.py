@@ -69,6 +69,7 @@ def test_rarer_operations_beside_numpy(tmp_path):
     assert (np.abs(np.transpose(values) - wanted) <= 2e-15 * np.abs(wanted)).all()
 
 
+@pytest.mark.slow
 def test_a_split_function_has_the_same_bits_and_small_parts(tmp_path):
     function = emitted_robot(ARMS[0]).functions[DYNAMICS.index("coriolis_matrix")]
     code = emitted_code(function, "libm")

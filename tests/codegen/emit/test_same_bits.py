@@ -8,6 +8,8 @@ from tests.codegen.emit.digests import C_PRINT, JS_TOOLS, c_functions, c_main, j
 from tests.codegen.emit.emitted_robots import ARMS, DYNAMICS, emitted_robot
 from tests.codegen.emit.programs import output, program
 
+pytestmark = pytest.mark.slow
+
 STATES = 3000
 FLAGS = ["-std=c99", "-O2", "-fno-tree-slp-vectorize"]
 
@@ -36,13 +38,11 @@ def sources(robots, tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
 def test_each_function_has_a_digest_of_its_own(node_lines):
     assert [line.split()[0] for line in node_lines] == [f"{arm}_{name}" for arm in ARMS for name in DYNAMICS]
     assert len({line.split()[1] for line in node_lines}) == len(node_lines)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_c_gives_the_bits_of_node(compiler, sources, node_lines):
     found = program(compiler)
@@ -51,7 +51,6 @@ def test_c_gives_the_bits_of_node(compiler, sources, node_lines):
     assert output([str(out)]).splitlines() == node_lines
 
 
-@pytest.mark.slow
 def test_chromium_gives_the_bits_of_node(browser, robots, node_lines, tmp_path):
     page = tmp_path / "digests.html"
     page.write_text(f"<!doctype html><script>\n{js_program(robots, STATES, is_compact=True)}\n</script>")
@@ -73,7 +72,6 @@ def cortex_m7_lines(sources, arms, folder):
     return run_lines(linked(files, folder / "cortex.elf", "-ffp-contract=off"))
 
 
-@pytest.mark.slow
 def test_a_law_with_memory_and_friction_have_the_same_bits(tmp_path):
     """Exponentials of the friction's smooth form among them."""
     robot = emitted_robot("wam7", ("friction_torque", "smooth_friction_torque", "step_pid"))
@@ -84,7 +82,6 @@ def test_a_law_with_memory_and_friction_have_the_same_bits(tmp_path):
     assert output([str(made)]) == output([program("node"), str(js)])
 
 
-@pytest.mark.slow
 def test_the_librarys_sines_have_other_bits(node_lines, tmp_path):
     """So a digest that agrees says something."""
     robot = emitted_robot(ARMS[0])

@@ -41,6 +41,7 @@ def test_no_state_gives_no_result(batch):
     assert batch.inverse_dynamics(np.zeros((0, 7)), DQ[0], DDQ[0]).shape == (0, 7)
 
 
+@pytest.mark.slow
 def test_rows_may_be_part_of_a_wider_array_or_one_for_all(batch, expected):
     state = np.hstack([Q, DQ, DDQ])
     assert np.abs(batch.inverse_dynamics(state[:, :7], state[:, 7:14], state[:, 14:]) - expected).max() < 1e-12

@@ -61,6 +61,7 @@ def test_a_batch_is_the_single_calls():
     assert np.array_equal(solve.batch(T, q[0]).q, from_one)
 
 
+@pytest.mark.slow
 def test_threads_do_not_disturb_each_other():
     arm, solve = arm_named("panda"), solver_of("panda", "kernel")
     T = lwr_dyn.forward_kinematics(arm, random_positions(arm, 400, seed=7))

@@ -73,6 +73,7 @@ def test_a_place_for_results_is_what_empty_gives(layout):
             batch.mass_matrix(X[0], out=refused)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layout", ["padded", "blocks"])
 def test_states_that_are_not_finite_or_far_away(layout):
     batch, q = batch_of(layout), X[0].copy()

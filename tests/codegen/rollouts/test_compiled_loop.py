@@ -116,6 +116,7 @@ def test_the_cases_are_what_they_are_for(pairs):
     assert not (late[1] == late[2]).all()
 
 
+@pytest.mark.slow
 def test_torques_are_cut_at_the_limits_unless_saturation_is_off():
     arm = lwr()
     reference, controller = later(arm), lwr_dyn.controller("pd-gravity", arm)

@@ -38,6 +38,7 @@ def test_a_free_swing_is_followed_for_a_second():
     assert np.abs(done.q[1] - run.q).max() < 1e-9  # rounding that has grown: 5e-11 on one processor, 1e-12 on another
 
 
+@pytest.mark.slow
 def test_cut_torques_and_their_time_are_those_of_simulate():
     own = {"inertia": [OWN]}
     effort = 0.98 * lwr_dyn.rollouts(ARM, LAW, IST, parameters=own, duration=1.0).metrics["peak_torque"]

@@ -66,6 +66,7 @@ def test_noise_alone_is_repeated_for_as_long_as_one_likes():
     assert np.abs(run.q - done.q[0]).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_the_numbers_are_the_same_for_any_batch_thread_and_place():
     rows = np.arange(BLOCK + 5)
     everything = noisy(rows, seed=3, first_run=10)

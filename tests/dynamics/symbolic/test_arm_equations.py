@@ -147,6 +147,7 @@ def test_the_latex_is_whole_and_can_be_set(kr30):
             parser.parse(f"${line.replace('&=', '=').replace('&', ' ').removesuffix(chr(92) * 2)}$")
 
 
+@pytest.mark.slow
 def test_readable_changes_the_look_and_not_the_value(kr30):
     e = kr30.equations
     assert normal_form(readable(e.tau, e.rates, e.weights) - e.tau, e.variables.q) == sp.zeros(2, 1)

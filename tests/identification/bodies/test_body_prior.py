@@ -44,6 +44,7 @@ TRUE_ONES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("texts", TRUE_ONES)
 def test_they_hold_and_every_link_is_a_body(known, lwr, columns, texts):
     constraints = constraints_of(texts, columns.names)
@@ -55,6 +56,7 @@ def test_they_hold_and_every_link_is_a_body(known, lwr, columns, texts):
     assert np.abs(along).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_true_ones_help(known, lwr, columns):
     """The plant's own masses make the fit of what torques do not show better, and sure of it."""
     plant, information = known
@@ -85,6 +87,7 @@ def test_what_is_known_of_friction_and_absent_rotors_leaves_the_weight_alone(lwr
     assert fit.parameters[columns.rotor_indices] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_bodies_that_are_known_say_nothing_of_the_weight(known, lwr, columns):
     """Three links given whole: the weight is what the other four say."""
     plant, _ = known

@@ -86,6 +86,7 @@ def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
     assert torque(information.values, of(found.parameters)) > 0.1
 
 
+@pytest.mark.slow
 def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
     _, information = known
     fit = consistent_fit(information, columns.own(lwr))
@@ -153,6 +154,7 @@ def test_rotors_off_by_the_square_of_a_gear_leave_the_bodies_their_weight(lwr, c
     assert not again.chosen
 
 
+@pytest.mark.slow
 def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
     plant, information = known
     table = columns.own(lwr)
@@ -195,12 +197,14 @@ def test_short_logs_gain_and_every_link_is_a_body():
     assert all(case.physical for case in found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, -1.0, np.nan, np.inf])
 def test_a_weight_that_is_none(known, lwr, columns, weight):
     with pytest.raises(OptionError, match=r"weight of the table: .*; allowed: a number above 0"):
         consistent_fit(known[1], columns.own(lwr), weight=weight)
 
 
+@pytest.mark.slow
 def test_a_table_of_another_arm(known, lwr, columns):
     with pytest.raises(ShapeError, match="table: an array \\(70,\\); allowed: 98 numbers, one a column"):
         consistent_fit(known[1], columns.own(lwr)[:70])

@@ -24,6 +24,7 @@ def estimate_of(values, error):
     return Estimate(np.array(values), error**2 * np.eye(len(values)), np.zeros(10), 1000)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("robot", "form"), [("lwr4plus", "directions"), ("wam7", "symmetric")])
 def test_never_negative_is_what_point_masses_anywhere_say(robot, form):
     """Any body is a sum of point masses: a parameter is bounded if no point mass on any link makes it negative."""

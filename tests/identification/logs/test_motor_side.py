@@ -121,6 +121,7 @@ def test_bad_input_is_refused_with_what_is_needed():
         motor_map(bare)
 
 
+@pytest.mark.slow
 def test_the_command_takes_logs_of_motors(plant, tmp_path, capsys):
     """`identify motion --motor-side`: base parameters as simulated, and what is missing is named in one line."""
     rng = np.random.default_rng(7)

@@ -51,6 +51,7 @@ def rates(fast, slow, slow_is, tmp_path, hole=False):
     return read_log(write_bag(tmp_path / "bag", topics), columns=ColumnMap({}, joints=("a", "b")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fast", "slow", "slow_is", "clock"), [(500, 333, "tau", 500), (500, 100, "tau", 100), (500, 100, "q", 100)]
 )

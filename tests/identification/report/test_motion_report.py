@@ -133,6 +133,7 @@ def test_residuals_that_are_not_white_are_said(logs, lwr):
     assert not white.rows[3][1]
 
 
+@pytest.mark.slow
 def test_a_joint_that_never_moves_and_torques_that_were_cut_out(logs, lwr):
     q, tau = logs[0].q.copy(), logs[0].tau.copy()
     q[:, 2], tau[500:900, 1] = q[0, 2], np.nan

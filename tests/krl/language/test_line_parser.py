@@ -1,11 +1,13 @@
 """The grammar and the functions that build its records name the same rules; lines of one shape share one tree."""
 
+import pytest
 from lark import Lark
 
 from lwr_dyn.krl.language.lexer import GRAMMAR, KEYWORDS
 from lwr_dyn.krl.language.line_parser import RULES, parse_line
 
 
+@pytest.mark.slow
 def test_each_rule_of_the_grammar_has_a_function_and_no_function_lacks_a_rule():
     rules = Lark(GRAMMAR, parser="lalr", lexer="basic", start="line", maybe_placeholders=True).rules
     named = {x.alias or str(x.origin.name) for x in rules if x.alias or not x.options.expand1}

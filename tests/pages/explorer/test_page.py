@@ -127,6 +127,7 @@ def test_a_switch_shows_and_hides_what_it_names(window, name):
     window.execute_script(click, name)
 
 
+@pytest.mark.slow
 def test_centres_and_ellipsoids_are_drawn_where_the_bodies_are(window, wam):
     centres, solids = window.execute_script(
         """lwrExplorer.setPose(arguments[0]); const {parts, stage} = lwrExplorer;

@@ -45,6 +45,7 @@ def test_a_chirp_is_drawn_as_magnitude_and_phase(chirp):
     assert picture.figure.axes[0].get_xscale() == "log"
 
 
+@pytest.mark.slow
 def test_other_runs_have_no_response_to_draw(two_runs, step, chirp):
     for runs in (two_runs[0], [step, chirp], [step, two_runs[0]]):
         with pytest.raises(OptionError, match="not all of the task step"):
@@ -57,6 +58,7 @@ def test_a_frequency_axis_has_its_own_ends():
     assert float(axis.share(8.0)) == pytest.approx(math.log(8.0 / 0.7) / math.log(33.0 / 0.7))
 
 
+@pytest.mark.slow
 def test_words(step, chirp, two_runs):
     assert "16.3" in response_parts(step, ARM)[1].text()
     assert "bandwidth [Hz]" in response_parts(chirp, ARM)[1].text()

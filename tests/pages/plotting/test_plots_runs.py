@@ -26,6 +26,7 @@ def test_each_quantity_is_drawn_and_saved(quantity, two_runs, tmp_path):
     assert quantity in repr(picture)
 
 
+@pytest.mark.slow
 def test_a_picture_is_png_too_and_a_figure_of_matplotlib(two_runs, tmp_path):
     picture = lwr_dyn.plot(list(two_runs), "tip_error", labels=["late", "early"])
     assert picture._repr_png_().startswith(PNG)

@@ -55,6 +55,7 @@ def test_side_by_side_and_back_leave_the_pose(window, arm, two_runs):
         np.testing.assert_allclose(pose, lwr_dyn.forward_kinematics(arm, two_runs[1].q[1000]), rtol=0, atol=POSE)
 
 
+@pytest.mark.slow
 def test_target_and_triads_stand_where_the_chain_puts_them(window, arm, two_runs):
     from lwr_dyn.kinematics.forward import frames
 

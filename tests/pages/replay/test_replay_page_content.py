@@ -36,6 +36,7 @@ def test_page_is_deterministic_and_small(arm, two_runs, tmp_path):
     assert len(text.encode()) < LARGEST_PAGE
 
 
+@pytest.mark.slow
 def test_long_runs_are_thinned_with_a_note(arm, monkeypatch):
     monkeypatch.setattr(replay_page, "SERIES_BUDGET", 300_000)
     run = lagging_run(arm, 0.02, "pd-gravity", k=70001)

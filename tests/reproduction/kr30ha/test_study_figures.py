@@ -12,6 +12,7 @@ from lwr_dyn.reproduction.kr30ha.study import closed_outlines, envelope_figures
 POINTS = {"near": (0.091, -1.139, 1.222), "far": (1.0, 0.5, 1.5)}
 
 
+@pytest.mark.slow
 def test_side_and_top_show_the_outline_and_the_points():
     arm = lwr_dyn.load("kr30ha")
     views = envelope_figures(arm, POINTS)

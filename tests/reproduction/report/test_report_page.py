@@ -50,6 +50,7 @@ def cursors(window, plot):
     )
 
 
+@pytest.mark.slow
 def test_page_loads_nothing_logs_nothing_and_shows_all_without_the_player(window, report_path, report_content):
     # The module's first look at the page: the logs start before it was opened.
     sent, said = logs(window)
@@ -151,6 +152,7 @@ def test_zoom_by_drag_keeps_cursors_true_and_the_time(window):
     assert window.execute_script("return lwrReport.charts[0].panels[0].x") == pytest.approx([0.0, 6.0])
 
 
+@pytest.mark.slow
 def test_values_at_the_cursor_are_text(window, two_runs):
     started(window)
     window.execute_script("lwrReplay.setTime(4)")

@@ -76,6 +76,7 @@ def test_what_came_out_is_folded_and_what_did_not_is_not(window):
     table.find_element("css selector", "summary").click()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("printed", "digits", "share"), [("2.924", "+0.37", 37), (".0333", "+79", 50)])
 def test_residuals_are_bars_that_end_at_half_a_digit(window, printed, digits, share):
     cell = number(window, printed).find_element("xpath", "ancestor::tr").find_element("css selector", ".off")

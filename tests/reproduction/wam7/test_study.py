@@ -74,6 +74,7 @@ def test_joint_4_upward_is_a_limit_cycle_and_reported_as_one():
     assert "net damping -0.70" in findings([found])
 
 
+@pytest.mark.slow
 def test_joints_that_are_not_moved_do_not_move_in_a_single_bit():
     run = made(3, 1).run
     others = np.delete(run.q, 3, axis=1)

@@ -63,6 +63,7 @@ def test_what_was_switched_off_stays_off(page):
     assert page.execute_script(shown, "trace")
 
 
+@pytest.mark.slow
 def test_the_lists_have_every_run_under_its_plant(page, study):
     groups = page.execute_script(
         "return [...document.querySelectorAll('#run-2 optgroup')]"

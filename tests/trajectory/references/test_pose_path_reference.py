@@ -83,6 +83,7 @@ def test_the_same_look_finds_the_jump_of_ddq_at_a_bend_that_is_not_eased():
     assert np.abs(np.diff(sharp.dq, axis=0)).max() < 5.0 * 5e-4
 
 
+@pytest.mark.slow
 def test_constant_speed_jumps_in_dq_at_its_corners_and_ends_and_nowhere_else():
     h = 5e-4
     reference = REFERENCES["constant"]
