@@ -30,7 +30,7 @@ RUNS = 9
 def rollout_laws() -> tuple[str, bool, str]:
     """Rollouts of every law and variant, LWR 4+, 9 runs of 1 s each: gains, loads, friction, delay, limits differ."""
     from tests.agreement.test_rollouts_of_every_law import SHARE, largest_difference
-    from tests.codegen.rollouts.laws.beside import first_joints
+    from tests.codegen.rollouts.beside import first_joints
 
     arm, rows, holds = first_joints(7), [], True
     for name, options in VARIANTS:

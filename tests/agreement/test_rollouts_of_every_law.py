@@ -11,7 +11,7 @@ import lwr_dyn
 from lwr_dyn.codegen.kernels.kernel_spec import friction_parameters, inertial_parameters
 from lwr_dyn.codegen.rollouts.law_forms import LAW_FORMS, law_form
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from tests.codegen.rollouts.laws.beside import ARM, made
+from tests.codegen.rollouts.beside import ARM, made
 
 RUNS = 9
 """One more than a block has lanes."""

@@ -9,7 +9,7 @@ from lwr_dyn.codegen.rollouts.passivity_law_forms import AdaptiveForm
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction
-from tests.codegen.rollouts.laws.beside import ARM, check_beside, made
+from tests.codegen.rollouts.beside import ARM, check_beside, made
 from tests.slips import uncaught
 
 FRICTION = tuple(JointFriction(Direction(2.0 + i, 0.5), Direction(1.0, 0.2 + i), 0.3 * i) for i in range(ARM.n))

@@ -6,7 +6,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.rollouts import passivity_law_forms
 from lwr_dyn.control.controllers import make_controller
-from tests.codegen.rollouts.laws.beside import ARM, check_beside, made, other_values
+from tests.codegen.rollouts.beside import ARM, check_beside, made, other_values
 from tests.random_arms import random_arm
 from tests.slips import uncaught
 

@@ -9,7 +9,7 @@ from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.paper_laws import PID
 from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import first_links
-from tests.codegen.rollouts.laws.beside import ARM, WHOLE, made
+from tests.codegen.rollouts.beside import ARM, WHOLE, made
 from tests.slips import uncaught
 
 SMALL_WAM = ARM.with_chain(first_links(lwr_dyn.load("wam7").chain, 4))

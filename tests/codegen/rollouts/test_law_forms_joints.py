@@ -8,7 +8,7 @@ from lwr_dyn.codegen.rollouts import law_forms
 from lwr_dyn.codegen.rollouts.law_forms import form_function
 from lwr_dyn.control import paper_laws
 from lwr_dyn.control.laws import motor_side
-from tests.codegen.rollouts.laws.beside import ARM, INERTIA, MODEL, OTHER, STATES, check_beside, made, other_values
+from tests.codegen.rollouts.beside import ARM, INERTIA, MODEL, OTHER, STATES, check_beside, made, other_values
 from tests.slips import uncaught
 
 pytestmark = pytest.mark.slow

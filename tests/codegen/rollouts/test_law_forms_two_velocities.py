@@ -9,7 +9,7 @@ import pytest
 from lwr_dyn.codegen.rollouts import passivity_law_forms
 from lwr_dyn.codegen.rollouts.symbolic_arm import SymbolicModel
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
-from tests.codegen.rollouts.laws.beside import ARM
+from tests.codegen.rollouts.beside import ARM
 from tests.random_arms import random_arm
 from tests.slips import uncaught
 

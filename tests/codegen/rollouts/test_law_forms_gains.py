@@ -9,7 +9,7 @@ from lwr_dyn.codegen.rollouts.run_parameters import ABOVE_ZERO, NOT_NEGATIVE, RU
 from lwr_dyn.control.laws.friction_compensation import FrictionCompensation
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from tests.codegen.rollouts.laws.beside import ARM, made
+from tests.codegen.rollouts.beside import ARM, made
 
 BAD = {
     **{name: ([1.0, 0.0], "0 in run 1; allowed: numbers above 0") for name in ABOVE_ZERO},
