@@ -1,4 +1,4 @@
-"""The compiled search: every pose that an arm takes is reached, a batch is the single calls, the cache, the step."""
+"""The compiled search: every pose that an arm takes is reached, a batch is the single calls, the cache."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -7,10 +7,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.kernels import pose_kernel
-from lwr_dyn.codegen.kernels.pose_source import pose_step
 from lwr_dyn.foundation.errors import MissingPackageError
-from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.kinematics.pose_solver import search_ranges
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.public_arms import positions_at_limits, random_positions, singular_positions
 
@@ -90,22 +87,3 @@ def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
     T = lwr_dyn.forward_kinematics(arm, np.full(6, 0.3))
     assert np.array_equal(lwr_dyn.ik_solver(arm, search="kernel")(T), first(T))
     assert pose_kernel._key(arm) != pose_kernel._key(arm_named("lwr4plus"))
-
-
-@pytest.mark.parametrize("repair", [0.0, 1.0, 2.0])
-def test_the_step_is_that_of_the_formula(repair):
-    arm = arm_named("kr30ha")
-    x = search_ranges(arm, True, 1, 0)
-    q = x.middle + 0.2
-    q[1] = x.upper[1] + 0.1
-    T = lwr_dyn.forward_kinematics(arm, q)
-    error = np.array([0.01, -0.02, 0.005, 0.0, 0.0, 0.0])
-    T[:3, 3] += error[:3]
-    out = np.array(pose_step(arm.chain, x)(q, T[:3].ravel(), repair)).ravel()
-    pull = np.where(np.arange(6) == 1, x.upper - x.room - q, 0.0) * (repair == 1.0)
-    J = jacobian(arm.chain, q) * np.where((np.arange(6) == 1) & (repair == 2.0), 0.0, 1.0)
-    damping = 0.1 * (error @ error) / 2 + 1e-12
-    step = pull + J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error - J @ pull)
-    step /= max(1.0, np.linalg.norm(step))
-    assert np.abs(out[:6] - q - step).max() < (1e-6 if repair == 2.0 else 1e-12)  # held: J J^T has lost rank
-    assert np.abs(out[6:] - [error @ error, 0.0, 1.0, repair]).max() < 1e-12

@@ -1,0 +1,273 @@
+"""The driver of the search as plain Python: around the arm's step, and around steps that are set by hand."""
+
+import runpy
+
+import numba
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.kernels import pose_driver
+from lwr_dyn.codegen.kernels.pose_source import pose_step
+from lwr_dyn.kinematics.pose_solver import FOUND, INVALID, NOT_REACHED, OUTSIDE, TAIL, search_ranges
+from tests.kinematics.solved_poses import assert_reached
+from tests.public_arms import random_positions
+
+ARM = lwr_dyn.load("lwr4plus")
+EYE = np.eye(4)
+TURN = 2.0 * np.pi
+
+
+@pytest.fixture(scope="module")
+def driver():
+    """The module's functions without a compiler."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("njit", "cfunc"):
+            patch.setattr(numba, name, lambda *_, **__: lambda function: function)
+        patch.setattr(numba, "carray", lambda array, *_: array)
+        return runpy.run_path(pose_driver.__file__)
+
+
+def searched(driver, body, settings, T, q0=None, W=2):
+    """The rows of poses; `body` (q, T, repair, start) -> next q and measures, by columns."""
+    s, n, T = np.array(settings, dtype=float), int(settings[3]), np.reshape(T, (-1, 4, 4)).astype(float)
+    out, b = np.full(len(T) * (n + TAIL), 77.0), np.full(driver["buffer_size"](n, W), 77.0)
+
+    def step(memory):
+        rows = memory.reshape(-1, W)
+        start = rows[2 * n + 14 + driver["MEASURES"] + driver["START"]]
+        q, measures = body(rows[:n].copy(), rows[n : n + 12].copy(), rows[n + 12].copy(), start)
+        rows[n + 14 : 2 * n + 14] = q
+        for row, measure in zip(rows[2 * n + 14 :], measures, strict=False):
+            row[:] = measure
+
+    first, stride = (np.zeros(n), -1) if q0 is None else (np.ravel(q0).astype(float), n)
+    driver["pose_kernel"](step, W)(T.ravel(), 16, first, stride, s, len(s), out, b, 0, len(T))
+    return out.reshape(len(T), -1)
+
+
+def settings(starts=((0.0,),), lower=-3.0, upper=3.0, *, turns=1.0, redundant=0.0, middle=0.0, turning=1.0):
+    """Of one joint."""
+    return [len(starts), turns, redundant, 1, lower, upper, middle, turning, *np.ravel(starts)]
+
+
+def fixed(place, sine=0.0, cosine=1.0, outside=0.0):
+    """A step that stays where it is, with these measures."""
+    return lambda q, *_: (q, (place, sine, cosine, outside))
+
+
+@pytest.fixture(scope="module")
+def arms_own():
+    """Step and settings of the LWR 4+, with 5 starts."""
+    x = search_ranges(ARM, True, 5, 0)
+    step = pose_step(ARM.chain, x)
+
+    def body(q, T, repair, start):
+        out = np.array(step(q, T, repair[None]))
+        return out[:7], out[7:]
+
+    given = [5, 1.0, 1.0, 7, *x.lower, *x.upper, *x.middle, *x.turning, *x.starts.ravel()]
+    return body, given
+
+
+@pytest.mark.parametrize("near", [False, True])
+def test_poses_are_solved_one_after_the_other_as_alone(driver, arms_own, near):
+    q = random_positions(ARM, 6, seed=3)
+    T, q0 = lwr_dyn.forward_kinematics(ARM, q), q + 0.05 if near else None
+    rows = searched(driver, *arms_own, T, q0)
+    assert (rows[:, 7] == FOUND).all()
+    assert_reached(ARM, rows[:, :7], T)
+    assert (rows[:, 8:10] < 1e-18).all()
+    assert (np.abs(rows[:, 10] - 1.0) < 1e-12).all()
+    if near:
+        assert (rows[:, 11] == 0.0).all()
+        assert np.abs(rows[:, :7] - q).max() < 0.2
+    for k in (0, 3):
+        alone = searched(driver, *arms_own, T[k], None if q0 is None else q0[k], W=4)
+        assert np.abs(alone[0, :7] - rows[k, :7]).max() < 1e-12
+        assert alone[0, 11] == rows[k, 11]
+
+
+@pytest.mark.parametrize(("E", "steps"), [(2e-3, 15), (5e-4, 40), (2e-6, 40), (5e-7, 1000)])
+@pytest.mark.parametrize("poses", [1, 2])
+def test_a_start_gets_steps_by_its_error(driver, E, steps, poses):
+    rows = searched(driver, fixed(2.0 * E), settings(), [EYE] * poses)
+    assert rows.tolist() == [[0.0, NOT_REACHED, 2.0 * E, 0.0, 1.0, 0.0, steps]] * poses
+
+
+def test_late_starts_are_given_up_sooner(driver):
+    """From the 41st on: 40 starts of 15 steps, then 2 of 40."""
+
+    def body(q, T, repair, start):
+        return q, (np.where(start < 40, 2.0, 1e-8), 0.0, 1.0, 0.0)
+
+    rows = searched(driver, body, settings(np.zeros((42, 1))), [EYE, EYE])
+    assert rows[:, -1].tolist() == [40 * 15 + 2 * 40] * 2
+    assert rows[:, -2].tolist() == [41.0] * 2
+
+
+def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_wins(driver):
+    """Start 3 (of 6) is solved, and start 4; two lanes have the even and the odd ones."""
+
+    def body(q, T, repair, start):
+        return q, (np.where((q[0] == 3.0) | (q[0] == 4.0), 0.0, 1.0), 0.0, 1.0, 0.0)
+
+    starts = np.arange(6.0)[:, None]
+    for T, steps in (([EYE], 16), ([EYE, EYE], 3 * 15 + 1)):
+        rows = searched(driver, body, settings(starts, 0.0, 9.0, turning=0.0), T)
+        assert rows.tolist() == [[3.0, FOUND, 0.0, 0.0, 1.0, 3.0, steps]] * len(T)
+
+
+def test_the_nearest_miss_is_kept(driver):
+    """Of starts that miss by 3, 1 and 2."""
+
+    def body(q, T, repair, start):
+        return q, (q[0], 0.0, 1.0, 0.0)
+
+    for T in ([EYE], [EYE, EYE]):
+        rows = searched(driver, body, settings([[3.0], [1.0], [2.0]]), T)
+        assert rows[:, :5].tolist() == [[1.0, NOT_REACHED, 1.0, 0.0, 1.0]] * len(T)
+
+
+@pytest.mark.parametrize(
+    ("q", "options", "found"),
+    [
+        (7.0, {}, 7.0 - TURN),
+        (-3.2, {"lower": -4.0, "middle": 2.9}, -3.2),
+        (3.2, {"upper": 4.0, "middle": -2.9}, 3.2),
+        (7.0, {"upper": 8.0, "turns": 0.0}, 7.0),
+        (7.0, {"upper": 8.0, "turning": 0.0}, 7.0),
+        (3.0, {}, 3.0),
+        (-3.0, {}, -3.0),
+        (7.0, {"turns": 0.0}, None),
+        (7.0, {"turning": 0.0}, None),
+        (3.1, {}, None),
+    ],
+)
+def test_an_angle_is_moved_by_whole_turns_to_the_middle_and_into_the_limits(driver, q, options, found):
+    (row,) = searched(driver, fixed(0.0), settings([[q]], **options), EYE)
+    assert row[1] == (OUTSIDE if found is None else FOUND)
+    assert row[0] == pytest.approx(q if found is None else found, abs=1e-15)
+
+
+def test_the_solution_is_near_to_a_position_that_is_given(driver):
+    """One beyond the limits counts as at them."""
+    for q0, near in (([[7.0]], 7.0), ([[8.0]], 8.0 - TURN)):
+        (row,) = searched(driver, fixed(0.0), settings(lower=-7.0, upper=7.5, middle=-6.0), EYE, q0)
+        assert row[0] == pytest.approx(near, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("excess", "redundant", "starts", "log"),
+    [
+        (0.5, 1.0, 1, [0.0] + [1.0] * 20),
+        (0.5, 0.0, 1, [0.0]),
+        (0.5e-4, 0.0, 1, [0.0] + [2.0] * 20),
+        (0.5e-4, 1.0, 1, [0.0] + [2.0] * 20),
+        (0.5, 1.0, 7, ([0.0] + [1.0] * 20) * 7 + [2.0] * 20),
+    ],
+)
+def test_a_solution_outside_the_limits_is_pulled_then_held_at_them(driver, excess, redundant, starts, log):
+    """A step of 1 mm off in every repair; the row is that of the miss."""
+    seen = []
+
+    def body(q, T, repair, start):
+        seen.append(repair[0])
+        return q * 0.0 + 3.0 + excess, (np.where(repair > 0.0, 1e-6, 0.0), 0.0, 1.0, 0.0)
+
+    table = np.full((starts, 1), 3.0 + excess)
+    rows = searched(driver, body, settings(table, redundant=redundant, turning=0.0), [EYE, EYE * [[1], [1], [1], [2]]])
+    assert seen == log
+    assert rows[0, :2].tolist() == [3.0 + excess, OUTSIDE]
+    assert rows[1].tolist() == [0.0, INVALID, *[0.0] * 5]
+
+
+def test_a_repair_that_holds_ends_at_the_limits(driver):
+    """Held joints begin at their limits and return to them after every step."""
+    seen = []
+
+    def body(q, T, repair, start):
+        seen.append(q[0, 0])
+        return q + 0.25, (np.where((repair == 2.0) & (len(seen) < 4), 1e-6, 0.0), 0.0, 1.0, 0.0)
+
+    (row,) = searched(driver, body, settings([[3.0 + 0.5e-4]], turning=0.0), EYE)
+    assert seen == [3.0 + 0.5e-4, 3.0, 3.0, 3.0]
+    assert row.tolist() == [3.0, FOUND, 0.0, 0.0, 1.0, 0.0, 4.0]
+
+
+@pytest.mark.parametrize(
+    ("measures", "code"),
+    [
+        ((0.99e-9**2, 0.99e-9**2, 1.0, 0.0), FOUND),
+        ((1e-18, 0.0, 1.0, 0.0), NOT_REACHED),
+        ((0.0, 1e-18, 1.0, 0.0), NOT_REACHED),
+        ((0.0, 0.0, -1.0, 0.0), NOT_REACHED),
+        ((np.nan, 0.0, 1.0, 0.0), NOT_REACHED),
+    ],
+)
+def test_what_counts_as_reached(driver, measures, code):
+    (row,) = searched(driver, fixed(*measures), settings(), EYE)
+    assert row[1] == code
+
+
+def test_a_pull_is_done_when_no_joint_is_outside(driver):
+    for outside, code in ((1.0, OUTSIDE), (0.0, FOUND)):
+        q = iter([3.5] + [1.0] * 30)
+        body = lambda *_, q=q, outside=outside: (next(q), (0.0, 0.0, 1.0, outside))  # noqa: E731
+        (row,) = searched(driver, body, settings([[3.5]], redundant=1.0, turning=0.0), EYE)
+        assert row[1] == code
+
+
+SHEARED = EYE + 1.1e-6 * np.eye(4, k=1) * [[1], [1], [0], [0]]
+
+
+@pytest.mark.parametrize(
+    ("T", "is_one"),
+    [
+        (EYE, True),
+        (np.diag([1.0, -1.0, -1.0, 1.0]), True),
+        (np.diag([-1.0, -1.0, -1.0, 1.0]), False),
+        (np.diag([1.0 + 0.4e-6, 1.0, 1.0, 1.0]), True),
+        (np.diag([1.0 + 0.6e-6, 1.0, 1.0, 1.0]), False),
+        (np.diag([1.0, 1.0, 1.0 - 0.6e-6, 1.0]), False),
+        (SHEARED, False),
+        (np.diag([1.0, 1.0, 1.0, 2.0]), False),
+        *((EYE + np.eye(4)[3][:, None] * np.eye(4)[k] * 1e-9, False) for k in range(3)),
+        (EYE[[1, 2, 0, 3]], True),
+        (EYE[[1, 0, 2, 3]], False),
+    ],
+)
+def test_what_is_a_pose(driver, T, is_one):
+    padded = np.concatenate([[5.0], T.ravel()])
+    assert driver["is_pose"](padded, 1) == is_one
+    for k in range(3):
+        moved = padded.copy()
+        moved[1 + 4 * k + 3] = 1e299
+        assert driver["is_pose"](moved, 1) == is_one
+        moved[1 + 4 * k + 3] = np.inf
+        assert not driver["is_pose"](moved, 1)
+
+
+def test_positions_are_numbers_below_1e5(driver):
+    q = np.array([1e9, 99999.0, -99999.0, np.nan])
+    assert [driver["is_finite"](q, *x) for x in ((1, 2), (0, 2), (2, 2), (1, 1))] == [True, False, False, True]
+    (row,) = searched(driver, fixed(0.0), settings(), EYE, [[1e5]])
+    assert row.tolist() == [0.0, INVALID, *[0.0] * 5]
+
+
+def test_a_rotation_is_made_exact_and_the_place_is_kept(driver):
+    """A Newton step of the polar decomposition leaves the square of what was off."""
+    R = lwr_dyn.forward_kinematics(ARM, np.full((1, 7), 0.4))[0]
+    T, taken = R.copy(), []
+    T[:3, :3] += 1e-7 * np.arange(9.0).reshape(3, 3) / 9.0
+
+    def body(q, given, repair, start):
+        taken.append(given[:, 0].reshape(3, 4))
+        return q, (0.0, 0.0, 1.0, 0.0)
+
+    searched(driver, body, settings(), T)
+    found = taken[0]
+    assert (found[:, 3] == T[:3, 3]).all()
+    assert np.abs(found[:, :3].T @ found[:, :3] - np.eye(3)).max() < 1e-13
+    u, _, v = np.linalg.svd(T[:3, :3])
+    assert np.abs(found[:, :3] - u @ v).max() < 1e-13
