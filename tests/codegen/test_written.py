@@ -1,0 +1,140 @@
+"""What is generated stays: digests of texts and test vectors, with their numbers to 9 digits.
+
+A change that is meant raises the generator's number (`kernel_spec.GENERATOR`, `pose_kernel.GENERATOR`,
+`step.GENERATOR`), so that kernels on disk are made again, and its digest here: `python -m tests.codegen.test_written`.
+"""
+
+import ast
+import hashlib
+import re
+import tomllib
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.emit.c_file import c_files
+from lwr_dyn.codegen.emit.emission import emitted_arm, provenance_lines, vectors_text
+from lwr_dyn.codegen.emit.functions import EMITTED
+from lwr_dyn.codegen.emit.javascript_file import js_files
+from lwr_dyn.codegen.kernels import kernel_spec, lowering, pose_kernel
+from lwr_dyn.codegen.kernels.kernel_source import generate
+from lwr_dyn.codegen.kernels.pose_source import pose_source
+from lwr_dyn.codegen.rollouts import philox_code, step
+from lwr_dyn.codegen.rollouts.compiled_loop import whole_source
+from lwr_dyn.codegen.rollouts.kernel import rollout_source
+from lwr_dyn.codegen.rollouts.law_forms import unchecked_form
+from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.kinematics.pose_solver import search_ranges
+from lwr_dyn.model.arm import JointLimits
+from tests.codegen.rollouts import beside
+from tests.random_arms import random_arm
+
+KNOWN = Path(__file__).with_name("written.toml")
+ARM = beside.first_joints(2)
+SLIDING = replace(random_arm(5, "PR"), limits=(JointLimits(-1.0, 1.5), JointLimits(upper=0.5)))
+KERNELS = {
+    "rows": ({}, kernel_spec.FUNCTIONS),
+    "padded": ({"layout": "padded", "friction": "arm"}, ("inverse_dynamics", "forward_dynamics")),
+    "blocks": ({"layout": "blocks", "structure": "compact"}, ("mass_matrix", "torque_regressor")),
+    "inputs": ({"inputs": ("inertia", "payload", "gravity", "friction"), "dtype": "float32"}, ("inverse_dynamics",)),
+}
+LAWS = ("pd-gravity", "pid", "inverse-dynamics", "robust", "motor-pd", "adaptive", "inverse-dynamics+friction")
+PLANS = {
+    "plain": {},
+    "all": {
+        "varies_plant": True, "varies_model": True, "friction_width": 0.05, "pole": 0.5, "noise": "philox",
+        "most_delay": 2, "substeps": 2,
+    },
+    "whole": {"whole": True, "noise": "table", "pole": 0.5},
+}  # fmt: skip
+SHORT = ("inverse_dynamics", "jacobian", "friction_torque", "smooth_friction_torque", "step_pid", "step_adaptive")
+FILES = {
+    "rotary": ({}, ()),
+    "sliding": ({}, (), SLIDING),
+    "closed form": ({}, ("inverse_kinematics",), lwr_dyn.load("lwr4plus")),
+    "closed form, six joints": ({}, ("inverse_kinematics",), lwr_dyn.load("kr30ha")),
+    "libm": ({"kind": "libm", "inputs": ("payload", "gravity"), "friction": "arm", "prefix": "2 x"}, SHORT[:2]),
+    "single": ({"dtype": "float32"}, SHORT[:2]),
+}
+
+
+def rounded(text, digits=7):
+    """Without the version; long numbers to some digits, those below 1e-12 as 0."""
+
+    def short(number):
+        x = float(number.group())
+        return number.group() if len(number.group()) < 10 else f"{0.0 if abs(x) < 1e-12 else x:.{digits}g}"
+
+    return re.sub(r"(?<![\w.])\d+\.\d*(?:e[-+]?\d+)?", short, text.replace(VERSION, "VERSION"))
+
+
+def kernel_texts():
+    for name, (options, functions) in KERNELS.items():
+        spec = kernel_spec.kernel_spec(SLIDING if name == "rows" else ARM, **options)
+        for function in functions:
+            source = generate(spec, function, 2)
+            yield f"{name} {function}", source.text + repr(source.interface)
+            if function in ("jacobian", "forward_dynamics", "mass_matrix") and (name, function) != ("rows", "jacobian"):
+                definition = next(x for x in ast.parse(source.text).body if getattr(x, "name", "") == "body")
+                definition.decorator_list = []
+                for past in {False, spec.layout == "blocks"}:
+                    text = lowering._assembly(ast.unparse(definition), "body", spec.dtype, past)
+                    yield f"assembly {name} {function} {past}", text
+    for lanes in (1, 4):
+        yield f"numbers {lanes}", philox_code._assembly("fill", lanes, 5, 3)
+
+
+def rollout_texts(kind):
+    for name in LAWS:
+        if kind == "plain" or name in LAWS[-2:]:
+            form = unchecked_form(beside.made(name, ARM), ARM)
+            plan = step.StepPlan(ARM, ARM, form, **PLANS[kind])
+            yield name, whole_source(plan) if kind == "whole" else rollout_source(plan, 2).text
+
+
+def pose_texts():
+    for arm in (ARM, SLIDING):
+        yield f"pose {arm.name}", pose_source(arm.name, arm.chain, search_ranges(arm, True, 1, 0), 2)
+
+
+def emitted_texts(name):
+    options, functions, *arm = FILES[name]
+    emitted = emitted_arm(arm[0] if arm else ARM, functions, **options)
+    yield "left out", repr((emitted.left_out, EMITTED.names))
+    yield "about", "\n".join(provenance_lines(emitted))
+    yield "vectors", rounded(vectors_text(emitted), 5)  # near a singularity angles lose digits
+    for files in (c_files, js_files) if emitted.dtype == "float64" else (c_files,):
+        for path, text in files(emitted, Path("arm.c" if files is c_files else "arm.js")).items():
+            yield str(path), text
+
+
+MAKERS = {
+    "kernels": kernel_texts,
+    "poses": pose_texts,
+    **{f"rollouts {kind}": partial(rollout_texts, kind) for kind in PLANS},
+    **{f"emitted {name}": partial(emitted_texts, name) for name in FILES},
+}
+GENERATORS = {"kernels": kernel_spec.GENERATOR, "poses": pose_kernel.GENERATOR, "rollouts": step.GENERATOR}
+
+
+def digests(subject):
+    found = {name: hashlib.sha256(rounded(text).encode()).hexdigest()[:12] for name, text in MAKERS[subject]()}
+    return {"generator": GENERATORS.get(subject.split()[0], 0)} | found
+
+
+@pytest.mark.parametrize("subject", MAKERS)
+def test_what_is_written_is_what_this_generator_wrote(subject):
+    known = tomllib.loads(KNOWN.read_text(encoding="utf-8"))[subject]
+    assert digests(subject) == known
+
+
+if __name__ == "__main__":
+    tables = {subject: digests(subject) for subject in MAKERS}
+    lines = [
+        f'["{name}"]\n' + "".join(f"{key!r} = {value!r}\n" for key, value in table.items())
+        for name, table in tables.items()
+    ]
+    KNOWN.write_text("\n".join(lines).replace("'", '"'), encoding="utf-8")
