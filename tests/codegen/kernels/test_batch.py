@@ -74,6 +74,12 @@ def test_states_that_are_not_finite_are_named_and_the_rest_computed(batch, expec
     assert np.abs(result[~bad] - expected[~bad]).max() < 1e-12
 
 
+def test_five_states_that_are_not_finite_are_named():
+    for count, shown in ((5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3, 4, ...")):
+        text = f"f: {count} of 9 states are not finite (index {shown}): their results are NaN"
+        assert str(NotFiniteWarning("f", range(count), 9)) == text
+
+
 @pytest.mark.slow
 def test_a_value_that_enters_no_result_is_not_overlooked(batch):
     q = Q.copy()

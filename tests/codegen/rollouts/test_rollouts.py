@@ -30,6 +30,7 @@ def test_a_rollout_is_the_run_of_simulate():
     )
     assert done.flags == ("", "", "")
     assert json.loads(json.dumps(done.setup))["references"] == ["TaskReference"]
+    assert "friction_width" not in done.setup
     assert repr(done) == f"Rollouts(3 runs, flags: none, {len(done.metrics)} metrics, record of {done.t.size} samples)"
     for i in (0, 2):
         run = done.run(i)

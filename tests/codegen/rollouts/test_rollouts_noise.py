@@ -91,10 +91,11 @@ def test_a_run_feels_its_noise_in_proportion():
 
 def test_the_first_torque_is_that_of_the_noise():
     """pd-gravity at rest on its reference: -Kp times the first noise; the change of gravity is small beside it."""
-    done = only_noise([0.0, 1e-9], duration=0.01, record=1, seed=9)
-    feedback = -np.asarray(LAW.Kp) * 1e-9 * normal_numbers(9, 1, 1, 7)[0]
+    done = only_noise([0.0, 1e-9], duration=0.01, record=1, seed=9, first_run=40)
+    feedback = -np.asarray(LAW.Kp) * 1e-9 * normal_numbers(9, 41, 1, 7)[0]
     change = done.tau[1, 0] - done.tau[0, 0]
     assert np.abs(change - feedback).max() < 0.05 * np.abs(feedback).max()
+    assert done.run(1).meta["encoder"]["run"] == 41
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 1.5])

@@ -5,7 +5,18 @@ import numpy as np
 import pytest
 
 from lwr_dyn.codegen.rollouts.philox import CountedEncoder, normal_numbers, uniform_numbers
-from lwr_dyn.codegen.rollouts.step import encoder_reading, late_command, normals, rounded
+from lwr_dyn.codegen.rollouts.step import (
+    FIGURES,
+    OF_JOINTS,
+    STARTS,
+    Slots,
+    encoder_reading,
+    figures,
+    late_command,
+    normals,
+    rounded,
+)
+from lwr_dyn.model.spatial import Vector
 from lwr_dyn.simulation.loops import delayed
 from lwr_dyn.simulation.plant import Encoder
 
@@ -79,3 +90,41 @@ def test_an_encoder_of_a_run_differs_in_its_noise_alone() -> None:
     for encoder in (silent, Encoder(0.01, 0.0, 30.0)):
         measure = encoder.sensor(zero, zero, 3, RATE, 0)
         assert [measure(np.full(N, x), zero)[0][0] for x in (0.004, 0.006, 0.016)] == [0.0, 0.01, 0.02]
+
+
+def test_figures_of_samples_are_sums_and_largest_values() -> None:
+    """Two samples of two joints; the second is the last, which has no duration."""
+    joint = {name: casadi.DM([STARTS[name]] * 2) if name in OF_JOINTS else casadi.DM(STARTS[name]) for name in FIGURES}
+    x = joint | {"tolerance": 8.0, "last": 1.0, "nothing": 0.0, "tip": casadi.DM([1.0, 2.0, 3.0])}
+    x |= {"lower": casadi.DM([-1.0, -2.0]), "upper": casadi.DM([1.5, 2.0]), "rating": casadi.DM([5.0, 50.0])}
+    samples = [
+        ([0.5, -1.0], [1.0, -3.0], [6.0, -7.0], [5.0, -7.0], 2.0),
+        ([1.0, 0.5], [2.0, 1.0], [9.0, 1.0], [5.0, 1.0], 3.0),
+    ]
+    for k, (q, dq, command, applied, away) in enumerate(samples):
+        given = {"q": casadi.DM(q), "dq": casadi.DM(dq), "sample": casadi.DM(k), "reference": casadi.DM([0.0] * 6)}
+        out = figures(x | given, Vector(1.0 + away, 2.0, 3.0 - away), casadi.DM(command), casadi.DM(applied))
+        x |= out
+    assert {name: casadi.DM(value).full().ravel().tolist() for name, value in out.items()} == {
+        "tip_squares": [26.0], "tip_worst": [18.0], "tip_square": [18.0], "position_squares": [1.25, 1.25],
+        "position_worst": [1.0, 1.0], "torque_worst": [5.0, 7.0], "command_worst": [9.0, 7.0],
+        "torque_squares": [50.0, 50.0], "speed_worst": [2.0, 3.0], "saturated": [1.0, 0.0], "margin": [0.5, 1.0],
+        "violation": [1.0], "angle_worst": [1.25], "trouble": [0.0],
+    }  # fmt: skip
+    bad = figures(
+        x | given | {"dq": casadi.DM([np.nan, 0.0])},
+        Vector(0.0, 0.0, 0.0),
+        casadi.DM([0.0, 0.0]),
+        casadi.DM([0.0, 0.0]),
+    )
+    assert np.isnan(float(bad["trouble"]))
+
+
+def test_slots_stand_one_after_the_other() -> None:
+    slots = Slots({"a": 2, "none": 0, "b": 3})
+    assert (slots.first("b"), slots.places("b"), slots.all_places(["b", "a"]), slots.size) == (
+        2,
+        range(2, 5),
+        [2, 3, 4, 0, 1],
+        5,
+    )
