@@ -1,4 +1,4 @@
-"""The generated source: the same every time, plain Python that computes what the machine code computes."""
+"""The generated source: plain Python that computes what the machine code computes."""
 
 import numpy as np
 import pytest
@@ -31,11 +31,6 @@ def test_the_body_is_python_that_gives_the_kernels_numbers(function):
     x = states(7, 1)[: len(source.interface.inputs)]
     result = getattr(lwr_dyn.batch_dynamics(ARM), function)(*x)
     assert np.abs(run_as_python(source, x.ravel()) - result.ravel()).max() < 1e-12 * max(1.0, np.abs(result).max())
-
-
-def test_the_same_arm_gives_the_same_text_and_blocks_may_have_any_width():
-    assert generate(kernel_spec(ARM), "jacobian").text == generate(kernel_spec(ARM), "jacobian").text
-    assert "for k in range(4):" in generate(kernel_spec(ARM), "jacobian", lanes=4).text
 
 
 def test_the_operations_stay_few():
