@@ -53,6 +53,7 @@ def test_code_that_calls_a_library_is_loaded_and_runs(call, is_near):
     }}"""
     code = machine_code._object(llvm.parse_assembly(text))
     assert machine_code._is_near(code) is is_near
+    assert machine_code._relocations(code) == ({2} if is_near else set())
     x, b = np.ones(64), np.array([4.0])
     loaded = machine_code.load(code, "f", 0)
     assert loaded.call(x.ctypes.data, b.ctypes.data, 8 * 64, 0) == 7
