@@ -11,7 +11,7 @@ from typing import Any
 LONGEST = (
     "tests/docs/test_site.py",
     "tests/docs/test_pages.py",
-    "tests/reproduction/test_main_job.py",
+    "tests/reproduction/lwr4plus/test_study_main_job.py",
     "tests/custody/test_core_alone.py",
     "tests/reproduction/",
     "tests/checks/",
@@ -20,7 +20,7 @@ LONGEST = (
     "tests/scripts/",
 )
 """Files and folders that begin first, in this order."""
-SPREAD = ("tests/docs/test_pages.py", "tests/custody/test_help_text.py", "tests/reproduction/test_mutants.py")
+SPREAD = ("tests/docs/test_pages.py", "tests/custody/test_help_text.py", "tests/reproduction/test_compare_mutants.py")
 """Files with long tests that share nothing."""
 
 

@@ -56,7 +56,7 @@ def faults(browser, path, wide, narrow):
     if path.stat().st_size > LARGEST_PAGE:
         out.append(f"{path.stat().st_size} bytes")
     opened(browser, path)
-    for width, dark in EACH_ONCE:  # all four: report/test_report_reading.py
+    for width, dark in EACH_ONCE:  # all four: report/test_page_reading.py
         with seen(browser, width, dark):
             high, summary = heights(browser)
             if high > (wide if width > 600 else narrow):

@@ -8,11 +8,13 @@ import pytest
 
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.reproduction.case import PaperData
-from lwr_dyn.reproduction.kr30ha import krl_program, planar_dynamics
+from lwr_dyn.reproduction.kr30ha import formulas, krl_program, matrices, planar_dynamics
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import planar_equations
-from lwr_dyn.reproduction.lwr4plus import proofs_of_equations
+from lwr_dyn.reproduction.lwr4plus import proofs, proofs_of_equations
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import results_of_tables, studies
+from lwr_dyn.reproduction.wam7 import formulas as wam7_formulas
+from tests.reproduction.test_case_ledger import LONG
 
 
 def put(path, value):
@@ -105,8 +107,10 @@ BROKEN = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("paper", "name"), BROKEN, ids=lambda x: str(x))
+@pytest.mark.parametrize(
+    ("paper", "name"),
+    [pytest.param(*key, id="-".join(key), marks=[pytest.mark.slow] * (key[1] in LONG)) for key in BROKEN],
+)
 def test_a_broken_proof_does_not_hold(paper, name, monkeypatch):
     here = paper_study(paper)
     assert here.proofs[name](here.data).holds
@@ -114,6 +118,15 @@ def test_a_broken_proof_does_not_hold(paper, name, monkeypatch):
     BROKEN[paper, name](tables, results, monkeypatch)
     evidence = PaperData(tables, results_of_tables(results, "results.toml"), here.data.file)
     assert not here.proofs[name](evidence).holds
+
+
+@pytest.mark.parametrize(
+    ("paper", "known"),
+    [("kr30ha", matrices.PROOFS), ("lwr4plus", proofs.PROOFS), ("wam7", wam7_formulas.PROOFS)],
+)
+def test_the_proofs_of_a_paper_are_those_of_its_modules(paper, known):
+    assert paper_study(paper).proofs == known
+    assert set(formulas.POINTS) <= set(matrices.PROOFS)
 
 
 def test_every_proof_is_broken_here_or_by_putting_its_cells_right():
