@@ -35,11 +35,12 @@ from tests.random_arms import random_arm
 KNOWN = Path(__file__).with_name("written.toml")
 ARM = beside.first_joints(2)
 SLIDING = replace(random_arm(5, "PR"), limits=(JointLimits(-1.0, 1.5), JointLimits(upper=0.5)))
+INPUTS = ("inertia", "payload", "gravity", "friction")
 KERNELS = {
     "rows": ({}, kernel_spec.FUNCTIONS),
     "padded": ({"layout": "padded", "friction": "arm"}, ("inverse_dynamics", "forward_dynamics")),
     "blocks": ({"layout": "blocks", "structure": "compact"}, ("mass_matrix", "torque_regressor")),
-    "inputs": ({"inputs": ("inertia", "payload", "gravity", "friction"), "dtype": "float32"}, ("inverse_dynamics",)),
+    "inputs": ({"inputs": INPUTS, "dtype": "float32"}, ("inverse_dynamics",)),
 }
 LAWS = ("pd-gravity", "pid", "inverse-dynamics", "robust", "motor-pd", "adaptive", "inverse-dynamics+friction")
 PLANS = {
@@ -57,7 +58,7 @@ FILES = {
     "closed form": ({}, ("inverse_kinematics",), lwr_dyn.load("lwr4plus")),
     "closed form, six joints": ({}, ("inverse_kinematics",), lwr_dyn.load("kr30ha")),
     "libm": ({"kind": "libm", "inputs": ("payload", "gravity"), "friction": "arm", "prefix": "2 x"}, SHORT[:2]),
-    "single": ({"dtype": "float32"}, SHORT[:2]),
+    "single": ({"dtype": "float32", "inputs": INPUTS}, SHORT[:2]),
 }
 
 
