@@ -278,5 +278,5 @@ def _scale(panel: DrawnPanel) -> str:
 def _description(figure: Figure, panel: DrawnPanel) -> str:
     if not figure.over_time:
         return f"{figure.title}, {_errors(panel)}: {', '.join(one.curve.label for one in panel.curves)}"
-    said = [f"{one.curve.label} at most {short(float(one.y.max()))} {panel.panel.y_unit}" for one in panel.curves]
+    said = [f"{one.curve.label} at most {short(float(one.y.max()) + 0.0)} {panel.panel.y_unit}" for one in panel.curves]
     return f"{figure.title}: {'; '.join(said)}"

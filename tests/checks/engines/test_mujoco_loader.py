@@ -5,7 +5,7 @@ import pytest
 
 from lwr_dyn.checks.engines.engine import EXACT, ArmInFile
 from lwr_dyn.checks.engines.pinocchio_loader import load as pinocchio_load
-from tests.checks.engines.small_files import ROTOR, TWO
+from tests.checks.engines.small_files import TWO
 from tests.optional import need
 
 need("mujoco")
