@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.pose_kernel import curvature
+from lwr_dyn.codegen.kernels.pose_kernel import curvature, finish
 from lwr_dyn.kinematics.forward import jacobian
-from lwr_dyn.kinematics.pose_solver import pose_error
+from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, pose_error, search_ranges
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.random_arms import random_arm
 
@@ -37,6 +37,25 @@ def test_the_second_derivatives_are_those_of_the_error(joints):
     numeric = (numeric + numeric.T) / 2.0
     assert np.abs(J.T @ J - numeric).max() > 1e-5  # what J alone leaves out
     assert np.abs(curvature(J, error) - numeric).max() < 1e-7
+
+
+def test_newtons_steps_end_at_the_pose_or_leave_the_row_as_it_was():
+    """From 1e-4 rad two steps; the row keeps its start and counts its steps."""
+    arm = arm_named("kr30ha")
+    x = search_ranges(arm, True, 1, 0)
+    for beyond, code in ((0.0, FOUND), (0.1, OUTSIDE)):
+        q = x.middle + 0.2
+        q[1] = x.upper[1] + beyond if beyond else q[1]
+        T = lwr_dyn.forward_kinematics(arm, q)
+        row = np.array([*(q + 1e-4), NOT_REACHED, 1.0, 1.0, 1.0, 3.0, 7.0])
+        found = finish(arm.chain, x, T, row, None)
+        assert found[6:].tolist() == [code, *found[7:10], 3.0, 9.0]
+        assert (found[7:9] < 1e-18).all()
+        assert np.abs(found[:6] - q).max() < 1e-8
+        turned = finish(arm.chain, x, T, row + 2.0 * np.pi * np.eye(12)[5], q)
+        assert np.abs(turned[:6] - q).max() < 1e-8
+        T[0, 3] += 10.0
+        assert finish(arm.chain, x, T, row, None) is row
 
 
 @pytest.mark.slow
