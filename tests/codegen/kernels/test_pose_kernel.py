@@ -1,5 +1,6 @@
 """The compiled search: every pose that an arm takes is reached, a batch is the single calls, the cache."""
 
+import ctypes
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels import pose_kernel
 from lwr_dyn.foundation.errors import MissingPackageError
+from lwr_dyn.kinematics.pose_solver import FOUND, TAIL, search_ranges
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.public_arms import positions_at_limits, random_positions, singular_positions
 
@@ -87,3 +89,36 @@ def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
     T = lwr_dyn.forward_kinematics(arm, np.full(6, 0.3))
     assert np.array_equal(lwr_dyn.ik_solver(arm, search="kernel")(T), first(T))
     assert pose_kernel._key(arm) != pose_kernel._key(arm_named("lwr4plus"))
+
+
+def test_a_call_hands_over_poses_q0_and_settings():
+    """By a kernel that gives a row of its own."""
+    arm = arm_named("kr30ha")
+    x, seen, row = search_ranges(arm, True, 2, 0), [], [*range(6), FOUND, *[0.0] * 5]
+
+    def numbers(at, count):
+        return np.ctypeslib.as_array(ctypes.cast(at, ctypes.POINTER(ctypes.c_double)), (count,))
+
+    def call(T, T_step, q0, q0_step, s, s_step, out, b, start, stop):
+        given = numbers(q0, 6 * stop).tolist() if q0_step >= 0 else None
+        seen.append((numbers(T, 16 * stop).tolist(), T_step, given, q0_step, numbers(s, s_step).tolist(), start, stop))
+        numbers(out, 12 * stop)[:] = row * stop
+        numbers(b, 8)[:] = 0.0
+
+    search = pose_kernel.KernelSearch(arm.chain, x, call, 8)
+    assert (search.n, len(row)) == (6, 6 + TAIL)
+    T, q0, joints = (
+        np.arange(32.0).reshape(2, 4, 4),
+        np.arange(12.0).reshape(2, 6),
+        np.ravel([x.lower, x.upper, x.middle, x.turning]).tolist(),
+    )
+    full, once = [2.0, 1.0, 0.0, 6.0, *joints, *x.starts.ravel()], [1.0, 0.0, 0.0, 6.0, *joints]
+    for single, given, restart in ((T[0], None, True), (T[0].tolist(), q0[0], True), (T[0], q0[0].tolist(), False)):
+        assert search.one(single, given, restart).tolist() == row
+        q = None if given is None else q0[0].tolist()
+        assert seen.pop() == (T[0].ravel().tolist(), 16, q, -1 if q is None else 6, full if restart else once, 0, 1)
+    for given, restart in ((None, True), (q0, False)):
+        assert search.rows(T, given, restart).tolist() == [row] * 2
+        q = None if given is None else q0.ravel().tolist()
+        assert seen.pop() == (T.ravel().tolist(), 16, q, -1 if q is None else 6, full if restart else once, 0, 2)
+    assert seen == []
