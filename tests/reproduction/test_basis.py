@@ -1,6 +1,7 @@
 """What a recomputed number rests on is found by an experiment; no number is compared with itself."""
 
 from collections import Counter
+from functools import cache
 
 import pytest
 
@@ -15,17 +16,17 @@ CHOSEN = {"lwr4plus": ("table_vii", "table_viii")}
 """Blocks that choose, of some assumed conditions, those nearest to their own cells."""
 
 
-@pytest.fixture(scope="module")
-def found():
-    return {paper: with_bases(paper_study(paper), usual_judgement(paper)) for paper in studies()}
+@cache
+def found(paper):
+    return with_bases(paper_study(paper), usual_judgement(paper))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("paper", studies())
-def test_no_number_is_compared_with_itself(found, paper):
+def test_no_number_is_compared_with_itself(paper):
     """With every cell of a block changed, and nothing else, its recomputed values stay."""
     study = paper_study(paper)
-    sets = {(n.block.name, n.applied) for n in found[paper].numbers if n.verdict != ASSUMED}
+    sets = {(n.block.name, n.applied) for n in found(paper).numbers if n.verdict != ASSUMED}
     assert len({name for name, _ in sets}) > 3
     for name, applied in sets:
         case = study.data.case(*applied, from_known_maxima=True)
@@ -62,8 +63,8 @@ def test_every_formula_gives_values_with_other_numbers_or_states_its_basis(paper
 
 
 @pytest.mark.slow
-def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
-    for verdicts in found.values():
+def test_what_stays_is_0_or_1_or_an_entry_with_an_angle():
+    for verdicts in map(found, studies()):
         for n in (n for n in verdicts.numbers if n.basis == STRUCTURAL):
             if isinstance(n.value, ComparedExpression):
                 assert n.value.text in ("0", "1", "-1") or n.value.text.startswith(("cos(q", "sin(q", "-sin(q"))
@@ -71,28 +72,27 @@ def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
                 assert min(abs(n.value - x) for x in (0.0, 1.0, -1.0)) < 1e-9
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("paper", "cell", "basis"),
     [
-        ("kr30ha", "axes.count[0]", REPEATED),
-        ("kr30ha", "geometry.d1[0]", REPEATED),
-        ("kr30ha", "geometry.a2[0]", COMPUTED),
-        ("kr30ha", "coordinates.list_1[0]", REPEATED),
-        ("kr30ha", "symbolic.A1[0][2]", COMPUTED),
-        ("kr30ha", "symbolic.A1[0][1]", STRUCTURAL),
-        ("kr30ha", "composite.T04[0][3]", COMPUTED),
-        ("kr30ha", "composite.T05[0][3]", REPEATED),
-        ("kr30ha", "composite.T06[0][2]", STRUCTURAL),
-        ("kr30ha", "point_1.theta_1[0]", COMPUTED),
-        ("kr30ha", "table_5.point_1[0]", REPEATED),
-        ("lwr4plus", "figure_1.mass[0]", COMPUTED),
-        ("lwr4plus", "text_vii.maximum[0]", REPEATED),
-        ("lwr4plus", "text_vii_joints.joint[0]", REPEATED),
-        ("lwr4plus", "table_iv.b[0]", COMPUTED),
-        ("lwr4plus", "table_iv.b[4]", REPEATED),  # c5z was fitted to it
-        ("lwr4plus", "centralized_gains.Kp[6]", REPEATED),
-        ("lwr4plus", "limits.effort[0]", REPEATED),
+        pytest.param("kr30ha", "axes.count[0]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "geometry.d1[0]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "geometry.a2[0]", COMPUTED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "coordinates.list_1[0]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "symbolic.A1[0][2]", COMPUTED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "symbolic.A1[0][1]", STRUCTURAL, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "composite.T04[0][3]", COMPUTED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "composite.T05[0][3]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "composite.T06[0][2]", STRUCTURAL, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "point_1.theta_1[0]", COMPUTED, marks=pytest.mark.slow),
+        pytest.param("kr30ha", "table_5.point_1[0]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("lwr4plus", "figure_1.mass[0]", COMPUTED, marks=pytest.mark.slow),
+        pytest.param("lwr4plus", "text_vii.maximum[0]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("lwr4plus", "text_vii_joints.joint[0]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("lwr4plus", "table_iv.b[0]", COMPUTED, marks=pytest.mark.slow),
+        pytest.param("lwr4plus", "table_iv.b[4]", REPEATED, marks=pytest.mark.slow),  # c5z was fitted to it
+        pytest.param("lwr4plus", "centralized_gains.Kp[6]", REPEATED, marks=pytest.mark.slow),
+        pytest.param("lwr4plus", "limits.effort[0]", REPEATED, marks=pytest.mark.slow),
         ("lwr4", "matrices.A3[2][3]", REPEATED),
         ("lwr4", "matrices.A3[3][3]", STRUCTURAL),
         ("lwr4", "matrices.A7[0][1]", STRUCTURAL),
@@ -103,15 +103,15 @@ def test_what_stays_is_0_or_1_or_an_entry_with_an_angle(found):
         ("wam7", "cruise.positive[0]", COMPUTED),
     ],
 )
-def test_the_basis_of_a_cell(found, paper, cell, basis):
-    assert next(n for n in found[paper].numbers if n.cell.path == f"results.{cell}").basis == basis
+def test_the_basis_of_a_cell(paper, cell, basis):
+    assert next(n for n in found(paper).numbers if n.cell.path == f"results.{cell}").basis == basis
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("paper", "known", "more"), [("kr30ha", 225, 8), ("lwr4", 86, 16), ("lwr4plus", 16, 0)])
-def test_structural_numbers_are_those_that_an_audit_counted_and_cosines_of_a_first_column(found, paper, known, more):
+def test_structural_numbers_are_those_that_an_audit_counted_and_cosines_of_a_first_column(paper, known, more):
     """The audit counted 0 and +-1 that are reproduced; places and counts that are 1 by chance are repeated in print."""
-    agreeing = [n for n in found[paper].numbers if n.verdict == REPRODUCED and not n.block.derived]
+    agreeing = [n for n in found(paper).numbers if n.verdict == REPRODUCED and not n.block.derived]
     audited = Counter(n.basis for n in agreeing if n.cell.printed in ("0", "1", "-1"))
     assert audited.total() == known + audited[COMPUTED]
     structural = sum(n.basis == STRUCTURAL for n in agreeing)
