@@ -14,7 +14,7 @@ import { readFileSync } from "fs";
 import robot from "./arm.mjs";
 const vectors = JSON.parse(readFileSync("vectors.json", "utf8"));
 const apart = (a, b) => (b === null ? (Number.isNaN(a) ? 0 : 1) : Math.abs(a - b));
-const told = {};
+const compared = {};
 for (const f of vectors.functions) {
   let worst = 0, calls = 0;
   const rows = f.result.rows, straight = f.result.tolerance === undefined;
@@ -30,13 +30,13 @@ for (const f of vectors.functions) {
     if (f.result.returned) worst = Math.max(worst, apart(returned, f.result.returned[k]) / 1e-9);
     calls++;
   });
-  told[f.name] = [worst, calls];
+  compared[f.name] = [worst, calls];
 }
-console.log(JSON.stringify(told));
+console.log(JSON.stringify(compared));
 """
 
 
-def told(folder, robot, functions, change=lambda vectors: None):
+def compared(folder, robot, functions, change=lambda vectors: None):
     """Function -> (worst difference as a share of what is allowed, calls)."""
     emitted = emitted_arm(lwr_dyn.load(robot), functions)
     (folder / "arm.mjs").write_text(js_files(emitted, folder / "arm.mjs")[folder / "arm.mjs"])
@@ -51,7 +51,7 @@ def told(folder, robot, functions, change=lambda vectors: None):
 @pytest.mark.slow
 @pytest.mark.parametrize(("robot", "functions"), [("kr30ha", ()), ("lwr4plus", ("inverse_kinematics", "flange_pose"))])
 def test_javascript_gives_every_vector(robot, functions, tmp_path):
-    names, found = told(tmp_path, robot, functions)
+    names, found = compared(tmp_path, robot, functions)
     assert names <= set(found)
     assert max(worst for worst, _ in found.values()) <= 1.0, found
     assert found["inverse_kinematics"][1] == 4
@@ -63,5 +63,5 @@ def test_a_vector_that_differs_is_seen(tmp_path):
         (near,) = (f for f in vectors["functions"] if f["name"] == "inverse_kinematics_near")
         near["result"]["rows"][1][2] += 1e-8
 
-    _, found = told(tmp_path, "kr30ha", ("inverse_kinematics", "gravity_vector"), change)
+    _, found = compared(tmp_path, "kr30ha", ("inverse_kinematics", "gravity_vector"), change)
     assert [name for name, (worst, _) in found.items() if not worst <= 1.0] == ["inverse_kinematics_near"]
