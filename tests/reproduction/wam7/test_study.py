@@ -12,10 +12,11 @@ from lwr_dyn.reproduction.compare import compare_numbers
 from lwr_dyn.reproduction.paper_page import paper_page, summary_text
 from lwr_dyn.reproduction.paper_study import paper_study, study_document
 from lwr_dyn.reproduction.report.page import write_report
-from lwr_dyn.reproduction.wam7 import study
+from lwr_dyn.reproduction.wam7 import runs, study
 from lwr_dyn.reproduction.wam7.runs import (
     AGREES,
     GRAVITIES,
+    CruiseError,
     Experiment,
     cruise_error,
     cruise_errors,
@@ -87,6 +88,40 @@ def test_seven_seconds_of_all_joints_report_their_evaluations():
     assert 28_000 <= run.meta["evaluations"] <= 40_000
     assert run.meta["audit"]["residual"] <= 1e-7
     assert {event.joint for event in run.events if event.kind in ("slip", "release")} == set(range(7))
+
+
+@pytest.mark.parametrize(
+    ("joint", "side", "friction", "file"),
+    [
+        (2, 1, True, "joint_3_up_zero_gravity.npz"),
+        (0, -1, True, "joint_1_down_zero_gravity.npz"),
+        (None, 1, False, "all_joints_zero_gravity_no_friction.npz"),
+    ],
+)
+def test_the_file_of_an_experiment(joint, side, friction, file):
+    assert Experiment(joint, side, GRAVITIES[0], friction, None).file == file
+
+
+def test_a_cruise_holds_within_half_a_percent_or_without_damping():
+    cruise = CruiseError(2, 1, GRAVITIES[0], 2e-3, 2.008e-3, 2e-3, 2e-3, 0.08, 0.08, 1.0, 0)
+    assert cruise.miss == pytest.approx(0.004)
+    assert cruise.holds
+    assert not replace(cruise, mean=2.012e-3).holds
+    assert replace(cruise, mean=2.012e-3, net_damping=-0.1).holds
+    assert not replace(cruise, net_damping=0.0).stable
+    assert [cruise.record()[name] for name in ("joint", "stable", "holds")] == [3, True, True]
+
+
+def test_each_joint_goes_there_and_back_under_both_gravities(monkeypatch):
+    monkeypatch.setattr(runs, "experiment", lambda _, *case: Experiment(*case, None))
+    names = []
+    made_here = runs.experiments(arm(), names.append)
+    assert names == [e.name for e in made_here]
+    assert len(set(names)) == len(names) == 16 + 8 + 14
+    assert sum(not e.friction for e in made_here) == 8
+    assert sum(e.side < 0 for e in made_here) == 14
+    assert runs.under(arm(), GRAVITIES[1]) is arm()
+    assert (runs.under(arm(), GRAVITIES[0]).chain.gravity == 0.0).all()
 
 
 def test_the_motion_is_the_papers():
