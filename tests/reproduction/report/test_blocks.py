@@ -51,6 +51,7 @@ def test_a_table_of_numbers_line_by_line():
     assert re.findall(r'popovertarget="p(\d+)"', html) == shown
     assert sorted(map(int, shown)) == [7, 8, 9, 10]
     assert 'colspan="3"' in html
+    assert 'id="table-K"' in html
     one = words(blocks.number_table_html(inertia_table(), {"E2"}, count()))
     assert one.startswith("Greatest inertias|Table IV, page 3 \u00b7 kg m\u00b2|number|")
     assert (
