@@ -33,3 +33,11 @@ def test_few_blocks_are_not_run():
         if block.reason is not None
     ]
     assert len(reasons) <= NOT_RUN, reasons
+
+
+def test_no_page_advises_an_encoding_that_loses_bytes():
+    """A default that an extension of VS Code brings comes after the file was opened as UTF-8."""
+    for page in PAGES:
+        for block in blocks(page.read_text(encoding="utf-8")):
+            text = "\n".join(block.lines)
+            assert not ("configurationDefaults" in text and "files.encoding" in text), f"{name(page)}:{block.line}"
