@@ -82,12 +82,8 @@ class LoopCase:
     def plant(self, arm: Arm, dynamics: Dynamics, q: Array, motor: bool = False) -> RestingPlant:
         """The arm near rest at the poses q (k, n); `motor` for a law that reads the motor side whatever is given.
 
-        Raises
-        ------
-        OptionError
-            A singular mass matrix, a stiffness that cannot be, no rotor at an elastic joint.
-        MissingDataError
-            "file" for an arm whose file gives no stiffness.
+        Raises `OptionError`: a singular mass matrix, a stiffness that cannot be, no rotor at an elastic joint;
+        `MissingDataError`: "file" for an arm whose file gives no stiffness.
         """
         elastic = self._elastic(arm, dynamics, motor)
         return rigid_plant(dynamics, q) if elastic is None else elastic.plant(at_rest(q))

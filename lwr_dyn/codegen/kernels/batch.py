@@ -34,12 +34,8 @@ def input_rows(
 ) -> tuple[list[Numbers], int]:
     """Joint vectors and inputs as arrays (N or 1, width), and N.
 
-    Raises
-    ------
-    ShapeError
-        Another number type, last axes that are not the arm's, different numbers of rows.
-    OptionError
-        An input is missing, or is not one of this batch.
+    Raises `ShapeError`: another number type, last axes that are not the arm's, different numbers of rows;
+    `OptionError`: an input is missing, or is not one of this batch.
     """
     wanted = spec.parameters_of(function)
     for name in inputs.keys() - set(wanted):

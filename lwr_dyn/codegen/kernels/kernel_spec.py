@@ -76,10 +76,7 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
 def friction_parameters(arm: Arm) -> Array:
     """Friction of the joints, (5, n), rows as `FRICTION`; zero where unknown.
 
-    Raises
-    ------
-    OptionError
-        A joint with a Stribeck curve, which kernels do not support.
+    Raises `OptionError`: a joint with a Stribeck curve, which kernels do not support.
     """
     return friction_table(arm.friction_models(), arm.joint_names)
 

@@ -297,10 +297,7 @@ def states_of(arm: Arm) -> Array:
 def check_form(form: LawForm, controller: Controller, arm: Arm) -> None:
     """Compare the controller's torque with its form's; the controller is reset before and after.
 
-    Raises
-    ------
-    NoKernelFormError
-        They differ.
+    Raises `NoKernelFormError`: they differ.
     """
     off, share = differences(form_function(form, arm), form.values(), form.start(), controller, states_of(arm))
     if not share <= CLOSE:

@@ -52,12 +52,8 @@ def uniform_numbers(seed: int, run: int, samples: int, count: int) -> Array:
     """Numbers between 0 and 1 of the first samples of a run, (samples, count), count a multiple of 4.
 
     Block j of four words of sample k has the counter (k, j, low and high half of the run's number); the key is the low
-    and the high half of the seed. A word w becomes (w + 1/2) / 2^32, so neither 0 nor 1 occurs.
-
-    Raises
-    ------
-    OptionError
-        A seed or a number of a run that is not a whole number from 0 to 2^64 - 1.
+    and the high half of the seed. A word w becomes (w + 1/2) / 2^32, so neither 0 nor 1 occurs. Raises `OptionError`: a
+    seed or a number of a run that is not a whole number from 0 to 2^64 - 1.
     """
     halves = [_halves(name, value) for name, value in (("seed", seed), ("number of the run", run))]
     counter = np.zeros((samples, count // 4, 4), dtype=np.uint32)

@@ -272,14 +272,8 @@ def run_elastic(setup: Setup, progress: Progress | None = None) -> Run:
     """As `lwr_dyn.simulation.simulate.run_setup`, of elastic joints: q and dq of the run are the links'.
 
     Signals of the run are "theta" [rad], "dtheta" [rad/s] (the motors, seen at the joints) and "torque_sensor" [N m]
-    (what goes through the gears); its channel "damper" is the work of the gears' dampers.
-
-    Raises
-    ------
-    MissingDataError, OptionError
-        As `elastic_plant`; a continuous run, a method for rigid joints.
-    DivergenceError
-        As `run_setup`.
+    (what goes through the gears); its channel "damper" is the work of the gears' dampers. Raises `MissingDataError`,
+    `OptionError` (as `elastic_plant`; a continuous run, a method for rigid joints), `DivergenceError` (as `run_setup`).
     """
     loop = setup.loop
     if loop.continuous:

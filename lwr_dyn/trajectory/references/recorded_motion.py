@@ -39,14 +39,9 @@ TURN = 2.0 * np.pi
 def joints_of_poses(arm: Arm, file: str, motion: RecordedMotion, start: ArrayLike | None) -> Array:
     """Joint positions (m, n) [rad or m] at the poses of a motion.
 
-    An S-R-S arm without a given start follows the arm angle with the largest margin; others go from row to row.
-
-    Raises
-    ------
-    MotionFileError
-        A pose that is not reached from the one before: when, and why.
-    ShapeError
-        A start that is not (n,).
+    An S-R-S arm without a given start follows the arm angle with the largest margin; others go from row to row. Raises
+    `MotionFileError`: a pose that is not reached from the one before: when, and why; `ShapeError`: a start that is not
+    (n,).
     """
     poses = np.zeros((0, 4, 4)) if motion.poses is None else motion.poses
     if start is not None:
