@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
-from lwr_dyn.codegen.rollouts.philox import MOST_SEED
+from lwr_dyn.codegen.rollouts.philox_code import MOST_SEED
 from lwr_dyn.codegen.rollouts.run_parameters import mass_matrices
 from lwr_dyn.codegen.rollouts.symbolic_arm import check_friction
 from lwr_dyn.control.protocol import Controller
@@ -54,12 +54,10 @@ class KnownReference:
 def known_reference(reference: Reference) -> KnownReference:
     """The same object for the same reference of this package; a user's own may change, and is sampled at every call."""
     own: Any = reference
-    return _kept(own) if type(own).__module__.startswith("lwr_dyn.") else KnownReference(reference)
+    return _known(own) if type(own).__module__.startswith("lwr_dyn.") else KnownReference(reference)
 
 
-@lru_cache(maxsize=_KEPT)
-def _kept(reference: Reference) -> KnownReference:
-    return KnownReference(reference)
+_known = lru_cache(maxsize=_KEPT)(KnownReference)
 
 
 @lru_cache(maxsize=_KEPT)

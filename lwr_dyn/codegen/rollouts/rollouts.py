@@ -13,16 +13,17 @@ from lwr_dyn.codegen.kernels.kernel_spec import friction_table
 from lwr_dyn.codegen.rollouts.kernel import RolloutKernel, Task, rollout_kernel
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, finite_limits, law_form
 from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, check_smooth_friction, check_starts, loop_setup
-from lwr_dyn.codegen.rollouts.philox import CountedEncoder
+from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder
 from lwr_dyn.codegen.rollouts.result import Rollouts, checked_quantiles, figures_of, metrics_of_computed, settle
 from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run, kept_values, parameter_shapes, run_parameters
 from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, STARTS, Slots, StepPlan
-from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, friction_function
+from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, friction_models
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.foundation.arrays import Array, arm_argument
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction import smooth_friction
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
@@ -68,10 +69,7 @@ def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float 
         values["friction"] = friction_table(plant.friction_models())
     if plan.varies_model:
         values["model"] = KeptParameters.of(setup.arm.chain).own
-    row = np.zeros(slots.size)
-    for name, value in values.items():
-        row[slots.places(name)] = np.ravel(value)
-    return row
+    return slots.filled(values)
 
 
 def _cut(setup: LoopSetup, effort: Array) -> Array:
@@ -137,7 +135,7 @@ def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form:
     if friction == "smooth":
         table = row.get("friction")
         table = friction_table(setup.plant.friction_models()) if table is None else table.reshape(5, plant.n)
-        friction = friction_function(table, setup.friction_width)
+        friction = smooth_friction(friction_models(table), setup.friction_width)
     controller = setup.controller
     if form is not None and any(name in form.parameters or name.startswith("model_") for name in row):
         values = {name: row.get(name, value) for name, value in form.values().items()}

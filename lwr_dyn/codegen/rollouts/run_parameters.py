@@ -13,7 +13,7 @@ import casadi
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR, inertial_parameters
+from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR
 from lwr_dyn.codegen.rollouts.step import MOST_DELAY
 from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, SymbolicModel
 from lwr_dyn.foundation.arrays import Array, real_array
@@ -30,18 +30,12 @@ NOT_NEGATIVE = ("adaptation_gains", "friction_gains", "upper_load")
 
 COULOMB = [i for i, name in enumerate(FRICTION) if name.endswith("coulomb")]
 
-_ABOVE_ZERO: tuple[Callable[[Array], NDArray[np.bool_]], str] = (lambda x: x <= 0.0, "numbers above 0")
-
-_NOT_NEGATIVE: tuple[Callable[[Array], NDArray[np.bool_]], str] = (lambda x: x < 0.0, "numbers from 0 on")
-
-RULES = (
-    dict.fromkeys(ABOVE_ZERO, _ABOVE_ZERO)
-    | dict.fromkeys(NOT_NEGATIVE, _NOT_NEGATIVE)
-    | {
-        "lower_load": (lambda x: x > 0.0, "numbers up to 0"),
-        "law_friction": (lambda x: (x < 0.0) & np.isin(np.arange(len(FRICTION)), COULOMB)[:, None], "levels from 0 on"),
-    }
-)
+RULES: dict[str, tuple[Callable[[Array], NDArray[np.bool_]], str]] = {
+    **dict.fromkeys(ABOVE_ZERO, (lambda x: x <= 0.0, "numbers above 0")),
+    **dict.fromkeys(NOT_NEGATIVE, (lambda x: x < 0.0, "numbers from 0 on")),
+    "lower_load": (lambda x: x > 0.0, "numbers up to 0"),
+    "law_friction": (lambda x: (x < 0.0) & np.isin(np.arange(len(FRICTION)), COULOMB)[:, None], "levels from 0 on"),
+}
 """Name -> what is refused, and what is allowed."""
 
 
@@ -224,8 +218,3 @@ def _bodies(rows: Array) -> list[Body]:
         com = np.array(rest[:3]) / m if m else np.zeros(3)
         bodies.append(Body(m, com, tensor - steiner(m, com)))
     return bodies
-
-
-def parameters_of(arm: Arm) -> Array:
-    """Inertial parameters of an arm, flat, (10 n,): the row `inertia` of a run with its own bodies."""
-    return inertial_parameters(arm.chain).ravel()

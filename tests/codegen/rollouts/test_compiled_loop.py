@@ -10,7 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.rollouts.compiled_loop import run_compiled
 from lwr_dyn.codegen.rollouts.law_forms import NoKernelFormError
-from lwr_dyn.codegen.rollouts.philox import CountedEncoder
+from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import arm_with_payload, arm_with_scaled_inertia

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.rollouts.kernel import BLOCK
-from lwr_dyn.codegen.rollouts.philox import normal_numbers
+from lwr_dyn.codegen.rollouts.philox_code import normal_numbers
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.simulation.plant import Encoder
 

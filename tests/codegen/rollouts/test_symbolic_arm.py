@@ -28,7 +28,7 @@ def check_friction(module):
     function = casadi.Function("f", [dq, flat, width], [module.friction_column(dq, flat, width)])
     for w in (1e-3, 0.2):
         true = smooth_friction((*JOINTS[:2], None), w)
-        numeric = module.friction_function(table, w)
+        numeric = smooth_friction(models, w)
         for v in (*SPEEDS, np.zeros(3)):
             np.testing.assert_allclose(np.array(function(v, table.ravel(), w)).ravel(), true(v), rtol=1e-14, atol=0)
             np.testing.assert_array_equal(numeric(v), true(v))
