@@ -10,8 +10,8 @@ loop_setup           The loop that rollouts share, checked as `simulate` checks 
                      options
 passivity_law_forms  Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if
                      adapted), and robust
-philox_code          Random numbers by counting, Philox 4x32-10: (run, sample, block) and a seed become numbers; in NumPy
-                     and in kernels
+philox_code          Random numbers by counting, Philox 4x32-10: (run, sample, block) and a seed become numbers; in
+                     NumPy and in kernels
 result               What rollouts give: metrics of every run, flags, and each run again, whole, by `simulate`
 rollouts             `rollouts`: many runs of one closed loop at once, with parameters of their own, reduced to
                      metrics on the way
