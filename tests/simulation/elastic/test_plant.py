@@ -111,14 +111,6 @@ def test_slopes_are_those_of_the_accelerations():
         assert np.abs(motors.reshape(7, 28) - numeric[7:]).max() <= 1e-7 * np.abs(motors).max()
 
 
-def test_the_power_is_that_of_the_torques_and_the_dampers():
-    elastic, step = model(), 1e-6
-    for x, dx in states(2):
-        ddx = elastic.forward_dynamics(x, dx, TAU)
-        ahead, behind = (elastic.energies((x + s * dx)[None], (dx + s * ddx)[None])[0] for s in (step, -step))
-        assert (ahead - behind) / (2 * step) == pytest.approx(TAU @ dx + elastic.damper_power(dx), rel=1e-6)
-
-
 def test_both_sides_together_are_the_rigid_arm():
     elastic, rigid = model(), dynamics_of(physical())
     for x, dx in states(3):
@@ -128,9 +120,17 @@ def test_both_sides_together_are_the_rigid_arm():
         assert sides[:7] + sides[7:] == pytest.approx(rigid.inverse_dynamics(q, dq, ddq), rel=1e-11, abs=1e-11)
 
 
-def model_full_model(arm=None):
-    arm = arm or physical()
-    return FullElasticDynamics(arm, physical().elasticity)
+def full_model(arm=None):
+    return FullElasticDynamics(arm or physical(), physical().elasticity)
+
+
+@pytest.mark.parametrize("made", [model, full_model])
+def test_the_power_is_that_of_the_torques_and_the_dampers(made):
+    elastic, step = made(), 1e-6
+    for x, dx in states(2):
+        ddx = elastic.forward_dynamics(x, dx, TAU)
+        ahead, behind = (elastic.energies((x + s * dx)[None], (dx + s * ddx)[None])[0] for s in (step, -step))
+        assert (ahead - behind) / (2 * step) == pytest.approx(TAU @ dx + elastic.damper_power(dx), rel=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -141,24 +141,14 @@ def full():
 def test_both_sides_together_are_the_recursion_with_full_rotors(full):
     for x, dx in states(3):
         q, dq, ddq = np.tile(x[:7], 2), np.tile(dx[:7], 2), np.linspace(-1.0, 2.0, 7)
-        sides = model_full_model().mass_matrix(q) @ np.tile(ddq, 2) + model_full_model().bias_torque(q, dq)
+        sides = full_model().mass_matrix(q) @ np.tile(ddq, 2) + full_model().bias_torque(q, dq)
         assert sides[:7] + sides[7:] == pytest.approx(full.inverse_dynamics(x[:7], dx[:7], ddq), rel=1e-12, abs=1e-12)
 
 
 def test_accelerations_solve_the_equation_of_motion():
     for x, dx in states(4):
-        ddx = model_full_model().forward_dynamics(x, dx, TAU)
-        assert model_full_model().mass_matrix(x) @ ddx + model_full_model().bias_torque(x, dx) == pytest.approx(
-            TAU, abs=1e-9
-        )
-
-
-def test_full_model_the_power_is_that_of_the_torques_and_the_dampers():
-    elastic, step = model_full_model(), 1e-6
-    for x, dx in states(5):
-        ddx = elastic.forward_dynamics(x, dx, TAU)
-        ahead, behind = (elastic.energies((x + s * dx)[None], (dx + s * ddx)[None])[0] for s in (step, -step))
-        assert (ahead - behind) / (2 * step) == pytest.approx(TAU @ dx + elastic.damper_power(dx), rel=1e-6)
+        ddx = full_model().forward_dynamics(x, dx, TAU)
+        assert full_model().mass_matrix(x) @ ddx + full_model().bias_torque(x, dx) == pytest.approx(TAU, abs=1e-9)
 
 
 def test_rotors_known_only_at_the_joint_have_no_products():
@@ -166,7 +156,7 @@ def test_rotors_known_only_at_the_joint_have_no_products():
     arm = physical().with_chain(replace(physical().chain, links=links))
     plain = ElasticDynamics(physical(), physical().elasticity)
     for x, dx in states(6):
-        assert model_full_model(arm).forward_dynamics(x, dx, TAU) == pytest.approx(
+        assert full_model(arm).forward_dynamics(x, dx, TAU) == pytest.approx(
             plain.forward_dynamics(x, dx, TAU), rel=1e-9
         )
 
