@@ -19,8 +19,8 @@ from lwr_dyn.codegen.rollouts.law_forms import (
     law_form,
     states_of,
 )
+from lwr_dyn.codegen.rollouts.loop_setup import ABOVE_ZERO, NOT_NEGATIVE, RULES, check_gains
 from lwr_dyn.codegen.rollouts.passivity_law_forms import AdaptiveForm
-from lwr_dyn.codegen.rollouts.run_parameters import ABOVE_ZERO, NOT_NEGATIVE, RULES, check_gains
 from lwr_dyn.codegen.rollouts.symbolic_arm import SymbolicModel
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
 from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
