@@ -144,7 +144,7 @@ def test_an_arm_with_sliding_joints_moves_as_in_simulate():
     assert max(differences(done, 1, arm).values()) < 1e-10
 
 
-PD = lwr_dyn.controller("inverse-dynamics", ARM)
+PLAIN = lwr_dyn.controller("inverse-dynamics", ARM)
 NAN = np.full(3, np.nan)
 
 
@@ -175,7 +175,7 @@ NAN = np.full(3, np.nan)
 )
 def test_parameters_that_cannot_be_are_refused(given, error, words):
     with pytest.raises(error, match=words):
-        lwr_dyn.rollouts(ARM, PD, IST, parameters=given, duration=0.1)
+        lwr_dyn.rollouts(ARM, PLAIN, IST, parameters=given, duration=0.1)
 
 
 @pytest.mark.slow
@@ -204,7 +204,7 @@ def test_parameters_that_cannot_be_are_refused(given, error, words):
 )
 def test_options_that_cannot_be_are_refused(options, words):
     with pytest.raises(errors.OptionError, match=words):
-        lwr_dyn.rollouts(ARM, PD, IST, **{"runs": 1, "duration": 0.1} | options)
+        lwr_dyn.rollouts(ARM, PLAIN, IST, **{"runs": 1, "duration": 0.1} | options)
 
 
 def test_a_record_that_memory_does_not_hold_is_refused():
@@ -228,24 +228,24 @@ def test_other_things_that_cannot_be_are_refused():
     with pytest.raises(errors.UnknownNameError):
         lwr_dyn.rollouts(ARM, "inverse-dynamic", IST, runs=1)
     with pytest.raises(errors.OptionError, match="a Reference"):
-        lwr_dyn.rollouts(ARM, PD, None, runs=1)
+        lwr_dyn.rollouts(ARM, PLAIN, None, runs=1)
     with pytest.raises(errors.OptionError, match="empty sequence"):
-        lwr_dyn.rollouts(ARM, PD, [], runs=1)
+        lwr_dyn.rollouts(ARM, PLAIN, [], runs=1)
     with pytest.raises(errors.OptionError, match="an arm"):
-        lwr_dyn.rollouts("lwr4plus", PD, IST, runs=1)
+        lwr_dyn.rollouts("lwr4plus", PLAIN, IST, runs=1)
     with pytest.raises((errors.MissingDataError, errors.NotPhysicalError)):
-        lwr_dyn.rollouts(ARM, PD, IST, runs=1, plant=lwr_dyn.load("lwr4"), duration=0.1)
+        lwr_dyn.rollouts(ARM, PLAIN, IST, runs=1, plant=lwr_dyn.load("lwr4"), duration=0.1)
     with pytest.raises(errors.LwrDynError):
-        lwr_dyn.rollouts(ARM, PD, IST, runs=1, plant=lwr_dyn.load("kr30ha"), duration=0.1)
+        lwr_dyn.rollouts(ARM, PLAIN, IST, runs=1, plant=lwr_dyn.load("kr30ha"), duration=0.1)
 
 
 def test_a_start_outside_the_limits_is_refused():
     with pytest.raises(errors.OptionError, match="q0 of run 1"):
-        lwr_dyn.rollouts(ARM, PD, IST, parameters={"q0": [IST.sample(np.zeros(1)).q[0], [9.0] * 7]}, duration=0.1)
+        lwr_dyn.rollouts(ARM, PLAIN, IST, parameters={"q0": [IST.sample(np.zeros(1)).q[0], [9.0] * 7]}, duration=0.1)
 
 
 def test_a_run_that_was_not_made_is_refused():
-    done = lwr_dyn.rollouts(ARM, PD, IST, parameters={"inertia": [OWN]}, duration=0.1)
+    done = lwr_dyn.rollouts(ARM, PLAIN, IST, parameters={"inertia": [OWN]}, duration=0.1)
     for number in (1, -2, 0.5, "a", True, None):
         with pytest.raises(errors.OptionError, match="0 to 0"):
             done.run(number)
@@ -260,7 +260,7 @@ def test_friction_too_stiff_for_one_light_arm_is_refused():
     given = {"friction": [table, table], "armature": [ARM.armature, 0.5 * ARM.armature]}
     options = {"friction": "smooth", "friction_width": own / 2690.0, "duration": 0.01}
     with pytest.raises(errors.OptionError, match=r"run 1.*substeps"):
-        lwr_dyn.rollouts(ARM, PD, IST, parameters=given, **options)
+        lwr_dyn.rollouts(ARM, PLAIN, IST, parameters=given, **options)
 
 
 @pytest.mark.parametrize("arm", [lwr_dyn.load("lwr4plus"), random_arm(5, "RPRP")])
