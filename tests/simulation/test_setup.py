@@ -98,18 +98,9 @@ def test_an_encoder_too_slow_for_the_loop():
         simulate(lwr(), no_torque, joint_waves(), rate=100.0, encoder=Encoder(cutoff_hz=80.0))
 
 
-def test_continuous_needs_the_true_state_and_no_hidden_memory():
+def test_a_continuous_run_is_checked_with_its_controller():
     with pytest.raises(OptionError, match="encoder"):
         simulate(lwr(), no_torque, joint_waves(), continuous=True, encoder=Encoder())
-
-    class Counting:
-        def reset(self): ...
-
-        def __call__(self, t, q, *reference):
-            return np.zeros_like(q)
-
-    with pytest.raises(OptionError, match="continuous"):
-        simulate(lwr(), Counting(), joint_waves(), continuous=True)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, np.nan])
