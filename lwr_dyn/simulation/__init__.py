@@ -19,4 +19,8 @@ plant         The plant, which need not be the arm that the controller models; e
 setup         `Loop`: what closes a loop; `prepare`: arm, controller, reference and loop, checked, as a `Setup` that
               can be run
 simulate      `simulate`: an arm, a controller and a reference become a `Run` that records its setup and its audit
+step_and_chirp
+              What a run answers to steps (rise, overshoot, settling) and to chirps (frequency response, bandwidth)
+walls_and_pushes
+              A push at a point of the arm, and a compliant wall that its tip touches: external torques
 """

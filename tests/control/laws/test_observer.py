@@ -11,8 +11,8 @@ from lwr_dyn.control.laws.observer import CollisionThreshold, MomentumObserver, 
 from lwr_dyn.control.protocol import JointReadings
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import arm_with_payload
-from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.walls_and_pushes import Push
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics
 from tests.slips import uncaught
 from tests.tolerances import OBSERVER_SHARE

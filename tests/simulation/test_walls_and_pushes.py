@@ -10,8 +10,8 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics.forward import frames, jacobian, jacobian_at, joint_axes
 from lwr_dyn.model.spatial import Pose
-from lwr_dyn.simulation.environment.walls_and_pushes import Course, Push, Wall
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.walls_and_pushes import Course, Push, Wall
 from tests.simulation.sample_runs import joint_waves, lwr
 from tests.slips import uncaught
 
@@ -21,7 +21,7 @@ TIP = lwr_dyn.forward_kinematics(ARM, POSE)[:3, 3]
 SPEED = np.array([0.1, -0.2, 0.3, 0.2, -0.1, 0.3, 0.2])
 NORMAL = np.array([1.0, 2.0, 2.0]) / 3.0
 K, LOSS, M, MU, SLIP = 2e4, 0.8, 1.5, 0.3, 0.02
-MODULE = "lwr_dyn.simulation.environment.walls_and_pushes"
+MODULE = "lwr_dyn.simulation.walls_and_pushes"
 SLIPS = (
     ("inward = -self.normal.dot(velocity)", "inward = self.normal.dot(velocity)"),
     ("(1.0 + self.loss * inward), 0.0)", "(1.0 + self.loss * inward), -1e9)"),
@@ -169,7 +169,7 @@ PUSH_SLIPS = (
 
 
 def test_planted_slips_of_push_are_caught():
-    assert not uncaught("lwr_dyn.simulation.environment.walls_and_pushes", PUSH_SLIPS, check_push)
+    assert not uncaught("lwr_dyn.simulation.walls_and_pushes", PUSH_SLIPS, check_push)
 
 
 def test_its_work_closes_the_audit_and_it_is_written_down():

@@ -6,8 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.responses.step_and_chirp import frequency_responses, response_parts, step_responses
-from tests.simulation.responses.loops import ARM, OMEGA, START, answered
+from lwr_dyn.simulation.step_and_chirp import frequency_responses, response_parts, step_responses
+from tests.simulation.answers import ARM, OMEGA, START, answered
 
 
 def theory(xi):
