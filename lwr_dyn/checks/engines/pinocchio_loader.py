@@ -27,11 +27,11 @@ from lwr_dyn.model.arm import Arm
 class PinocchioFile:
     """The whole tree: joints outside the scope are held, so the scope's rows are those of the reduced model.
 
-    A continuous joint has a cosine and a sine in place of its angle.
+    A continuous joint has a cosine and a sine in place of its angle. The option `rotors` names an .srdf.
     """
 
-    def __init__(self, path: Path, scope: ArmInFile, rotors: str | None) -> None:
-        self.model = file_model(path, rotors)
+    def __init__(self, path: Path, scope: ArmInFile, options: Mapping[str, Any]) -> None:
+        self.model = file_model(path, options.get("rotors"))
         self.calls = PinocchioCalls(self.model)
         names = list(self.model.names)
         for name in (x for x in scope.joints if x not in names):
@@ -97,11 +97,6 @@ class PinocchioFile:
         return whole
 
 
-def load(path: Path, scope: ArmInFile, options: Mapping[str, Any]) -> PinocchioFile:
-    """The file; `rotors` names an .srdf beside it."""
-    return PinocchioFile(path, scope, options.get("rotors"))
-
-
 STATES = 200
 
 _NAME = "Pinocchio on the file itself - our reading"
@@ -117,7 +112,7 @@ def file_verdicts(arm: Arm) -> tuple[list[Verdict], list[str]]:
         reference = reference_of(path, given.get("tip"), given.get("lock", {}), STATES)
         try:
             with quiet() as printed:
-                model = PinocchioFile(path, reference.scope, None)
+                model = PinocchioFile(path, reference.scope, {})
         except Exception as refusal:  # its parser raises what C++ throws
             return [], [f"{_NAME}: {one_line(refusal, printed)}"]
     joints = () if reference.arm.layout is None else reference.arm.layout.joints
