@@ -39,14 +39,10 @@ _LARGEST = 1e6
 def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
     """The arm on its mount and with its tool, each None where nothing is said.
 
-    Their fields as JSON values are added to `loaded_with`; they are sources of the numbers that they change.
-
-    Raises
-    ------
-    FileAccessError, PaperError
-        A .toml file that cannot be read.
-    UnknownNameError, OptionError, ShapeError
-        A place or field that does not exist, two rotations, an inertia that no body can have, other shapes.
+    Their fields as JSON values are added to `loaded_with`; they are sources of the numbers that they change. Raises
+    `FileAccessError` or `PaperError` for a .toml file that cannot be read; `UnknownNameError`, `OptionError`,
+    `ShapeError` for a place or field that does not exist, two rotations, an inertia that no body can have, other
+    shapes.
     """
     given = {key: _description(key, value) for key, value in (("mount", mount), ("tool", tool)) if value is not None}
     body, last = _tool(given.get("tool", {})), arm.chain.links[-1].link

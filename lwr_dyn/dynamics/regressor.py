@@ -126,10 +126,7 @@ _UNITS = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
 def chain_with_dynamics(arm: Any) -> Chain:
     """The chain of an arm whose torques its source determines.
 
-    Raises
-    ------
-    MissingDataError
-        Links without inertia, or an unknown parameter on which a torque depends.
+    Raises `MissingDataError` for links without inertia, or an unknown parameter on which a torque depends.
     """
     chain: Chain = arm.require_dynamics()
     if any(link.body.unknown for link in chain.links if link.body is not None):

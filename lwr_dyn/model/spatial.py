@@ -309,12 +309,8 @@ def principal_moments(tensor: Array) -> Array:
 def pose_array(name: str, value: ArrayLike) -> Array:
     """Poses (..., 4, 4) with rotations made exact; each with last row 0 0 0 1, lengths in metres.
 
-    Raises
-    ------
-    ShapeError
-        Not (..., 4, 4), or not finite.
-    OptionError
-        The last row is not 0 0 0 1, or the rotation is not one (to `ORTHONORMAL`).
+    Raises `ShapeError` for another shape or a number that is not finite, `OptionError` for another last row or a
+    rotation that is none (to `ORTHONORMAL`).
 
     >>> pose_array("T", np.eye(4)).shape
     (4, 4)

@@ -66,14 +66,9 @@ class Normal:
 def decomposed(pose: Pose, carried: Screw | None = None, keep_left: bool = False) -> tuple[Screw, Normal, Screw]:
     """The three parts of a pose.
 
-    Parameters
-    ----------
-    pose : Pose
-    carried : Screw, optional
-        What the row already has from the pose before: of the two directions of the normal, the one that leaves the row
-        the smaller theta is taken; between parallel axes the row's d becomes 0.
-    keep_left : bool
-        Where the axes are parallel, or one line, the free turn and shift stand left of the normal; else right of it.
+    `carried` is what the row has from the pose before: of the two directions of the normal, the one that leaves the row
+    the smaller theta is taken; between parallel axes the row's d becomes 0. The free turn and shift between parallel
+    axes, or of one line, stand right of the normal, with `keep_left` left of it.
     """
     carried = Screw() if carried is None else carried
     r, p = pose.rotation, pose.position

@@ -53,10 +53,7 @@ _DEEPEST = 100
 def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     """The root element of a URDF.
 
-    Raises
-    ------
-    UrdfError
-        Broken XML; elements nested too deep; a file of xacro macros, with the command that expands it.
+    Raises `UrdfError`: broken XML, elements nested too deep, a file of xacro macros (with the command that expands it).
     """
     try:
         root = _tree(content.strip(_AROUND))
@@ -108,16 +105,8 @@ def expand_xacro(
     """The URDF that a xacro file expands to.
 
     `arguments` are values of its `<xacro:arg>`; `parse(inp, filename=None) -> xml.dom.minidom.Document` stands in for
-    `xacro.parse`, for the file and all that it includes.
-
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read.
-    MissingPackageError
-        xacro is not installed.
-    UrdfError
-        xacro refuses the file: what it says.
+    `xacro.parse`, for the file and all that it includes. Raises `FileAccessError`; `MissingPackageError` without xacro;
+    `UrdfError` with what xacro says where it refuses the file.
     """
     read_bytes(path, "a readable .xacro file")
     try:
@@ -205,12 +194,8 @@ class UrdfFile:
 def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
     """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
 
-    Raises
-    ------
-    FileAccessError, MissingPackageError
-        The file cannot be read; it is a `.xacro` and xacro is not installed.
-    UrdfError
-        What xacro refuses, broken XML, a missing name or attribute, a malformed number, a name used twice.
+    Raises `FileAccessError`; `MissingPackageError` for a `.xacro` without xacro; `UrdfError`: what xacro refuses,
+    broken XML, a missing name or attribute, a malformed number, a name used twice.
     """
     import yourdfpy
 

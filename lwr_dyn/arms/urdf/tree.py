@@ -109,12 +109,8 @@ def _file_joint(tree: Tree, joint: Any, link: ChainLink) -> FileJoint:
 def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:
     """The tree of a file with some joints locked.
 
-    Raises
-    ------
-    UrdfError
-        No or several roots, a link with two parent joints, a loop; a lock outside the joint's limits.
-    UnknownNameError
-        No moving joint of a locked name.
+    Raises `UrdfError`: no or several roots, a link with two parent joints, a loop, a lock outside the joint's limits;
+    `UnknownNameError`: no moving joint of a locked name.
     """
     into: dict[str, Any] = {}
     out_of: dict[str, list[Any]] = {link: [] for link in urdf.links}

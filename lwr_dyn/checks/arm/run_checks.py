@@ -29,16 +29,9 @@ position of the flange where that is more."""
 
 
 def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: int = SEED) -> CheckReport:
-    """All checks that the arm's data allow.
+    """All checks that the arm's data allow, over random states inside its limits.
 
-    Parameters
-    ----------
-    arm : Arm
-    paper : Paper, optional
-        Adds the checks against its tabulated frames and its data sheet.
-    states : int
-        Random states inside the limits.
-    seed : int
+    A paper adds the checks against its tabulated frames and its data sheet.
     """
     x = model_laws.random_states(arm, states, seed)
     road_a = None if arm.chain.bodies is None else pinocchio_dynamics(arm)

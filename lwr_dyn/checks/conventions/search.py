@@ -143,16 +143,7 @@ Equals = tuple[tuple[OptionSets, ...], ...]
 
 
 def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Sequence[Sequence[int]]) -> SearchResult:
-    """Every combination of the links' allowed options that gives all the numbers.
-
-    Parameters
-    ----------
-    rows : NumberRows
-        The numbers as linear rows.
-    options : sequence of n LinkOptions
-    allowed : sequence of n sequences of int
-        The options of each link that are considered.
-    """
+    """Every combination of the links' allowed options that gives all the numbers; `allowed` lists them link by link."""
     allowance = allowances(rows, options)
     per_row = np.repeat(allowance, np.diff(rows.start))
     sums, matched = np.zeros((1, len(per_row))), 0

@@ -174,10 +174,7 @@ class ZeroReadings:
 def zero_readings(paper: Paper) -> ZeroReadings:
     """Signs, offsets and DH convention of a robot from its data sheet's poses.
 
-    Raises
-    ------
-    MissingDataError
-        The file does not give the directions of the joint axes at zero.
+    Raises `MissingDataError` where the file does not give the directions of the joint axes at zero.
     """
     if "poses.axis" not in paper.columns:
         raise MissingDataError(paper.name, "axes of the joints at zero (poses.axis)", "a reading of signs and offsets")

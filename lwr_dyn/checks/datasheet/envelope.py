@@ -142,14 +142,9 @@ def working_envelope(arm: Arm) -> Envelope:
     """The envelope of the wrist centre inside the position limits.
 
     Exact, but for the volume with what is reached overhead of an arm whose wrist runs beside the plane of axis 1 and
-    whose joint 1 makes less than a turn: there the two sides overlap a little more or less than is counted.
-
-    Raises
-    ------
-    OptionError
-        Not a six-joint arm with a spherical wrist.
-    MissingDataError
-        A limit of joints 1 to 3 is not known.
+    whose joint 1 makes less than a turn: there the two sides overlap a little more or less than is counted. Raises
+    `OptionError` for an arm without six joints and a spherical wrist, `MissingDataError` where a limit of joints 1 to 3
+    is not known.
 
     >>> import lwr_dyn
     >>> envelope = working_envelope(lwr_dyn.load("kr30ha"))

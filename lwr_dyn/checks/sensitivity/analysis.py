@@ -87,18 +87,11 @@ def sensitivity(
     progress : callable, optional
         Called with the share of the runs that are done.
 
-    Returns
-    -------
-    Sensitivity
-
     Raises
     ------
-    OptionError
-        Fewer than two arms or more than eight, no poses, no rate, a task that the first arm cannot do.
-    ShapeError
-        Arms with different numbers of joints.
-    UnknownNameError
-        No task of that name.
+    OptionError, ShapeError, UnknownNameError
+        Another number of arms, no poses, no rate; different numbers of joints; no such task, or one that the first arm
+        cannot do.
     MissingDataError, PathLimitError
         An arm without inertias, a task beyond the limits of the first arm.
     """

@@ -284,12 +284,8 @@ def lint(sheet: Sheet) -> tuple[Finding, ...]:
 def sheet_of_file(path: str | Path) -> Sheet:
     """A .toml or .csv file as a sheet, the kind of its joints unknown where it does not state it.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read, is too large, or is neither .toml nor .csv.
-    TableError
-        It can be read, but not as tables of numbers.
+    Raises `FileAccessError` for a file that cannot be read, is too large or is neither .toml nor .csv, `TableError` for
+    one that can be read, but not as tables of numbers.
     """
     file = Path(path)
     if file.suffix.lower() not in (".toml", ".csv"):

@@ -276,21 +276,12 @@ def _pairs(lines: Sequence[str]) -> dict[str, str]:
 
 
 def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
-    """The table of a CSV text.
+    """The table of a CSV text; `file` and `name` are what messages call the file and the table.
 
-    Parameters
-    ----------
-    text : str
-        A heading line ("Joint, Mass [kg]"), then rows; separated by , ; tab or |. Lines "# formula: Kp = 25 * Kd",
-        "# ratio: Kp / Kd", "# total: Mass = 14.4462", "# joints: revolute", "# role: a = mean" and "# title: ..."
-        declare. A last row labelled "total" is taken as the sum.
-    file, name : str
-        Names of the file and the table in messages.
-
-    Raises
-    ------
-    TableError
-        No CSV, no rows, a row of another length, two columns of one name.
+    The text is a heading line ("Joint, Mass [kg]"), then rows; separated by , ; tab or |. The lines
+    "# formula: Kp = 25 * Kd", "# ratio: Kp / Kd", "# total: Mass = 14.4462", "# joints: revolute", "# role: a = mean"
+    and "# title: ..." declare. A last row labelled "total" is taken as the sum. Raises `TableError` for no CSV, no
+    rows, a row of another length, two columns of one name.
     """
     declared = _declarations(text)
     headings, *cells = _rows([line for line in text.splitlines() if not line.lstrip().startswith("#")], file)

@@ -106,18 +106,9 @@ class SheetParts:
 
 
 def sheet_of_toml(text: str, file: str, joints: str = "") -> sheet.Sheet:
-    """All tables, matrices and sentences of a TOML text.
+    """All tables, matrices and sentences of a TOML text; raises `TableError` for broken TOML and bad declarations.
 
-    Parameters
-    ----------
-    text, file : str
-    joints : str
-        "revolute" or "prismatic": the kind of the joints, where the file does not state it; "" if unknown.
-
-    Raises
-    ------
-    TableError
-        Broken TOML, a declaration that cannot be read.
+    `joints` is the kind of the joints where the file does not state it: "revolute", "prismatic", or "" if unknown.
 
     >>> sheet_of_toml("[gains]\\nKp = [7310, 7270]\\nKd = [292.4, 290.8]", "x.toml").tables[0].columns[1].cells
     ('292.4', '290.8')

@@ -33,40 +33,18 @@ SEVERITIES: tuple[FindingSeverity, ...] = ("error", "warning", "note")
 
 @dataclass(frozen=True, slots=True)
 class UrdfFinding:
-    """A suspected fault.
+    """A suspected fault."""
 
-    Parameters
-    ----------
-    what : str
-        One clause with the numbers: "iyy and izz look exchanged".
-    why : str
-        The figures that show it.
-    place : Place
-    subject : str
-        "link wrist_1", "joint elbow"; empty for the whole file.
-    instead : str
-        The text to write, or what to do; empty where the file does not tell.
-    sure : str
-    cause : str
-        Groups findings over rules and links: "masses in g". Empty: grouped by code.
-    severity : str, optional
-        None: that of its rule.
-    link : str
-        The link that is judged; on one that no joint moves the finding becomes a note.
-    code : str
-        Name of its rule, filled in when the rule has run.
-    """
-
-    what: str
-    why: str
+    what: str  # one clause with the numbers: "iyy and izz look exchanged"
+    why: str  # the figures that show it
     place: Place
-    subject: str
-    instead: str = ""
+    subject: str  # "link wrist_1", "joint elbow"; empty for the whole file
+    instead: str = ""  # the text to write, or what to do; empty where the file does not tell
     sure: Sureness = "certain"
-    cause: str = ""
-    severity: FindingSeverity | None = None
-    link: str = ""
-    code: str = ""
+    cause: str = ""  # groups findings over rules and links: "masses in g"; empty: grouped by code
+    severity: FindingSeverity | None = None  # None: that of its rule
+    link: str = ""  # that is judged; on one that no joint moves the finding becomes a note
+    code: str = ""  # of its rule, filled in when the rule has run
 
     @property
     def level(self) -> FindingSeverity:
@@ -203,12 +181,8 @@ class UrdfDocument:
 def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfDocument:
     """A URDF or xacro file as a document; text that is no URDF makes a document with a finding and no links.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read, or is larger than 50 MB.
-    MissingPackageError
-        A xacro file, and xacro is not installed.
+    Raises `FileAccessError` for a file that cannot be read or has over 50 MB, `MissingPackageError` for a xacro file
+    where xacro is not installed.
     """
     file, place = str(path), Path(path)
     if not ends_in(file, ".xacro"):

@@ -40,25 +40,14 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkBody:
-    """A link with the hulls of its shapes; a hull is None where no shape with a volume can be read.
-
-    Parameters
-    ----------
-    visual, collision : Hull or None
-    hull : Hull or None
-        Of both together; of the more plausible one where their units differ.
-    unread : tuple of (ShapeElement, str)
-        Mesh files that are there and cannot be read, with the reason.
-    whole : bool
-        Whether every mesh was read; without one the hull may be smaller than the body.
-    """
+    """A link with the hulls of its shapes; a hull is None where no shape with a volume can be read."""
 
     link: LinkElement
     visual: Hull | None
     collision: Hull | None
-    hull: Hull | None
-    unread: tuple[tuple[ShapeElement, str], ...]
-    whole: bool = True
+    hull: Hull | None  # of both together; of the more plausible one where their units differ
+    unread: tuple[tuple[ShapeElement, str], ...]  # mesh files that are there and cannot be read, with the reason
+    whole: bool = True  # every mesh was read; else the hull may be smaller than the body
 
     @property
     def ratio(self) -> float:
@@ -186,43 +175,23 @@ CENTRE_NAMED = 0.55
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """A link with mass and hull, and what the hull says of them.
-
-    Parameters
-    ----------
-    density : float [kg/m^3]
-        Mass over the volume of the hull.
-    usual : float [kg/m^3]
-        Median of the file's links.
-    ratios : (3,) array
-        Eigenvalues of H^-1 S.
-    spread, usual_spread : float
-        Mean logarithm of the ratios, and the file's median of it.
-    bound : float
-        Variance over its hard bound.
-    outside, off : float
-        Of the centre: over the diameter, and in standard deviations.
-    tensor_slip, centre_slip : Undoing or None
-        The slip whose undoing explains the tensor or the centre.
-    cut : float
-        By how much the slip of the tensor shortens the distance, its prior taken off.
-    """
+    """A link with mass and hull, and what the hull says of them."""
 
     body: LinkBody
     inertial: InertialElement
     hull: Hull
     point: MassPoint
-    density: float
-    usual: float
-    ratios: Array
-    spread: float
-    bound: float
-    outside: float
-    off: float
-    usual_spread: float = 0.0
-    tensor_slip: Undoing | None = None
-    cut: float = 0.0
-    centre_slip: Undoing | None = None
+    density: float  # mass over the volume of the hull [kg/m^3]
+    usual: float  # median of the file's links [kg/m^3]
+    ratios: Array  # (3,), eigenvalues of H^-1 S
+    spread: float  # mean logarithm of the ratios
+    bound: float  # variance over its hard bound
+    outside: float  # of the centre, over the diameter
+    off: float  # of the centre, in standard deviations
+    usual_spread: float = 0.0  # the file's median
+    tensor_slip: Undoing | None = None  # whose undoing explains the tensor
+    cut: float = 0.0  # by how much that shortens the distance, its prior taken off
+    centre_slip: Undoing | None = None  # whose undoing explains the centre
 
 
 @lru_cache(maxsize=4)

@@ -114,20 +114,9 @@ class _Reader:
 
 
 def read_tree(content: bytes | str, file: str, carried: bool = False) -> XmlElement:
-    """The root element.
+    """The root element; with `carried`, attributes `at.` hold the places, as `expand_with_places` writes them.
 
-    Parameters
-    ----------
-    content : bytes or str
-    file : str
-        Its name in places.
-    carried : bool
-        Whether attributes `at.` hold the places, as `xacro_places` writes them.
-
-    Raises
-    ------
-    XmlFaultError
-        What is no XML, with its place.
+    Raises `XmlFaultError` for what is no XML, with its place.
 
     >>> read_tree("<robot>\\n  <link/></robot>", "a.urdf").children[0].place
     Place(file='a.urdf', line=2, column=3)
@@ -150,13 +139,7 @@ def read_tree(content: bytes | str, file: str, carried: bool = False) -> XmlElem
 
 
 def expand_with_places(path: Path, arguments: Mapping[str, str]) -> str:
-    """The URDF that a xacro file expands to, its elements with an attribute "line:column:file".
-
-    Raises
-    ------
-    FileAccessError, MissingPackageError, UrdfError
-        As `expand_xacro`.
-    """
+    """What a xacro file expands to, its elements with an attribute "line:column:file"; raises as `expand_xacro`."""
     return expand_xacro(path, arguments, _parse)
 
 
