@@ -1,4 +1,4 @@
-"""What holds for every arm: feasible links, and identities of the equations of motion over random states.
+"""What holds for every arm, as verdicts: feasible links, and identities of the equations of motion over random states.
 
 A link is feasible when its inertia is positive definite and obeys the triangle inequality (both exact: a density >= 0
 exists), and when its radius of gyration stays within the link's reach (plausibility: a tensor ten times too large
@@ -9,21 +9,65 @@ hides the error of a difference quotient.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.integrate import DOP853
 
-from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy, singular_joint
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import ShapeError, SingularMassError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical
 from lwr_dyn.model.file_layout import WrittenLink, fitting, welded
 from lwr_dyn.model.spatial import Vector, principal_moments
+
+Bound = Literal["at most", "above"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One identity or agreement: `value` against `tolerance`, in `unit`."""
+
+    name: str
+    value: float
+    tolerance: float
+    unit: str
+    bound: Bound = "at most"
+
+    @property
+    def holds(self) -> bool:
+        """A value that is not a number never holds.
+
+        >>> Verdict("x", float("nan"), 1.0, "").holds
+        False
+        """
+        return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
+
+
+def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
+    """Verdicts as a table.
+
+    >>> print(verdict_table("arm", [Verdict("B symmetric", 2e-16, 1e-12, "relative")]).text())
+    arm
+    check        value  bound    tolerance  unit      verdict
+    -----------  -----  -------  ---------  --------  -------
+    B symmetric  2e-16  at most  1e-12      relative  holds
+    """
+    headings = (
+        Heading("check", key="name"),
+        Heading("value", "", ".3g", "value", "In `unit` where there is one."),
+        Heading("bound", key="bound", says="What the tolerance is of the value.", kind=Bound),
+        Heading("tolerance", "", ".3g", "tolerance", "What the value is held against."),
+        Heading("unit", key="unit"),
+        Heading("verdict", "", lambda holds: "holds" if holds else "FAILS", "holds", "Whether it holds."),
+    )
+    rows = [(v.name, v.value, v.bound, v.tolerance, v.unit, v.holds) for v in verdicts]
+    return Table(title, headings, rows, "", "verdicts", "The checks.")
+
 
 THICKNESS = 0.12
 """Share of the arm's reach that a link may extend past its joints and centre of mass: half the thickness of a heavy

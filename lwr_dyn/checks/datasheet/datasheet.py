@@ -18,7 +18,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.verdict import Verdict
+from lwr_dyn.checks.arm.model_laws import Verdict
 from lwr_dyn.checks.conventions.printed_table import printed_rows
 from lwr_dyn.checks.datasheet.envelope import SECTION, working_envelope
 from lwr_dyn.foundation.arrays import Array

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.checks.arm.model_laws import EXACT, SLIDE, equality
-from lwr_dyn.checks.arm.verdict import Verdict
+from lwr_dyn.checks.arm.model_laws import EXACT, SLIDE, Verdict, equality
 from lwr_dyn.checks.engines.child_process import one_line, quiet
 from lwr_dyn.checks.engines.engine import ArmInFile
 from lwr_dyn.checks.engines.losses import FileReference, as_urdf, reference_of

@@ -2,7 +2,8 @@
 
 import pytest
 
-from lwr_dyn.checks.arm.verdict import CheckReport, Verdict
+from lwr_dyn.checks.arm.model_laws import Verdict
+from lwr_dyn.checks.arm.run_checks import CheckReport
 
 LOW, EQUAL, HIGH = (Verdict(f"v{x:g}", x, 1.0, "N m") for x in (0.5, 1.0, 2.0))
 ABOVE = Verdict("smallest moment", 1.0, 1.0, "", "above")
