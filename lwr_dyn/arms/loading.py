@@ -26,12 +26,9 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose, from_rpy, pose_array
 
 _POSE = ("xyz", "rpy", "rpy_deg", "pose")
-
 _FIELDS = {"mount": ("on", *_POSE), "tool": (*_POSE, "mass", "com", "inertia")}
-
 WORLD = "world"
 """The root link of the URDF of a mounted arm."""
-
 _LARGEST = 1e6
 """Of a number of a mount or tool [m, kg, kg m^2]."""
 

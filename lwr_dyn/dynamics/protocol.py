@@ -111,7 +111,6 @@ def singular_joint(B: Array) -> int | None:
 
 
 Ungated = TypeVar("Ungated", covariant=True)
-
 Call = Callable[..., Any]
 
 FUNCTIONS = {

@@ -13,9 +13,7 @@ from lwr_dyn.foundation.errors import PaperError, did_you_mean
 
 LARGEST = 1e30
 """Limit of every number in its printed unit: no quantity of a robot is larger, and products stay finite."""
-
 _TYPE_NAMES = {str: "text", int: "an integer", dict: "a table", list: "a list"}
-
 _REQUIRED: Any = object()
 
 

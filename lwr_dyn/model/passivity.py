@@ -20,12 +20,9 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 
 Side = Literal["positive", "negative"]
-
 SIDES: tuple[Side, Side] = ("positive", "negative")
-
 TIGHT = 1e-15
 """Tolerance of the roots, relative and absolute: the precision of floats."""
-
 FADED = 30.0
 """Speed over Stribeck velocity at which the Stribeck part is zero in floats: exp(-30^2)."""
 

@@ -135,7 +135,6 @@ def constant(x: Any) -> Scalar:
 
 
 ZERO = Vector(0.0, 0.0, 0.0)
-
 Z = Vector(0.0, 0.0, 1.0)
 
 SNAP = 1e-15
@@ -144,7 +143,6 @@ a float, and a recursion can drop terms with an exact zero."""
 
 ORTHONORMAL = 1e-6
 """Entries of R^T R - 1 up to here are rounding of typed or printed numbers; the nearest rotation is taken."""
-
 _GIMBAL = 1e-14
 """Below this cosine of the pitch, roll and yaw turn about one axis, and roll is set to 0."""
 

@@ -26,10 +26,8 @@ from lwr_dyn.model.spatial import Pose, rot_x, rot_y, rot_z
 
 PARALLEL = 1e-14
 """Sine of the angle below which two axes are parallel: the angle moves a point 1 m away by 1e-14 m."""
-
 COINCIDENT = 1e-14
 """[m] Distance below which two parallel axes are one line, and two axes meet."""
-
 FAR = 100.0
 """[m] A common normal farther than this along an axis takes beta: a rounding of 1e-16 there is 1e-14 m."""
 

@@ -18,7 +18,6 @@ from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.model.chain import Convention, JointKind
 
 _STEP = re.compile(r"\.?([A-Za-z_0-9]+)|\[(\d+)\]")
-
 _PATH = re.compile(r"[A-Za-z_0-9]+(\.[A-Za-z_0-9]+|\[\d+\])+")
 
 

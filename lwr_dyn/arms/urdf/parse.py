@@ -32,20 +32,13 @@ from lwr_dyn.model.chain import Rotor
 
 DRAKE = "http://drake.mit.edu"
 """Drake's namespace, which an undeclared prefix `drake` stands for."""
-
 _UNBOUND = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
-
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
-
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
-
 _ROOT = re.compile(rb"<!--.*?-->|(<robot\b[^>]*>)", re.DOTALL)
-
 _AROUND = b" \t\r\n\0"
 """Before and after the document, where the engines pass over it."""
-
 _XACRO = "xacro"
-
 _DEEPEST = 100
 """Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
 
@@ -158,18 +151,12 @@ def _package_name(folder: Path) -> str:
 
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
-
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
-
 _LIMITS = ("lower", "upper", "effort", "velocity")
-
 _NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
-
 WORLD = ': write <link name="world"/>, which Drake adds unwritten'
 """Added to the message on a joint whose parent is not there."""
-
 _ROTOR = ("gear_ratio", "rotor_inertia")
-
 _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
 
 

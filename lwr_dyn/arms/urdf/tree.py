@@ -208,13 +208,10 @@ def with_held_joints(tree: Tree, tip: str) -> tuple[Tree, Mapping[str, float]]:
 
 _ARM = 4
 """Joints that make an arm: with fewer behind them, branches are no fingers, and of fewer no branch is the arm."""
-
 _LISTED = 12
 """Largest number of tips that one message lists."""
-
 _FRAMES = ("tool0", "tcp", "end_effector", "gripper_frame_link", "flange")
 """Ends of names of links made to be the tip, the preferred first: tool0 is the flange of ROS-Industrial."""
-
 _FINGERS = ("finger", "gripper", "jaw", "knuckle")
 
 

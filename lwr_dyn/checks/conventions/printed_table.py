@@ -156,18 +156,12 @@ def _armature(rotors: Mapping[str, Any]) -> Array | None:
 
 
 About = Literal["com", "origin"]
-
 Products = Literal["tensor", "integral"]
-
 PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
-
 ComFrom = Literal["own frame", "other end"]
-
 AXES = tuple("".join(p) for p in itertools.permutations("xyz"))
 """Orders of the axes: under "xzy" the entries printed as y belong to z, and those printed as z to y."""
-
 _OFF = ~np.eye(3, dtype=bool)
-
 UNIFORM = 1.0 / np.sqrt(12.0)
 """Standard deviation of a rounding, in units of the last digit."""
 

@@ -122,9 +122,7 @@ def _fitting(cases: Iterable[tuple[TableHypothesis, OptionSets]], mirrored: bool
 
 
 TABLE = ("convention", "about", "com_from")
-
 LINK = ("products", "axes")
-
 NO_DIFFERENCE = "no difference"
 """Answer where all choices give the same body to the printed digits."""
 

@@ -31,13 +31,10 @@ from lwr_dyn.model.spatial import Pose, from_rpy
 
 HALF_MILLIMETRE = 0.5e-3
 """[m] Lengths are printed in whole millimetres."""
-
 VOLUME = 0.02
 """[m^3] The volume is printed to 0.01; lengths in whole millimetres change it by another 0.01."""
-
 RIGHT_ANGLES = 1e-9
 """Entries of rotations whose angles are whole quarter turns."""
-
 _POSES = ("axis", "zero_flange", "flange_rpy", "mastering_wrist")
 
 
@@ -109,7 +106,6 @@ def _mass(arm: Arm) -> Iterator[Verdict]:
 
 AXIS = 1e-9
 """Entries of an axis may differ by this: angles are whole quarter turns."""
-
 QUARTERS = (0, 1, -1, 2)
 """Quarter turns that an offset may be moved by, the plainest first."""
 

@@ -18,7 +18,6 @@ from lwr_dyn.foundation.registry import Registry, Row
 
 EXACT = 1e-12
 """Relative tolerance of an engine that computes in double precision throughout."""
-
 HELD = ("lower", "upper", "velocity", "effort", "viscous", "coulomb")
 """Numbers of a joint that an engine may keep beside its dynamics; (n,) each, infinite where it knows no limit."""
 
@@ -101,9 +100,7 @@ def tolerance(engine: str, of: str) -> float:
 
 
 Tree = ElementTree.Element
-
 _DRAKE = ("https://drake.mit.edu/", "http://drake.mit.edu", "https://drake.mit.edu", "http://drake.mit.edu/")
-
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 

@@ -97,7 +97,6 @@ class PinocchioFile:
 
 
 STATES = 200
-
 _NAME = "Pinocchio on the file itself - our reading"
 
 

@@ -166,7 +166,6 @@ def _claim(fields: Fields, controllers: list[str]) -> PublishedClaim:
 
 RANGE_SHARE = 0.1
 """A joint move covers this share of the joints' ranges, about the middle."""
-
 JOINT_LEG = 2.0
 """[s] of each leg of a joint move."""
 

@@ -17,9 +17,7 @@ from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.model.printed_number import printed_number
 
 AXES = "xyz"
-
 SYMMETRIC_UNITS = ("kg m^2", "kg mm^2", "kg cm^2")
-
 SYMMETRIC_WORDS = ("inertia", "tensor", "covariance", "gram")
 
 
@@ -75,16 +73,11 @@ def _matrix(rows: list[Any]) -> tuple[tuple[str, ...], ...]:
 
 
 LISTS = ("formula", "ratio", "symmetric")
-
 DECLARED = (*LISTS, "total", "role", "joints", "unit")
-
 _CELL = re.compile(r"([\w.]+?)\.(\w+)\.values(?:\[(\d+)\])?.*")
-
 PARTS = ("cells", "given")
 """Tables inside a table that hold its cells."""
-
 NOT_CELLS = ("lint", "unit", "units", "schema", "rows", "errata", "needs")
-
 _PRINTED_IN = re.compile(r"printed in ([^,;]+)")
 
 

@@ -5,7 +5,7 @@ findings too. Links that fixed joints weld together count as one mass; poses of 
 positions of the joints, and loops and broken trees are passed over.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -25,9 +25,7 @@ from lwr_dyn.model.spatial import turn_about
 
 FindingSeverity = Literal["error", "warning", "note"]
 """An error is impossible for a body or a joint, a warning most likely wrong, a note worth a look."""
-
 Sureness = Literal["certain", "likely", "possible"]
-
 SEVERITIES: tuple[FindingSeverity, ...] = ("error", "warning", "note")
 
 
@@ -107,7 +105,6 @@ def inertia_text(tensor: Array) -> str:
 
 LARGEST_FILE = 50_000_000
 """Bytes of a file."""
-
 NEEDED = "a readable .urdf or .xacro file"
 
 
@@ -163,19 +160,20 @@ class UrdfDocument:
         """Whether any link of the file has mass; without, it describes kinematics only."""
         return any(link.inertial is not None and not link.inertial.is_zero for link in self.links)
 
+    def carried_by(self, *names: str, through_moving: bool = True) -> Iterator[str]:
+        """These links and all further out, or those fixed to them alone; each once."""
+        seen, waiting = set[str](), list(names)
+        while waiting:
+            name = waiting.pop()
+            if name not in seen:
+                seen.add(name)
+                waiting += [x.child for x in self.joints_from(name) if through_moving or not x.moves]
+                yield name
+
     def mass_beyond(self, name: str, through_moving: bool) -> float:
         """Mass [kg] of the links further out than a link, or of those fixed to it alone; without its own."""
-        mass, seen, waiting = 0.0, {name}, [name]
-        while waiting:
-            for joint in self.joints_from(waiting.pop()):
-                if joint.child in seen or (joint.moves and not through_moving):
-                    continue
-                seen.add(joint.child)
-                waiting.append(joint.child)
-                link = self.link(joint.child)
-                if link is not None and link.inertial is not None:
-                    mass += max(link.inertial.mass or 0.0, 0.0)
-        return mass
+        links = [self.link(x) for x in self.carried_by(name, through_moving=through_moving) if x != name]
+        return sum(max(x.inertial.mass or 0.0, 0.0) for x in links if x is not None and x.inertial is not None)
 
 
 def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfDocument:
@@ -250,9 +248,7 @@ def _not_xml(content: bytes, fault: XmlFaultError) -> UrdfFinding:
 
 POSES = 12
 """Positions of the joints: all at 0, then drawn from their limits."""
-
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
-
 _WIDEST = 2.0 * np.pi
 
 

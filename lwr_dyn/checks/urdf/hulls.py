@@ -27,10 +27,8 @@ from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import cache_folder, read_bytes, write_file
 
 _DIRECTIONS = 574
-
 _CHUNK = 8192
 """Points that are multiplied with all directions at once: 20 MB."""
-
 _FLAT = 1e-9
 """Volume over diameter^3 below which a body is a sheet or a line, without a covariance to compare with."""
 
@@ -133,7 +131,6 @@ def reach_along(hull: Hull, axes: Array, origin: Array) -> tuple[Array, Array]:
 
 
 _SCHEMES = ("package://", "model://")
-
 REMOTE = ("http://", "https://")
 
 
@@ -177,7 +174,6 @@ def _there(path: Path) -> MeshPath:
 
 
 _MARK = b"lwr_dyn hull 1\n"
-
 _LARGEST_KEPT = 100_000
 """[bytes] of one file: 600 points need 14 400."""
 
@@ -218,12 +214,9 @@ def _digest(key: str, data: bytes) -> bytes:
 
 
 OTHER_FORMAT = "format"
-
 FORMATS = (".stl", ".obj", ".dae")
-
 _LARGEST = 256_000_000
 """[bytes] of one mesh file."""
-
 _UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"']+)[\"']")
 
 

@@ -20,10 +20,8 @@ from lwr_dyn.foundation.arrays import Array
 
 DIFFERS, WIDER = 8.0, 2.0
 """Volumes and diameters of visual and collision that are further apart than this are in different units."""
-
 _PLAUSIBLE = 800.0
 """[kg/m^3] Middle of the density of arms' hulls: where the two roles differ, the nearer one is judged."""
-
 _SIDES = 64
 
 
@@ -154,10 +152,8 @@ def _ball() -> Array:
 
 USUAL_DENSITY = 800.0
 """[kg/m^3] Where a file's own median does not lie between 100 and 5 000."""
-
 _WHOLE_FILE, _ODD = 3, 0.02
 """Links that must tell of the base frame before a file is said to use it."""
-
 _LIGHT = 0.05
 """[kg] Links below this do not count for the median: dummies and frames."""
 
@@ -168,7 +164,6 @@ an exchange of moments at most 0.55, rpy 0.67 (prior 0.2), about the link frame 
 
 _USUAL_REST = 1.8
 """A slip explains a tensor when no more distance than this is left: 98 of 100 good links have at most 1.7."""
-
 CENTRE_NAMED = 0.55
 """As `NAMED`, for the centre's distance in standard deviations: signs at most 0.34, order 0.71 (prior 0.3)."""
 

@@ -18,7 +18,6 @@ from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.foundation.registry import Registry, Row
 
 UrdfRule = Callable[[UrdfDocument], Iterable[UrdfFinding]]
-
 _HERE = "lwr_dyn.checks.urdf."
 
 READING = {

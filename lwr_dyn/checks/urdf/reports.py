@@ -139,7 +139,6 @@ def summary(reports: Sequence[LintReport]) -> str:
 
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
-
 MOST = 5000
 """Results that code scanning keeps of a run: the worst come first."""
 
@@ -152,7 +151,7 @@ def sarif_record(reports: Sequence[LintReport]) -> dict[str, Any]:
     """
     findings = _worst_first(reports)[:MOST]
     codes = list(dict.fromkeys(f.code for f in findings))
-    driver = {"name": "lwr_dyn", "version": VERSION, "semanticVersion": VERSION, "rules": [_rule(c) for c in codes]}
+    driver = {"name": "lwr_dyn", "version": VERSION, "semanticVersion": VERSION, "rules": [*map(_rule, codes)]}
     marked = zip(findings, _fingerprints(findings), strict=True)
     results = [_result(f, codes.index(f.code), fingerprint) for f, fingerprint in marked]
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
@@ -226,7 +225,6 @@ def _escaped(text: str, more: str = "") -> str:
 
 
 ENDINGS = (".urdf", ".xacro")
-
 IN_FOLDERS = ("*.urdf", "*.urdf.xacro")
 """Names that are looked for in folders; other `.xacro` files are macros without a robot."""
 

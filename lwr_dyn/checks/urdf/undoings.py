@@ -79,23 +79,15 @@ def off_centre(com: Array, hull: Hull) -> float:
 
 
 _NAMES = ("ixx", "iyy", "izz")
-
 _AXES = "xyz"
-
 _ANGLES = ("roll", "pitch", "yaw")
-
 _PRODUCTS = ((0, 1), (0, 2), (1, 2))
-
 _ABOUT_JOINT = "inertia about the link frame instead of the centre of mass"
-
 _ROUNDED = 1.001
 """A triangle inequality that rounded numbers break by less than this is kept."""
-
 _FAR = 3.0
 """[m] A centre further than this from its link is in mm, one beyond a tenth of it may be in cm."""
-
 AXES_OF_BASE = "tensors in the axes of the base frame"
-
 IN_BASE = "centres of mass in the base frame"
 
 

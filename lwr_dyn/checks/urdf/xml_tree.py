@@ -23,9 +23,7 @@ from lwr_dyn.foundation.errors import LwrDynError
 
 PLACE = "at."
 """The attribute that carries an element's place through xacro: "line:column:file"."""
-
 _IGNORE = re.compile(r"lwr-dyn:\s*ignore\s+([\w\s,.-]+)", re.IGNORECASE)
-
 _AROUND = b" \t\r\n\0"
 
 
@@ -183,7 +181,6 @@ def _builder(file: str) -> Any:
 
 LARGEST = 1e15
 """Magnitude beyond which a number is not used: no robot has it, and its square may overflow."""
-
 SMALLEST = 1e-30
 """Magnitude below which a number is used as 0."""
 

@@ -173,7 +173,6 @@ def christoffel(B: Callable[[int, int], sp.Expr], i: int, j: int, x: Variables) 
 
 
 AXES = "xyz"
-
 PAIRS = [(i, j) for i in range(3) for j in range(i, 3)]
 
 

@@ -114,7 +114,6 @@ class LagrangianCalls:
 
 
 DIMENSION = {"x": 0, "y": 1, "z": 2}
-
 _SYMBOL = re.compile(r"(?P<dots>d{0,2})(?P<letter>Ia|[A-Za-z]+?)(?P<number>\d+)(?P<axes>[xyz]*)$")
 
 _HEAD = r"""\documentclass{article}
