@@ -41,7 +41,7 @@ BROKEN = {
     "two roots": (robot(joint("j", "a", "b"), a="", b=LINK, c=""), "2 links without a parent: a, c; allowed: one root"),
     "two parents": (robot(joint("j", "a", "c"), joint("k", "b", "c"), a="", b="", c=""), "carried by j and k"),
     "loop": (robot(joint("j", "a", "b"), joint("k", "b", "a"), c="", a="", b=""), "a loop through a, b; allowed"),
-    "loop without a root": (robot(joint("j", "a", "b"), joint("k", "b", "a"), a="", b=""), "0 links without a parent: none"),
+    "loop without a root": (robot(joint("j", "a", "b"), joint("k", "b", "a"), a="", b=""), "0 links without a parent"),
     "rotor": (
         ONE.replace('name="r"', 'name="r" xmlns:drake="https://drake.mit.edu/"').replace(
             "</robot>",
