@@ -75,7 +75,7 @@ class RunComparison:
             Note("! unstable: a torque goes from one limit to the other again and again; it is not ranked",
                  any(one.shakes for one in self.runs)),
             Note([f"{one.controller}, {one.plant}: limits {one.figures.limits}"
-                  for one in self.runs if not one.figures.within_limits]),
+                  for one in self.runs if one.figures.within_limits is not True]),
             Note([f"{one.controller}, {one.plant}: unstable, bounded by the torque limits alone: {one.cuts}"
                   for one in self.runs if one.shakes]),
             Note([f"{name}: omega_n {one.omega_n:.3g} rad/s, where |S_ii| reaches {one.peak:.3g} of {one.limit:g} "
@@ -149,8 +149,8 @@ COLUMNS = (
             says="Share of the time in which the torque of one joint is cut at its limit, of the worst joint."),
     Heading(key="unstable",
             says="Whether torques are cut for so long that the loop counts as unstable; it is not ranked."),
-    Heading("limits", "", lambda kept: "kept" if kept else "NOT kept", None,
-            shade=lambda kept: 0.0 if kept else 0.3),
+    Heading("limits", "", {True: "kept", False: "NOT kept", None: "unknown"}.__getitem__, None,
+            shade=lambda kept: 0.3 if kept is False else 0.0),
     Heading("audit", "J", lambda left: "none" if np.isnan(left) else f"{left:.0e}", "audit_residual_J",
             "Energy that the audit leaves unexplained, J; null without an audit."),
     Heading(key="best", says="Errors in which it is the smallest of its plant.",
