@@ -10,7 +10,7 @@ from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.reproduction.case import PaperData
 from lwr_dyn.reproduction.kr30ha import formulas, krl_program, matrices, planar_dynamics
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import planar_equations
-from lwr_dyn.reproduction.lwr4plus import proofs, proofs_of_equations
+from lwr_dyn.reproduction.lwr4plus import proofs
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import results_of_tables, studies
 from lwr_dyn.reproduction.wam7 import formulas as wam7_formulas
@@ -40,8 +40,8 @@ def instead(module, name, value):
 
 
 def without_faults(_, __, patch):
-    right = proofs_of_equations.printed_torque
-    patch.setattr(proofs_of_equations, "printed_torque", lambda chain, q, dq, ddq, errata=(): right(chain, q, dq, ddq))
+    right = proofs.printed_torque
+    patch.setattr(proofs, "printed_torque", lambda chain, q, dq, ddq, errata=(): right(chain, q, dq, ddq))
 
 
 def nothing_added(_, __, patch):
@@ -76,7 +76,7 @@ def in_order(_, results, __):
 LOOP = parse_program(b"DEF a()\nLOOP\nENDLOOP\nEND\n" + b"; line\n" * 40, None, "a")
 SILENT = instead(krl_program, "_diagnoses", lambda corrected: ())
 FINISHED = instead(planar_dynamics, "finished", lambda lagrangian: planar_equations().tau)
-ONES = instead(proofs_of_equations, "STATE", proofs_of_equations.STATE | {"dq": np.ones(7)})
+ONES = instead(proofs, "STATE", proofs.STATE | {"dq": np.ones(7)})
 BROKEN = {
     ("lwr4plus", "n-without-dq"): ONES,
     ("lwr4plus", "moment-omega"): without_faults,

@@ -152,7 +152,7 @@ def sheet_tensors(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def tensors_about_origin(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
-    tensors = np.array([body.inertia_origin() for body in case.arm.chain.bodies or ()])
+    tensors = np.array([body.inertia_origin() for body in case.bodies])
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     return {name: tensors[:, r, c] for name, (r, c) in pairs.items()}
 
