@@ -45,15 +45,15 @@ def without_faults(_, __, patch):
 
 
 def nothing_added(_, __, patch):
-    found = planar_dynamics._comparisons()
+    found = planar_dynamics.own_comparisons()
     empty = [dataclasses.replace(c, added={e: 0 * m for e, m in c.added.items()}) for c in found]
-    patch.setattr(planar_dynamics, "_comparisons", lambda: empty)
+    patch.setattr(planar_dynamics, "own_comparisons", lambda: empty)
 
 
 def the_label_was_right(_, __, patch):
-    found = {c.name: c for c in planar_dynamics._comparisons()}
+    found = {c.name: c for c in planar_dynamics.own_comparisons()}
     found["L"] = dataclasses.replace(found["L"], printed=found["K_TOTAL"].printed)
-    patch.setattr(planar_dynamics, "_comparisons", found.values)
+    patch.setattr(planar_dynamics, "own_comparisons", found.values)
 
 
 def all_alike(_, __, patch):
