@@ -15,10 +15,10 @@ def test_the_lint_finds_faults_that_the_errata_name():
 
 @pytest.mark.slow
 def test_the_resolver_finds_the_sign_of_the_wams_products_and_the_joints_of_the_kr30ha():
-    section, lines = reproduce.tensor_section("wam7")
+    section, lines = reproduce.convention_section("wam7", of_tensors=True)
     assert "products of inertia +integral (decided by second tensors)" in section.text
     assert section.text.splitlines() == "\n".join(lines).splitlines()
-    assert reproduce.zero_section("kr30ha")[1]
+    assert reproduce.convention_section("kr30ha", of_tensors=False)[1]
 
 
 def test_parts_that_a_paper_has_not_are_left_out():
@@ -28,5 +28,5 @@ def test_parts_that_a_paper_has_not_are_left_out():
 
 @pytest.mark.slow
 def test_the_evidence_of_table_iv_decides_the_lwr4plus():
-    section, _ = reproduce.tensor_section("lwr4plus")
+    section, _ = reproduce.convention_section("lwr4plus", of_tensors=True)
     assert "tensors are about the centre of mass (decided by published numbers)" in section.text

@@ -27,9 +27,8 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
-from lwr_dyn.model.run import Run
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
 _HALF_TURN, _SLIDE = float(np.pi), 1.0
 """Ends of a slider of a joint without known limits: [rad] of a turning joint, [m] of a sliding one."""
@@ -139,12 +138,6 @@ def position_text(kind: JointKind, x: float | None) -> str:
     if x is None:
         return "unknown"
     return f"{np.degrees(x):.6g} deg" if kind is JointKind.REVOLUTE else f"{x:.6g} m"
-
-
-def pose_as_run(arm: Arm, q: Array) -> Run:
-    """A pose as a run of one sample, which is what the stage draws."""
-    nothing, zero = np.zeros((1, arm.n)), np.zeros(1)
-    return Run(zero, q[None], nothing, q[None], nothing, nothing, nothing, nothing, zero, {})
 
 
 _LETTER = re.compile(r"\b[A-Za-z]+\d+[xyz]*\b")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError
@@ -90,6 +91,12 @@ def replayed_runs(
             raise OptionError(option, f"{len(values)} for {len(runs)} runs", "one per run")
     places = run_places([run_name(run) for run in runs])
     return tuple(_replayed(*row) for row in zip(runs, arm_of, names, places, strict=True))
+
+
+def pose_as_run(arm: Arm, q: ArrayLike) -> Run:
+    """A pose q (n,) [rad or m] as a run of one sample, which is what a stage draws."""
+    at, nothing, zero = np.asarray(q, dtype=np.float64)[None], np.zeros((1, arm.n)), np.zeros(1)
+    return Run(zero, at, nothing, at, nothing, nothing, nothing, nothing, zero, {})
 
 
 def run_name(run: Run) -> tuple[str, str, str]:

@@ -1,9 +1,4 @@
-"""Everything the WAM paper simulates: tables, runs, Figures 4 to 8 redrawn, a replay.
-
-The tables of the WAM study: cruise errors, Figure 7's axes, where friction feeds energy in, the runs.
-
-Figures 4 to 8 of the WAM paper: its motion with friction and without.
-"""
+"""Everything the WAM paper simulates: tables, runs, Figures 4 to 8 redrawn, a replay."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
