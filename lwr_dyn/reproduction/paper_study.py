@@ -25,8 +25,8 @@ from lwr_dyn.foundation.document import Document, Fact, Part, Section
 from lwr_dyn.foundation.files import make_folder, read_text, write_folder
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.run import Run, short_repr
+from lwr_dyn.pages.document import notebook_html
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
-from lwr_dyn.pages.notebook import notebook_html
 from lwr_dyn.pages.plotting.plots import save_figure
 from lwr_dyn.pages.replay.replay_page import write_replay
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun

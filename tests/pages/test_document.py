@@ -6,8 +6,7 @@ from pathlib import Path
 from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section
 from lwr_dyn.foundation.tables import Heading, Marked, Table
 from lwr_dyn.pages import document
-from lwr_dyn.pages.document import POLICY, document_html, page_html
-from lwr_dyn.pages.notebook import notebook_html
+from lwr_dyn.pages.document import POLICY, document_html, notebook_html, page_html
 
 
 def test_names_are_escaped_and_nothing_is_loaded():

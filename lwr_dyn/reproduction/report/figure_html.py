@@ -9,7 +9,7 @@ from lwr_dyn.foundation.number_text import power_of_ten, raised, short
 from lwr_dyn.pages.figures.figure import Axis, Figure, Level, apart, round_length
 from lwr_dyn.pages.markup import Html, anchor, element, joined
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
-from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_svg
+from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_svg, tick_marks
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 TOLERANCE = 1.5
@@ -160,11 +160,15 @@ def _panel_html(figure: Figure, one: DrawnPanel, own_units: bool, ends: bool) ->
         data_log=one.y.is_logarithmic,
         data_magnified=one.magnified if one.magnified > 1 else None,
     )
-    area = element("div", _y_ticks(one), plane, _x_ticks(figure, one), _end_names(one) if ends else None, class_="area")
-    scale = _scale_bars(one) if one.magnified > 1 else None
-    if scale is not None:
-        area = element("div", plane, class_="area bare")
-    return element("div", caption, area, scale, _gauge(one), class_="panel")
+    if one.magnified > 1:
+        drawn = [element("div", plane, class_="area bare"), _scale_bars(one)]
+    else:
+        power = element("span", f"\u00d7{power_of_ten(one.y.power)}", class_="power") if one.y.power else ""
+        every = 2 if len(figure.panels) > 3 and len(one.x.ticks) > 3 else 1  # so many have room below small panels
+        up = tick_marks(one.y, "yt", "top", before=power)
+        across = tick_marks(one.x, "xt", "left", raised(figure.x_unit), every)
+        drawn = [element("div", up, plane, across, _end_names(one) if ends else None, class_="area")]
+    return element("div", caption, drawn, _gauge(one), class_="panel")
 
 
 def _fact(figure: Figure, one: DrawnPanel, own_units: bool) -> str:
@@ -232,27 +236,6 @@ def _point_names(one: DrawnPanel) -> list[Html]:
             taken.append((left, top))
             out.append(element("span", name, class_="point-name", style=f"left:{left:.1f}%;top:{top:.1f}%"))
     return out
-
-
-def _y_ticks(one: DrawnPanel) -> Html:
-    marks = [
-        element("span", label, style=f"top:{100 * (1 - float(one.y.share(tick))):.1f}%")
-        for tick, label in zip(one.y.ticks, one.y.labels, strict=True)
-    ]
-    power = element("span", f"\u00d7{power_of_ten(one.y.power)}", class_="power") if one.y.power else None
-    return element("div", power, marks, class_="yt", aria_hidden="true")
-
-
-def _x_ticks(figure: Figure, one: DrawnPanel) -> Html:
-    """Below small panels every second tick has room."""
-    labels = list(one.x.labels)
-    labels[-1] += f" {raised(figure.x_unit)}" if figure.x_unit else ""
-    every = 2 if len(figure.panels) > 3 and len(labels) > 3 else 1
-    marks = [
-        element("span", label, style=f"left:{100 * float(one.x.share(tick)):.1f}%")
-        for tick, label in [*zip(one.x.ticks, labels, strict=True)][::every]
-    ]
-    return element("div", marks, class_="xt", aria_hidden="true")
 
 
 def _end_names(one: DrawnPanel) -> Html:

@@ -17,7 +17,7 @@ from lwr_dyn.identification.friction.identify_friction import identify_friction
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.run import short_repr
-from lwr_dyn.pages import notebook
+from lwr_dyn.pages import document as notebook
 from lwr_dyn.reproduction.paper_study import Reproduction, study_document
 from lwr_dyn.simulation.metrics import metrics
 
