@@ -43,7 +43,7 @@ _ROUNDING = 1e-9
 def arm_record(arm: Arm) -> dict[str, Any]:
     """The arm's kinematics: joints in URDF frames, the flange in the last link, gravity in the first frame [m/s^2]."""
     first, last = names_of_ends(arm.installation)
-    ranges = slider_ranges(arm)
+    ranges, native = slider_ranges(arm), [replay_page.column_major(link.after) for link in arm.chain.links]
     return {
         "name": arm.name,
         "reading": arm.reading,
@@ -59,9 +59,7 @@ def arm_record(arm: Arm) -> dict[str, Any]:
             for i, joint in enumerate(arm.joints())
         ],
         "flange": replay_page.column_major(arm.flange()),
-        "native": [replay_page.column_major(link.after) for link in arm.chain.links]
-        if has_frames_of_its_own(arm)
-        else None,
+        "native": native if has_frames_of_its_own(arm) else None,
         "gravity": arm.chain.gravity.tolist(),
         "ends": [first, last],
     }
@@ -77,8 +75,7 @@ def body_record(body: Body | None) -> dict[str, Any]:
     if body is None:
         return {"mass": None, "ellipsoid": None, "why": no_ellipsoid(body)}
     record = {"mass": body.mass, "com": body.com.tolist(), "inertia": body.inertia_com.tolist()}
-    shape = inertia_ellipsoid(body)
-    if shape is None:
+    if (shape := inertia_ellipsoid(body)) is None:
         return record | {"ellipsoid": None, "why": no_ellipsoid(body)}
     return record | {"ellipsoid": replay_page.column_major(shape.image)}
 
@@ -142,8 +139,6 @@ def position_text(kind: JointKind, x: float | None) -> str:
 
 _LETTER = re.compile(r"\b[A-Za-z]+\d+[xyz]*\b")
 
-_AXES = "xyz"
-
 
 def closed_forms(arm: Arm) -> dict[str, Any]:
     """`texts` by entry such as "B_23", `values` of their letters, and `command`, which prints an entry; "" has none.
@@ -174,9 +169,9 @@ def letter_values(arm: Arm) -> dict[str, float]:
         if link.body is None:
             continue
         values |= {f"m{k}": link.body.mass}
-        for i, a in enumerate(_AXES):
+        for i, a in enumerate("xyz"):
             values[f"c{k}{a}"] = float(link.body.com[i])
-            values |= {f"I{k}{a}{b}": float(link.body.inertia_com[i, j]) for j, b in enumerate(_AXES) if j >= i}
+            values |= {f"I{k}{a}{b}": float(link.body.inertia_com[i, j]) for j, b in enumerate("xyz") if j >= i}
     return values
 
 
