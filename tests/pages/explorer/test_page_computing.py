@@ -10,11 +10,12 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 import lwr_dyn
 from lwr_dyn.pages.explorer import page as computing
-from lwr_dyn.pages.explorer.page import BUNDLE, explorer_html, functions_script, three_bundle, write_explorer
+from lwr_dyn.pages.explorer.page import BUNDLE, explorer_html, functions_script, three_bundle
 from tests.headless import logs
 from tests.pages.explorer.by_hand import pulled
-from tests.pages.explorer.explored import explored_arm, opened
+from tests.pages.explorer.explored import opened
 
+SHOWN = "lwr4plus computed"
 FOLLOWED = 1e-6
 """[m] that the flange may be from where it is dragged."""
 LARGEST, LARGEST_ZIPPED = 900_000, 250_000
@@ -24,18 +25,6 @@ DRAG = f"""{START} const drag = e.flangeDrag; drag.begin();
     ["x", "y", "z"].forEach((axis, k) => {{ drag.handle.position[axis] += arguments[1][k]; }});
     const found = drag.moved(), asked = drag.handle.position.toArray(); drag.end();
     return [found, asked, e.flangePose().slice(0, 3).map((row) => row[3]), e.positions(), drag.word.textContent]"""
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    path = tmp_path_factory.mktemp("computing") / "lwr4plus.html"
-    write_explorer(path, lwr_dyn.load("lwr4plus"))
-    return path
-
-
-@pytest.fixture(scope="module")
-def window(browser, page):
-    return opened(browser, page.as_uri())
 
 
 def test_the_bundle_is_the_one_of_its_digest_and_carries_its_licence():
@@ -73,10 +62,8 @@ def test_out_of_reach_is_a_wall(window):
 
 
 @pytest.mark.slow
-def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
-    path = tmp_path / "panda.html"
-    write_explorer(path, explored_arm("panda"))
-    window = opened(browser, path.as_uri())
+def test_an_arm_without_a_closed_form_follows_too(browser, page_of):
+    window = opened(browser, page_of("panda").as_uri())
     assert window.execute_script("return 'inverse_kinematics' in robot") is False
     q = [0.1, 0.2, 0.3, -1.5, 0.2, 1.6, 0.4]
     _, asked, reached, _, _ = window.execute_script(DRAG, q, [0.02, 0.01, -0.02])

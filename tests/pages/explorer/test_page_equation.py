@@ -7,7 +7,6 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.headless import logs
 from tests.pages.explorer.by_hand import mouse, press, touch
 from tests.pages.explorer.explored import explored_arm, opened
@@ -15,6 +14,7 @@ from tests.random_arms import random_arm
 
 pytestmark = pytest.mark.slow
 
+SHOWN = "lwr4plus computed"
 MASS, AT = 2.5, [0.01, -0.02, 0.1]
 AGREES = 1e-12
 """Of the largest entry."""
@@ -30,28 +30,6 @@ SHARES = """const e = lwrExplorer, { equation } = e, [q, dq, mass, at] = argumen
     const out = { B: square("B"), C: square("C"), g: r.map((i) => share("g", i, 0)) };
     e.carry(0, [0, 0, 0]);
     return out"""
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("equation")
-
-    def address(arm):
-        path = folder / "arm.html"
-        write_explorer(path, arm)
-        return path.as_uri()
-
-    return address
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return explored_arm("lwr4plus computed")
-
-
-@pytest.fixture(scope="module")
-def window(browser, page, arm):
-    return opened(browser, page(arm))
 
 
 def entries(dynamics, q, dq):
@@ -137,10 +115,10 @@ def test_another_reading_has_its_own_shares(window):
 
 
 @pytest.mark.parametrize("other", [explored_arm("hung"), random_arm(5, "RPRP")], ids=["hung", "sliding"])
-def test_shares_add_up_for_other_arms(browser, page, other):
-    check_shares(opened(browser, page(other)), other)
+def test_shares_add_up_for_other_arms(browser, page_of, other):
+    check_shares(opened(browser, page_of(other).as_uri()), other)
 
 
-def test_an_arm_without_masses_has_neither_panel(browser, page):
-    window = opened(browser, page(lwr_dyn.load("lwr4")))
+def test_an_arm_without_masses_has_neither_panel(browser, page_of):
+    window = opened(browser, page_of(lwr_dyn.load("lwr4")).as_uri())
     assert window.execute_script("return [lwrExplorer.equation, lwrExplorer.gains]") == [None, None]

@@ -7,12 +7,12 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
-from lwr_dyn.pages.explorer.page import write_explorer
 from lwr_dyn.pages.explorer.page_data import other_readings
 from tests.pages.explorer.explored import explored_arm, opened
 
 pytestmark = pytest.mark.slow
 
+SHOWN = "lwr4plus physical"
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
 DQ, DDQ = np.linspace(-1, 1, 7), np.linspace(2, -1, 7)
 ROUNDED = 1e-10
@@ -23,19 +23,12 @@ AGREES = 1e-8
 
 @pytest.fixture(scope="module")
 def arm():
-    return explored_arm("lwr4plus physical")
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory, arm):
-    path = tmp_path_factory.mktemp("panels") / "arm.html"
-    write_explorer(path, arm)
-    return path.as_uri()
+    return explored_arm(SHOWN)
 
 
 @pytest.fixture(scope="module")
 def window(browser, page):
-    opened(browser, f"{page}#q={','.join(map(repr, Q.tolist()))}")
+    opened(browser, f"{page.as_uri()}#q={','.join(map(repr, Q.tolist()))}")
     browser.execute_script("explorerState.set({dq: arguments[0], ddq: arguments[1]})", DQ.tolist(), DDQ.tolist())
     return browser
 

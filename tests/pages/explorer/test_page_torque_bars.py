@@ -7,7 +7,6 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.arm import arm_with_payload
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.pages.explorer.explored import explored_arm, opened
 
 pytestmark = pytest.mark.slow
@@ -34,10 +33,8 @@ def arm():
 
 
 @pytest.fixture(scope="module")
-def window(browser, tmp_path_factory, arm):
-    path = tmp_path_factory.mktemp("bars") / "arm.html"
-    write_explorer(path, arm)
-    window = opened(browser, path.as_uri())
+def window(browser, page_of):
+    window = opened(browser, page_of("hung").as_uri())
     window.execute_script("lwrExplorer.setPose(arguments[0])", Q.tolist())
     window.execute_script("lwrExplorer.state.set({dq: arguments[0], ddq: arguments[1]})", DQ.tolist(), DDQ.tolist())
     return window
