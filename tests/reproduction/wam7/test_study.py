@@ -169,4 +169,5 @@ def test_figure_4_rises_as_the_erratum_reads_it_and_stays_within_the_printed_axe
         low, high = (level.value for level in panel.levels)
         assert low <= curve.y.min() < curve.y.max() <= high
         assert curve.y[[0, -1]] == pytest.approx(ends, abs=1e-12)
+    assert (np.diff(position.curves[0].y) >= 0.0).all()
     assert "from -0.55 to -0.05 rad" in _lspb().title
