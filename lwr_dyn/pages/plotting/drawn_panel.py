@@ -8,20 +8,8 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import short
-from lwr_dyn.pages.figures.figure import (
-    GREY,
-    Axis,
-    Curve,
-    Figure,
-    Level,
-    Panel,
-    Series,
-    apart,
-    axis_of,
-    frequency_axis,
-    logarithmic_axis,
-    round_length,
-)
+from lwr_dyn.pages.figures import figure as axes
+from lwr_dyn.pages.figures.figure import GREY, Axis, Curve, Figure, Level, Panel, Series
 from lwr_dyn.pages.plotting.line_plane import extremes, grid_path, places, plane_html, tick_marks
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
@@ -92,7 +80,7 @@ def drawn_panels(figure: Figure, runs: Sequence[ReplayedRun]) -> tuple[DrawnPane
     drawn = [[_drawn(figure, panel, k, runs, factor) for k in range(len(panel.curves))] for panel in figure.panels]
     over = np.concatenate([one.x for curves in drawn for one in curves])
     most = 3 if len(figure.panels) > 3 else 8
-    time = axis_of(over, most, padding=0.0)
+    time = axes.axis_of(over, most, padding=0.0)
     return tuple(
         _panel(figure, panel, curves, time if figure.over_time else None, factor)
         for panel, curves in zip(figure.panels, map(tuple, drawn), strict=True)
@@ -154,7 +142,7 @@ def _panel(figure: Figure, panel: Panel, curves: tuple[DrawnCurve, ...], time: A
     largest = max((abs(level.value) for level in far if level.axis == "y"), default=0.0)
     if np.nanmax(np.abs(up), initial=0.0) < ROUNDING * largest:
         up = np.append(up, [-_AROUND_ZERO * largest, _AROUND_ZERO * largest])
-    x = time or (frequency_axis(across) if figure.x_unit == FREQUENCY else axis_of(across))
+    x = time or (axes.frequency_axis(across) if figure.x_unit == FREQUENCY else axes.axis_of(across))
     y = _vertical(figure, curves, up)
     if figure.equal_aspect:
         x, y = _same_scale(across, up)
@@ -167,8 +155,8 @@ def _vertical(figure: Figure, curves: Sequence[DrawnCurve], values: Array) -> Ax
     if len(figure.panels) == 1 and len(curves) > 1 and are_distances:
         peaks = [float(one.y.max()) for one in curves]
         if min(peaks) > 0.0 and max(peaks) > FAR_APART * min(peaks):
-            return logarithmic_axis(values)
-    return axis_of(values)
+            return axes.logarithmic_axis(values)
+    return axes.axis_of(values)
 
 
 def _same_scale(across: Array, up: Array) -> tuple[Axis, Axis]:
@@ -176,7 +164,7 @@ def _same_scale(across: Array, up: Array) -> tuple[Axis, Axis]:
     spans = [(float(np.nanmin(v)), float(np.nanmax(v))) for v in (across, up)]
     side = max(high - low for low, high in spans)
     middle = [0.5 * (low + high) for low, high in spans]
-    x, y = (axis_of(np.array([m - 0.5 * side, m + 0.5 * side])) for m in middle)
+    x, y = (axes.axis_of(np.array([m - 0.5 * side, m + 0.5 * side])) for m in middle)
     return x, y
 
 
@@ -230,7 +218,7 @@ def _ends(panel: DrawnPanel) -> str:
     ends = sorted((1.0 - float(panel.y.share(float(one.y[-1]))), one.ink, one.curve.label) for one in panel.curves)
     names = "".join(
         f'<span style="top:{100 * at:.1f}%"><i class="sw {ink}"></i>{escape(label)}</span>'
-        for at, (_, ink, label) in zip(apart([end[0] for end in ends], _APART), ends, strict=True)
+        for at, (_, ink, label) in zip(axes.apart([end[0] for end in ends], _APART), ends, strict=True)
     )
     return f'<div class="ends">{names}</div>'
 
@@ -240,7 +228,7 @@ def _scale(panel: DrawnPanel) -> str:
     whole = panel.x.high - panel.x.low
     items = []
     for what, factor in [("path", 1), *([("error", panel.magnified)] if panel.magnified > 1 else [])]:
-        length = round_length(0.25 * whole / factor)
+        length = axes.round_length(0.25 * whole / factor)
         bar = f'<i style="width:{100 * factor * length / whole:.2f}%"></i>'
         items.append(f"<li>{bar}{what} {short(1e3 * length)} mm</li>")
     return f'<ul class="scale">{"".join(items)}</ul>'

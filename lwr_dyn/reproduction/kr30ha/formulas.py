@@ -22,18 +22,8 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, link_frames
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.reproduction.case import (
-    AXIS,
-    COMPUTED,
-    REPEATED,
-    SHARED,
-    ComparedExpression,
-    PaperCase,
-    PaperData,
-    Proof,
-    Prove,
-    formulas,
-)
+from lwr_dyn.reproduction import case as shared
+from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove, formulas
 from lwr_dyn.reproduction.compare import compared
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import own_comparisons
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, simplified_solution, wrist_centre_mm
@@ -120,9 +110,9 @@ def expressions(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 
 @cache
-def _expression(name: str, applied: frozenset[str]) -> ComparedExpression:
+def _expression(name: str, applied: frozenset[str]) -> shared.ComparedExpression:
     found = next(c for c in own_comparisons() if c.name == name)
-    return ComparedExpression("; ".join(map(str, found.right)), found.follows_with(applied))
+    return shared.ComparedExpression("; ".join(map(str, found.right)), found.follows_with(applied))
 
 
 def caption_numbers(_: PaperCase, block: ResultBlock) -> dict[str, Any]:
@@ -202,7 +192,7 @@ def solids(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Mass, centre of mass and n . I n, n = (1, 2, 3)/sqrt(14), of each link's cylinders at one density"""
     bodies = list(_bodies(case.paper).values())
     columns = {"mass": [b.mass for b in bodies], "com": [b.com.tolist() for b in bodies]}
-    return columns | {"moment": [AXIS @ b.inertia_com @ AXIS for b in bodies]}
+    return columns | {"moment": [shared.AXIS @ b.inertia_com @ shared.AXIS for b in bodies]}
 
 
 def estimate_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -225,14 +215,14 @@ def _bodies(paper: Paper) -> dict[str, Body]:
 
 
 FORMULAS = (
-    SHARED
+    shared.SHARED
     | formulas(
         axes, link_lengths, coordinates, wrist_at_mastering, simplified_point, table_5, symbolic_matrices,
         numeric_matrices, composite_matrices, flange_at_mastering, envelope, misses, right_angles,
         branches, mastering, elbow, envelope_figures, pose_misses, masses, solids, estimate_misses,
     )
-    | formulas(caption_numbers, basis=REPEATED)  # places in the list of captions
-    | formulas(expressions, slow=True, basis=COMPUTED)  # derived by algebra, no number of the paper enters
+    | formulas(caption_numbers, basis=shared.REPEATED)  # places in the list of captions
+    | formulas(expressions, slow=True, basis=shared.COMPUTED)  # derived by algebra, no number of the paper enters
 )  # fmt: skip
 
 
