@@ -14,6 +14,7 @@ from lwr_dyn.pages.explorer.page import BUNDLE, explorer_html, functions_script,
 from tests.headless import logs
 from tests.pages.explorer.by_hand import pulled
 from tests.pages.explorer.explored import opened
+from tests.pages.replay.driven import without_webgl
 
 SHOWN = "lwr4plus computed"
 FOLLOWED = 1e-6
@@ -134,12 +135,7 @@ def test_the_strip_moves_the_elbow_and_keeps_the_flange_and_the_limits(window):
 @pytest.mark.slow
 def test_without_webgl_the_page_says_so_and_computes(browser, page):
     browser.get("about:blank")
-    no_webgl = """const real = HTMLCanvasElement.prototype.getContext;
-        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-          return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
-        };"""
-    mark = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": no_webgl})
-    try:
+    with without_webgl(browser):
         window = opened(browser, page.as_uri())
         assert "draws no WebGL" in window.execute_script("return document.getElementById('no-webgl').textContent")
         _, asked, reached, _, _ = window.execute_script(DRAG, Q, [0.02, -0.03, 0.01])
@@ -153,8 +149,6 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
         window.execute_script("lwrExplorer.choose(1)")
         (said,) = logs(browser)[1]
         assert "Error creating WebGL context" in said  # three.js says so itself, nothing else is said
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", mark)
 
 
 @pytest.mark.slow
