@@ -117,7 +117,7 @@ def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
 
 
 def test_the_images_of_the_readme_are_from_this_build(outcome, browser):
-    readme = (Path(__file__).resolve().parents[2] / "README.md").read_text(encoding="utf-8")
+    readme = (Path(__file__).resolve().parents[3] / "README.md").read_text(encoding="utf-8")
     assert all(f"(.images/{name})" in readme for name in PICTURES)
     old = [line for picture in pictures(browser, outcome[0]) for line in old_faults(*picture)]
     assert old == [], "run scripts/readme_images.py"
