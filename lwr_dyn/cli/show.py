@@ -13,10 +13,10 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.explorer.page import explorer_html
-from lwr_dyn.pages.explorer.page_data import pose_as_run, start_pose
+from lwr_dyn.pages.explorer.page_data import start_pose
 from lwr_dyn.pages.explorer.shown import has_display, show
 from lwr_dyn.pages.replay import live
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
 _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
 """Options that a run file answers by itself."""

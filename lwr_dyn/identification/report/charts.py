@@ -12,8 +12,7 @@ from lwr_dyn.foundation.number_text import short
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length
-from lwr_dyn.pages.plotting.drawn_panel import tick_marks
-from lwr_dyn.pages.plotting.line_plane import band_path, dots_path, grid_path, line_path, plane_html
+from lwr_dyn.pages.plotting.line_plane import band_path, dots_path, grid_path, line_path, plane_html, tick_marks
 
 SIGMAS = 3.0
 """Half-width of the band of noise behind what is left."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.pages.figures.figure import Axis, axis_of, frequency_axis
-from lwr_dyn.pages.plotting.drawn_panel import marks, tick_marks
-from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_html
+from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, marks, plane_html, tick_marks
 from lwr_dyn.studies.sweep.influence import Influence, SobolIndices, is_by_name
 from lwr_dyn.studies.sweep.outwards import OutwardSearch
 from lwr_dyn.studies.sweep.summary import TORNADO, ControllerFigures, MetricFigures, SweepSummary, draw_columns
