@@ -13,9 +13,10 @@ from lwr_dyn.pages.figures.figure import Axis, axis_of, frequency_axis
 from lwr_dyn.pages.plotting.drawn_panel import marks, tick_marks
 from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_html
 from lwr_dyn.studies.sweep.influence import Influence, SobolIndices, is_by_name
+from lwr_dyn.studies.sweep.intervals import hundredths, index_text, percent
 from lwr_dyn.studies.sweep.outwards import OutwardSearch
 from lwr_dyn.studies.sweep.summary import TORNADO, ControllerFigures, MetricFigures, SweepSummary, draw_columns
-from lwr_dyn.studies.sweep.summary_text import hundredths, index_text, part_words, percent, quantile_text, value_text
+from lwr_dyn.studies.sweep.summary_document import part_words, quantile_text, value_text
 
 BINS = 60
 POINTS = 240

@@ -18,10 +18,11 @@ from lwr_dyn.pages.document import POLICY, document_html, table_html
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replayed_runs import run_places
 from lwr_dyn.studies.sweep import charts
+from lwr_dyn.studies.sweep.intervals import share_text
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults, folder_names
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.summary import TORNADO, SweepSummary, draw_columns, summarise
-from lwr_dyn.studies.sweep.summary_text import about_text, event_table, notes, quantile_table, share_text, value_text
+from lwr_dyn.studies.sweep.summary_document import about_text, event_table, notes, quantile_table, value_text
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 _PACKAGE = "lwr_dyn.studies.sweep"

@@ -34,7 +34,7 @@ MOST_AT_ONCE = 50_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepStudy:
-    """Closed loops of one task: every controller on the same `count` plants, numbered from 0.
+    """Closed loops of one task: every controller on the same `runs` plants, numbered from 0.
 
     Parameters
     ----------
@@ -145,11 +145,6 @@ class SweepStudy:
     def chunks(self) -> int:
         """Chunks of each controller; the last may be shorter."""
         return -(-self.runs // self.chunk)
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of the numbers of a run, in the order of the parameters."""
-        return tuple(name for one in self.parameters for name in one.columns)
 
     def values(self, first: int, stop: int) -> dict[str, Values]:
         """Values of the runs first ... stop - 1 by path, the same whatever the chunking.

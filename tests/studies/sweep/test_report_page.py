@@ -20,6 +20,7 @@ from lwr_dyn.studies.sweep.charts import (
     values_axis,
     worst_share_html,
 )
+from lwr_dyn.studies.sweep.intervals import share_text
 from lwr_dyn.studies.sweep.report_page import (
     WorstRun,
     column_units,
@@ -28,7 +29,7 @@ from lwr_dyn.studies.sweep.report_page import (
     worst_table_html,
 )
 from lwr_dyn.studies.sweep.summary import summarise
-from lwr_dyn.studies.sweep.summary_text import quantile_text, share_text
+from lwr_dyn.studies.sweep.summary_document import quantile_text
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting
 from tests.pages.replay.replayed import lagging_run

@@ -9,8 +9,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.compare.comparison import comparison_of
-from lwr_dyn.studies.compare.pair_page import SHARED, pair_data, pair_html, rate_within
+from lwr_dyn.studies.compare.comparison import SHARED, comparison_of, pair_data, pair_html, rate_within
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 from tests.axe import SCREENS, seen, sideways, violations
