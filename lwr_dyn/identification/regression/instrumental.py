@@ -132,10 +132,6 @@ def instrumental(
     window : float
         Of the sums in which noise is seen [s].
 
-    Returns
-    -------
-    InstrumentalEstimate
-
     Raises
     ------
     ShapeError
@@ -228,10 +224,6 @@ def commanded_motion(command: JointLog, t: Array) -> Motion:
         Its times and positions count, its torques need not be there: the file of `lwr-dyn excite`, or a run of the same
         command by `lwr-dyn simulate`, whose motion is nearer to that of the arm.
     t : (k,) array
-
-    Returns
-    -------
-    Motion
 
     Raises
     ------

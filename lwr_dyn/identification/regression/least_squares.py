@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.linalg import qr, solve_triangular
 
-from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 
 BASE_RANK = 1e-9
 """Share of the largest diagonal element of R below which a column is a combination of those before it."""
@@ -33,7 +33,7 @@ class BaseParameters:
     grouping: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "grouping", read_only(self.grouping))
+        freeze_arrays(self, "grouping")
 
     @property
     def count(self) -> int:
@@ -211,10 +211,6 @@ def weighted(X: Array, y: Array, weights: Array) -> Estimate:
     y : (m,) array
     weights : (m,) array
         Inverse variances of y up to a common factor, which the residuals give.
-
-    Returns
-    -------
-    Estimate
 
     >>> weighted(np.array([[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]]), np.array([1.0, 3.0, 5.0]), np.ones(3)).values.round(9)
     array([1., 2.])

@@ -126,10 +126,8 @@ KEY = (
 
 DOTS = 600
 """Of a map at most, evenly in time."""
-
 CURVE = 120
 """Points of a curve a direction."""
-
 _SHARE = (0.002, 0.998)
 """Of the dots that the axis holds: single rows may be far off."""
 

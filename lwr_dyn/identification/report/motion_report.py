@@ -27,15 +27,12 @@ from lwr_dyn.identification.report import charts
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import JointFriction
-from lwr_dyn.model.transmission import Transmission
 from lwr_dyn.pages.replay.replay_page import resource_text
 
 MOST_ROWS = 12_000
 """Instants of a recording that the page draws: two minutes at 100 Hz; of longer ones every second, third, ..."""
-
 MOST_RECORDINGS = 8
 """Recordings that are drawn, the first ones."""
-
 _BLOCK = 1000
 
 
@@ -85,7 +82,9 @@ def drawn_fit(samples: Samples, columns: TorqueColumns, parameters: Array) -> Dr
         recordings.append(charts.ShownRecording(name, one.t - one.t[0], one.q, measured, whole, one.used))
         left = np.where(one.used, one.tau - bodies, np.nan)
         speeds.append(one.dq if columns.transmission is None else one.dq @ columns.transmission.matrix.T)
-        torques.append(left if columns.transmission is None else _at_motors(left, columns.transmission))
+        if columns.transmission is not None:  # torques of the motors: T^T tau_m = tau; NaN where one joint's is unknown
+            left = np.asarray(np.linalg.solve(columns.transmission.matrix.T, left.T).T)
+        torques.append(left)
     hidden = len(numbers) - len(recordings)
     return DrawnFit(tuple(recordings), np.concatenate(speeds), np.concatenate(torques), hidden, every)
 
@@ -96,11 +95,6 @@ def _torques(one: Samples, columns: TorqueColumns, *sets: Array) -> Iterator[Arr
     blocks = [slice(k, k + _BLOCK) for k in range(0, len(one), _BLOCK)]
     out = np.concatenate([columns(one.q[b], one.dq[b], one.ddq[b]) @ both for b in blocks])
     return (out[..., k] for k in range(len(sets)))
-
-
-def _at_motors(left: Array, transmission: Transmission) -> Array:
-    """Torques of the motors (k, n): T^T tau_m = tau; NaN where one joint's is unknown."""
-    return np.asarray(np.linalg.solve(transmission.matrix.T, left.T).T)
 
 
 def _names(sources: Sequence[str]) -> list[str]:

@@ -66,10 +66,9 @@ def notes(summary: SweepSummary) -> list[str]:
     said = [f"Each parameter alone: {text} was not looked at, {why}." for text, why in summary.not_searched.items()]
     found = [interval_note(summary), caveat(summary), of_known, *said]
     for figures in summary.controllers.values():
-        first = next(iter(figures.metrics.values()))
-        needed = [f"{100 * one.share:g} % needs {one.needed} runs, and {one.runs} were drawn"
-                  for one in first.quantiles if not one.is_bounded]  # fmt: skip
-        found += [f"{intervals.OPEN}: not bounded by the runs: {'; '.join(needed)}."] if needed else []
+        few = [one for one in next(iter(figures.metrics.values())).quantiles if not one.is_bounded]
+        said = [f"{100 * one.share:g} % needs {one.needed} runs, and {one.runs} were drawn" for one in few]
+        found += [f"{intervals.OPEN}: not bounded by the runs: {'; '.join(said)}."] if said else []
     return list(dict.fromkeys(filter(None, found)))
 
 
