@@ -20,7 +20,7 @@ from lwr_dyn.identification.fitted import (
     fitted_values,
     write_fitted,
 )
-from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.logs.joint_log import read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
@@ -172,18 +172,12 @@ def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, f
 
 def test_a_second_fit_starts_from_the_first_one(lwr, folder):
     arm, paper = load_with_paper(folder / "arm.toml")
-    again = identify_motion([*_one_log(lwr[0], folder)], arm)
+    again = identify_motion([read_log(folder / "moves.csv", arm=lwr[0].arm)], arm)
     write_fitted(folder / "again.toml", again, paper)
     title = tomllib.loads((folder / "again.toml").read_text(encoding="utf-8"))["title"]
     assert title.count("fitted to logs") == 1
     assert again.consistent.deviation < 0.1 * lwr[0].consistent.deviation  # it has no reason to leave it
     check_agreement(again, lwr_dyn.load(folder / "again.toml"))
-
-
-def _one_log(result, folder):
-    from lwr_dyn.identification.logs.joint_log import read_log
-
-    yield read_log(folder / "moves.csv", arm=result.arm)
 
 
 @pytest.mark.slow

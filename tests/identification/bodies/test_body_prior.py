@@ -4,23 +4,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, UnknownNameError
 from lwr_dyn.identification.bodies.body_prior import ConstraintError, body_prior, constrained_prior, constraints_of
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_samples
-
-
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
-
-
-@pytest.fixture(scope="module")
-def columns(lwr):
-    return TorqueColumns(lwr.chain)
 
 
 @pytest.fixture(scope="module")

@@ -16,16 +16,6 @@ from tests.identification.consistency_study import cases, summary
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
 
-@pytest.fixture(scope="module")
-def columns(lwr):
-    return TorqueColumns(lwr.chain)
-
-
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
-
-
 def informed(lwr, columns, seconds=5.0, noise=0.1, seed=0):
     rng = np.random.default_rng(seed)
     plant = perturbed_plant(columns, lwr, rng)

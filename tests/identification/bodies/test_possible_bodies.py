@@ -7,15 +7,19 @@ from scipy.optimize import minimize
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.identification.bodies.possible_bodies import (
+    UNITS,
+    are_bodies,
     body_lines,
+    inertial_parameters,
     judge_bodies,
     mass_matrix_columns,
     never_negative,
     pseudo_inertia_weights,
+    pseudo_inertias,
 )
 from lwr_dyn.identification.regression.least_squares import Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.chain import Body
+from lwr_dyn.model.chain import Body, is_physical
 
 BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
 
@@ -55,18 +59,6 @@ def least_of_a_point_mass(factors):
     if value(start) < -1e-9:
         return value(start)
     return minimize(value, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-12}).fun
-
-
-def test_factors_as_weights_of_the_pseudo_inertia():
-    """Of a cloud of point masses: the sum of factors and parameters is the trace of weights and pseudo-inertia."""
-    rng = np.random.default_rng(3)
-    places, masses, factors = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6), rng.normal(size=10)
-    points = np.column_stack([places, np.ones(6)])
-    pseudo_inertia = np.einsum("k,ki,kj->ij", masses, points, points)
-    total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
-    weights = pseudo_inertia_weights(factors)
-    assert np.trace(weights @ pseudo_inertia) == pytest.approx(factors @ total)
-    assert (weights == weights.T).all()
 
 
 @BOTH
@@ -117,3 +109,36 @@ def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configura
     assert not found.noise_can_explain
     assert judge_bodies(arm, columns, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
     assert "B(q) is not positive definite at" in body_lines(verdict)[0]
+
+
+def test_of_point_masses_it_is_the_sum_of_their_second_moments():
+    rng = np.random.default_rng(3)
+    places, masses = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6)
+    points = np.column_stack([places, np.ones(6)])
+    total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
+    P = pseudo_inertias(total)
+    assert np.abs(P - np.einsum("k,ki,kj->ij", masses, points, points)).max() < 1e-12
+    assert np.abs(inertial_parameters(P) - total).max() < 1e-12
+
+
+def test_there_and_back_and_as_the_dual_of_the_weights():
+    rng = np.random.default_rng(0)
+    parameters, factors = rng.normal(size=(5, 3, 10)), rng.normal(size=10)
+    P = pseudo_inertias(parameters)
+    assert np.abs(inertial_parameters(P) - parameters).max() < 1e-13
+    assert (np.swapaxes(UNITS, 1, 2) == UNITS).all()
+    weights = pseudo_inertia_weights(factors)
+    assert (weights == weights.T).all()
+    traces = np.trace(weights @ P, axis1=-2, axis2=-1)
+    assert np.abs(traces - parameters @ factors).max() < 1e-13
+
+
+@pytest.mark.parametrize("reading", ["printed", "computed", "physical"])
+def test_the_same_verdict_as_principal_moments(reading):
+    bodies = [link.body for link in lwr_dyn.load("lwr4plus", reading).chain.links]
+    verdict = are_bodies(np.array([body_parameters(body) for body in bodies]))
+    assert verdict.tolist() == [is_physical(body) for body in bodies]
+    flat = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.1]))
+    heavy = Body(-1.0, np.zeros(3), np.diag([1.0, 1.0, 1.5]))
+    assert not are_bodies(np.array([body_parameters(flat), body_parameters(heavy)])).any()
+    assert not are_bodies(np.full(10, np.nan))

@@ -20,11 +20,6 @@ from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.friction import friction_torque
 
 
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
-
-
 def _sampled_distance(a, b, c, d):
     s = np.linspace(0.0, 1.0, 201)
     x, y = ((1 - s[:, None]) * p + s[:, None] * r for p, r in ((a, b), (c, d)))

@@ -8,9 +8,9 @@ from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.stribeck import stribeck_search
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.fresh_study import torque_error
 from tests.identification.plants import (
     Plant,
-    fresh_error,
     perturbed_plant,
     random_motion,
     simulated_log,
@@ -58,18 +58,11 @@ def test_the_term_ends_the_error_that_unmodelled_stribeck_friction_makes(lwr, ca
     rng = np.random.default_rng(8)
     fresh = [random_motion(lwr, 10.0, rng) for _ in range(3)]
     plain = TorqueColumns(lwr.chain, plant.columns.friction)
-
-    def error(information):
-        misses = []
-        for motion in fresh:
-            Y = information.columns(motion.q, motion.dq, motion.ddq)[:, :, information.base.kept]
-            misses.append(Y @ information.values - plant.torque(motion))
-        return np.sqrt(np.mean(np.square(misses)))
-
-    without = error(information_of(samples_of([log], FINE), plain))
-    assert error(found.information) < NOISE
+    without = torque_error(plant, information_of(samples_of([log], FINE), plain), fresh)
+    error = torque_error(plant, found.information, fresh)
+    assert error < NOISE
     assert without > 4 * NOISE
-    assert without > 5 * error(found.information)
+    assert without > 5 * error
 
 
 def test_an_arm_without_stribeck_friction_gets_no_term(lwr):
@@ -79,7 +72,7 @@ def test_an_arm_without_stribeck_friction_gets_no_term(lwr):
     found = stribeck_search(samples, plant.columns)
     assert np.isnan(found.speeds).all()
     assert found.columns.stribeck_velocity is None
-    assert fresh_error(plant, found.information.values, [random_motion(lwr, 10.0, rng)]) < NOISE
+    assert torque_error(plant, found.information, [random_motion(lwr, 10.0, rng)]) < NOISE
 
 
 def test_friction_that_rises_from_rest_is_not_taken_for_a_drop(lwr):

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import Samples
@@ -20,11 +19,6 @@ from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
 NOISE = 0.05
-
-
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 from tests.axe import SCREENS, seen, sideways, violations
 from tests.headless import opened
+from tests.studies.compare.conftest import POSE
 
-POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
 CHOOSE = """const list = document.getElementById(`run-${arguments[0]}`);
 list.value = arguments[1]; list.dispatchEvent(new Event("change"));"""
 

@@ -25,15 +25,19 @@ from lwr_dyn.studies.sweep.report_page import (
     WorstRun,
     column_units,
     controller_inks,
+    finish,
     report_html,
     worst_table_html,
 )
+from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from lwr_dyn.studies.sweep.summary import summarise
 from lwr_dyn.studies.sweep.summary_document import quantile_text
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting
 from tests.pages.replay.replayed import lagging_run
 from tests.studies.sweep.made_up import CONTROLLERS, evaluate, runs_of, study
+from tests.studies.sweep.small import LAW, OWN, small_study
 
 BAD = '<img src=x onerror="alert(1)">'
 FIRST = CONTROLLERS[0]
@@ -249,3 +253,16 @@ def test_a_button_replays_its_run_without_a_request(opened, worst):
     sent, said = logs(opened)
     assert [address for address in sent if not address.startswith(("data:", "blob:", "file:", "about:"))] == []
     assert [line for line in said if line.startswith("SEVERE")] == []
+
+
+@pytest.mark.slow
+def test_a_controller_in_python_takes_no_figures_from_the_others(tmp_path):
+    made = small_study(tmp_path, OWN, "mine.py", mine=LAW)
+    study = replace(made, runs=3, chunk=3, keep=0, limits={"tip_max": 1.0})
+    sweep(study, tmp_path / "out", threads=1)
+    summary = finish(study, SweepResults.load(tmp_path / "out")).summary
+    assert summary.controllers[OWN].outwards is not None
+    assert summary.not_searched == {"mine.py": "it has no kernel form"}
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "mine.py was not looked at, it has no kernel form." in page
+    assert "mine.py: all runs by simulate, with stops." in page
