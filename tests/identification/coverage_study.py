@@ -45,17 +45,9 @@ class Coverage:
 def coverage_study(
     arm: Arm, draws: Iterable[int], rule: SampleRule | None = None, encoder: float = ENCODER, noise: float = NOISE
 ) -> Coverage:
-    """Fits of one plant and one motion, its noise drawn anew for every seed.
+    """Fits of one plant and one motion, its noise drawn anew for every seed: standard deviations [rad, N m].
 
-    Parameters
-    ----------
-    arm : Arm
-    draws : iterable of int
-        Seeds.
-    rule : SampleRule, optional
-        Of the samples; 20 Hz, every 10 ms, above `SLOWEST` if not given.
-    encoder, noise : float
-        Standard deviations [rad, N m].
+    Without a rule samples are at 20 Hz, every 10 ms, above `SLOWEST`.
     """
     plant, motion = case(arm)
     tau = plant.torque(motion)

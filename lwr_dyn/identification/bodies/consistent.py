@@ -84,8 +84,6 @@ def nearest_bodies(
 
     Parameters
     ----------
-    target : Target
-    prior : BodyPrior
     weight : float
         Of the distance, 1/deviation^2.
     start : (p,) array

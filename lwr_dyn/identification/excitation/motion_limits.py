@@ -122,7 +122,6 @@ def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, colum
 
     Parameters
     ----------
-    arm : Arm
     kept : float
         Distance beyond the radii of links and column [m].
     floor : float, optional
@@ -247,7 +246,6 @@ class MotionLimits:
 
         Parameters
         ----------
-        arm : Arm
         margin : float
             [rad] Kept from position limits; sliding joints keep `SLIDING_MARGIN` of their travel. A turning joint
             without limits may use +-pi.

@@ -66,7 +66,6 @@ def fit_direction(
 
     Parameters
     ----------
-    points : sequence of FrictionPoint
     model : {"viscous+coulomb", "stribeck"}
         F = Fc + sigma v (the paper's eq. 6), or with (Fs - Fc) exp(-(v/vs)^2) more.
     robust : bool

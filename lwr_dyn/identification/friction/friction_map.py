@@ -204,10 +204,8 @@ def map_points(
 
     Parameters
     ----------
-    log : JointLog
     model : ModelTorque, optional
         Its torques are taken out; without it they count as friction as they are.
-    rule : CruiseRule
 
     Raises
     ------

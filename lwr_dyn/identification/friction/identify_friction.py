@@ -80,7 +80,6 @@ def identify_friction(
 
     Parameters
     ----------
-    logs : iterable of JointLog
     arm : Arm, optional
         Its model is taken out of the torques; without it the torques count as friction as they are.
     subtract : {"none", "gravity", "inertia", "all"}

@@ -93,7 +93,6 @@ def log_at_joints(log: JointLog, motors: MotorMap) -> JointLog:
     ----------
     log : JointLog
         Of as many motors as the map has, in its order.
-    motors : MotorMap
 
     Raises
     ------

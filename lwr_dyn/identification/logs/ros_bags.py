@@ -152,7 +152,6 @@ def bag_table(
 
     Parameters
     ----------
-    path : Path
     columns : ColumnMap
         Quantity -> topic or topic.field (position, velocity, effort); `joints` are the names in the messages. A
         quantity that is not in it is taken from the only topic that has it.

@@ -37,7 +37,6 @@ def identify_motion(
         Evenly sampled.
     arm : Arm
         Gives the geometry; its masses are what the consistent fit stays near, where the logs do not say otherwise.
-    rule : MotionRule
     instruments : sequence of JointLog, optional
         The motion that was commanded for each log: parameters are then those of instrumental variables on unfiltered
         rows (`instrumental_information`), and no part of the motion is kept from the fit.

@@ -245,7 +245,6 @@ def cross_validation(
 
     Parameters
     ----------
-    folds : Folds
     information : Information
         Of all of them.
     own : (p,) array

@@ -83,10 +83,8 @@ def arm_doubt(
     ----------
     normal : NormalEquations
         Of `fitted` columns, then all bodies and rotors of `columns`.
-    columns : TorqueColumns
     own : (p,) array
         The table's parameters.
-    fitted : int
     noise, wrong : (n,) array
         Noise that weighs each joint's equations, and the mean squares of `model_squares`.
 

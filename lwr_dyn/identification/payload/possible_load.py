@@ -74,7 +74,6 @@ def possible_load(found: LoadIdentification, weight: float = WEIGHT) -> Possible
 
     Parameters
     ----------
-    found : LoadIdentification
     weight : float
         Of the distance to the ball, above 0: 1/deviation^2.
 

@@ -74,7 +74,6 @@ def normal_equations(
     ----------
     samples : Samples or iterable of Samples
         All instants, or a part at a time (`sample_parts`).
-    columns : TorqueColumns
     base : BaseParameters
         Of these columns.
 
@@ -308,7 +307,6 @@ def information_of(
     ----------
     samples : Samples or iterable of Samples
         All instants, or a part at a time (`sample_parts`).
-    columns : TorqueColumns
     noise : (n,) array, optional
         Standard deviation of every joint's torque [N m or N]; estimated from the residuals if not given.
 

@@ -20,14 +20,8 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
-from lwr_dyn.identification.regression.information import (
-    BLOCK,
-    Information,
-    NormalEquations,
-    information_of,
-    normal_equations,
-    solve,
-)
+from lwr_dyn.identification.regression import information
+from lwr_dyn.identification.regression.information import Information, NormalEquations, normal_equations
 from lwr_dyn.identification.regression.least_squares import RANK, BaseParameters, Spectrum
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -106,7 +100,7 @@ def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
         high = np.where(found, np.minimum(middle * step, highest), high)
     speeds = np.where(chosen >= 0, grid[np.arange(columns.n), chosen], np.nan)
     final = plain if (chosen < 0).all() else replace(plain, stribeck_velocity=speeds)
-    return StribeckSearch(final, speeds, information_of(samples, final), drop, lowest, highest)
+    return StribeckSearch(final, speeds, information.information_of(samples, final), drop, lowest, highest)
 
 
 def _bounds(samples: Samples) -> tuple[Array, Array]:
@@ -128,7 +122,7 @@ def _choice(samples: Samples, several: TorqueColumns, plain: BaseParameters) -> 
     b, width = plain.count, terms.shape[2]
     chosen = np.full(several.n, -1, dtype=np.intp)
     drop = np.zeros(several.n)
-    noise = solve(_part(normal, np.arange(b)), several, plain).noise
+    noise = information.solve(_part(normal, np.arange(b)), several, plain).noise
     for _ in range(SWEEPS):
         before = chosen.copy()
         for j in range(several.n):
@@ -143,7 +137,7 @@ def _choice(samples: Samples, several: TorqueColumns, plain: BaseParameters) -> 
                 rises = values[-width * np.count_nonzero(trial[j:] >= 0) :][:width].sum() > 0.0
                 if rises and without - chi2 > max(WORTH, drop[j]):
                     chosen[j], drop[j] = k, without - chi2
-        noise = solve(_part(normal, _places(chosen, b, width)), several, plain).noise
+        noise = information.solve(_part(normal, _places(chosen, b, width)), several, plain).noise
         if (chosen == before).all():
             break
     return chosen, drop
@@ -188,7 +182,6 @@ def with_unknown_speeds(samples: Samples, information: Information) -> tuple[Inf
 
     Parameters
     ----------
-    samples : Samples
     information : Information
         Of columns with one v_s a joint, NaN for none.
 
@@ -204,8 +197,8 @@ def with_unknown_speeds(samples: Samples, information: Information) -> tuple[Inf
     weight = np.where(information.equations > 0, information.noise**-2.0, 0.0)
     n, b = columns.n, len(kept)
     across, alone = np.zeros((b, n)), np.zeros((n, n))
-    for first in range(0, len(samples), BLOCK):
-        part = samples.select(slice(first, first + BLOCK))
+    for first in range(0, len(samples), information.BLOCK):
+        part = samples.select(slice(first, first + information.BLOCK))
         W = columns(part.q, part.dq, part.ddq)[:, :, kept]
         T = _tangents(columns, speeds, values, part.dq) * (part.used * weight)[:, :, None]
         across += np.einsum("kjb,kjt->bt", W, T, optimize=True)

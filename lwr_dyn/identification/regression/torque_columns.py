@@ -134,7 +134,6 @@ class TorqueColumns:
 
     Parameters
     ----------
-    chain : Chain
     friction : {"symmetric", "directions"}
     stribeck_velocity : (n,) array_like, optional
         v_s of every joint [rad/s or m/s], NaN for a joint without a Stribeck column; (n, s) for several of each, to

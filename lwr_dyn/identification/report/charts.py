@@ -57,7 +57,6 @@ def torque_rows_html(one: ShownRecording, noise: Array, joints: tuple[str, ...],
 
     Parameters
     ----------
-    one : ShownRecording
     noise : (n,) array
         Standard deviation of the torques as the fit found it [N m or N].
     joints, units : tuple of str
@@ -146,7 +145,6 @@ def friction_maps_html(
         Measured torque less what bodies and rotors take, NaN where it is not used [N m or N].
     fitted, table : sequence of n JointFriction or None
         The result, and the friction that the arm had.
-    joints : tuple of str
     units : tuple of (str, str)
         Of speed and torque of each joint.
     """
@@ -225,7 +223,6 @@ def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, af
 
     Parameters
     ----------
-    arm : Arm
     recordings : sequence of ShownRecording
         At least one.
     before, after : (n, 10) array

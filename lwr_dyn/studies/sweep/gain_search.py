@@ -176,14 +176,12 @@ def search(
 
     Parameters
     ----------
-    trace : SearchTrace
     start : sequence of (d,) arrays
         Candidates of the first generation, at most `population`.
     bound : float
         inf for none.
     population, generations : int
         Candidates of a generation, and generations after the first; it ends before when all candidates agree to 1 %.
-    seed : int
 
     Raises as the judge.
     """

@@ -49,7 +49,6 @@ def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
 
     Parameters
     ----------
-    summary : SweepSummary
     worst : sequence of WorstRun
         Those of `summary.worst()` that are to be replayed in the page.
     """

@@ -141,7 +141,6 @@ def rollout_arguments(study: SweepStudy, text: str, values: Mapping[str, Values]
 
     Parameters
     ----------
-    study : SweepStudy
     text : str
         The controller, as the study has it. One in a Python file has no gains and no model among the parameters: they
         come with `controller_of_run`.

@@ -115,15 +115,12 @@ def tune(
         What is varied and how; its own method and number of runs are not used.
     controller : str
         One of a study's, as text.
-    gains : sequence of SearchedGain
     evaluate : callable
         Of the controller, see `Evaluate`.
     given : mapping
         Path -> value to compare with; a path without one has none.
-    aim : GainAim
     bound : float
         On the same quantile of the torque use; inf for none.
-    size : SearchSize
 
     Raises
     ------
