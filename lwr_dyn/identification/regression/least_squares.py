@@ -46,16 +46,14 @@ class BaseParameters:
 
     def statements(self) -> tuple[str, ...]:
         """Every base parameter as a combination of the full ones, such as `Izz_2 + 0.16 m_3`."""
-        return tuple(self._statement(row, int(k)) for row, k in zip(self.grouping, self.kept, strict=True))
-
-    def _statement(self, row: Array, kept: int) -> str:
-        others = [j for j in np.flatnonzero(np.abs(row) > NEGLIGIBLE) if j != kept]
-        terms = [f"{'+' if row[j] > 0 else '-'} {_factor(abs(row[j]))}{self.names[j]}" for j in others]
-        return " ".join([self.names[kept], *terms])
-
-
-def _factor(value: float) -> str:
-    return "" if abs(value - 1.0) < NEGLIGIBLE else f"{value:.4g} "
+        found = []
+        for row, kept in zip(self.grouping, self.kept, strict=True):
+            terms = [self.names[kept]]
+            for j in (j for j in np.flatnonzero(np.abs(row) > NEGLIGIBLE) if j != kept):
+                factor = "" if abs(abs(row[j]) - 1.0) < NEGLIGIBLE else f"{abs(row[j]):.4g} "
+                terms.append(f"{'+' if row[j] > 0 else '-'} {factor}{self.names[j]}")
+            found.append(" ".join(terms))
+        return tuple(found)
 
 
 def base_parameters(stacked: Array, names: Sequence[str]) -> BaseParameters:

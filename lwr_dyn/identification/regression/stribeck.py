@@ -21,7 +21,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression import information
-from lwr_dyn.identification.regression.information import Information, NormalEquations, normal_equations
+from lwr_dyn.identification.regression.information import BLOCK, Information, NormalEquations, normal_equations
 from lwr_dyn.identification.regression.least_squares import RANK, BaseParameters, Spectrum
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -197,8 +197,8 @@ def with_unknown_speeds(samples: Samples, information: Information) -> tuple[Inf
     weight = np.where(information.equations > 0, information.noise**-2.0, 0.0)
     n, b = columns.n, len(kept)
     across, alone = np.zeros((b, n)), np.zeros((n, n))
-    for first in range(0, len(samples), information.BLOCK):
-        part = samples.select(slice(first, first + information.BLOCK))
+    for first in range(0, len(samples), BLOCK):
+        part = samples.select(slice(first, first + BLOCK))
         W = columns(part.q, part.dq, part.ddq)[:, :, kept]
         T = _tangents(columns, speeds, values, part.dq) * (part.used * weight)[:, :, None]
         across += np.einsum("kjb,kjt->bt", W, T, optimize=True)

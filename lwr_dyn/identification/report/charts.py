@@ -234,15 +234,12 @@ def stage_data(arm: Arm, recordings: Sequence[ShownRecording], before: Array, af
         "runs": [replay_page.run_record(shown[0], _stride(shown[0]))],
         "others": [replay_page.run_record(one, _stride(one)) for one in shown[1:]],
         "native": [replay_page.column_major(link.after) for link in arm.chain.links],
-        "before": _ellipsoids(before),
-        "after": _ellipsoids(after),
         "made_by": replay_page.generator_line(),
+        **{
+            name: [None if (one := link_ellipsoid(row)) is None else replay_page.column_major(one.image) for row in of]
+            for name, of in (("before", before), ("after", after))
+        },
     }
-
-
-def _ellipsoids(parameters: Array) -> list[list[float] | None]:
-    found = [link_ellipsoid(row) for row in parameters]
-    return [None if one is None else replay_page.column_major(one.image) for one in found]
 
 
 def _shown(arm: Arm, one: ShownRecording) -> ReplayedRun:

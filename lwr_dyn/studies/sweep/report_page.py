@@ -109,15 +109,12 @@ def _figures_html(table: Table, inks: Mapping[str, str]) -> str:
     body = ""
     for first, *rest in table.cells:
         mark = f'<i class="sw {inks[first]}"></i>'
-        body += f'<tr><th scope="row">{mark}{escape(first)}</th>{"".join(map(_cell, rest))}</tr>'
+        body += f'<tr><th scope="row">{mark}{escape(first)}</th>'
+        for value, bracket, interval in (text.partition(" [") for text in rest):
+            body += f"<td>{escape(value)}{f'<small>[{escape(interval)}</small>' if bracket else ''}</td>"
+        body += "</tr>"
     rows = f"<caption>{escape(table.title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
     return _scrolled(escape(table.title), f'<table class="numbers">{rows}</table>')
-
-
-def _cell(text: str) -> str:
-    value, bracket, interval = text.partition(" [")
-    small = f"<small>[{escape(interval)}</small>" if bracket else ""
-    return f"<td>{escape(value)}{small}</td>"
 
 
 def _scrolled(label: str, table: str) -> str:
