@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.regression.information import Information, information_of
+from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
@@ -57,7 +57,8 @@ def coverage_study(
         log = simulated_log(plant, motion, noise, np.random.default_rng([seed, 28]), encoder, tau=tau)
         fits.append(information_of(samples_of([log], chosen), plant.columns))
     away = np.array([fit.values - plant.base for fit in fits])
-    return Coverage(away / np.array([fit.sigma for fit in fits]), _chi2(fits, away))
+    chi2 = np.array([a @ fit.precision @ a for a, fit in zip(away, fits, strict=True)]) / away.shape[1]
+    return Coverage(away / np.array([fit.sigma for fit in fits]), chi2)
 
 
 def case(arm: Arm) -> tuple[Plant, Motion]:
@@ -65,7 +66,3 @@ def case(arm: Arm) -> tuple[Plant, Motion]:
     rng = np.random.default_rng(MOTION_SEED)
     plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng)
     return plant, random_motion(arm, SECONDS, rng, RATE)
-
-
-def _chi2(fits: list[Information], away: Array) -> Array:
-    return np.array([a @ fit.precision @ a for a, fit in zip(away, fits, strict=True)]) / away.shape[1]

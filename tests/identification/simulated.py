@@ -71,16 +71,11 @@ def interval_coverage(
         found = friction.identify_friction(noisy, arm, subtract, options)
         if found.faults:
             raise found.faults[0]
-        misses, widths = _against(found, arm)
-        inside += int(np.sum(np.abs(misses) <= widths))
-        intervals += misses.size
+        for fit in found.fits:
+            misses = fit.estimate.values - true_values(arm, fit.joint, fit.sign, fit.names)
+            inside += int(np.sum(np.abs(misses) <= fit.estimate.half_widths))
+            intervals += misses.size
     return Coverage(inside, intervals)
-
-
-def _against(found: friction.FrictionIdentification, arm: Arm) -> tuple[Array, Array]:
-    """Estimate less truth, and the half-widths of the intervals, of all parameters in a row."""
-    misses = [fit.estimate.values - true_values(arm, fit.joint, fit.sign, fit.names) for fit in found.fits]
-    return np.concatenate(misses), np.concatenate([fit.estimate.half_widths for fit in found.fits])
 
 
 def true_values(arm: Arm, joint: int, sign: int, names: tuple[str, ...]) -> Array:
