@@ -143,6 +143,11 @@ class SweepStudy:
         """Chunks of each controller; the last may be shorter."""
         return -(-self.runs // self.chunk)
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the numbers of a run, in the order of the parameters."""
+        return tuple(name for one in self.parameters for name in one.columns)
+
     def values(self, first: int, stop: int) -> dict[str, Values]:
         """Values of the runs first ... stop - 1 by path, the same whatever the chunking.
 
