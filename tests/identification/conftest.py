@@ -48,18 +48,20 @@ def one_joint_at_a_time(wam):
 
 @pytest.fixture
 def fourier():
+    return _fourier
+
+
+def _fourier(arm, friction, seconds=20.0, seed=1, joints=None):
     """A log of five harmonics of 0.1 Hz at every joint, its torques exact."""
-
-    def log(arm, friction, seconds=20.0):
-        rng = np.random.default_rng(1)
-        t = np.arange(0.0, seconds, 0.01)
-        w = 2 * np.pi * 0.1 * np.arange(1, 6)
-        size, phase = rng.normal(0.0, 0.25, (5, arm.n)), rng.uniform(0.0, 6.0, (5, arm.n))
-        angle = w[:, None, None] * t[:, None] + phase[:, None, :]
-        q = np.einsum("ij,ikj->kj", size, np.sin(angle))
-        dq = np.einsum("ij,ikj->kj", size * w[:, None], np.cos(angle))
-        ddq = -np.einsum("ij,ikj->kj", size * w[:, None] ** 2, np.sin(angle))
-        tau = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq) + friction_torque(friction, dq)
-        return JointLog("fourier", tuple(range(1, arm.n + 1)), t, q, tau)
-
-    return log
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, seconds, 0.01)
+    w = 2 * np.pi * 0.1 * np.arange(1, 6)
+    size, phase = rng.normal(0.0, 0.25, (5, arm.n)), rng.uniform(0.0, 6.0, (5, arm.n))
+    if joints is not None:
+        size[:, [j for j in range(arm.n) if j not in joints]] = 0.0
+    angle = w[:, None, None] * t[:, None] + phase[:, None, :]
+    q = np.einsum("ij,ikj->kj", size, np.sin(angle))
+    dq = np.einsum("ij,ikj->kj", size * w[:, None], np.cos(angle))
+    ddq = -np.einsum("ij,ikj->kj", size * w[:, None] ** 2, np.sin(angle))
+    tau = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq) + friction_torque(friction, dq)
+    return JointLog("fourier", tuple(range(1, arm.n + 1)), t, q, tau)
