@@ -13,8 +13,7 @@ from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.model.run import Run
-from lwr_dyn.studies.compare.comparison import RunComparison, comparison_html, comparison_of, cross_table
-from lwr_dyn.studies.compare.pair_page import pair_html
+from lwr_dyn.studies.compare.comparison import RunComparison, comparison_html, comparison_of, cross_table, pair_html
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 from lwr_dyn.trajectory.references.ist import Twice
