@@ -22,10 +22,10 @@ from lwr_dyn.pages.figures.run_figures import (
 )
 from lwr_dyn.pages.plotting.plots import figure_bytes
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.simulation.walls_and_pushes import Push, Wall
 from lwr_dyn.simulation.simulate import simulate
-from tests.simulation.test_walls_and_pushes import ARM, POSE, TIP
+from lwr_dyn.simulation.walls_and_pushes import Push, Wall
 from tests.simulation.sample_runs import joint_waves, lwr
+from tests.simulation.test_walls_and_pushes import ARM, POSE, TIP
 
 
 @pytest.fixture(scope="module")
