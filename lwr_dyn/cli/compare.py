@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import Flag, OneOf, load_robot, robot_options, row_options, show
+from lwr_dyn.cli.options import Flag, Loading, OneOf, robot_options, row_options, show
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -69,7 +69,7 @@ PAGES: dict[str, Callable[[RunComparison], str]] = {"html": comparison_html, "re
 
 @click.command("compare")
 @robot_options
-def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: tuple[str, ...], loading: Loading, **given: Any) -> None:
     """Compare run files, or simulate ROBOT under controllers x plants: the error of the tip, torques, the audit.
 
     Each plant is the arm of the controllers' model, changed in one thing that they do not know of.
@@ -82,7 +82,7 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
     files = [target for target in robot if ends_in(target, RUNS)]
     if files and len(files) < len(robot):
         raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
-    compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
+    compared = _of_files(files, given) if files else _of_robot(robot, loading, given)
     write_files({Path(page): make(compared) for page, make in pages.items()})
     if given["markdown"] and not given["json"]:
         click.echo(_markdown(compared))
@@ -117,15 +117,13 @@ def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
     return comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
 
 
-def _of_robot(
-    robots: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], given: dict[str, Any]
-) -> RunComparison:
+def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) -> RunComparison:
     if len(robots) != 1:
         raise OptionError("compare", f"{len(robots)} robots", "one robot, or run files that end in .npz")
     if given["labels"]:
         raise OptionError("--label", "would do nothing here", "with run files")
     TASKS.refuse_unused(given["task"])
-    arm = load_robot(robots[0], reading, tip, locks)
+    arm = loading.arm(robots[0])
     if given["friction"] is not None:
         arm = arm_with_friction(arm, given["friction"])
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)

@@ -1,10 +1,12 @@
 """`lwr-dyn fk`: the pose of the flange, a point on it, and the DH matrices in symbols."""
 
+from typing import Any
+
 import click
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, robot_options, show
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading, robot_options, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
@@ -25,25 +27,16 @@ from lwr_dyn.model.spatial import to_rpy
 @click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
-    q_si: tuple[float, ...] | None,
-    q_deg: tuple[float, ...] | None,
-    axes_deg: dict[str, float] | None,
-    point: tuple[float, ...],
-    symbolic: bool,
-    as_json: bool,
+    robot: str, loading: Loading, point: tuple[float, ...], symbolic: bool, as_json: bool, **given: Any
 ) -> None:
     """Pose of the flange in the base, at --q, --q-deg or --axes-deg; for a KUKA arm in its units as well."""
-    if symbolic and (as_json or q_si or q_deg):
+    if symbolic and (as_json or given["q_si"] or given["q_deg"]):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        click.echo(_symbolic_text(robot, reading))
+        click.echo(_symbolic_text(robot, loading.reading))
         return
-    arm = load_robot(robot, reading, tip, locks)
-    q = _positions(arm, q_si, q_deg, axes_deg)
+    arm = loading.arm(robot)
+    q = _positions(arm, **given)
     show(_document(arm, q, fixed_array("--point", point, (3,))), as_json)
 
 
@@ -86,14 +79,14 @@ def _symbolic_text(robot: str, reading: str | None) -> str:
 
 
 def _positions(
-    arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
+    arm: Arm, q_si: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
 ) -> Array:
-    if sum(given is not None for given in (q, q_deg, axes_deg)) != 1:
+    if sum(given is not None for given in (q_si, q_deg, axes_deg)) != 1:
         raise OptionError("--q, --q-deg, --axes-deg", "none or several given", "one of them")
     if axes_deg is not None:
         return _positions_of_named(arm, axes_deg)
-    if q is not None:
-        return positions(arm, q, "--q")
+    if q_si is not None:
+        return positions(arm, q_si, "--q")
     return from_degrees(arm, q_deg or (), "--q-deg")
 
 

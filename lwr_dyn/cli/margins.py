@@ -8,7 +8,7 @@ import numpy as np
 
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli import options
-from lwr_dyn.cli.options import NUMBERS, OneOf, OptionRule, robot_options, row_options
+from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, OptionRule, robot_options, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
 from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
 from lwr_dyn.design.margins import LIMIT, margins
@@ -62,7 +62,7 @@ RULES = (
 
 @click.command("margins")
 @robot_options
-def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: str, loading: Loading, **given: Any) -> None:
     """Judge the sampled loop of ROBOT near rest: share of the joint box that is unstable, least rate, |S_ii| of each
     joint, gain and delay margins at the worst pose.
 
@@ -73,7 +73,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     TASKS.refuse_unused(given["task"] or "")
     options.refuse_unused(RULES, given)
     writers = [picture_writer(wish) for wish in given["plot"]]
-    arm = options.load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot)
     with progress("judging the loop"), faults_in(law):
         report = margins(
             arm, given["controller"], q=_poses(arm, given), rate=given["rate"], delay=given["delay"],

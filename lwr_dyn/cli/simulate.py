@@ -3,9 +3,8 @@
 The run as a document: errors joint by joint, limits, audit, friction.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
 import click
@@ -107,13 +106,8 @@ def _option(name: str, text: str, kind: Any = bool, default: Any = None, multipl
 
 
 TASK = _option("--task", "What the arm does.", options.OneOf(REFERENCES.names), "ist")
-
-LAWS = NameOrFile(CONTROLLERS.names)
-
 AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
-
-CONTROLLER = _option("--controller", AROUND, LAWS, "pd-gravity")
-
+CONTROLLER = _option("--controller", AROUND, NameOrFile(CONTROLLERS.names), "pd-gravity")
 PLANT = [
     _option("--plant-reading", "Simulate another reading than the controller's.", str),
     _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
@@ -166,7 +160,7 @@ RULES = (
 
 @click.command("simulate")
 @options.robot_options
-def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: str, loading: options.Loading, **given: Any) -> None:
     """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the audit."""
     TASK_OPTIONS.refuse_unused(given["task"])
     law = split_name(given["controller"])[0]
@@ -176,12 +170,15 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     _check_target(out, ".npz")
     _check_target(given["csv"], ".csv")
     pictures = [plot_writer(wish) for wish in given["plot"]]
-    arm = options.load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot)
     setup = _setup(arm, robot, given)
     sampled = sampled_notes(setup)
     _note([] if given["json"] else sampled.before)
     run = _simulated(setup, law, out, [] if given["json"] else sampled.once_begun)
-    others = _other_files(run, given["csv"], pictures)
+    others = [*filter(None, [given["csv"]])]
+    for path in others:
+        run.save(path)
+    others += [str(draw(run)) for draw in pictures]
     _note([] if given["json"] else sampled.after)
     options.show(run_document(run, arm, given["full"], sampled.record), given["json"])
     if given["json"]:
@@ -192,25 +189,14 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
 
 
-def _other_files(run: Run, csv: str | None, pictures: list[Callable[[Run], Path]]) -> list[str]:
-    """Paths of the CSV file and the pictures that were asked for, written."""
-    if csv is not None:
-        run.save(csv)
-    return ([csv] if csv is not None else []) + [str(draw(run)) for draw in pictures]
-
-
 def _note(lines: list[str]) -> None:
     click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
 
 
 OWN = [*command.params, TASK, CONTROLLER, *PLANT, *LOOP]
-
 TASK_OPTIONS = options.row_options(REFERENCES, "task", OWN)
-
 OF_TASK = TASK_OPTIONS.click_options()
-
 CONTROLLER_OPTIONS = options.row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
-
 command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), *PLANT, *LOOP]
 
 

@@ -1,12 +1,10 @@
 """Parts of several subcommands: lists of numbers, named axes, locks, degrees to SI."""
 
-import json
-
 import click
 import numpy as np
 import pytest
 
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, load_robot_and_paper, print_json
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import from_degrees
 from tests.random_arms import random_arm
@@ -42,14 +40,9 @@ def test_degrees_are_of_turning_joints_only():
 
 
 def test_a_robot_is_loaded_with_its_locks_and_its_paper():
-    arm, paper = load_robot_and_paper("lwr4plus", "printed", None, ())
+    arm, paper = Loading("printed").arm_and_paper("lwr4plus")
     assert (arm.reading, paper.reading.name) == ("printed", "printed")
-    locked = load_robot("lwr4plus", None, None, (f"{arm.joint_names[2]}=0.5",))
+    locked = Loading(locks=(f"{arm.joint_names[2]}=0.5",)).arm("lwr4plus")
     assert locked.joint_names == tuple(name for name in arm.joint_names if name != arm.joint_names[2])
     with pytest.raises(OptionError, match="--lock: 'finger'; allowed: JOINT=VALUE"):
-        load_robot("lwr4plus", None, None, ("finger",))
-
-
-def test_json_is_one_object(capsys):
-    print_json({"q": np.array([0.5, np.nan])})
-    assert json.loads(capsys.readouterr().out) == {"q": [0.5, None]}
+        Loading(locks=("finger",)).arm("lwr4plus")
