@@ -45,7 +45,7 @@ class CycleTimesRecord(TypedDict):
 
 
 class PassesRecord(TypedDict):
-    """`LoopPasses.to_json` with the times of a pass."""
+    """`LoopPasses` with the times of a pass."""
 
     file: str
     line: Annotated[int, "In which the loop ends."]
@@ -60,7 +60,11 @@ def run_document(run: ProgramRun) -> Document:
     times, pass_times = run.times(), run.pass_times()
     passes = None
     if run.passes is not None and pass_times is not None:
-        passes = {**run.passes.to_json(), "cycle_times": pass_times.to_json()}
+        x = run.passes
+        passes = {
+            "file": x.position.file, "line": x.position.line, "cycle_time": x.cycle_time, "seconds": list(x.seconds),
+            "period": x.period, "cycle_times": pass_times.to_json(),
+        }  # fmt: skip
     parts: list[Part] = [
         Fact("program", run.program, "Its name."),
         Fact("robot", run.arm.name, "Its name."),

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lwr_dyn.krl.checks.constants import check_compared, check_setting
-from lwr_dyn.krl.checks.type_check import check_assignable, shape_of, type_in
+from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, check_value, place_of, shape_of, type_in
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
@@ -99,7 +98,7 @@ def _assign(scope: Scope, x: s.Assign) -> None:
         target = target.of
     kind = type_in(scope, x.target)
     check_assignable(scope, kind, x.value, target.name)
-    check_setting(scope, x.target, kind, x.value)
+    check_value(scope, place_of(scope, x.target), x.value)
 
 
 def _invoke(scope: Scope, x: s.Invoke) -> None:

@@ -17,6 +17,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.line_parser import statement_of
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM
@@ -24,8 +25,15 @@ from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.cell import Reply
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of
-from lwr_dyn.krl.running.passes import SAME, KeptState, LoopPasses, LoopWatch, endless_by_form
-from lwr_dyn.krl.running.running_program import RunningProgram, StackFrame, Watch
+from lwr_dyn.krl.running.running_program import (
+    SAME,
+    KeptState,
+    LoopPasses,
+    LoopWatch,
+    RunningProgram,
+    StackFrame,
+    Watch,
+)
 from lwr_dyn.krl.running.triggers import TICK
 from lwr_dyn.krl.running.values import Value, Variable, converted, copied, value_text
 
@@ -283,3 +291,16 @@ def _head(m: RunningProgram) -> tuple[Any, ...]:
     watches = tuple((p, w.enabled, w.last) for p, w in m.interrupts.items())
     inputs = tuple(sorted((k, repr(v)) for k, v in m.controller.inputs.items()))
     return _place(m), lines, submits, pending, watches, inputs, m.motions.advance, repr(m.motions.blend)
+
+
+def endless_by_form(routine: Routine, at: int) -> bool:
+    """Whether the LOOP that ends in line `at` has no way out: no EXIT, no jump, no RETURN, no HALT inside."""
+    block = routine.blocks.get(at)
+    if block is None or block.kind != "LOOP":
+        return False
+    for i in range(block.first, at):
+        x = routine.file.lines[i].statement
+        leaves = isinstance(x, s.Plain) and x.keyword == "EXIT" and routine.blocks.get(i) is block
+        if leaves or isinstance(x, s.Jump | s.Return):
+            return False
+    return True

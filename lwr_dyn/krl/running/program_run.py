@@ -30,8 +30,7 @@ from lwr_dyn.krl.running.controller import Assumption, MachineData
 from lwr_dyn.krl.running.execute import end_at_bound, start_submits, step
 from lwr_dyn.krl.running.functions import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.motions import ExecutedMotion
-from lwr_dyn.krl.running.passes import LoopPasses
-from lwr_dyn.krl.running.running_program import RunningProgram
+from lwr_dyn.krl.running.running_program import LoopPasses, RunningProgram
 from lwr_dyn.krl.running.triggers import ProgramEvent
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
