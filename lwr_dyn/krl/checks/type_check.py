@@ -4,6 +4,8 @@ An unknown type fits every type. Of constants: an index outside of its array, a 
 no ENUM.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
