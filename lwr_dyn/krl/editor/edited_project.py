@@ -133,7 +133,11 @@ class EditedProject:
     def project(self) -> Project:
         """All files as they are now."""
         if self._project is None:
-            files = {x.file.name: x for x in self._on_disk()}
+            try:
+                paths = krl_files(self.folder) if self.whole else sorted(filter(is_krl_file, self.folder.iterdir()))
+            except OSError:  # no KRL file yet, or no folder
+                paths = []
+            files = {x.file.name: x for x in _read(paths, self.folder)}
             files.update((name, _parsed(name, text)) for name, text in self.texts.items())
             self._keep(project_of(files.values(), self.folder))
         assert self._project is not None
@@ -206,13 +210,6 @@ class EditedProject:
 
     def _others(self, name: str) -> Iterable[ModuleFile]:
         return (x for x in self.project.files if x.file.name != name)
-
-    def _on_disk(self) -> list[ModuleFile]:
-        try:
-            paths = krl_files(self.folder) if self.whole else sorted(filter(is_krl_file, self.folder.iterdir()))
-        except OSError:  # no KRL file yet, or no folder
-            return []
-        return _read(paths, self.folder)
 
 
 @dataclass(slots=True, eq=False)

@@ -38,11 +38,6 @@ class Def:
     is_global: bool = False
     column: int = field(default=1, compare=False)
 
-    @property
-    def returns_array(self) -> bool:
-        """Whether it returns an array."""
-        return self.returns_sizes is not None
-
 
 @dataclass(frozen=True, slots=True)
 class DefDat:

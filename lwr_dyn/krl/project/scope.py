@@ -197,7 +197,8 @@ def signature(scope: Scope, x: e.FunctionCall) -> tuple[Type | None, int, int]:
     routine = scope.program.routine(x.name)
     if routine is not None:
         kind = routine.head.returns
-        returned = None if kind is None else scope.type_seen(Type(kind.upper(), int(routine.head.returns_array)))
+        dimensions = int(routine.head.returns_sizes is not None)
+        returned = None if kind is None else scope.type_seen(Type(kind.upper(), dimensions))
         return returned, 0, len(routine.head.parameters)
     external = scope.external(x.name)
     if external is not None:

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import lru_cache
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -41,16 +41,12 @@ class Assumption:
     def __str__(self) -> str:
         return f"{self.name} = {self.value} ({self.why})" if self.value else f"{self.name}: {self.why}"
 
-    def to_json(self) -> dict[str, Any]:
-        """As one JSON object."""
-        return {"name": self.name, "value": self.value, "why": self.why}
-
 
 FROM = {"controller": "state default", "option": "option not installed"}
 """Where the values of a table of `states.toml` come from, in the list of assumptions."""
 
 
-@lru_cache(maxsize=1)
+@cache
 def state_defaults() -> Mapping[str, tuple[Value, str]]:
     """The states of a controller in automatic operation without faults or options, and where each comes from.
 

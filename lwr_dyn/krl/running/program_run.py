@@ -1,7 +1,7 @@
 """Checks a program, and runs it on a robot's model: motions in time, speeds, poses, torques, and a Run to replay."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -115,7 +115,7 @@ class ProgramRun:
         meta: dict[str, Any] = {
             **arm_record(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
             "assumed": self.machine.to_json(),
-            "assumptions": [x.to_json() for x in self.assumptions],
+            "assumptions": [asdict(x) for x in self.assumptions],
             "diagnoses": [d.to_json() for d in self.diagnostics],
             **({} if known else {"unknown": ["torques", "energy", "work"]}),
         }  # fmt: skip
@@ -247,6 +247,8 @@ def run_program(
     """
     data = machine or MachineData()
     static = [*program.diagnostics, *static_diagnostics(program)]
+    # what unknown subprograms there are, the run itself notes where it comes to one
+    errors = sorted_diagnostics(d for d in static if d.severity == "error" and d.code != "unknown-call")
     _refuse_errors([d for d in static if d.code in UNREADABLE])
     m = interpreted(program, arm, data, _surroundings(cell, inputs))
     diagnostics, end = m.log.diagnostics, str(m.log.position)
@@ -263,7 +265,7 @@ def run_program(
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
         executed=tuple(executed), still=tuple(m.motions.still),
-        diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
+        diagnostics=(*errors, *diagnostics, *overspeed(arm, motion, executed)),
         assumptions=tuple(m.controller.assumptions.values()),
         events=tuple(sorted(m.clock.events, key=lambda x: x.time)), passes=m.passes,
         static_torque=held, torque=torque,
@@ -328,11 +330,6 @@ def _evaluate_call(m: RunningProgram, x: e.FunctionCall) -> Value:
     if not result:
         raise ExecutionError("no-value", f"{x.name} ended without RETURN", "RETURN a value on every way")
     return result[-1]
-
-
-def _only_errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Those that are errors; what unknown subprograms there are, the run itself notes where it comes to one."""
-    return sorted_diagnostics(d for d in diagnostics if d.severity == "error" and d.code != "unknown-call")
 
 
 def _torques(arm: Arm, motion: Motion) -> tuple[Array | None, Array | None]:
