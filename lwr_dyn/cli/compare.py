@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import Flag, Loading, OneOf, robot_options, row_options, show
+from lwr_dyn.cli.options import Flag, Loading, OneOf, option, robot_options, row_options, show
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -37,27 +37,21 @@ FRICTION_HELP = (
     "wrappers such as pid+friction."
 )
 OWN = [
-    click.Option(["--controllers"], metavar="A,B:OPTION=VALUE,FILE.py", help=CONTROLLERS_HELP),
-    click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
-    click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
-    click.Option(["--tuned"], type=float, metavar="PEAK", help=TUNED_HELP),
-    click.Option(["--friction"], type=float, metavar="SHARE", help=FRICTION_HELP),
-    click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
-    click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
-    click.Option(
-        ["--twice"], is_flag=True, help="Follow the task twice, 3 s back between; the second pass is compared."
-    ),
-    click.Option(
-        ["--processes"], type=int, default=1, show_default=True, help="How many simulate; the result is the same."
-    ),
-    click.Option(["--save"], metavar="FOLDER", help="Write the runs there, as .npz."),
-    click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
-    click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
-    click.Option(["--replay"], metavar="FILE", help="Write a page that replays any two of the runs side by side."),
-    click.Option(
-        ["--markdown"], is_flag=True, help="One table in Markdown, plants down and controllers across: RMS, mm."
-    ),
-    click.Option(["--json"], is_flag=True, help="One JSON object."),
+    option("--controllers", CONTROLLERS_HELP, str, metavar="A,B:OPTION=VALUE,FILE.py"),
+    option("--plants", PLANTS_HELP, str, "nominal", metavar="A,B=VALUE,A+B"),
+    option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist"),
+    option("--tuned", TUNED_HELP, float, metavar="PEAK"),
+    option("--friction", FRICTION_HELP, float, metavar="SHARE"),
+    option("--rate", "Samples a second.", float, 1000.0),
+    option("--no-stops", "Let joints pass their position limits."),
+    option("--twice", "Follow the task twice, 3 s back between; the second pass is compared."),
+    option("--processes", "How many simulate; the result is the same.", int, 1),
+    option("--save", "Write the runs there, as .npz.", str, metavar="FOLDER"),
+    option("--label labels", "Name of a run file; once per file.", str, metavar="TEXT", multiple=True),
+    option("--html", "Write the page: one file that needs no network.", str, metavar="FILE"),
+    option("--replay", "Write a page that replays any two of the runs side by side.", str, metavar="FILE"),
+    option("--markdown", "One table in Markdown, plants down and controllers across: RMS, mm."),
+    option("--json", "One JSON object."),
 ]
 OF_FILES = ("targets", "labels", "html", "replay", "markdown", "json")
 """What run files can be compared with; the rest is for a robot."""
@@ -110,9 +104,8 @@ def _markdown(compared: RunComparison) -> str:
 def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
     for name in (param.name or "" for param in click.get_current_context().command.params):
         if Flag(name, None).is_typed and name not in ("robot", *OF_FILES):
-            raise OptionError(
-                f"--{name.replace('_', '-')}", "would do nothing here", "with a robot, not with run files"
-            )
+            flag = f"--{name.replace('_', '-')}"
+            raise OptionError(flag, "would do nothing here", "with a robot, not with run files")
     runs = [Run.load(path) for path in files]
     return comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
 

@@ -71,6 +71,16 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
             )
 
 
+def option(
+    names: str, text: str, kind: Any = bool, default: Any = None, *, metavar: str | None = None, multiple: bool = False
+) -> click.Option:
+    """One option of click's `names` in one text; a flag without a `kind`. The help shows its default, if any."""
+    if kind is bool:
+        return click.Option(names.split(), is_flag=True, help=text)
+    settings: dict[str, Any] = {"default": default, "show_default": default is not None, "multiple": multiple}
+    return click.Option(names.split(), type=kind, metavar=metavar, help=text, **settings)
+
+
 NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 
@@ -235,8 +245,7 @@ def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
 def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:
     kinds = {quantity: float if quantity is Quantity.ANGLE else NUMBERS for quantity in Quantity}
     kind = OneOf(flag.kind.names) if isinstance(flag.kind, Registry) else kinds.get(flag.kind, flag.kind)
-    settings: dict[str, Any] = {"is_flag": True} if flag.kind is bool else {"type": kind}
-    return click.Option([f"--{flag.name}"], help=_help(flag, registry), **settings)
+    return option(f"--{flag.name}", _help(flag, registry), kind)
 
 
 def _help(flag: Flag, registry: Registry[Any]) -> str:
