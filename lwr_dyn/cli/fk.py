@@ -33,7 +33,11 @@ def command(
     if symbolic and (as_json or given["q_si"] or given["q_deg"]):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        click.echo(_symbolic_text(robot, loading.reading))
+        if ends_in(robot, ".urdf"):
+            raise OptionError("--symbolic", robot, "a robot with a DH table")
+        with needs_extra("symbolic"):
+            from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
+        click.echo(dh_matrices_text(open_paper(robot, loading.reading)))
         return
     arm = loading.arm(robot)
     q = _positions(arm, **given)
@@ -69,15 +73,6 @@ def _document(arm: Arm, q: Array, point: Array) -> Document:
                     facts=facts)  # fmt: skip
 
 
-def _symbolic_text(robot: str, reading: str | None) -> str:
-    if ends_in(robot, ".urdf"):
-        raise OptionError("--symbolic", robot, "a robot with a DH table")
-    with needs_extra("symbolic"):
-        from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
-
-    return dh_matrices_text(open_paper(robot, reading))
-
-
 def _positions(
     arm: Arm, q_si: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
 ) -> Array:
@@ -103,12 +98,8 @@ def _positions_of_named(arm: Arm, axes: dict[str, float]) -> Array:
 
 def _outside(arm: Arm, q: Array) -> list[str]:
     """Joints beyond their limits, and by how much."""
-    lines = []
-    for name, x, low, up in zip(arm.joint_names, q, arm.lower, arm.upper, strict=True):
-        excess = max(low - x, x - up)
-        if excess > 0.0:
-            lines.append(f"{name} is outside its limits by {excess:.6g}")
-    return lines
+    excess = zip(arm.joint_names, np.maximum(arm.lower - q, q - arm.upper), strict=True)
+    return [f"{name} is outside its limits by {x:.6g}" for name, x in excess if x > 0.0]
 
 
 def _triple(values: Array) -> str:

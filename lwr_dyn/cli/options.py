@@ -36,39 +36,33 @@ class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 
             raise click.BadParameter(f"{fault.message.rstrip('.')}{hint}.", ctx, param) from None
 
 
-class Numbers(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
-    """Numbers separated by commas: `--q-deg -90,0` and `--q-deg=-90,0` both work."""
+class Separated(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
+    """Parts separated by commas, `--q-deg -90,0` or `--q-deg=-90,0`; `read` raises `ValueError` for what are none."""
 
-    name = "numbers"
+    def __init__(self, name: str, read: Callable[[str], Any], words: str) -> None:
+        self.name, self.read, self.words = name, read, words
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
-        """The numbers as floats."""
-        if isinstance(value, tuple):
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The value."""
+        if not isinstance(value, str):
             return value
         try:
-            return tuple(number_of(x) for x in str(value).split(","))
+            return self.read(value)
         except ValueError:
-            self.fail(
-                f"{value!r} is not a list of numbers; allowed: numbers separated by commas, such as -90,0", param, ctx
-            )
+            self.fail(f"{value!r} is not {self.words}", param, ctx)
 
 
-class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
-    """Joints by name: `A1=10,A2=-90`; those not named are 0."""
+def _named(text: str) -> dict[str, float]:
+    pairs = [part.split("=") for part in text.split(",")]
+    return {name.strip(): number_of(number) for name, number in pairs}
 
-    name = "name=value,..."
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
-        """Name -> value."""
-        if isinstance(value, dict):
-            return value
-        try:
-            pairs = [part.split("=") for part in str(value).split(",")]
-            return {name.strip(): number_of(number) for name, number in pairs}
-        except ValueError:
-            self.fail(
-                f"{value!r} is not a list of axes; allowed: NAME=DEG separated by commas, A1=10,A2=-90", param, ctx
-            )
+NUMBERS = Separated(
+    "numbers", lambda text: tuple(map(number_of, text.split(","))),
+    "a list of numbers; allowed: numbers separated by commas, such as -90,0",
+)  # fmt: skip
+NAMED_AXES = Separated("name=value,...", _named, "a list of axes; allowed: NAME=DEG separated by commas, A1=10,A2=-90")
+"""Joints by name; those not named are 0."""
 
 
 def option(
@@ -81,7 +75,6 @@ def option(
     return click.Option(names.split(), type=kind, metavar=metavar, help=text, **settings)
 
 
-NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 
 

@@ -12,9 +12,8 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Signal, StructType
 from lwr_dyn.krl.names.known_names import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
-from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.program import Program, Scope, UnknownNames, program_in, scope_of, signature, slip_of
 from lwr_dyn.krl.project.project import Project, SymbolTable, type_of
-from lwr_dyn.krl.project.scope import Scope, UnknownNames, scope_of, signature, slip_of
 
 BEFORE_BRACKETS = ("RETURN", "WHILE", "UNTIL", "SWITCH")
 """Keywords before an expression: one that is misspelt before a bracket reads as a call."""

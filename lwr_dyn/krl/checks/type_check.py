@@ -15,8 +15,8 @@ from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
 from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.names import known_names as k
 from lwr_dyn.krl.names.known_names import BOOL, INT, REAL, UNKNOWN, FunctionParameter, Type
+from lwr_dyn.krl.project.program import Scope, near_name, signature, slip_of
 from lwr_dyn.krl.project.project import type_of
-from lwr_dyn.krl.project.scope import Scope, near_name, signature, slip_of
 
 KERNEL = "KSS"
 """The package of the controller's own functions."""

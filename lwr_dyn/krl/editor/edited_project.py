@@ -23,9 +23,8 @@ from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile, is_krl_file, krl_files, parse_text
 from lwr_dyn.krl.language.unparse import statement_text
 from lwr_dyn.krl.names.known_names import KnownNames, known_names
-from lwr_dyn.krl.project.program import Program, program_in, read_file
+from lwr_dyn.krl.project.program import Program, Scope, program_in, read_file
 from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, project_of
-from lwr_dyn.krl.project.scope import Scope
 
 Kind = Literal["routine", "block", "fold", "variable", "type"]
 LONGEST = 80

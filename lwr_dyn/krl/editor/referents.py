@@ -14,9 +14,8 @@ from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
 from lwr_dyn.krl.names.known_names import Type
-from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.program import Program, Scope, scope_of
 from lwr_dyn.krl.project.project import DeclaredName, ModuleFile, SymbolTable
-from lwr_dyn.krl.project.scope import Scope, scope_of
 
 Meaning = Literal["variable", "routine", "type", "component", "constant", "label"]
 

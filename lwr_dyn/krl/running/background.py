@@ -25,15 +25,7 @@ from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.cell import Reply
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of
-from lwr_dyn.krl.running.running_program import (
-    SAME,
-    KeptState,
-    LoopPasses,
-    LoopWatch,
-    RunningProgram,
-    StackFrame,
-    Watch,
-)
+from lwr_dyn.krl.running.running_program import SAME, KeptState, LoopWatch, RunningProgram, StackFrame, Watch
 from lwr_dyn.krl.running.triggers import TICK
 from lwr_dyn.krl.running.values import Value, Variable, converted, copied, value_text
 
@@ -251,7 +243,7 @@ def look_at_loop(m: RunningProgram, frame: StackFrame, at: int) -> None:
 
 
 def _end(m: RunningProgram, watch: LoopWatch, period: int) -> None:
-    m.passes = LoopPasses(m.log.position, tuple(watch.seconds), period)
+    m.passes = watch.passes(m.log.position, period)
     m.log.end_run("note", "endless", str(m.passes), "")
 
 

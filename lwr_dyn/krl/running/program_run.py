@@ -11,14 +11,7 @@ from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
-from lwr_dyn.krl.diagnostics import (
-    Diagnostic,
-    ExecutionError,
-    ResumedError,
-    RunEndedError,
-    SourcePosition,
-    sorted_diagnostics,
-)
+from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, ResumedError, RunEndedError, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
@@ -51,8 +44,6 @@ class ProgramRun:
     timeline: Timeline
     motion: Motion
     executed: tuple[ExecutedMotion, ...]
-    still: tuple[SourcePosition, ...]
-    """Statements of motions to where the arm stood, which have no row."""
     diagnostics: tuple[Diagnostic, ...]
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
     assumptions: tuple[Assumption, ...]
@@ -209,11 +200,9 @@ def check_program(
         return sorted_diagnostics(static)
     data = machine or MachineData()
     data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
-    known = {(d.position.file, d.position.line, d.code) for d in static}
+    known = set(map(_place, static))
     of_run = interpreted(program, arm, data, _surroundings(cell, inputs), tolerant=True).log.diagnostics
-    return sorted_diagnostics(
-        [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
-    )
+    return sorted_diagnostics([*static, *(d for d in of_run if _place(d) not in known)])
 
 
 def run_program(
@@ -253,7 +242,9 @@ def run_program(
     m = interpreted(program, arm, data, _surroundings(cell, inputs))
     diagnostics, end = m.log.diagnostics, str(m.log.position)
     timeline, executed = m.motions.timeline, m.motions.executed
-    _refuse_errors(_as_checked(diagnostics, static))
+    # of one fault in one line, what the checks say stands in place of what the run says
+    checked = {_place(d): d for d in static}
+    _refuse_errors([checked.get(_place(d), d) for d in diagnostics])
     if not executed:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
@@ -264,7 +255,7 @@ def run_program(
     held, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
-        executed=tuple(executed), still=tuple(m.motions.still),
+        executed=tuple(executed),
         diagnostics=(*errors, *diagnostics, *overspeed(arm, motion, executed)),
         assumptions=tuple(m.controller.assumptions.values()),
         events=tuple(sorted(m.clock.events, key=lambda x: x.time)), passes=m.passes,
@@ -346,10 +337,8 @@ def _surroundings(cell: RobotCell | None, inputs: Mapping[str, Value] | None) ->
     return replace(whole, values={**whole.values, **(inputs or {})})
 
 
-def _as_checked(diagnostics: Sequence[Diagnostic], static: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """What the checks say of the same fault in the same line, in place of what the run says."""
-    checked = {(d.position.file, d.position.line, d.code): d for d in static}
-    return [checked.get((d.position.file, d.position.line, d.code), d) for d in diagnostics]
+def _place(d: Diagnostic) -> tuple[str, int, str]:
+    return d.position.file, d.position.line, d.code
 
 
 def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:

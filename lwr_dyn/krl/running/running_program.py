@@ -20,9 +20,8 @@ from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Declarator, Def, Parameter, Signal
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
-from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.program import Program, program_in, scope_of
 from lwr_dyn.krl.project.project import DeclaredName
-from lwr_dyn.krl.project.scope import scope_of
 from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
@@ -119,6 +118,10 @@ class LoopWatch:
             self.seconds.append(now - self.began)
             self.places.append(place)
         self.began = now
+
+    def passes(self, position: SourcePosition, period: int) -> LoopPasses:
+        """All of them, of which so many repeat."""
+        return LoopPasses(position, tuple(self.seconds), period)
 
     @property
     def compares(self) -> bool:

@@ -3,14 +3,7 @@
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.krl.names.known_names import (
-    CONFIG,
-    SIMPLE,
-    SYSTEM,
-    Function,
-    Type,
-    known_names,
-)
+from lwr_dyn.krl.names.known_names import CONFIG, SIMPLE, SYSTEM, Function, Type, known_names
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.program_run import check_program
 

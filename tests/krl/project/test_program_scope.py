@@ -5,8 +5,7 @@ import time
 import pytest
 
 from lwr_dyn.krl.diagnostics import MOST
-from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.project.scope import NEAR_NAMES
+from lwr_dyn.krl.project.program import NEAR_NAMES, parse_program
 from lwr_dyn.krl.running.program_run import check_program
 
 
