@@ -1,7 +1,5 @@
 """`lwr-dyn simulate`: what they write, and one line for every bad input, nothing half-written."""
 
-import json
-
 import click
 import pytest
 
@@ -32,32 +30,26 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_options_get_one_line(name, lwr_dyn_command, tmp_path, monkeypatch):
+def test_bad_options_get_one_line(name, refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     options, message = BAD[name]
     start = ("--task", "point-to-point") if name == "no start" else SHORT
-    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *start, *options)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-    assert message in err
+    assert message in refused("simulate", "lwr4plus", *start, *options)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_path_that_leaves_the_limits_is_refused_with_its_place(lwr_dyn_command):
-    code, _, err = lwr_dyn_command("simulate", "lwr4plus", "--arm-angle-deg", "0")
-    assert code == 2
+def test_a_path_that_leaves_the_limits_is_refused_with_its_place(refused):
+    err = refused("simulate", "lwr4plus", "--arm-angle-deg", "0")
     assert "at t = " in err
     assert "point (" in err
     assert "joint_1 at 4.58" in err  # it goes on through half a turn, beyond its limit
 
 
 @pytest.mark.slow
-def test_a_run_file_carries_what_made_it_and_loads(lwr_dyn_command, tmp_path):
+def test_a_run_file_carries_what_made_it_and_loads(recorded, tmp_path):
     target = tmp_path / "run.npz"
     options = ("--controller", "pid", "--payload", "2", "--encoder-noise", "1e-6", "--seed", "3", "--out", str(target))
-    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options, "--json")
-    assert code == 0
-    record = json.loads(out)
+    record = recorded("simulate", "lwr4plus", *SHORT, *options)
     assert {"mean", "mean_abs", "max", "min", "rms"} <= set(record["metrics"]["position_mrad"])
     run = Run.load(target)
     meta = run.meta
@@ -86,24 +78,21 @@ def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, t
 
 
 @pytest.mark.parametrize("task", [(), ("--task", "ist-clear")])
-def test_the_letters_are_refused_by_name_for_an_arm_that_cannot_write_them(lwr_dyn_command, tmp_path, task):
+def test_the_letters_are_refused_by_name_for_an_arm_that_cannot_write_them(refused, tmp_path, task):
     own = tmp_path / "own.toml"
     own.write_text(template("own.toml", "own", "RR"))
-    code, out, err = lwr_dyn_command("simulate", str(own), *task)
-    assert (code, out) == (2, "")
+    err = refused("simulate", str(own), *task)
     assert err.startswith(f"lwr-dyn: task {task[-1] if task else 'ist'}, robot: own; allowed: a seven-joint arm")
     assert err.endswith("other arms have other tasks, as point-to-point\n")
 
 
-def test_an_infeasible_arm_is_refused_unless_allowed(lwr_dyn_command, tmp_path):
+def test_an_infeasible_arm_is_refused_unless_allowed(lwr_dyn_command, refused, tmp_path):
     own = tmp_path / "own.toml"
     text = template("own.toml", "own", "RR").replace("[0, 0, 0.004]]", "[0, 0, 0.03]]")
     own.write_text(text)
     move = ("--task", "point-to-point", "--from-deg", "0,0", "--to-deg", "20,-10", "--duration", "0.1")
     move = (*move, "--controller", "inverse-dynamics")
-    code, _, err = lwr_dyn_command("simulate", str(own), *move)
-    assert code == 2
-    assert "own (printed): the inertia of link_1, link_2 is not physical" in err
+    assert "own (printed): the inertia of link_1, link_2 is not physical" in refused("simulate", str(own), *move)
     assert lwr_dyn_command("simulate", str(own), *move, "--allow-unphysical")[0] == 0
     assert "inertias that no body can have: link_1, link_2" in lwr_dyn_command("urdf", str(own))[1]
 
@@ -133,14 +122,12 @@ def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path
         (("--plant-scale", "1.1"), 2),
     ],
 )
-def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options, models, lwr_dyn_command, monkeypatch):
+def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options, models, recorded, monkeypatch):
     from lwr_dyn.dynamics import pinocchio_engine
 
     built, build = [], pinocchio_engine.pinocchio_model
     monkeypatch.setattr(pinocchio_engine, "pinocchio_model", lambda arm: built.append(arm) or build(arm))
-    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options, "--json")
-    assert code == 0
-    assert json.loads(out)["meta"]["engine"] == "pinocchio"
+    assert recorded("simulate", "lwr4plus", *SHORT, *options)["meta"]["engine"] == "pinocchio"
     assert len(built) == models
 
 
@@ -170,8 +157,7 @@ def test_a_controller_is_a_name_or_a_python_file():
 
 
 @pytest.mark.slow
-def test_an_error_of_zero_has_no_sign(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT)
-    assert code == 0
+def test_an_error_of_zero_has_no_sign(printed):
+    out = printed("simulate", "lwr4plus", *SHORT)
     assert "joint_2  mrad      0 " in out
     assert " -0 " not in out

@@ -14,11 +14,6 @@ HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
 SPEED = "BAS(#VEL_PTP, 100)\n$VEL.CP = 0.2"
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def body(*lines, data=None):
     return parse_program("\n".join(["DEF a( )", *lines, "END", ""]), data, "a")
 

@@ -4,16 +4,10 @@ import math
 
 import pytest
 
-import lwr_dyn
 from tests.krl.short_programs import HOME, run_of
 
 A, V = 2.0, 0.5
 SPEEDS = (f"$VEL.CP = {V}", f"$ACC.CP = {A}")
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def chain(arm, count, millimetres, advance=3, distance=100):

@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.krl.motion.cycle_times import chains_of, limits_of_chain
 from lwr_dyn.krl.motion.pose_paths import fastest_speeds, times_along
 from tests.krl.short_programs import HOME, run_of
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def chain_of(arm, *lines):

@@ -2,18 +2,12 @@
 
 import pytest
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.project.program import load_program, load_project, program_in
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 
 HOME = "$VEL_AXIS[1]=100\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 @pytest.fixture

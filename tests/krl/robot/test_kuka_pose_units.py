@@ -1,51 +1,36 @@
 """fk and ik of the KR 30 HA in SI and in KUKA's units, and one line for bad input."""
 
-import io
-import json
-from contextlib import redirect_stderr, redirect_stdout
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.main import main
 
 SI = ("--xyz", "0,0.4,0.5", "--rpy", "0,0,0")
 P1 = ("--xyz-mm", "91,-1139,1392", "--abc-deg", "0,0,0")
 
 
-def run(*arguments):
-    """The command as a shell sees it: exit code and both streams."""
-    out, err = io.StringIO(), io.StringIO()
-    with redirect_stdout(out), redirect_stderr(err), pytest.raises(SystemExit) as stopped:
-        main(list(arguments))
-    return SimpleNamespace(returncode=stopped.value.code, stdout=out.getvalue(), stderr=err.getvalue())
+def test_fk_prints_both_units(printed):
+    out = printed("fk", "kr30ha", "--q-deg", "0,-90,90,0,0,0")
+    assert "position  1.340000000 0.000000000 1.810000000 m" in out
+    assert "X 1340.000000, Y 0.000000, Z 1810.000000, A 0.000000, B 90.000000, C 0.000000, S 2, T 2" in out
+    assert "B is +90 deg: A and C turn about one axis, only C - A counts" in out
+    assert printed("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90") == out
 
 
-def test_fk_prints_both_units():
-    done = run("fk", "kr30ha", "--q-deg", "0,-90,90,0,0,0")
-    assert done.returncode == 0
-    assert "position  1.340000000 0.000000000 1.810000000 m" in done.stdout
-    assert "X 1340.000000, Y 0.000000, Z 1810.000000, A 0.000000, B 90.000000, C 0.000000, S 2, T 2" in done.stdout
-    assert "B is +90 deg: A and C turn about one axis, only C - A counts" in done.stdout
-
-
-def test_fk_by_axis_name_and_json():
-    record = json.loads(run("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90", "--json").stdout)
+def test_fk_by_axis_name_and_json(recorded):
+    record = recorded("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90")
     assert record["position"] == pytest.approx([1.34, 0, 1.81])
     kuka = record["kuka"]
     assert (kuka["x_mm"], kuka["z_mm"], kuka["b_deg"], kuka["s"], kuka["t"]) == pytest.approx((1340, 1810, 90, 2, 2))
     assert kuka["axes_deg"] == pytest.approx({"A1": 0, "A2": -90, "A3": 90, "A4": 0, "A5": 0, "A6": 0})
-    assert json.loads(run("fk", "lwr4plus", "--q", "0,0,0,0,0,0,0", "--json").stdout)["kuka"] is None
+    assert recorded("fk", "lwr4plus", "--q", "0,0,0,0,0,0,0")["kuka"] is None
 
 
-def test_ik_in_kuka_units_and_in_si_are_one():
-    kuka = json.loads(run("ik", "kr30ha", *P1, "--json").stdout)
-    si = json.loads(run("ik", "kr30ha", "--xyz", "0.091,-1.139,1.392", "--rpy", "0,0,0", "--json").stdout)
+def test_ik_in_kuka_units_and_in_si_are_one(arm, recorded):
+    kuka = recorded("ik", "kr30ha", *P1)
+    si = recorded("ik", "kr30ha", "--xyz", "0.091,-1.139,1.392", "--rpy", "0,0,0")
     assert kuka["complete"]
     assert len(kuka["solutions"]) == len(si["solutions"]) == 6
-    arm = lwr_dyn.load("kr30ha")
     for solution in kuka["solutions"]:
         T = lwr_dyn.forward_kinematics(arm, solution["q"])
         assert np.abs(T - kuka["T"]).max() < 1e-12
@@ -56,18 +41,17 @@ def test_ik_in_kuka_units_and_in_si_are_one():
     }  # fmt: skip
 
 
-def test_ik_chooses_by_status_turn_or_travel():
-    only = json.loads(run("ik", "kr30ha", *P1, "--status", "4", "--turn", "52", "--json").stdout)["solutions"]
-    near = json.loads(run("ik", "kr30ha", *P1, "--from-deg", "0,-90,90,0,0,0", "--json").stdout)["solutions"]
+def test_ik_chooses_by_status_turn_or_travel(recorded):
+    only = recorded("ik", "kr30ha", *P1, "--status", "4", "--turn", "52")["solutions"]
+    near = recorded("ik", "kr30ha", *P1, "--from-deg", "0,-90,90,0,0,0")["solutions"]
     assert [s["q"] for s in only] == [s["q"] for s in near]
     assert len(only) == 1
 
 
-def test_ik_table_names_singularities():
-    done = run("ik", "kr30ha", "--xyz-mm", "1340,0,1810", "--abc-deg", "0,90,0")
-    assert done.returncode == 0
-    assert "singular: wrist" in done.stdout
-    assert "note: B is +90 deg" in done.stdout
+def test_ik_table_names_singularities(printed):
+    out = printed("ik", "kr30ha", "--xyz-mm", "1340,0,1810", "--abc-deg", "0,90,0")
+    assert "singular: wrist" in out
+    assert "note: B is +90 deg" in out
 
 
 BAD = {
@@ -84,9 +68,8 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_one_line(name):
+def test_bad_input_is_one_line(name, lwr_dyn_command):
     arguments, code, message = BAD[name]
-    done = run(*arguments)
-    assert done.returncode == code
-    assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    ended, _, err = lwr_dyn_command(*arguments)
+    assert (ended, err.count("\n")) == (code, 1)
+    assert message in err

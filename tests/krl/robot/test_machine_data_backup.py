@@ -38,7 +38,7 @@ def backup(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command):
+def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command, recorded):
     line = ("krl", "run", "cell/R1/Program/move.src", "--with", "cell")
     code, out, err = lwr_dyn_command(*line, "--json", "--out", "a.npz")
     record = json.loads(out)
@@ -48,7 +48,7 @@ def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command):
     assert record["cycle_time"] == pytest.approx(1.0 + 0.2)
     assert record["motions"][0]["q_deg"] == pytest.approx([0, -90, 90, 0, 0, 0])
     assert ["home", "A2 -90, A3 90, all others 0"] in [[x["name"], x["value"]] for x in record["assumptions"]]
-    assert json.loads(lwr_dyn_command(*line, "--json", "--ramp", "1")[1])["cycle_time"] == pytest.approx(2.0)
+    assert recorded(*line, "--ramp", "1")["cycle_time"] == pytest.approx(2.0)
     run = Run.load(backup / "a.npz")
     assert run.meta["unknown"] == ["torques", "energy", "work"]
     assert lwr_dyn_command("replay", "a.npz", "--html", "a.html")[0] == 0
@@ -56,12 +56,10 @@ def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command):
     assert "$RAISE_TIME of its machine data: 0.2, 0.4, 0.6, 0.8, 1, 1.2 s to rated speed; masses unknown" in text
 
 
-def test_another_robot_that_is_given_goes_first(backup, lwr_dyn_command):
+def test_another_robot_that_is_given_goes_first(backup, lwr_dyn_command, refused):
     line = ("krl", "run", "cell/R1/Program/move.src", "--with", "cell", "--json", "--robot")
     assert None not in json.loads(lwr_dyn_command(*line, "kr30ha")[1])["peak_torque"]
-    code, out, err = lwr_dyn_command(*line, "cell/STEU/Mada/$machine.dat")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "$SOFTN_END[1]: missing" in err
+    assert "$SOFTN_END[1]: missing" in refused(*line, "cell/STEU/Mada/$machine.dat")
 
 
 def test_ramps_of_each_axis_reach_the_motions(backup):
@@ -71,23 +69,17 @@ def test_ramps_of_each_axis_reach_the_motions(backup):
     assert times == pytest.approx([1.4, 1.1, 1.5])
 
 
-def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_command):
+def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_command, printed, refused):
     lwr_dyn_command("krl", "run", "cell/R1/Program/move.src", "--with", "cell", "--out", "a.npz")
-    code, out, err = lwr_dyn_command("krl", "write", "a.npz")
-    assert (code, err) == (0, "")
+    assert "run on kr30ha: 1.200 s" in printed("krl", "write", "a.npz")
     # A1's ramp is 0.2 s on this robot, 0.4 s is assumed of the shipped one, which has the same name
-    assert "run on kr30ha: 1.200 s" in out
-    code, out, err = lwr_dyn_command("krl", "write", "a.npz", "--robot", "kr30ha", "--out", "b.src")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "a.npz: a run of another kr30ha: " in err
+    assert "a.npz: a run of another kr30ha: " in refused("krl", "write", "a.npz", "--robot", "kr30ha", "--out", "b.src")
     other = Run.load(backup / "a.npz")
     with pytest.raises(OptionError, match=r"a run of kr6; allowed: a run of kr30ha, or --robot kr6"):
         path_of_motion(replace(other, meta={"robot": "kr6"}), lwr_dyn.load("kr30ha"))
 
 
-def test_an_unknown_robot_is_told_what_files_can_be_one(lwr_dyn_command, tmp_path, monkeypatch):
+def test_an_unknown_robot_is_told_what_files_can_be_one(refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.src").write_text("DEF a( )\nEND\n")
-    code, out, err = lwr_dyn_command("krl", "run", "a.src", "--robot", "kr30")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "a path to a .toml, .urdf, .kuka.toml or $machine.dat" in err
+    assert "a path to a .toml, .urdf, .kuka.toml or $machine.dat" in refused("krl", "run", "a.src", "--robot", "kr30")

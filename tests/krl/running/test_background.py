@@ -17,11 +17,6 @@ LIN = "LIN_REL {Y 400}"
 RAMP = 0.2 / 2.3
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def cell(text):
     return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
 

@@ -1,10 +1,7 @@
 """Endless loops: one pass is found where the state comes back; a loop that only watches is named."""
 
-import json
-
 import pytest
 
-import lwr_dyn
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
@@ -12,11 +9,6 @@ from tests.krl.short_programs import HOME
 
 PASS = ["LIN_REL {Y 400}", "LIN_REL {Y -400}"]
 SECONDS = 2 * (2 + 0.2 / 2.3)
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def program(*lines, data=("DECL INT N=0",)):
@@ -125,15 +117,12 @@ def test_a_long_computation_is_not_taken_for_an_endless_loop(arm):
     assert run_program(program(*lines), arm).executed[-1].kind == "PTP_REL"
 
 
-def test_the_command_prints_the_pass(lwr_dyn_command, tmp_path, monkeypatch):
+def test_the_command_prints_the_pass(printed, recorded, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.src").write_text(
         "\n".join(["DEF a( )", HOME, "LOOP", *PASS, "$OUT[1] = TRUE", "ENDLOOP", "END", ""])
     )
-    code, out, _ = lwr_dyn_command("krl", "run", "a.src", "--json")
-    record = json.loads(out)
-    assert code == 0
+    record = recorded("krl", "run", "a.src")
     assert record["passes"]["period"] == 1
     assert record["events"][0]["text"] == "$OUT[1] = TRUE"
-    code, out, _ = lwr_dyn_command("krl", "run", "a.src")
-    assert "s a pass, for ever" in out
+    assert "s a pass, for ever" in printed("krl", "run", "a.src")

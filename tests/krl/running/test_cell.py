@@ -1,22 +1,14 @@
 """RobotCell files: what they give a program, what is listed as assumed, one clear line on a bad one."""
 
-import json
-
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.cell import cell_of, new_cell_text, with_cell
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.short_programs import HOME, values_of
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def cell(text):
@@ -189,20 +181,15 @@ def test_the_template_can_be_read_as_it_stands_and_with_every_line_filled_in(arm
     assert whole.stubs["EKI_GETREAL"].out == {3: 12.5}
 
 
-def test_the_commands_take_a_cell_and_list_what_is_assumed(lwr_dyn_command, tmp_path, monkeypatch):
+def test_the_commands_take_a_cell_and_list_what_is_assumed(printed, recorded, refused, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.src").write_text(
         "DEF a( )\nIF $IN[3] AND NOT $T1 THEN\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nENDIF\nEND\n"
     )
-    code, _, _ = lwr_dyn_command("new", "cell", "cell.toml")
-    assert code == 0
+    printed("new", "cell", "cell.toml")
     (tmp_path / "cell.toml").write_text((tmp_path / "cell.toml").read_text().replace("# 3 = true", "3 = true"))
-    code, out, _ = lwr_dyn_command("krl", "run", "a.src", "--cell", "cell.toml", "--json")
-    assert code == 0
-    names = {x["name"]: x for x in json.loads(out)["assumptions"]}
+    names = {x["name"]: x for x in recorded("krl", "run", "a.src", "--cell", "cell.toml")["assumptions"]}
     assert names["$T1"] == {"name": "$T1", "value": "FALSE", "why": "state default"}
     assert names["$IN[3]"]["why"] == "given"
-    code, out, _ = lwr_dyn_command("krl", "check", "a.src", "--cell", "cell.toml")
-    assert code == 0
-    code, _, err = lwr_dyn_command("krl", "run", "a.src")
-    assert "$IN[3]" in err
+    printed("krl", "check", "a.src", "--cell", "cell.toml")
+    assert "$IN[3]" in refused("krl", "run", "a.src")

@@ -2,7 +2,6 @@
 
 import pytest
 
-import lwr_dyn
 from tests.krl.short_programs import values_of
 
 ACT = [
@@ -15,11 +14,6 @@ ACT = [
     "LDAT_ACT = {VEL 0.6,ACC 70.0,APO_DIST 80.0}",
 ]
 SEEN = ["T = $TOOL.X", "F = $BASE.X", "V = $VEL_AXIS[3]", "P = $APO.CPTP", "S = $VEL.CP", "D = $APO.CDIS"]
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 @pytest.mark.parametrize(
@@ -37,8 +31,3 @@ def test_a_command_sets_its_part_only(arm, command, frames, others):
     values, _ = values_of(arm, lines, ["DECL REAL T, F, V, P, S, D"])
     assert (values["T"], values["F"]) == frames
     assert {name: values[name] for name in others} == others
-
-
-def test_initmov_leaves_the_override(arm):
-    values, _ = values_of(arm, ["$OV_PRO = 50", "BAS(#INITMOV, 0)", "V = $OV_PRO"], ["DECL REAL V"])
-    assert values["V"] == 50

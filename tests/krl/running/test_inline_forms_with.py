@@ -4,13 +4,7 @@ import math
 
 import pytest
 
-import lwr_dyn
 from tests.krl.short_programs import HOME, run_of
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def seconds(run):
