@@ -4,15 +4,10 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError, PaperError
-from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.cell import cell_of, new_cell_text, with_cell
+from lwr_dyn.krl.running.cell import new_cell_text, with_cell
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
-from tests.krl.short_programs import HOME, values_of
-
-
-def cell(text):
-    return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
+from tests.krl.short_programs import HOME, cell, values_of
 
 
 def test_a_state_that_nothing_gives_is_assumed_and_listed_once(arm):
