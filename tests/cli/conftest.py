@@ -24,6 +24,13 @@ def recorded(printed):
 
 
 @pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder in which the command runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
 def refused(lwr_dyn_command):
     """The command as a function: it exits with code 2 and prints nothing but one line, which comes out."""
 

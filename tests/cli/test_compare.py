@@ -12,12 +12,6 @@ SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.0
 MINE = "def make(arm, dynamics):\n    return lambda t, q, dq, q_ref, dq_ref, ddq_ref: dynamics.gravity_vector(q)\n"
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, printed):
     (folder / "mine.py").write_text(MINE)
     arguments = ("--controllers", "pid,mine.py", "--plants", "nominal,friction,payload=3+scale=1.1", "--save", "runs")
@@ -92,10 +86,9 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_gets_one_line_and_exit_code_2(case, refused, folder):
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_gets_one_line_and_exit_code_2(arguments, message, refused, folder):
     (folder / "empty.py").write_text("x = 1\n")
-    arguments, message = BAD[case]
     assert message in refused("compare", *arguments)
     assert [path.name for path in folder.iterdir()] == ["empty.py"]
 

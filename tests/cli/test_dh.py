@@ -60,10 +60,9 @@ def test_a_foreign_file_as_mjcf_moves_the_same(lwr_dyn_command, tmp_path):
         (("dh", "lwr4", "--convention", "standart"), "did you mean standard?"),
     ],
 )
-def test_bad_input_gets_one_line(refused, tmp_path, monkeypatch, arguments, message):
-    monkeypatch.chdir(tmp_path)
+def test_bad_input_gets_one_line(refused, folder, arguments, message):
     assert message in refused(*arguments)
-    assert list(tmp_path.iterdir()) == []
+    assert list(folder.iterdir()) == []
 
 
 def test_a_file_beyond_a_dh_table_is_refused_where_only_a_table_is_read(lwr_dyn_command, refused, tmp_path):

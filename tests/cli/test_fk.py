@@ -13,9 +13,8 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_one_line(name, refused):
-    arguments, message = BAD[name]
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_is_one_line(arguments, message, refused):
     assert message in refused("fk", "kr30ha", *arguments)
 
 

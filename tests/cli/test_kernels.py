@@ -44,10 +44,9 @@ def test_the_command_prints_a_source_or_the_cost_of_functions(printed, recorded)
         (("wam7", *TO_C, "--friction", "mine"), "friction: 'mine'"),
     ],
 )
-def test_bad_input_gets_one_line(refused, arguments, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_input_gets_one_line(refused, arguments, message, folder):
     assert message in refused("kernels", *arguments)
-    assert not list(tmp_path.iterdir())
+    assert not list(folder.iterdir())
 
 
 def test_c_is_written_with_header_and_test_vectors(printed, tmp_path):

@@ -37,12 +37,10 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_gets_one_line_and_exit_code_2(name, refused, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    arguments, message = BAD[name]
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_gets_one_line_and_exit_code_2(arguments, message, refused, folder):
     assert message in refused(*arguments)
-    assert list(tmp_path.iterdir()) == []
+    assert list(folder.iterdir()) == []
 
 
 def test_a_zero_has_no_sign(lwr_dyn_command):

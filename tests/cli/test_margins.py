@@ -58,12 +58,11 @@ def test_a_file_of_ones_own_is_linearised_and_this_is_said(printed, refused, tmp
 
 
 @pytest.mark.slow
-def test_pictures_are_written_and_named(printed, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_pictures_are_written_and_named(printed, folder):
     out = printed("margins", *PHYSICAL, *POSE, "--plot", "bode", "--plot", "my_nyquist.svg")
     written = [line.removeprefix("wrote ") for line in out.splitlines() if line.startswith("wrote ")]
     assert written == ["bode.png", "bode.svg", "my_nyquist.png", "my_nyquist.svg"]
-    assert all((tmp_path / name).stat().st_size > 5000 for name in written)
+    assert all((folder / name).stat().st_size > 5000 for name in written)
 
 
 @pytest.mark.slow
@@ -92,10 +91,9 @@ def test_pictures_are_written_and_named(printed, tmp_path, monkeypatch):
         ((*POSE, "--plot", "map", "--map-joints", "1.5,2"), "two joints counted from 1"),
     ],
 )  # fmt: skip
-def test_bad_input_is_one_line(options, fault, refused, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_input_is_one_line(options, fault, refused, folder):
     assert fault in refused("margins", *PHYSICAL, *options)
-    assert not list(tmp_path.iterdir())
+    assert not list(folder.iterdir())
 
 
 def test_an_arm_without_inertias_is_refused(refused):

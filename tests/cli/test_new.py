@@ -5,10 +5,7 @@ import pytest
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS, parameter_path
 
-
-@pytest.fixture(autouse=True)
-def _empty_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def test_the_study_is_read_as_it_stands(printed):

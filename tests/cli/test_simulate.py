@@ -30,12 +30,11 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_options_get_one_line(name, refused, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_options_get_one_line(name, refused, folder):
     options, message = BAD[name]
     start = ("--task", "point-to-point") if name == "no start" else SHORT
     assert message in refused("simulate", "lwr4plus", *start, *options)
-    assert list(tmp_path.iterdir()) == []
+    assert list(folder.iterdir()) == []
 
 
 def test_a_path_that_leaves_the_limits_is_refused_with_its_place(refused):
@@ -187,10 +186,10 @@ BAD_NAMES = {
 }
 
 
-@pytest.mark.parametrize("case", BAD_NAMES)
-def test_bad_names_are_one_line(refused, case):
-    (command, option), robot, given, words = BAD_NAMES[case]
-    assert words in refused(command, robot, *TASK, option, *given)
+@pytest.mark.parametrize(("command", "robot", "given", "words"), BAD_NAMES.values(), ids=BAD_NAMES)
+def test_bad_names_are_one_line(refused, command, robot, given, words):
+    name, option = command
+    assert words in refused(name, robot, *TASK, option, *given)
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "inf", "nan"])

@@ -174,9 +174,8 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_one_line(refused, case):
-    arguments, message = BAD[case]
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_is_one_line(refused, arguments, message):
     assert message in refused(*FAST, *arguments)
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 import lwr_dyn
-from tests.cli.conftest import printed, recorded, refused
+from tests.cli.conftest import folder, printed, recorded, refused
 
-__all__ = ["printed", "recorded", "refused"]
+__all__ = ["folder", "printed", "recorded", "refused"]
 
 
 @pytest.fixture(scope="session")

@@ -93,7 +93,6 @@ def test_only_joints_without_friction_are_named():
         (("--rate", "0", "--out", "e.csv"), "rate: 0.0; allowed"),
     ],
 )
-def test_bad_options_are_one_line_before_any_search(options, words, refused, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_options_are_one_line_before_any_search(options, words, refused, folder, monkeypatch):
     monkeypatch.setattr(MotionDesign, "start", lambda *_: pytest.fail("a search was begun"))
     assert words in refused("excite", "lwr4plus", *QUICK, *options)

@@ -79,6 +79,5 @@ def test_nothing_but_bad_files_prints_no_report(refused, tmp_path):
         (("motion", "x.csv", "--robot", "wam7", "--friction", "lugre"), "'lugre' is not one of"),
     ],
 )
-def test_bad_input_gets_one_line(refused, arguments, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_input_gets_one_line(refused, arguments, message, folder):
     assert message in refused("identify", *arguments)

@@ -7,8 +7,7 @@ import pytest
 
 
 @pytest.fixture
-def backup(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def backup(folder):
     for name, text in {
         "R1/Program/a.src": "DEF a( )\nn = 1\nm = 2\nEND\n",
         "R1/Program/a.dat": "DEFDAT a\nINT n\nINT n\nENDDAT\n",
@@ -16,10 +15,10 @@ def backup(tmp_path, monkeypatch):
         "R1/System/$config.dat": "DEFDAT $config\nINT m\nENDDAT\n",
         "R1/notes.txt": "no program",
     }.items():
-        path = tmp_path / "cell" / name
+        path = folder / "cell" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return tmp_path / "cell"
+    return folder / "cell"
 
 
 def test_each_file_has_its_diagnostics_and_the_folder_its_totals(backup, lwr_dyn_command):

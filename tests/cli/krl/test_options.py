@@ -6,10 +6,9 @@ SOURCE = "DEF a( )\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nEN
 
 
 @pytest.fixture
-def program(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(SOURCE)
-    return tmp_path
+def program(folder):
+    (folder / "a.src").write_text(SOURCE)
+    return folder
 
 
 def run_with(*given):

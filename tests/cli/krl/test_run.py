@@ -21,10 +21,9 @@ speed = [360, 300, 360, 380, 390, 615]
 """
 
 
-def test_torques_of_unknown_masses_are_null_and_a_dash(lwr_dyn_command, recorded, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(PROGRAM)
-    (tmp_path / "small.kuka.toml").write_text(SMALL)
+def test_torques_of_unknown_masses_are_null_and_a_dash(lwr_dyn_command, recorded, folder):
+    (folder / "a.src").write_text(PROGRAM)
+    (folder / "small.kuka.toml").write_text(SMALL)
     line = "krl", "run", "a.src", "--robot", "small.kuka.toml"
     record = recorded(*line)
     assert faults("krl run", record) == []
@@ -37,9 +36,8 @@ def test_torques_of_unknown_masses_are_null_and_a_dash(lwr_dyn_command, recorded
     assert rows[-1] == ["wrote", "a.npz"]
 
 
-def test_a_motion_has_the_flange_at_its_end(lwr_dyn_command, recorded, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(PROGRAM)
+def test_a_motion_has_the_flange_at_its_end(lwr_dyn_command, recorded, folder):
+    (folder / "a.src").write_text(PROGRAM)
     record = recorded("krl", "run", "a.src")
     first, second = record["motions"]
     assert (first["line"], second["line"], second["motion"]) == (3, 4, "LIN_REL")

@@ -19,11 +19,10 @@ motion = "LIN"
 
 
 @pytest.fixture
-def written(printed, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "task.toml").write_text(TASK)
+def written(printed, folder):
+    (folder / "task.toml").write_text(TASK)
     assert "wrote TwoPoint.src and TwoPoint.dat" in printed("krl", "write", "task.toml")
-    return tmp_path
+    return folder
 
 
 def test_write_check_run(written, printed, recorded):
@@ -75,9 +74,8 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("what", BAD)
-def test_bad_input_is_one_line(written, refused, what):
-    arguments, message = BAD[what]
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_is_one_line(written, refused, arguments, message):
     assert message in refused("krl", *arguments)
 
 
@@ -98,9 +96,8 @@ def test_a_wrong_task_file_is_one_line(written, refused, change, message):
     assert message in refused("krl", "write", "task.toml")
 
 
-def test_a_run_that_is_cut_has_no_cycle_time(tmp_path, monkeypatch, lwr_dyn_command, recorded):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "long.src").write_text(
+def test_a_run_that_is_cut_has_no_cycle_time(folder, lwr_dyn_command, recorded):
+    (folder / "long.src").write_text(
         "DEF long( )\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nWAIT SEC 5\nPTP_REL {A1 10}\nEND\n"
     )
     for more, whole in (((), True), (("--seconds", "2"), False)):

@@ -184,9 +184,8 @@ BAD = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_one_line(name, lwr_dyn_command):
-    arguments, code, message = BAD[name]
+@pytest.mark.parametrize(("arguments", "code", "message"), BAD.values(), ids=BAD)
+def test_bad_input_is_one_line(arguments, code, message, lwr_dyn_command):
     ended, _, err = lwr_dyn_command(*arguments)
     assert (ended, err.count("\n")) == (code, 1)
     assert message in err

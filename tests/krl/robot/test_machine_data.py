@@ -152,18 +152,17 @@ END
 
 
 @pytest.fixture
-def backup(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def backup(folder):
     ramps = {f"RAISE_TIME[{i}]": str(200.0 * i) for i in range(1, 8)}
     for name, text in {
         "cell/R1/Program/move.src": PROGRAM,
         "cell/R1/Mada/$machine.dat": data(**ramps),
         "cell/STEU/Mada/$machine.dat": "DEFDAT $MACHINE PUBLIC\nENDDAT\n",
     }.items():
-        path = tmp_path / name
+        path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return tmp_path
+    return folder
 
 
 def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command, recorded):
@@ -207,7 +206,6 @@ def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_com
         path_of_motion(replace(other, meta={"robot": "kr6"}), lwr_dyn.load("kr30ha"))
 
 
-def test_an_unknown_robot_is_told_what_files_can_be_one(refused, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text("DEF a( )\nEND\n")
+def test_an_unknown_robot_is_told_what_files_can_be_one(refused, folder):
+    (folder / "a.src").write_text("DEF a( )\nEND\n")
     assert "a path to a .toml, .urdf, .kuka.toml or $machine.dat" in refused("krl", "run", "a.src", "--robot", "kr30")

@@ -349,11 +349,8 @@ def test_a_long_computation_is_not_taken_for_an_endless_loop(arm):
     assert run_program(program(*lines), arm).executed[-1].kind == "PTP_REL"
 
 
-def test_the_command_prints_the_pass(printed, recorded, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(
-        "\n".join(["DEF a( )", HOME, "LOOP", *PASS, "$OUT[1] = TRUE", "ENDLOOP", "END", ""])
-    )
+def test_the_command_prints_the_pass(printed, recorded, folder):
+    (folder / "a.src").write_text("\n".join(["DEF a( )", HOME, "LOOP", *PASS, "$OUT[1] = TRUE", "ENDLOOP", "END", ""]))
     record = recorded("krl", "run", "a.src")
     assert record["passes"]["period"] == 1
     assert record["events"][0]["text"] == "$OUT[1] = TRUE"

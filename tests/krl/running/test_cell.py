@@ -176,13 +176,12 @@ def test_the_template_can_be_read_as_it_stands_and_with_every_line_filled_in(arm
     assert whole.stubs["EKI_GETREAL"].out == {3: 12.5}
 
 
-def test_the_commands_take_a_cell_and_list_what_is_assumed(printed, recorded, refused, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(
+def test_the_commands_take_a_cell_and_list_what_is_assumed(printed, recorded, refused, folder):
+    (folder / "a.src").write_text(
         "DEF a( )\nIF $IN[3] AND NOT $T1 THEN\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nENDIF\nEND\n"
     )
     printed("new", "cell", "cell.toml")
-    (tmp_path / "cell.toml").write_text((tmp_path / "cell.toml").read_text().replace("# 3 = true", "3 = true"))
+    (folder / "cell.toml").write_text((folder / "cell.toml").read_text().replace("# 3 = true", "3 = true"))
     names = {x["name"]: x for x in recorded("krl", "run", "a.src", "--cell", "cell.toml")["assumptions"]}
     assert names["$T1"] == {"name": "$T1", "value": "FALSE", "why": "state default"}
     assert names["$IN[3]"]["why"] == "given"

@@ -5,10 +5,9 @@ import pytest
 from tests.krl.short_programs import HOME
 
 
-def test_the_override_outlives_the_initialisation(recorded, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_override_outlives_the_initialisation(recorded, folder):
     lines = ["DEF a( )", "BAS(#INITMOV, 0)", "BAS(#VEL_PTP, 100)", HOME, "PTP_REL {A1 70}", "END", ""]
-    (tmp_path / "a.src").write_text("\n".join(lines))
+    (folder / "a.src").write_text("\n".join(lines))
     whole, half = (recorded("krl", "run", "a.src", "--set", f"$OV_PRO={x}") for x in (100, 50))
     assert whole["cycle_time"] == pytest.approx(70 / 140 + 0.4)
     assert half["cycle_time"] == pytest.approx(70 / 70 + 0.2)
