@@ -236,8 +236,7 @@ def test_a_motion_of_nanometres_is_planned_and_an_endless_one_reported(arm):
 
 
 def test_at_most_a_hundred_of_a_kind_are_shown_and_the_rest_is_counted():
-    source = "\n".join(["DEF a( )", *["WIAT SEC 1"] * 1000, "WHILE", "END", ""])
-    found = check_program(parse_program(source, name="a"))
+    found = check_program(program_of(*["WIAT SEC 1"] * 1000, "WHILE"))
     assert [d.code for d in found].count("unknown-keyword") == MOST
     (rest,) = [d for d in found if d.code == "more"]
     assert (rest.severity, rest.position.line) == ("note", MOST + 2)

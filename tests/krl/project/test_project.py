@@ -6,12 +6,12 @@ import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.checks.static_checks import check_project
-from lwr_dyn.krl.language.source import parse_bytes, parse_text
+from lwr_dyn.krl.language.source import parse_bytes
 from lwr_dyn.krl.project.program import load_program, load_project, program_in
 from lwr_dyn.krl.project.project import module_file, project_of
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.mutations import SOURCES, mutated
-from tests.krl.random_projects import disagreement, files_of, random_modules
+from tests.krl.random_projects import disagreement
 
 HOME = "$VEL_AXIS[1]=100\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
 
@@ -127,15 +127,6 @@ def test_each_module_has_its_own_data_while_a_program_runs(folder, arm):
     assert run_program(load_program(where / "a.src", [where / "b.src"]), arm).cycle_time == run.cycle_time
 
 
-def test_another_text_of_one_file_leaves_the_others_as_they_are(folder):
-    where = folder(a_dot_src="DEF a( )\nn = 1\nEND\n", b_dot_dat="DEFDAT b PUBLIC\nGLOBAL INT m\nENDDAT\n")
-    project = load_project(where)
-    changed = project.with_source(*parse_text("DEFDAT b PUBLIC\nGLOBAL INT n\nENDDAT\n", "b.dat"))
-    assert changed.file("a.src") is project.file("a.src")
-    of_both = [program_in(x, x.homes["a.src"]) for x in (project, changed)]
-    assert [[d.code for d in check_program(x)] for x in of_both] == [["undeclared"], []]
-
-
 def test_the_hint_names_the_file_that_hides_a_name(folder):
     where = folder(
         a_dot_src="DEF a( )\nlocal = 1\ninner( )\nEND\n",
@@ -176,16 +167,6 @@ COUNT, SEED = 120, 17
 def test_names_are_those_of_the_file_that_the_rule_says():
     rng = random.Random(SEED)
     assert [x for x in (disagreement(rng) for _ in range(COUNT)) if x is not None] == []
-
-
-def test_an_editor_s_text_of_one_file_gives_the_same_project_as_reading_it():
-    rng = random.Random(SEED)
-    for _ in range(COUNT // 8):
-        files = files_of(random_modules(rng))
-        one = rng.choice(files)
-        without = project_of([x for x in files if x is not one])
-        edited = [check_project(x) for x in (without.with_source(one.file), project_of(files))]
-        assert len({tuple((x.name, x.diagnostics) for x in files) for files in edited}) == 1
 
 
 def test_broken_files_in_a_project_are_diagnosed():

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.krl.project.program import parse_program, program_of
-from lwr_dyn.krl.project.project import module_file
+from lwr_dyn.krl.language.source import parse_text
+from lwr_dyn.krl.project.program import program_of
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.random_cells import faults_of
-from tests.krl.short_programs import HOME, cell, values_of
+from tests.krl.short_programs import HOME, SPEEDS, cell, values_of
+from tests.krl.short_programs import program_of as short_program
 
 LIN = "LIN_REL {Y 400}"
 """0.2 m/s and 2.3 m/s^2: 2 s and a ramp of 0.2/2.3 s."""
@@ -17,9 +18,8 @@ RAMP = 0.2 / 2.3
 
 
 def run_of(arm, *lines, cell_text="", data=None):
-    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", ""])
-    extra = "DEF f( )\n$OUT[9] = TRUE\nEND\nDEF g( )\n$OUT[9] = TRUE\nRESUME\nEND\n"
-    return run_program(parse_program(text + extra, data, name="a"), arm, cell=cell(cell_text))
+    routine = "DEF f( )\n$OUT[9] = TRUE"
+    return run_program(short_program(*SPEEDS, HOME, *lines, "END", routine, data=data), arm, cell=cell(cell_text))
 
 
 def events(run):
@@ -84,28 +84,10 @@ def test_an_interrupt_comes_at_its_edge_once(arm):
 
 
 def test_resume_goes_back_to_the_routine_that_declared_the_interrupt(arm):
-    source = """DEF a( )
-INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )
-INTERRUPT ON 5
-b( )
-N = N + 100
-END
-DEF b( )
-$FLAG[1] = TRUE
-N = N + 10
-END
-DEF g( )
-N = N + 1
-RESUME
-END
-"""
-    from lwr_dyn.krl.running.controller import MachineData
-    from lwr_dyn.krl.running.program_run import interpreted
-
-    program = parse_program(source, "DEFDAT a\nDECL INT N=0\nENDDAT\n", name="a")
-    m = interpreted(program, arm, MachineData())
-    assert [d for d in m.log.diagnostics if d.severity == "error"] == []
-    assert m.files["a.dat"]["N"].value == 101
+    main = ["INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )", "INTERRUPT ON 5", "b( )", "N = N + 100", "END"]
+    called = ["DEF b( )", "$FLAG[1] = TRUE", "N = N + 10", "END"]
+    values, _ = values_of(arm, [*main, *called, "DEF g( )", "N = N + 1", "RESUME"], ["DECL INT N=0"])
+    assert values["N"] == 101
 
 
 ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
@@ -116,8 +98,8 @@ STOPPING += "DEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
 def stopped_run(arm, name, word="", way=("way( )",)):
     """The tool's way on the timeline, and its executed motions: 1 s after the start the interrupt comes."""
     lines = [f"INTERRUPT {word} DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", *way, "WAIT SEC 1"]
-    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", STOPPING])
-    run = run_program(parse_program(text, name="a"), arm, cell=cell(ALARM))
+    program = short_program(*SPEEDS, HOME, *lines, "END", STOPPING.removesuffix("END\n"))
+    run = run_program(program, arm, cell=cell(ALARM))
     t = np.linspace(0.0, run.cycle_time, 400)
     motion = run.timeline.sample(t)
     return run, t, motion, lwr_dyn.forward_kinematics(arm, motion.q)[:, :3, 3]
@@ -212,22 +194,14 @@ def test_signals_are_inputs_and_outputs(arm):
 
 
 def test_a_submit_program_answers_an_output(arm):
-    source = module_file(*_parsed("a.src", f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"))
-    submit = module_file(
-        *_parsed("sps.sub", "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n")
-    )
-    program = program_of(source.file, None, [submit.file])
+    source = f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"
+    submit = "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n"
+    program = program_of(parse_text(source, "a.src")[0], None, [parse_text(submit, "sps.sub")[0]])
     run = run_program(program, arm, cell=cell('submits = ["sps.sub"]'))
     assert [x.kind for x in run.executed][-1] == "PTP"
     assert run.executed[-1].begin < 0.05
     with pytest.raises(ProgramError, match="nothing here can change it"):
         run_program(program, arm)
-
-
-def _parsed(name, text):
-    from lwr_dyn.krl.language.source import parse_bytes
-
-    return parse_bytes(text.encode(), name)
 
 
 def test_a_trigger_of_a_motion_to_where_the_arm_stands_fires_at_once(arm):
@@ -243,9 +217,8 @@ PASS = ["LIN_REL {Y 400}", "LIN_REL {Y -400}"]
 SECONDS = 2 * (2 + 0.2 / 2.3)
 
 
-def program(*lines, data=("DECL INT N=0",)):
-    source = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", ""])
-    return parse_program(source, "\n".join(["DEFDAT a", *data, "ENDDAT", ""]), name="a")
+def program(*lines):
+    return short_program(*SPEEDS, HOME, *lines, data="DEFDAT a\nDECL INT N=0\nENDDAT\n")
 
 
 @pytest.mark.parametrize(
@@ -305,7 +278,7 @@ def test_a_loop_that_only_watches_is_named_and_ends_the_run(arm):
     loop = ["LOOP", "IF $FLAG[3] THEN", *PASS, "ENDIF", "ENDLOOP"]
     run = run_program(program("PTP_REL {A1 10}", *loop), arm)
     assert [(d.severity, d.code) for d in run.diagnostics] == [("warning", "endless")]
-    empty = parse_program("DEF a( )\nLOOP\nENDLOOP\nEND\n", name="a")
+    empty = short_program("LOOP", "ENDLOOP")
     with pytest.raises(ProgramError, match="goes round without motion") as fault:
         run_program(empty, arm)
     assert fault.value.code == "endless"
@@ -331,7 +304,7 @@ def test_a_timer_that_decides_is_part_of_the_state(arm):
 
 
 def test_a_wait_before_the_arm_stands_anywhere_counts(arm):
-    endless = parse_program("DEF a( )\nREPEAT\nWAIT SEC 1\n$FILTER = $FILTER + 1\nUNTIL FALSE\nEND\n", name="a")
+    endless = short_program("REPEAT", "WAIT SEC 1", "$FILTER = $FILTER + 1", "UNTIL FALSE")
     notes = check_program(endless, arm, MachineData(seconds=20.0))
     assert [d.message for d in notes] == ["stopped here after 20 s of simulated time"]
 

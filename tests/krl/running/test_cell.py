@@ -7,7 +7,7 @@ from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.cell import new_cell_text, with_cell
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
-from tests.krl.short_programs import HOME, cell, values_of
+from tests.krl.short_programs import HOME, cell, program_of, values_of
 
 
 def test_a_state_that_nothing_gives_is_assumed_and_listed_once(arm):
@@ -57,8 +57,7 @@ def test_a_stub_returns_and_sets_arguments(arm):
 
 def test_the_checks_know_the_names_of_a_cell():
     given = cell('variables.PART = 4\nvariables."P[2]" = "{X 1}"\nstubs.GRIP = {}\nstubs.READY = { returns = true }')
-    lines = ["DEF a( )", "IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF", "END", ""]
-    program = parse_program("\n".join(lines), name="a")
+    program = program_of("IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF")
     assert {d.code for d in check_program(program)} == {"undeclared", "unknown-call"}
     assert check_program(with_cell(program, given)) == ()
 

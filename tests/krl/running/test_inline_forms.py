@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from tests.krl.short_programs import HOME, run_of, values_of
+from lwr_dyn.krl.running.program_run import run_program
+from tests.krl.short_programs import HOME, program_of, run_of, values_of
 
 ACT = [
     "TOOL_DATA[1] = {X 1.0,Y 0,Z 0,A 0,B 0,C 0}",
@@ -61,10 +62,6 @@ def test_the_speed_of_axis_1_counts_for_all_axes_and_is_taken_back(arm):
 
 
 def test_with_of_one_motion_is_no_speed_for_the_next(arm):
-    from lwr_dyn.krl.project.program import parse_program
-    from lwr_dyn.krl.running.program_run import run_program
-
-    text = "\n".join(["DEF a( )", HOME, "SLIN_REL {Y 50} WITH $VEL.CP = 0.1", "LIN_REL {Y 50}", "END", ""])
-    run = run_program(parse_program(text, name="a"), arm)
+    run = run_program(program_of(HOME, "SLIN_REL {Y 50} WITH $VEL.CP = 0.1", "LIN_REL {Y 50}"), arm)
     warned = [(d.position.line, d.code) for d in run.diagnostics if "before the first LIN" in d.message]
     assert warned == [(4, "no-velocity")]
