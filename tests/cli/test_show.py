@@ -25,15 +25,15 @@ def run_file(folder, two_runs):
 
 
 @pytest.mark.slow
-def test_a_robot_a_urdf_and_a_run_become_pages(printed, folder, run_file):
+def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, printed, folder, run_file):
     out = printed("show", "lwr4plus", "--html", "x.html", "--q-deg", "10,20,30,-40,50,60,70")
     assert out.startswith("wrote x.html (0.")
     assert "open it: " in out
     assert "lwrExplorer" in (folder / "x.html").read_text(encoding="utf-8")
-    out = printed("show", str(SHARE / FOREIGN["panda"]), "--tip", "panda_link8")
+    code, out, _ = lwr_dyn_command("show", str(SHARE / FOREIGN["panda"]), "--tip", "panda_link8")
+    assert code == 0
     assert out.startswith("wrote lwr_dyn_pages/panda_urdf_")
-    out = printed("show", run_file)
-    assert out.startswith("wrote lwr_dyn_pages/lwr4plus_pd-gravity_")
+    assert printed("show", run_file).startswith("wrote lwr_dyn_pages/lwr4plus_pd-gravity_")
 
 
 @pytest.mark.slow
