@@ -79,12 +79,9 @@ def command(robot: tuple[str, ...], loading: Loading, **given: Any) -> None:
     compared = _of_files(files, given) if files else _of_robot(robot, loading, given)
     write_files({Path(page): make(compared) for page, make in pages.items()})
     if given["markdown"] and not given["json"]:
-        click.echo(_markdown(compared))
+        click.echo("\n".join([_markdown(compared), *(f"wrote {page}" for page in pages)]))
     else:
-        show(compared.document, given["json"])
-    if not given["json"]:
-        for page in pages:
-            click.echo(f"wrote {page}")
+        show(compared.document, given["json"], pages)
 
 
 command.params = [p for p in command.params if p.name != "robot"]

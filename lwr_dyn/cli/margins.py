@@ -81,10 +81,7 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
         )  # fmt: skip
     joints = _map_joints(given["map_joints"])
     written = [path for write in writers for path in write(report, joints)]
-    options.show(report.document, given["json"])
-    if not given["json"]:
-        for path in written:
-            click.echo(f"wrote {path}")
+    options.show(report.document, given["json"], written)
     sys.exit(1 if options.Flag("limit", None).is_typed and not report.holds else 0)
 
 

@@ -151,9 +151,11 @@ def given_elasticity(text: str | None) -> str | float | None:
     raise OptionError("--elastic", repr(text), "a stiffness above 0 in N m/rad, or file")
 
 
-def show(document: Document, as_json: bool) -> None:
-    """A result on stdout, as text or as one JSON object."""
+def show(document: Document, as_json: bool, wrote: Iterable[object] = ()) -> None:
+    """A result on stdout, as text with the files that were written, or as one JSON object."""
     click.echo(json_text(document.record()) if as_json else document.text())
+    for path in () if as_json else wrote:
+        click.echo(f"wrote {path}")
 
 
 Given = Mapping[str, Any]

@@ -174,12 +174,8 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
         run.save(path)
     others += [str(draw(run)) for draw in pictures]
     _note([] if given["json"] else sampled.after)
-    options.show(run_document(run, arm, given["full"], sampled.record), given["json"])
-    if given["json"]:
-        return
-    for path in others:
-        click.echo(f"wrote {path}")
-    if out is not None:
+    options.show(run_document(run, arm, given["full"], sampled.record), given["json"], others)
+    if out is not None and not given["json"]:
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
 
 

@@ -156,8 +156,9 @@ def test_a_controller_is_a_name_or_a_python_file():
 
 
 @pytest.mark.slow
-def test_an_error_of_zero_has_no_sign(printed):
-    out = printed("simulate", "lwr4plus", *SHORT)
+def test_an_error_of_zero_has_no_sign(lwr_dyn_command):
+    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT)
+    assert code == 0
     assert "joint_2  mrad      0 " in out
     assert " -0 " not in out
 

@@ -167,7 +167,5 @@ def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_
         from lwr_dyn.krl.page import write_program_page
 
         write_program_page(html, result, program)
-    show(run_document(result), as_json)
-    for path in () if as_json else filter(None, (out, html)):
-        click.echo(f"wrote {path}")
+    show(run_document(result), as_json, filter(None, (out, html)))
     sys.exit(0 if has_no_error(result.diagnostics) else 1)

@@ -92,8 +92,7 @@ _STANDARD: dict[str, tuple[str, dict[str, Value]]] = {
 def _machine_value(c: ControllerState, key: str) -> Value | None:
     data, arm = c.machine, c.arm
     if key in ("$VEL_MA", "$ACC_MA"):
-        cp, ori = (data.vel_cp, data.vel_ori) if key == "$VEL_MA" else (data.acc_cp, data.acc_ori)
-        return StructValue("CP", {"CP": cp, "ORI1": ori, "ORI2": ori})
+        return v.speed_value(*((data.vel_cp, data.vel_ori) if key == "$VEL_MA" else (data.acc_cp, data.acc_ori)))
     if key in ("$SOFTN_END", "$SOFTP_END"):
         return v.reals(map(float, np.degrees(arm.lower if key == "$SOFTN_END" else arm.upper)))
     if key in ("$VEL_ACT_MA", "$ACC_ACT_MA"):
@@ -202,8 +201,7 @@ class ControllerState:
         data = self.machine
         values: dict[str, Value] = {
             "$BASE": v.null_frame(), "$TOOL": v.null_frame(),
-            "$VEL": StructValue("CP", {"CP": data.vel_cp, "ORI1": data.vel_ori, "ORI2": data.vel_ori}),
-            "$ACC": StructValue("CP", {"CP": data.acc_cp, "ORI1": data.acc_ori, "ORI2": data.acc_ori}),
+            "$VEL": v.speed_value(data.vel_cp, data.vel_ori), "$ACC": v.speed_value(data.acc_cp, data.acc_ori),
             "$VEL_AXIS": v.reals([100.0] * 6), "$ACC_AXIS": v.reals([100.0] * 6),
             "$APO": StructValue("CONT", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
             "$ADVANCE": 3,

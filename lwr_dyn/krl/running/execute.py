@@ -182,11 +182,7 @@ def _wait(m: RunningProgram, x: s.Wait) -> None:
     """WAIT SEC or WAIT FOR; raises `ExecutionError` where nothing can end it."""
     if x.kind == "SEC":
         m.motions.wait(number_of(m, x.value, "WAIT SEC"), m.log.position)
-    else:
-        _wait_for(m, x)
-
-
-def _wait_for(m: RunningProgram, x: s.Wait) -> None:
+        return
     looks = 0
     while not (met := truth_of(m, x.value, "WAIT FOR")) and looks < background.MOST_LOOKS:
         time = background.next_time(m)

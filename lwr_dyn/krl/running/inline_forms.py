@@ -132,15 +132,9 @@ def _word(whole: Value | None, name: str, otherwise: str) -> EnumValue:
     return value if isinstance(value, EnumValue) and value.name != "NONE" else EnumValue(otherwise)
 
 
-def _speeds(m: RunningProgram, given: Value | None) -> Value:
-    ori = m.controller.machine.vel_ori
-    return StructValue("CP", {"CP": _number(given, "SVEL_CP"), "ORI1": ori, "ORI2": ori})
-
-
 def _ramps(m: RunningProgram, given: Value | None) -> Value:
     share = _part(given, "ACC", 100.0) / 100.0
-    ori = m.controller.machine.acc_ori * share
-    return StructValue("CP", {"CP": m.controller.machine.acc_cp * share, "ORI1": ori, "ORI2": ori})
+    return v.speed_value(m.controller.machine.acc_cp * share, m.controller.machine.acc_ori * share)
 
 
 def _jerk(m: RunningProgram, given: Value | None) -> Value:
@@ -181,7 +175,7 @@ INLINE: dict[str, Callable[[RunningProgram, Value | None], Value]] = {
     "SVEL_JOINT": lambda m, x: min(max(_number(x, "SVEL_JOINT"), 1.0), 100.0),
     "SACC_JOINT": lambda m, x: _part(x, "ACC", 100.0),
     "SGEAR_JERK": lambda m, x: _part(x, "GEAR_JERK", 100.0),
-    "SVEL_CP": _speeds,
+    "SVEL_CP": lambda m, x: v.speed_value(_number(x, "SVEL_CP"), m.controller.machine.vel_ori),
     "SACC_CP": _ramps,
     "SJERK": _jerk,
     "SAPO": _approximation,
