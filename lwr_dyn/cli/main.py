@@ -184,7 +184,7 @@ COMMANDS: Registry[click.Command] = Registry(
             "batch",
         ),
         "lint": _row("lint", "Faults in URDFs and tables, with place and reason."),
-        "krl": _row("krl", "KUKA programs: write, check and run them on a robot's model.", "krl"),
+        "krl": _row("krl.group", "KUKA programs: write, check and run them on a robot's model.", "krl"),
         "conventions": _row(
             "conventions", "The possible conventions of a table that states none, ranked, with the reasons."
         ),

@@ -9,7 +9,6 @@ import numpy as np
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
 from lwr_dyn.cli.options import show
-from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable
@@ -125,7 +124,8 @@ def _axes(run: ProgramRun) -> Table:
         replace(torque, head="static N m", key="peak_static_torque", says="[N m] The largest that holds the arm."),
         replace(torque, head="dynamic N m", key="peak_torque", says="[N m] The largest of the motion."),
     ]
-    torques = [_peaks(run, x) for x in (run.static_torque, run.torque)]
+    known = (run.static_torque, run.torque)
+    torques = [np.full(arm.n, np.nan) if x is None else np.abs(x).max(axis=0) for x in known]
     speeds = run.peak_speeds
     rows = zip(arm.joint_names, np.degrees(speeds), speeds / arm.velocity, *torques, strict=True)
     return Table("", headings, [*rows], columnwise=True)
@@ -137,11 +137,6 @@ def _assumed(run: ProgramRun) -> str:
     known = f"masses of {run.arm.name} as its data file has them"
     masses = "masses unknown, so no torques" if run.torque is None else known
     return f"{source}: {ramps} s to rated speed; {masses}"
-
-
-def _peaks(run: ProgramRun, torque: Array | None) -> Array:
-    """The largest of each axis (n,) [N m]; NaN where it is unknown."""
-    return np.full(run.arm.n, np.nan) if torque is None else np.asarray(np.abs(torque).max(axis=0))
 
 
 @click.command("run")

@@ -184,19 +184,6 @@ def _motion_options(c: Nodes) -> dict[str, Any]:
     return {"blends": blends, "frame": frames[-1] if frames else None, "settings": settings}
 
 
-def _move(c: Nodes) -> Move:
-    return Move(c[0].text.upper(), c[1], column=c[0].column, **_motion_options(c[2:]))
-
-
-def _circ(c: Nodes) -> Move:
-    # parts: CIRC auxiliary end [CA angle] options...
-    return Move(c[0].text.upper(), c[2], auxiliary=c[1], angle=c[4], column=c[0].column, **_motion_options(c[5:]))
-
-
-def _options(c: Nodes) -> tuple[Assign, ...]:
-    return (Assign(Name(c[0].text.upper(), column=c[0].column), c[1], column=c[0].column), *(c[2] or ()))
-
-
 def _brake(c: Nodes) -> Plain:
     if c[1] is None:
         return Plain("BRAKE", column=c[0].column)
@@ -208,8 +195,9 @@ def _brake(c: Nodes) -> Plain:
 RULES: Rules = {
     "assign": lambda c: Assign(c[0], c[1], column=c[0].column),
     "invoke": lambda c: Invoke(c[0], column=c[0].column),
-    "move": _move,
-    "circ": _circ,
+    "move": lambda c: Move(c[0].text.upper(), c[1], column=c[0].column, **_motion_options(c[2:])),
+    # parts: CIRC auxiliary end [CA angle] options...
+    "circ": lambda c: Move(c[0].text.upper(), c[2], c[1], c[4], column=c[0].column, **_motion_options(c[5:])),
     "with_": lambda c: tuple(c[1:]),
     "spline": lambda c: SplineBlock(c[0].text.upper(), c[1] or (), column=c[0].column),
     "endspline": lambda c: EndSpline(tuple(x.text.upper() for x in c[1:]), column=c[0].column),
@@ -226,7 +214,7 @@ RULES: Rules = {
     "interrupt_switch": lambda c: InterruptSwitch(c[1].text.upper(), c[2], column=c[0].column),
     "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, column=c[0].column),
     "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), column=c[0].column),
-    "options": _options,
+    "options": lambda c: (Assign(Name(c[0].text.upper(), column=c[0].column), c[1], column=c[0].column), *(c[2] or ())),
     "brake": _brake,
     "confirm": lambda c: Confirm(c[1], column=c[0].column),
     "plain": lambda c: Plain(c[0].text.upper(), column=c[0].column),

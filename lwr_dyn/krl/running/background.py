@@ -6,7 +6,7 @@ known; where no time has passed, the loop only watches, and time passes until so
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import partial
 from typing import Any
@@ -171,7 +171,7 @@ def watch_for_replies(m: RunningProgram) -> None:
         if reply.when is None:
             m.clock.add(reply.after, give)
         else:
-            m.replies.append(Watch(reply.when, partial(_give_later, m, reply.after, give)))
+            m.replies.append(Watch(reply.when, partial(m.clock.add_later, reply.after, give)))
     for watch in m.replies:
         watch.last = _is_true(m, watch.condition)
         if watch.last:
@@ -185,10 +185,6 @@ def _give(m: RunningProgram, i: int, reply: Reply) -> None:
         except ExecutionError as fault:
             raise OptionError(f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type") from None
         m.clock.record(m.log.position, "reply", text)
-
-
-def _give_later(m: RunningProgram, after: float, give: Callable[[], None]) -> None:
-    m.clock.add(m.clock.now + after, give)
 
 
 # --- interrupts

@@ -40,7 +40,7 @@ def step(m: RunningProgram, result: list[Value] | None = None) -> None:
     statement = frame.routine.file.lines[at].statement
     if statement is None:
         return
-    position = m.log.position = frame.routine.file.position(at, getattr(statement, "column", 1))
+    position = m.log.position = frame.routine.file.place(at)
     _count_step(m)
     before = len(m.motions.executed)
     try:
