@@ -206,9 +206,8 @@ def test_a_submit_program_answers_an_output(arm):
 
 def test_a_trigger_of_a_motion_to_where_the_arm_stands_fires_at_once(arm):
     """Found on public programs: it waited for ever, and each later statement looked through all motions for it."""
-    home = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0}"
-    lines = [home, "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE", home, "LIN_REL {X 50}", "LIN_REL {X -20}"]
-    run = run_of(arm, *lines)
+    trigger = "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE"
+    run = run_of(arm, HOME, trigger, HOME, "LIN_REL {X 50}", "LIN_REL {X -20}")
     (fired,) = [x for x in run.events if x.text == "$OUT[4] = TRUE"]
     assert fired.time == pytest.approx(run.executed[1].begin)
 
