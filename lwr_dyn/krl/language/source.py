@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.foundation.files import read_bytes
+from lwr_dyn.foundation.files import read_bytes, write_file
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.language.lexer import LineError
 from lwr_dyn.krl.language.line_parser import LINES, LONGEST_KEPT, parse_line
@@ -129,6 +129,10 @@ class SourceFile:
         except UnicodeEncodeError as fault:
             sign = fault.object[fault.start]
             raise OptionError(self.name, f"the character {sign!r}", "characters of latin-1") from None
+
+    def save(self, path: str | Path) -> None:
+        """Write the file; raises `FileAccessError`."""
+        write_file(path, self.to_bytes())
 
     def position(self, index: int, column: int = 1) -> SourcePosition:
         """The position of line `index` (from 0)."""

@@ -98,6 +98,8 @@ class Motions:
     report: Report
     timeline: Timeline = field(init=False)
     executed: list[ExecutedMotion] = field(default_factory=list)
+    still: list[SourcePosition] = field(default_factory=list)
+    """Of motions to where the arm stands."""
     blend: Blend | None = None
     advance: bool = True
     kept: bool = False
@@ -266,6 +268,8 @@ class Motions:
             if item.overlap > 0.0:
                 c.assume("points passed without a stop", "", PASSED)
             self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
+        else:
+            self.still.append(position)
         c.q = q
         self.blend, self.advance = c.blend(x.blends), True
 

@@ -11,7 +11,14 @@ from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
-from lwr_dyn.krl.diagnostics import Diagnostic, ExecutionError, ResumedError, RunEndedError, sorted_diagnostics
+from lwr_dyn.krl.diagnostics import (
+    Diagnostic,
+    ExecutionError,
+    ResumedError,
+    RunEndedError,
+    SourcePosition,
+    sorted_diagnostics,
+)
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
@@ -44,6 +51,8 @@ class ProgramRun:
     timeline: Timeline
     motion: Motion
     executed: tuple[ExecutedMotion, ...]
+    still: tuple[SourcePosition, ...]
+    """Statements of motions to where the arm stood, which have no row."""
     diagnostics: tuple[Diagnostic, ...]
     """Warnings and notes of the run; a bound that was reached; axes over their speed."""
     assumptions: tuple[Assumption, ...]
@@ -255,7 +264,7 @@ def run_program(
     held, torque = _torques(arm, motion)
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
-        executed=tuple(executed),
+        executed=tuple(executed), still=tuple(m.motions.still),
         diagnostics=(*errors, *diagnostics, *overspeed(arm, motion, executed)),
         assumptions=tuple(m.controller.assumptions.values()),
         events=tuple(sorted(m.clock.events, key=lambda x: x.time)), passes=m.passes,
