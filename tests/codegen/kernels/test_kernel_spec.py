@@ -1,4 +1,7 @@
-"""Kernels with inertial parameters, payload, gravity and friction as inputs equal kernels with constants."""
+"""Kernels with inertial parameters, payload, gravity and friction as inputs equal kernels with constants.
+
+Kernels are run by Python; `test_kernel_source` compares machine code with that, with all inputs and without.
+"""
 
 from dataclasses import replace
 
@@ -14,6 +17,8 @@ from scripts.benchmarks.kernel_peers import relative_difference
 from tests.codegen.kernels.evaluate import evaluated, states
 from tests.random_arms import random_body
 from tests.tolerances import EXACT
+
+pytestmark = pytest.mark.usefixtures("by_python")
 
 ARM = lwr_dyn.load("lwr4plus")
 LIMITS = tuple(replace(limits, viscous=1.0 + i, coulomb=0.5 * i) for i, limits in enumerate(ARM.limits))

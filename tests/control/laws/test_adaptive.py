@@ -160,7 +160,7 @@ def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
 
 @pytest.mark.slow
 def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
-    move = Twice(MOVE, 2.0)
+    move = Twice(SHORT, 1.0)
     fixed, _ = learning.second_pass("inverse-dynamics", move)
     learnt, run = learning.second_pass("adaptive", move)
     assert fixed > 100.0 * learnt
