@@ -3,7 +3,7 @@ import pytest
 
 from lwr_dyn.checks.urdf.document import document_of, link_poses
 from lwr_dyn.checks.urdf.inertia_shape_rules import largest_weight
-from lwr_dyn.checks.urdf.joint_rules import effort_against_weight, unlike_others
+from lwr_dyn.checks.urdf.drive_rules import effort_against_weight, unlike_others
 from tests.checks.urdf.box_arm import CENTRES, BoxArm
 from tests.tolerances import EXACT
 
