@@ -79,8 +79,8 @@ ODD_SPEED = 4.5
 """Speed over the fastest other joint of the same chain that no sound arm has."""
 FELLOWS = 3
 """Other turning joints of a chain that it takes to tell."""
-TIP_SPEED = 15.0
-"""[m/s] Of the farthest link when one joint turns at its limit: sound arms up to 6, fast legs 12."""
+TIP_SPEED = 22.0
+"""[m/s] Of the farthest link when one joint turns at its limit: sound arms up to 6, a humanoid's legs 21."""
 
 
 def velocities_in_rpm(document: UrdfDocument) -> Iterator[UrdfFinding]:

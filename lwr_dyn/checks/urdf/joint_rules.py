@@ -322,14 +322,16 @@ PARTS = np.array([
     (0.0, 0.0, _EIGHTH), (0.0, 0.0, _REST), (0.0, _EIGHTH, _REST),
 ])  # fmt: skip
 """Three of the four parts of the quaternions of quarter turns, and of 45 degrees about one axis; sizes, ascending."""
+_HALF_TURN = 0.99
 _WRITTEN = 1.5e-4
 """Deviation that rounding to 0.707 explains."""
 
 
 def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (of a quarter turn),
-    0.5 0.5 0.5, 1 0 0 (of half a turn), 0.3827 or 0.9239 (of 45 degrees). As angles in rad they would be 40.5, 28.6,
-    57.3, 21.9 and 52.9 degrees, which hardly any part is turned by. Parts of other turns are not seen.
+    0.5 0.5 0.5, 0.3827 or 0.9239 (of 45 degrees), 1 0 0 (of half a turn). As angles in rad they would be 40.5, 28.6,
+    21.9, 52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 alone is a note: somebody may have typed one
+    rad. Parts of other turns are not seen.
     """
     for origin, subject, judged in _origins(document):
         if origin.rpy is None or origin.element is None:
@@ -341,7 +343,7 @@ def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
             yield UrdfFinding(
                 f"rpy {vector_text(origin.rpy)} looks like parts of a quaternion", f"as angles {degrees} degrees",
                 origin.place, subject, f"{meant}, if they are its x, y, z", "likely", "parts of quaternions as rpy",
-                link=judged,
+                "note" if sizes[2] > _HALF_TURN else None, judged,
             )  # fmt: skip
 
 
