@@ -1,4 +1,6 @@
-"""`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file; exit 1 when there are some."""
+"""`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file; exit 1 for errors, with `--strict` for
+warnings of URDFs too, and for whatever is found in tables but notes.
+"""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -10,7 +12,8 @@ import click
 
 from lwr_dyn.arms.loading import xacro_arguments
 from lwr_dyn.arms.papers.catalog import robots
-from lwr_dyn.checks.tables.rules import lint, sheet_of_file, sheets_of_robot
+from lwr_dyn.checks.tables.robot_checks import holds_a_robot, robot_findings
+from lwr_dyn.checks.tables.rules import LARGEST, lint, sheet_of_file, sheets_of_robot
 from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetRecord
 from lwr_dyn.checks.urdf.document import UrdfRecord
 from lwr_dyn.checks.urdf.lint import explanation
@@ -18,6 +21,7 @@ from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
 from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.files import ends_in, read_text
 
 _OF_URDFS = {
     "sarif": "--sarif",
@@ -25,6 +29,7 @@ _OF_URDFS = {
     "ignore": "--ignore",
     "strict": "--strict",
     "everything": "--all",
+    "require_meshes": "--require-meshes",
     "xacro_args": "--xacro-arg",
 }
 
@@ -43,6 +48,7 @@ def _explain(context: click.Context, _: click.Parameter, code: str | None) -> No
 @click.option("--github", is_flag=True, help="URDF: findings as annotations of GitHub's workflow log.")
 @click.option("--ignore", multiple=True, metavar="CODE", help="URDF: leave out the findings of a rule.")
 @click.option("--strict", is_flag=True, help="URDF: exit 1 on warnings too.")
+@click.option("--require-meshes", is_flag=True, help="URDF: a mesh that is not there, or cannot be read, is an error.")
 @click.option("--xacro-arg", "xacro_args", multiple=True, metavar="NAME:=VALUE", help="Argument of the .xacro files.")
 @click.option("--all", "everything", is_flag=True, help="URDF: print every finding of a group.")
 @click.option(
@@ -50,14 +56,18 @@ def _explain(context: click.Context, _: click.Parameter, code: str | None) -> No
     help="What a rule of URDFs looks at, and why; needs no file.",
 )  # fmt: skip
 def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
-    """Find faults in URDF and xacro files, or in tables of numbers (.toml, .csv, a robot); exit 1 when there are some.
+    """Find faults in URDF and xacro files, or in tables of numbers (.toml, .csv, a robot).
+
+    Exit code 1 for an error, and for a warning in a table or, with --strict, in a URDF; 0 for notes; 2 for a file that
+    cannot be opened.
 
     In a URDF, each link, joint and shape as written: format, tree, limits, axes, units, masses, centres and inertias
     against the hulls of the shapes, efforts against weights. A comment `lwr-dyn: ignore CODE` before an element leaves
     out findings in it; before <robot>, in the whole file. A folder stands for the .urdf and .urdf.xacro files below it.
 
     In tables: means outside their extremes, cells or columns exchanged, powers of ten, copied neighbours, shifted rows,
-    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong.
+    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong. Of a
+    robot's data file also what `lwr-dyn check` of it refuses or fails.
     """
     urdfs = [name for name in files if is_urdf(name)]
     if not urdfs:
@@ -65,8 +75,9 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
             raise OptionError(_OF_URDFS[name], "would do nothing here", "with a .urdf, a .xacro or a folder of these")
     sheets = [sheet for name in dict.fromkeys(files) if name not in urdfs for sheet in _sheets(name)]
     findings = [finding for sheet in sheets for finding in lint(sheet)]
+    findings += [finding for name in files if name not in urdfs and _is_robot(name) for finding in robot_findings(name)]
     say, given = partial(click.echo, err=True), xacro_arguments(of_urdfs["xacro_args"])
-    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given)
+    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given, of_urdfs["require_meshes"])
     counted = [f for f in findings if f.counts]
     holds = not counted and all(report.holds(of_urdfs["strict"]) for report in reports)
     if as_json:
@@ -99,6 +110,13 @@ def _sheets(name: str) -> tuple[Sheet, ...]:
     if name not in robots():
         raise UnknownNameError("robot", name, (*robots(), "a path to a .urdf, .xacro, .toml or .csv file"))
     return sheets_of_robot(name)
+
+
+def _is_robot(name: str) -> bool:
+    """Whether a name on the command line is a robot, or a robot's data file."""
+    if name in robots():
+        return True
+    return ends_in(name, ".toml") and holds_a_robot(read_text(name, "a .toml file", "utf-8-sig", LARGEST), name)
 
 
 def _summary(counted: Sequence[Finding], notes: int, sheets: Sequence[Sheet]) -> str:

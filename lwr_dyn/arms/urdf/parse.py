@@ -191,25 +191,51 @@ def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) ->
         content = expand_xacro(path, xacro_args or {}).encode()
     else:
         content = read_bytes(path, "a readable .urdf file")
+    checked = checked_xml(content, file)
+    parsed = yourdfpy.URDF.load(BytesIO(checked.bare), build_scene_graph=False, load_meshes=False)
+    return checked.urdf_file({x.name: x for x in parsed.robot.links}, {x.name: x for x in parsed.robot.joints})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckedXml:
+    """A URDF whose parts can be parsed: all that is read of it but links and joints."""
+
+    file: str
+    root: ElementTree.Element
+    """`<robot>` with the elements alone that a computation uses."""
+    bare: bytes
+    """Its text."""
+    digest: str
+    header: list[str]
+    """Our own header; empty in another's file."""
+    rotors: Mapping[str, Rotor]
+    carried: CarriedXml
+
+    def urdf_file(self, links: Mapping[str, Any], joints: Mapping[str, Any]) -> UrdfFile:
+        """The file with its links and joints as yourdfpy parses them, or as objects that have the same fields."""
+        starts = [x.removeprefix(GRAVITY) for x in self.header if x.startswith(GRAVITY)]
+        gravity = [_float(v) for x in starts for v in x.split()]
+        return UrdfFile(
+            file=self.file, name=self.root.attrib["name"], digest=self.digest, links=links, joints=joints,
+            rotors=self.rotors, placeholders=_named(self.header, UNKNOWN_LIMITS),
+            gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+            carried=self.carried,
+        )  # fmt: skip
+
+
+def checked_xml(content: bytes, file: str) -> CheckedXml:
+    """Check the text of a URDF; raises `UrdfError` as `parse_urdf`, for all that this refuses in a text."""
     root = parse_xml(content, file)
     _check(root, file)
-    lines = _own_header(content.decode("utf-8", errors="replace"))
-    rotors = _rotors(root, _named(lines, REFLECTED), file)
+    header = _own_header(content.decode("utf-8", errors="replace"))
+    rotors = _rotors(root, _named(header, REFLECTED), file)
     carried = carried_xml(root)
     _keep(root, ("link", "joint"))
     for element in root:
         _keep(element, _NEEDED[element.tag])
     bare = ElementTree.tostring(root, encoding="utf-8")
     _refuse_unreadable(bare, file)
-    parsed = yourdfpy.URDF.load(BytesIO(bare), build_scene_graph=False, load_meshes=False)
-    gravity = [_float(v) for x in lines if x.startswith(GRAVITY) for v in x.removeprefix(GRAVITY).split()]
-    return UrdfFile(
-        file=file, name=root.attrib["name"], digest=hashlib.sha256(content).hexdigest(),
-        links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
-        rotors=rotors, placeholders=_named(lines, UNKNOWN_LIMITS),
-        gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
-        carried=carried,
-    )  # fmt: skip
+    return CheckedXml(file, root, bare, hashlib.sha256(content).hexdigest(), header, rotors, carried)
 
 
 def _refuse_unreadable(bare: bytes, file: str) -> None:

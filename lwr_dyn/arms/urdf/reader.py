@@ -82,11 +82,9 @@ def read_urdf(
         No link named `tip`, no moving joint of a locked name.
     """
     urdf = parse_urdf(path, xacro_args)
-    tree = build_tree(urdf, lock or {})
-    ends = [link for link, joints in tree.out_of.items() if not joints]
-    given, tip = tip, tip or (ends[0] if len(ends) == 1 else obvious_tip(tree))
-    tree, held = with_held_joints(tree, tip)
-    base, *groups = _groups(tree, tree.path_to(tip))
+    chosen = chosen_chain(build_tree(urdf, lock or {}), tip)
+    tree, given, tip, held = chosen.tree, tip, chosen.tip, chosen.held
+    base, *groups = chosen.groups
     names = [_free_name(group.link, urdf.links) for group in groups]
     written = [
         tuple(WrittenLink(part, _body(urdf.links[part], pose)) for part, pose in group.parts) for group in groups
@@ -103,16 +101,40 @@ def read_urdf(
     return Arm(
         name=urdf.name, reading=READING, title=f"read from {urdf.file}",
         chain=Chain(links=tuple(links), flange=groups[-1].exit, gravity=gravity),
-        limits=tuple(_limits(urdf, group.joint) for group in groups),
+        limits=tuple(joint_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
         layout=replace(layout, written=_by_carrier(tree, names, written)),
-        notes=_notes([] if given else ends, tip, held),
+        notes=_notes(() if given else chosen.ends, tip, held),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChosenChain:
+    """The chain that is read of a tree."""
+
+    tree: Tree
+    """With what is held beside the chain."""
+    ends: tuple[str, ...]
+    tip: str
+    held: Mapping[str, float]
+    groups: tuple[_Group, ...]
+    """The root's, then one for each moving joint."""
+
+
+def chosen_chain(tree: Tree, tip: str | None = None) -> ChosenChain:
+    """The chain to a tip, or to that of the one obvious arm; raises `UrdfError` and `UnknownNameError` as `read_urdf`.
+
+    An error whose element has no `<` is about a sound file in which no serial chain is chosen.
+    """
+    ends = tuple(link for link, joints in tree.out_of.items() if not joints)
+    tip = tip or (ends[0] if len(ends) == 1 else obvious_tip(tree))
+    tree, held = with_held_joints(tree, tip)
+    return ChosenChain(tree, ends, tip, held, tuple(_groups(tree, tree.path_to(tip))))
 
 
 def _notes(ends: Sequence[str], tip: str, held: Mapping[str, float]) -> tuple[str, ...]:
     """What was chosen without being asked for: the tip among several ends, and the joints that are held."""
-    lines = [f"the arm ends at {tip}; another end: --tip LINK"] if ends not in ([], [tip]) else []
+    lines = [f"the arm ends at {tip}; another end: --tip LINK"] if ends not in ((), (tip,)) else []
     values = ", ".join(f"{name} at {value:g}" for name, value in held.items())
     return (*lines, f"held: {values}; other values: --lock JOINT=VALUE") if held else tuple(lines)
 
@@ -185,7 +207,8 @@ def _body(link: Any, pose: Pose) -> Body | None:
     return at_com.seen_from(origin_pose(link.inertial.origin)).seen_from(pose)
 
 
-def _limits(urdf: UrdfFile, joint: Any) -> JointLimits:
+def joint_limits(urdf: UrdfFile, joint: Any) -> JointLimits:
+    """Limits and friction of a joint; raises `UrdfError` for exchanged limits and for numbers below 0."""
     lower, upper = position_limits(joint)
     if lower is not None and upper is not None and lower > upper:
         raise UrdfError(urdf.file, f"joint {joint.name!r} <limit>", f"lower {lower}, upper {upper}", "lower <= upper")

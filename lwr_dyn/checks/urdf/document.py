@@ -132,6 +132,8 @@ class UrdfDocument:
     """Child link -> the first joint that carries it."""
     out_of: Mapping[str, tuple[JointElement, ...]]
     """Parent link -> the joints that start there."""
+    content: bytes
+    """The text, of a xacro what it expands to."""
 
     def link(self, name: str) -> LinkElement | None:
         """The first link of this name."""
@@ -216,7 +218,7 @@ def document_of(content: bytes | str, file: str, carried: bool = False) -> UrdfD
     driven = frozenset(joint.child for joint in into.values() if joint.moves)
     return UrdfDocument(
         file, Path(file), content.partition(b"<robot")[0].decode("utf-8", "replace"), root, links, joints,
-        tuple(faults), _moved(out_of), driven, by_name, into, out_of,
+        tuple(faults), _moved(out_of), driven, by_name, into, out_of, content,
     )  # fmt: skip
 
 

@@ -56,13 +56,14 @@ def inertials_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 
 def masses_negative(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """A mass below 0, which no body has: every torque and energy with it has the wrong sign."""
+    """A mass below 0, which no body has: every torque and energy with it has the wrong sign. The reader refuses the file
+    wherever the link is.
+    """
     for link, inertial in _inertials(document):
         if inertial.mass is not None and inertial.mass < 0.0:
             text = f'<mass value="{number_text(-inertial.mass)}"/>, if only the sign is wrong'
             yield UrdfFinding(
                 f"mass {number_text(inertial.mass)} kg", "no body has it", inertial.mass_place, link.subject, text,
-                link=link.name,
             )  # fmt: skip
 
 

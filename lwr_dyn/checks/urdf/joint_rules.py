@@ -1,4 +1,4 @@
-"""Rules of joints: the tree that they make, limits, axes, origins, angles in degrees, efforts against the weight.
+"""Rules of joints: the tree that they make, limits, axes, origins, angles in degrees or parts of quaternions.
 
 Every joint joins two links of the file, every link but one is carried once, none is in a loop.
 """
@@ -8,12 +8,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import TURNING, UrdfDocument, UrdfFinding, link_poses, tag_text, vector_text
-from lwr_dyn.checks.urdf.elements import JointElement
-from lwr_dyn.checks.urdf.inertia_shape_rules import largest_weight
+from lwr_dyn.checks.urdf.document import TURNING, UrdfDocument, UrdfFinding, tag_text, vector_text
+from lwr_dyn.checks.urdf.elements import JointElement, OriginElement
 from lwr_dyn.checks.urdf.schema_rules import nearest
 from lwr_dyn.checks.urdf.xml_tree import XmlElement
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import number_text
+from lwr_dyn.model.spatial import to_rpy
 
 
 def unknown_links(document: UrdfDocument) -> Iterator[UrdfFinding]:
@@ -292,12 +293,7 @@ def angles_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """An angle in an `<origin>` of more than a turn (6.28 rad), unless it is a whole number of quarter turns: `rpy` is
     in rad. 90 and 180 are seen; degrees below 6.28 are not.
     """
-    places = [(j.origin, j.subject, "") for j in document.joints]
-    for link in document.links:
-        if link.inertial is not None:
-            places.append((link.inertial.origin, link.subject, link.name))
-        places += [(shape.origin, link.subject, "") for shape in link.shapes]
-    for origin, subject, judged in places:
+    for origin, subject, judged in _origins(document):
         if origin.rpy is None or origin.element is None:
             continue
         large = [float(a) for a in origin.rpy if abs(a) > _TURN]
@@ -311,51 +307,49 @@ def angles_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
             )  # fmt: skip
 
 
-WEAK, STRONG = 0.6, 20000.0
-"""Effort over the largest weight moment: good arms 0.8 to 1 312."""
-UNLIKE = 30.0
-UNKNOWN = 1e6
-"""Effort [N m, N] from which it stands for "unknown"."""
-_FEWEST = 2
-_NO_LIMIT = 1e9
-"""An effort from here on stands for none."""
+def _origins(document: UrdfDocument) -> Iterator[tuple[OriginElement, str, str]]:
+    """Every `<origin>`, the link or joint that it belongs to in words, and the link whose inertial it is."""
+    yield from ((joint.origin, joint.subject, "") for joint in document.joints)
+    for link in document.links:
+        if link.inertial is not None:
+            yield link.inertial.origin, link.subject, link.name
+        yield from ((shape.origin, link.subject, "") for shape in link.shapes)
 
 
-def effort_against_weight(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """The effort cannot hold the weight behind the joint, or could lift it thousands of times.
+_HALF, _EIGHTH, _REST = math.sqrt(0.5), math.sin(math.pi / 8.0), math.cos(math.pi / 8.0)
+PARTS = np.array([
+    (0.0, 0.0, _HALF), (0.0, _HALF, _HALF), (0.5, 0.5, 0.5), (0.0, 0.0, 1.0),
+    (0.0, 0.0, _EIGHTH), (0.0, 0.0, _REST), (0.0, _EIGHTH, _REST),
+])  # fmt: skip
+"""Three of the four parts of the quaternions of quarter turns, and of 45 degrees about one axis; sizes, ascending."""
+_HALF_TURN = 0.99
+_WRITTEN = 1.5e-4
+"""Deviation that rounding to 0.707 explains."""
 
-    The largest moment of the weight over 12 positions of the joints and any mounting, m g times the distance of the
-    centre of the moved links from the axis; odd masses and centres are replaced by usual ones. Good arms: effort 0.8 to
-    1 312 times that; of robots that always stand upright 4 of 28 joints 0.15 to 0.54 times. Warning below 0.6 (the
-    joint may still hold the arm as it is mounted), and above 20 000 times the moment at a distance of at least 5 cm;
-    1e6 and more stand for unknown.
+
+def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (of a quarter turn),
+    0.5 0.5 0.5, 0.3827 or 0.9239 (of 45 degrees), 1 0 0 (of half a turn). As angles in rad they would be 40.5, 28.6,
+    21.9, 52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 alone is a note: somebody may have typed one
+    rad. Parts of other turns are not seen.
     """
-    poses = link_poses(document)
-    for joint in document.joints:
-        if joint.effort is None or not 0.0 < joint.effort < UNKNOWN:
+    for origin, subject, judged in _origins(document):
+        if origin.rpy is None or origin.element is None:
             continue
-        moment, least = largest_weight(document, joint, poses)
-        weak, strong = joint.effort < WEAK * moment, joint.effort > STRONG * max(moment, least) > 0.0
-        if weak or strong:
-            unit = "N m" if joint.type in TURNING else "N"
-            ratio = joint.effort / max(moment, 0.0 if weak else least)
-            what = f"effort {joint.effort:.4g} {unit} is {ratio:.2g} times the weight that it holds"
-            why = f"the links behind the joint weigh up to {moment:.3g} {unit}, any mounting"
-            yield UrdfFinding(what, why, joint.place_of("limit"), joint.subject, "", "likely", link=joint.child)
+        sizes = np.sort(np.abs(origin.rpy))
+        if np.abs(PARTS - sizes).max(axis=1).min() <= _WRITTEN:
+            degrees = vector_text(np.round(np.degrees(origin.rpy), 1))
+            meant = tag_text(origin.element, rpy=vector_text(np.round(_rpy_of_parts(origin.rpy), 6)))
+            yield UrdfFinding(
+                f"rpy {vector_text(origin.rpy)} looks like parts of a quaternion", f"as angles {degrees} degrees",
+                origin.place, subject, f"{meant}, if they are its x, y, z", "likely", "parts of quaternions as rpy",
+                "note" if sizes[2] > _HALF_TURN else None, judged,
+            )  # fmt: skip
 
 
-def unlike_others(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """The effort is 30 times the largest, or a thirtieth of the smallest, of all other joints of its type.
-
-    Within a good arm the efforts of neighbours in size lie within a factor of 10. A single one far from all others
-    points to its unit (N mm, kg cm).
-    """
-    for moving in (TURNING, ("prismatic",)):
-        efforts = [(x, e) for x in document.joints if x.type in moving and 0.0 < (e := x.effort or 0.0) < _NO_LIMIT]
-        for joint, effort in efforts if len(efforts) > _FEWEST else ():
-            others = [other for its, other in efforts if its is not joint]
-            if effort > UNLIKE * max(others) or effort < min(others) / UNLIKE:
-                near = max(others) if effort > max(others) else min(others)
-                what = f"effort {effort:.4g} is {effort / near:.2g} times that of the nearest other joint"
-                why = f"the other {len(others)} joints of its type have {min(others):.4g} to {max(others):.4g}"
-                yield UrdfFinding(what, why, joint.place_of("limit"), joint.subject, "", "likely", link=joint.child)
+def _rpy_of_parts(parts: Array) -> Array:
+    """Roll, pitch, yaw of the unit quaternion with these x, y, z and w of at least 0."""
+    x, y, z = parts / max(1.0, float(np.linalg.norm(parts)))
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    w = math.sqrt(max(0.0, 1.0 - x * x - y * y - z * z))
+    return to_rpy(np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross)

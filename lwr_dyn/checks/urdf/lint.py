@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lwr_dyn.checks.urdf import shape_rules
+from lwr_dyn.checks.urdf import reader_rules, shape_rules
 from lwr_dyn.checks.urdf.document import SEVERITIES, FindingSeverity, UrdfDocument, UrdfFinding, read_document
 from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement
 from lwr_dyn.foundation.errors import UnknownNameError
@@ -44,6 +44,7 @@ RULES: Registry[UrdfRule] = Registry(
             "schema_rules:misspelt_attributes", "error", "an attribute a letter or two off a known one"
         ),
         "attribute-missing": rule("schema_rules:missing_attributes", "error", "an attribute that the format requires"),
+        "element-missing": rule("schema_rules:missing_elements", "error", "an <inertial> without mass or inertia"),
         "number-malformed": rule("schema_rules:malformed_numbers", "error", "nan, text, or too few numbers"),
         "joint-type": rule("schema_rules:joint_types", "error", "a type of joint that the format does not have"),
         "element-twice": rule("schema_rules:elements_twice", "warning", "an element that counts once, written twice"),
@@ -66,6 +67,7 @@ RULES: Registry[UrdfRule] = Registry(
         "axis-not-unit": rule("joint_rules:axes_not_unit", "warning", "an axis whose length is not 1"),
         "origin-millimetres": rule("joint_rules:origins_in_millimetres", "error", "a joint's origin in millimetres"),
         "rpy-degrees": rule("joint_rules:angles_in_degrees", "error", "roll, pitch, yaw in degrees"),
+        "rpy-quaternion": rule("joint_rules:angles_of_quaternions", "warning", "parts of a quaternion as angles"),
         "fixed-limits": rule("joint_rules:fixed_with_limits", "warning", "a fixed joint with limits"),
         "inertial-missing": rule("inertial_rules:inertials_missing", "error", "a moved link without mass"),
         "mass-negative": rule("inertial_rules:masses_negative", "error", "a mass below 0"),
@@ -76,6 +78,7 @@ RULES: Registry[UrdfRule] = Registry(
         "inertia-triangle": rule("inertial_rules:tensors_triangle", "error", "a tensor that no body has"),
         "inertia-zero": rule("inertial_rules:tensors_zero", "warning", "a mass with a tensor of zeros"),
         "inertial-placeholder": rule("inertial_rules:placeholders", "warning", "a stand-in for an unknown inertia"),
+        "inertia-mirror": rule("mirror_rules:signs_unlike", "warning", "signs of products unlike the mirrored link"),
         "inertial-equal": rule("inertial_rules:inertials_equal", "note", "the inertial of the neighbour"),
         "mesh-missing": rule("shape_rules:meshes_missing", "error", "a mesh file that is not there"),
         "mesh-package": rule("shape_rules:packages_missing", "note", "meshes of a package that is not there"),
@@ -96,12 +99,18 @@ RULES: Registry[UrdfRule] = Registry(
         "inertia-spread": rule("inertia_shape_rules:spread", "warning", "an inertia too wide or narrow for the shapes"),
         "inertia-bound": rule("inertia_shape_rules:bound", "warning", "an inertia that no mass in the shapes has"),
         "inertia-slip": rule("inertia_shape_rules:slip", "warning", "an inertia that one slip explains"),
-        # statics
-        "effort-weight": rule("joint_rules:effort_against_weight", "warning", "effort against the weight to hold"),
-        "effort-unlike": rule("joint_rules:unlike_others", "warning", "an effort far from all others"),
+        # drives
+        "damping-negative": rule("drive_rules:losses_negative", "error", "damping or friction below 0"),
+        "armature-unread": rule("drive_rules:armatures_unread", "note", "a rotor inertia that nothing reads"),
+        "travel-long": rule("drive_rules:travels_long", "warning", "a slide that travels further than its arm reaches"),
+        "velocity-rpm": rule("drive_rules:velocities_in_rpm", "warning", "a speed that looks like rpm or deg/s"),
+        "effort-weight": rule("drive_rules:effort_against_weight", "warning", "effort against the weight to hold"),
+        "effort-unlike": rule("drive_rules:unlike_others", "warning", "an effort far from all others"),
+        # all else that the reader refuses
+        "reader-refuses": rule("reader_rules:refused", "error", "what no command of this package loads"),
     },
 )
-"""In the order of their findings: schema, tree, joints, inertials, shapes, statics."""
+"""In the order of their findings: schema, tree, joints, inertials, shapes, drives, the reader."""
 
 
 def severity_of(code: str) -> FindingSeverity:
@@ -192,7 +201,7 @@ def _found(document: UrdfDocument) -> list[UrdfFinding]:
             for finding in RULES.load(code)(document):
                 named = replace(finding, code=code, severity=_severity(finding, code, document))
                 found.setdefault((code, finding.place, finding.subject, finding.what), named)
-    return list(found.values())
+    return reader_rules.unsaid(found.values())
 
 
 def _remarks(document: UrdfDocument) -> Iterable[str]:
@@ -204,6 +213,7 @@ def _remarks(document: UrdfDocument) -> Iterable[str]:
         yield "no link has mass: kinematics only, nothing about mass and inertia is judged"
     elif document.links:
         yield from shape_rules.remarks(document)
+    yield from reader_rules.remark(document)
 
 
 def _severity(finding: UrdfFinding, code: str, document: UrdfDocument) -> FindingSeverity:

@@ -8,7 +8,7 @@ import hashlib
 import os
 from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -252,8 +252,11 @@ def judge_all(
     sarif: str | None,
     say: Callable[[str], None],
     xacro_args: Mapping[str, str] | None = None,
+    require_meshes: bool = False,
 ) -> tuple[LintReport, ...]:
     """The reports of all files; writes them as SARIF. Raises as `lint_file`, `urdf_files` and `write_file`.
+
+    With `require_meshes` a mesh that is not there, or cannot be read, is an error.
 
     A xacro in a folder is passed over, with one line, where xacro is not installed.
     """
@@ -262,7 +265,8 @@ def judge_all(
     reports = []
     for file in dict.fromkeys(urdf_files(names)):
         try:
-            reports.append(lint_file(file, ignore, xacro_args))
+            report = lint_file(file, ignore, xacro_args)
+            reports.append(with_required_meshes(report) if require_meshes else report)
         except MissingPackageError as fault:
             if file in names:
                 raise
@@ -270,6 +274,16 @@ def judge_all(
     if sarif is not None:
         write_file(sarif, json_text(sarif_record(reports)) + "\n")
     return tuple(reports)
+
+
+MESHES = ("mesh-missing", "mesh-package", "mesh-unreadable")
+"""Rules of meshes that are not there or cannot be read: links drawn with them are judged without their shapes."""
+
+
+def with_required_meshes(report: LintReport) -> LintReport:
+    """A report in which each finding about a mesh that was not judged is an error."""
+    findings = [replace(f, severity="error") if f.code in MESHES else f for f in report.findings]
+    return replace(report, findings=tuple(sorted(findings, key=lambda f: SEVERITIES.index(f.level))))
 
 
 def print_reports(reports: Sequence[LintReport], everything: bool, github: bool) -> None:

@@ -267,6 +267,19 @@ def missing_attributes(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 )  # fmt: skip
 
 
+def missing_elements(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """An `<inertial>` without `<mass>` or without `<inertia>`: some readers refuse the file, others take 0 or 1."""
+    for element, owner in owned(document):
+        known = TAGS[element.tag].children if element.tag == "inertial" else ()
+        there = {nearest(child.tag, known) for child in element.children} if known else set()
+        for tag in known:
+            if tag != "origin" and tag not in there:
+                yield UrdfFinding(
+                    f"<{element.tag}> without <{tag}>", "readers refuse the file, or take 0 or 1", element.place, owner,
+                    f"<{tag} {' '.join(f'{name}=...' for name in TAGS[tag].needed)}/>",
+                )  # fmt: skip
+
+
 def elements_twice(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """An element that counts once is written twice: two `<inertial>` in a link, two `<origin>` in a joint. Readers take
     the first, or the last.
@@ -285,7 +298,7 @@ def joint_types(document: UrdfDocument) -> Iterator[UrdfFinding]:
     `screw` are read by Drake or PyBullet only.
     """
     for joint in document.joints:
-        if joint.type and joint.type not in JOINT_TYPES:
+        if "type" in joint.element.attributes and joint.type not in JOINT_TYPES:
             meant = nearest(joint.type, JOINT_TYPES)
             foreign = joint.type in _FOREIGN_TYPES
             yield UrdfFinding(

@@ -32,10 +32,14 @@ def _shapes(document: UrdfDocument) -> Iterator[tuple[LinkElement, ShapeElement]
 
 def meshes_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A mesh whose file is not there though its folder or package is: loaders refuse the file or draw nothing, and
-    contacts are missed. Upper and lower case count.
+    contacts are missed. Upper and lower case count. A mesh on the web is not fetched: a note.
     """
     for link, shape in _shapes(document):
-        if shape.kind != "mesh" or not shape.mesh or shape.mesh.startswith(REMOTE):
+        if shape.kind != "mesh" or not shape.mesh:
+            continue
+        if shape.mesh.startswith(REMOTE):
+            what, why = f"the mesh {shape.mesh} is on the web", "it is not fetched, so the link is judged without it"
+            yield UrdfFinding(what, why, shape.geometry_place, link.subject, cause="meshes on the web", severity="note")
             continue
         found = mesh_path(shape.mesh, document.path)
         if found.path is None and (not found.package_missing or found.package_missing in _packages_here(document)):

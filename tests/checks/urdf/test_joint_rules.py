@@ -6,7 +6,7 @@ import pytest
 
 from lwr_dyn.checks.urdf.document import document_of
 from lwr_dyn.checks.urdf.inertial_rules import arm_size, half_digit
-from lwr_dyn.checks.urdf.joint_rules import angles_in_degrees, several_roots, velocity_in_degrees
+from lwr_dyn.checks.urdf.joint_rules import angles_in_degrees, angles_of_quaternions, several_roots, velocity_in_degrees
 from lwr_dyn.checks.urdf.lint import RULES, explanation, lint_document
 from lwr_dyn.checks.urdf.reports import grouped
 from lwr_dyn.checks.urdf.schema_rules import misspelt_tags, nearest
@@ -72,6 +72,12 @@ FAULTS = {
                  "error"),
     "angle": (r'(name="j2".*?)<origin ', r'\1<origin rpy="0 90 0" ', "rpy-degrees", "joint j2", "error"),
     "angle of a tensor": (r'(name="l2">.*?rpy=)"[^"]*"', r'\1"0 0 180"', "rpy-degrees", "link l2", "error"),
+    "quaternion": (r'(name="j2".*?)<origin ', r'\1<origin rpy="0.70711 0 0" ', "rpy-quaternion", "joint j2", "warning"),
+    "half a turn": (r'(name="j2".*?)<origin ', r'\1<origin rpy="0 -1 0" ', "rpy-quaternion", "joint j2", "note"),
+    "no mass": (r'(name="l2">.*?)<mass [^>]*/>', r"\1", "element-missing", "link l2", "error"),
+    "empty type": (r'(name="j2" type=)"revolute"', r'\1""', "joint-type", "joint j2", "error"),
+    "negative mass of the base": (r'(name="l0">.*?)<mass value="', r'\1<mass value="-', "mass-negative", "link l0",
+                                  "error"),
     "fixed": (r'(name="j2" type=)"revolute"', r'\1"fixed"', "fixed-limits", "joint j2", "warning"),
     "no inertial": (_INERTIAL, r"\1", "inertial-missing", "link l2", "error"),
     "negative mass": (r'(name="l2">.*?)<mass value="', r'\1<mass value="-', "mass-negative", "link l2", "error"),
@@ -138,6 +144,22 @@ def test_what_to_write_instead():
     text = GOOD.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 3 4"/>', 1)
     (found,) = [f for f in lint_document(document_of(text, "f")).findings if f.code == "axis-not-unit"]
     assert found.instead == '<axis xyz="0 0.6 0.8"/>'
+
+
+@pytest.mark.parametrize("rpy", ["0.7071 0.7071 0", "-0.5 0.5 0.5", "0 0 0.38268343", "0 0.92388 0.38268"])
+def test_parts_of_a_quaternion_as_angles(rpy):
+    text = GOOD.replace('<origin xyz="0.0 0.0 0.45"', f'<origin rpy="{rpy}" xyz="0.0 0.0 0.45"', 1)
+    (found,) = angles_of_quaternions(document_of(text, "f"))
+    assert "parts of a quaternion" in found.what
+
+
+def test_the_angles_of_a_quaternion_and_other_angles():
+    text = GOOD.replace('<origin xyz="0.0 0.0 0.45"', '<origin rpy="0.70710678 0 0" xyz="0.0 0.0 0.45"', 1)
+    (found,) = angles_of_quaternions(document_of(text, "f"))
+    assert found.instead.startswith('<origin rpy="1.5708 0 0"')
+    for rpy in ("0.7 0 0", "0.5 0 0", "0.785398 0 0", "1.5708 0 3.14159", "0.71 0.71 0", "0.5 0.5 0"):
+        text = GOOD.replace('<origin xyz="0.0 0.0 0.45"', f'<origin rpy="{rpy}" xyz="0.0 0.0 0.45"', 1)
+        assert list(angles_of_quaternions(document_of(text, "f"))) == []
 
 
 def test_one_cause_of_several_rules_is_one_group():
