@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from lwr_dyn.arms.urdf.model_files import model_files
-from lwr_dyn.arms.urdf.parse import expand_xacro, parse_urdf, parse_xml
+from lwr_dyn.arms.urdf.parse import parse_urdf, parse_xml
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.tree import KINDS, build_tree, with_held_joints
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.checks.engines.child_process import Job, Loaded, TriedStates
 from lwr_dyn.checks.engines.engine import FEATURES, ArmInFile, tolerance, without_meshes, xml_of

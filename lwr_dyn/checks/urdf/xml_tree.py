@@ -17,7 +17,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.parse import expand_xacro
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.arrays import Array, number_of
 from lwr_dyn.foundation.errors import LwrDynError
 
