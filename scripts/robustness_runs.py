@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.rollouts.law_forms import law_form
-from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run
+from lwr_dyn.codegen.rollouts.loop_setup import arm_of_run
 from lwr_dyn.model.friction import symmetric
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate

@@ -26,12 +26,9 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose, from_rpy, pose_array
 
 _POSE = ("xyz", "rpy", "rpy_deg", "pose")
-
 _FIELDS = {"mount": ("on", *_POSE), "tool": (*_POSE, "mass", "com", "inertia")}
-
 WORLD = "world"
 """The root link of the URDF of a mounted arm."""
-
 _LARGEST = 1e6
 """Of a number of a mount or tool [m, kg, kg m^2]."""
 
@@ -39,14 +36,10 @@ _LARGEST = 1e6
 def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
     """The arm on its mount and with its tool, each None where nothing is said.
 
-    Their fields as JSON values are added to `loaded_with`; they are sources of the numbers that they change.
-
-    Raises
-    ------
-    FileAccessError, PaperError
-        A .toml file that cannot be read.
-    UnknownNameError, OptionError, ShapeError
-        A place or field that does not exist, two rotations, an inertia that no body can have, other shapes.
+    Their fields as JSON values are added to `loaded_with`; they are sources of the numbers that they change. Raises
+    `FileAccessError` or `PaperError` for a .toml file that cannot be read; `UnknownNameError`, `OptionError`,
+    `ShapeError` for a place or field that does not exist, two rotations, an inertia that no body can have, other
+    shapes.
     """
     given = {key: _description(key, value) for key, value in (("mount", mount), ("tool", tool)) if value is not None}
     body, last = _tool(given.get("tool", {})), arm.chain.links[-1].link

@@ -4,8 +4,7 @@ import sys
 
 import click
 
-from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.checks.arm.verdict import CheckReport
+from lwr_dyn.checks.arm.run_checks import CheckReport, check_arm
 from lwr_dyn.checks.urdf.document import UrdfRecord
 from lwr_dyn.checks.urdf.lint import LintReport, lint_file
 from lwr_dyn.checks.urdf.reports import report_text

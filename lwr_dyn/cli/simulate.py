@@ -30,9 +30,9 @@ from lwr_dyn.simulation.audit import audit_lines
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.metrics import MetricsRecord, metrics
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.responses.step_and_chirp import response_parts
 from lwr_dyn.simulation.setup import ENCODERS, METHODS, Loop, RunRecord, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
+from lwr_dyn.simulation.step_and_chirp import response_parts
 from lwr_dyn.trajectory.references.references import REFERENCES
 
 

@@ -34,14 +34,9 @@ def controller_from_file(path: str, arm: Arm, dynamics: Dynamics, **options: Any
     """The controller of a Python file: its function `controller`, or what its function `make` returns.
 
     The file holds `make(arm, dynamics)`, or else `controller(t, q, dq, q_ref, dq_ref, ddq_ref)` itself. A function
-    without a `name` of its own is named as the file, such as "mine.py".
-
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read, an error is raised in it (says in which line), or it holds no controller.
-    OptionError
-        An option that `make` does not know.
+    without a `name` of its own is named as the file, such as "mine.py". Raises `FileAccessError`: the file cannot be
+    read, an error is raised in it (says in which line), or it holds no controller; `OptionError`: an option that `make`
+    does not know.
     """
     module = _run(path)
     controller, make = getattr(module, "controller", None), getattr(module, "make", None)
@@ -228,12 +223,8 @@ class ControllerSpec:
 def controller_spec(text: str) -> ControllerSpec:
     """The controller of a text such as "pid:omega-n=20:velocity-error+friction".
 
-    Raises
-    ------
-    UnknownNameError
-        No controller or wrapper of that name.
-    OptionError
-        Another form, an option that the controller does not have, a value that is missing, not needed or not allowed.
+    Raises `UnknownNameError`: no controller or wrapper of that name; `OptionError`: another form, an option that the
+    controller does not have, a value that is missing, not needed or not allowed.
 
     >>> spec = controller_spec("pid:omega-n=20:velocity-error")
     >>> spec.base, dict(spec.options)

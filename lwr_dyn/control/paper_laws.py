@@ -94,12 +94,8 @@ def tuned_pd_gravity(
 ) -> PDGravity:
     """PD with the gains of the arm's file (`own_gains`), or with `worst_case_gains`.
 
-    Raises
-    ------
-    MissingDataError
-        The arm's file gives no gains; no limits to search the worst-case inertia in.
-    OptionError, ShapeError
-        As `worst_case_gains`.
+    Raises `MissingDataError` (the arm's file gives no gains; no limits to search the worst-case inertia in),
+    `OptionError`, `ShapeError` (as `worst_case_gains`).
     """
     if own_gains and arm.gains is None:
         raise MissingDataError(arm.name, "controller gains", "own_gains (--own-gains)")

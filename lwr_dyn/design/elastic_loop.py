@@ -47,10 +47,7 @@ Poles = NDArray[np.complex128]
 class ElasticArm:
     """An arm with elastic joints: `dynamics` of the rigid arm, springs and dampers, rotors B_m (n,) [kg m^2], encoders.
 
-    Raises
-    ------
-    OptionError
-        Encoders on no side of "motor" and "link"; a joint without rotor inertia.
+    Raises `OptionError`: encoders on no side of "motor" and "link"; a joint without rotor inertia.
     """
 
     dynamics: Dynamics

@@ -82,12 +82,8 @@ class LoopCase:
     def plant(self, arm: Arm, dynamics: Dynamics, q: Array, motor: bool = False) -> RestingPlant:
         """The arm near rest at the poses q (k, n); `motor` for a law that reads the motor side whatever is given.
 
-        Raises
-        ------
-        OptionError
-            A singular mass matrix, a stiffness that cannot be, no rotor at an elastic joint.
-        MissingDataError
-            "file" for an arm whose file gives no stiffness.
+        Raises `OptionError`: a singular mass matrix, a stiffness that cannot be, no rotor at an elastic joint;
+        `MissingDataError`: "file" for an arm whose file gives no stiffness.
         """
         elastic = self._elastic(arm, dynamics, motor)
         return rigid_plant(dynamics, q) if elastic is None else elastic.plant(at_rest(q))
@@ -223,17 +219,14 @@ def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> 
 
 
 def _worst(arm: Arm, found: SampledStability) -> str:
-    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {_growth(found.radius)} a sample"
+    growth = f"{found.radius:.3g}-fold" if found.radius >= 1.1 else f"by {100 * (found.radius - 1):.2g} %"
+    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {growth} a sample"
 
 
 def _from_rate(found: SampledStability) -> str:
     if found.least_rate is None:
         return f"{rate_text(None)} makes it hold"
     return f"from {rate_text(found.least_rate)} on it holds"
-
-
-def _growth(radius: float) -> str:
-    return f"{radius:.3g}-fold" if radius >= 1.1 else f"by {100 * (radius - 1):.2g} %"
 
 
 def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, SampledStability]:

@@ -281,12 +281,8 @@ class LoopStateSpaces:
 def state_spaces(loop: RestingLoop, sampling: Sampling, joints: tuple[str, ...]) -> LoopStateSpaces:
     """The state spaces of a loop of one pose.
 
-    Raises
-    ------
-    MissingPackageError
-        python-control is not installed (extra `design`).
-    OptionError
-        A loop of several poses.
+    Raises `MissingPackageError`: python-control is not installed (extra `design`); `OptionError`: a loop of several
+    poses.
     """
     try:
         import control

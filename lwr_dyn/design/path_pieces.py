@@ -79,10 +79,7 @@ class CurveReference:
 def path_of_reference(reference: Reference) -> JointPath:
     """The path of a reference, cut where it needs a stop.
 
-    Raises
-    ------
-    OptionError
-        A reference that does not keep its path apart from its timing, or that only stands still.
+    Raises `OptionError`: a reference that does not keep its path apart from its timing, or that only stands still.
     """
     if isinstance(reference, PosePathReference):
         return _pose_path(reference)

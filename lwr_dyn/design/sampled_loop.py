@@ -136,11 +136,8 @@ def law_at_rest(controller: Controller, q: Array) -> LawAtRest:
     """The linear form of a controller at the poses q (k, n): its own, or by differences.
 
     The reference stands still at each pose; only what the torque makes of the measured position and speed counts.
-
-    Raises
-    ------
-    OptionError
-        A controller that remembers between calls and has no linear form, or whose torques are not n finite numbers.
+    Raises `OptionError`: a controller that remembers between calls and has no linear form, or whose torques are not n
+    finite numbers.
     """
     if isinstance(controller, Linearised):
         return LawAtRest(controller.linear_feedback(q))
@@ -199,12 +196,8 @@ BLOCK = 4_000_000
 class Sampling:
     """How a controller is sampled: `rate` [Hz], `delay` in whole samples, cut-off of a velocity filter [Hz] if any.
 
-    A torque computed from sample k acts from sample k + delay on.
-
-    Raises
-    ------
-    OptionError
-        A rate that is not positive, a delay that is not a whole number from 0 to `MOST_DELAY`.
+    A torque computed from sample k acts from sample k + delay on. Raises `OptionError`: a rate that is not positive, a
+    delay that is not a whole number from 0 to `MOST_DELAY`.
     """
 
     rate: float = 1000.0

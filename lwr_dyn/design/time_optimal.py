@@ -26,7 +26,7 @@ from lwr_dyn.foundation.registry import Option, Quantity, options_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
 from lwr_dyn.trajectory.motion_profile import MotionProfile, positive_number
-from lwr_dyn.trajectory.references.references import REFERENCES
+from lwr_dyn.trajectory.references.references import REFERENCES, StartIfGiven
 from lwr_dyn.trajectory.timings import MOTION_PROFILES
 
 INTERVALS = 1000
@@ -206,9 +206,7 @@ def least_time_reference(
         str | None, Option(MOTION_PROFILES, "Rounds the path; smooth-blended if not given, smooth stops at corners.")
     ] = None,
     shift: Annotated[ArrayLike | None, Option(Quantity.POINT, "Moves the letters, m in frame 0.")] = None,
-    start: Annotated[
-        ArrayLike | None, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")
-    ] = None,
+    start: StartIfGiven = None,
     end: Annotated[
         ArrayLike | None, Option(Quantity.JOINT_POSITIONS, "Where the joints end (m for sliding).", "to-deg")
     ] = None,

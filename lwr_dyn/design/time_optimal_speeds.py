@@ -222,10 +222,7 @@ FASTEST = 1e8
 def fastest_squares(s: Array, limits: LinearLimits) -> Array | None:
     """x = ds^2 (m + 1,) at the grid s (m + 1,), rising from 0, from rest to rest; None where toppra finds none.
 
-    Raises
-    ------
-    MissingPackageError
-        toppra is not installed.
+    Raises `MissingPackageError`: toppra is not installed.
     """
     try:
         with warnings.catch_warnings():

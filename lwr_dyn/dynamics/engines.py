@@ -18,19 +18,12 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
             facts={"rotors": ("armature",)},
         ),
         "newton-euler": Row(
-            "lwr_dyn.dynamics.newton_euler:newton_euler_of_arm",
-            "the recursion on the paper's own frames",
-            facts={"rotors": ROTORS},
+            "lwr_dyn.dynamics.newton_euler:newton_euler_of_arm", "the recursion on the paper's own frames"
         ),
-        "kernels": Row(
-            "lwr_dyn.codegen.kernels.batch:kernel_engine",
-            "generated code, for large batches",
-            extra="batch",
-            facts={"rotors": ROTORS},
-        ),
+        "kernels": Row("lwr_dyn.codegen.kernels.batch:kernel_engine", "generated code, for large batches", "batch"),
     },
 )
-"""Engines by name; each row is a function of the arm and the treatment of its rotors."""
+"""Engines by name; each row is a function of the arm and the treatment of its rotors, `ROTORS` where it names none."""
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
@@ -57,7 +50,7 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
     arm_argument(arm)
     known = ENGINES[engine].facts.get("rotors", ROTORS)
     if rotors not in known:
-        others = [name for name, row in ENGINES.rows.items() if rotors in row.facts["rotors"]]
+        others = [name for name, row in ENGINES.rows.items() if rotors in row.facts.get("rotors", ROTORS)]
         allowed = ", ".join(known) + (f", or engine {' or '.join(others)}" if others else "")
         raise OptionError("rotors", f"{rotors!r} with engine {engine}", allowed)
     return ENGINES.load(engine)(arm, rotors)

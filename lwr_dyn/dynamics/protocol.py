@@ -111,7 +111,6 @@ def singular_joint(B: Array) -> int | None:
 
 
 Ungated = TypeVar("Ungated", covariant=True)
-
 Call = Callable[..., Any]
 
 FUNCTIONS = {
@@ -127,20 +126,11 @@ FUNCTIONS = {
 
 
 class Gated(Generic[Ungated]):
-    """An engine behind the shape gate; implements the `Dynamics` protocol.
+    """An engine with a name and n joints behind the shape gate; implements the `Dynamics` protocol.
 
-    Parameters
-    ----------
-    name : str
-        Of the engine.
-    n : int
-        Number of joints.
-    ungated : object
-        Functions of single states (n,) that check nothing, for loops.
-    batched : object, optional
-        The same functions of whole batches (..., n); without them batches are computed state by state.
-    slow : collection of str
-        Functions of single states whose first entry may hide a value that is not finite: arguments are checked first.
+    `ungated` has functions of single states (n,) that check nothing, for loops; `batched` the same functions of whole
+    batches (..., n), without which batches are computed state by state. `slow` names functions of single states whose
+    first entry may hide a value that is not finite: arguments are checked first.
     """
 
     __slots__ = (*FUNCTIONS, "n", "name", "ungated")

@@ -21,10 +21,8 @@ from lwr_dyn.model.spatial import ZERO, Matrix3, Vector, steiner
 
 INERTIAL = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """Mass [kg], first moment [kg m], tensor about the origin of the frame [kg m^2]."""
-
 JOINT = ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-")
 """Rotor inertia at the joint [kg m^2], friction per direction [N m, N m s/rad]."""
-
 ROW_BY_ROW = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Entries of the tensor in the order of `INERTIAL`."""
 
@@ -116,20 +114,15 @@ def _unit_bodies(bare: LinkConstants) -> Sequence[LinkConstants]:
 
 
 STATES = 20
-
 ROUNDING = 1e-12
 """Of the largest entry of Y: what a column of zeros may be off."""
-
 _UNITS = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)
 
 
 def chain_with_dynamics(arm: Any) -> Chain:
     """The chain of an arm whose torques its source determines.
 
-    Raises
-    ------
-    MissingDataError
-        Links without inertia, or an unknown parameter on which a torque depends.
+    Raises `MissingDataError` for links without inertia, or an unknown parameter on which a torque depends.
     """
     chain: Chain = arm.require_dynamics()
     if any(link.body.unknown for link in chain.links if link.body is not None):

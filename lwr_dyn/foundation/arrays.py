@@ -23,24 +23,9 @@ def arm_argument(arm: T) -> T:
 
 
 def joint_array(name: str, value: ArrayLike, n: int) -> Array:
-    """Joint vectors as float64.
+    """Joint vectors (..., n) of the argument `name` as float64.
 
-    Parameters
-    ----------
-    name : str
-        Name of the argument, for the message.
-    value : (..., n) array_like
-    n : int
-        Number of joints.
-
-    Returns
-    -------
-    (..., n) float64 array
-
-    Raises
-    ------
-    ShapeError
-        Not numbers, last axis not n, or a value that is not finite.
+    Raises `ShapeError`: not numbers, last axis not n, or a value that is not finite.
 
     >>> joint_array("q", [0, 1], 2)
     array([0., 1.])

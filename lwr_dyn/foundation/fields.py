@@ -13,9 +13,7 @@ from lwr_dyn.foundation.errors import PaperError, did_you_mean
 
 LARGEST = 1e30
 """Limit of every number in its printed unit: no quantity of a robot is larger, and products stay finite."""
-
 _TYPE_NAMES = {str: "text", int: "an integer", dict: "a table", list: "a list"}
-
 _REQUIRED: Any = object()
 
 
@@ -25,17 +23,9 @@ class Fields:
     A method with `key` reads that field, or returns the default where it is not given; it raises `PaperError`.
     One whose name ends in `_at` checks a value that was read already, at a place such as ``"values[2]"``.
 
-    Parameters
-    ----------
-    table : dict
-        What `parse_toml` gives; `PaperError` for anything else.
-    file : str
-        Its name, for messages.
-    path : str
-        Where the table stands in the file: ``"task"``, ``"point[3]"``; empty for the file itself.
+    `table` is what `parse_toml` gives (`PaperError` for anything else), `file` its name for messages, `path` where it
+    stands in the file: ``"task"``, ``"point[3]"``; empty for the file itself.
 
-    Examples
-    --------
     >>> fields = Fields({"mass": 1.5, "com": [0, 0, 1]}, "arm.toml", "payload")
     >>> fields.number("mass", above=0.0), fields.row("com", 3)
     (1.5, (0.0, 0.0, 1.0))

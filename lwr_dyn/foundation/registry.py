@@ -35,27 +35,14 @@ class Quantity(Enum):
 class Option:
     """Marks a keyword of a factory that users can set.
 
-        def pid(arm: Arm, dynamics: Dynamics, *, xi: Annotated[float, Option(float, "Damping ratio.")] = 1.0) -> PID:
-
-    Parameters
-    ----------
-    kind : type, Quantity or Registry
-        bool, int, float or str, a `Quantity`, or the registry whose names are allowed.
-    help : str
-        One line, with the unit.
-    flag : str
-        Name on the command line; derived from the keyword if not given.
-    unless : str
-        Keyword of the same factory that leaves this one without effect.
-    keyword, default : object
-        Read from the factory's signature.
+    def pid(arm: Arm, dynamics: Dynamics, *, xi: Annotated[float, Option(float, "Damping ratio.")] = 1.0) -> PID:
     """
 
-    kind: Any
-    help: str
-    flag: str = ""
-    unless: str = ""
-    keyword: str = ""
+    kind: Any  # bool, int, float or str, a `Quantity`, or the registry whose names are allowed
+    help: str  # one line, with the unit
+    flag: str = ""  # name on the command line; derived from the keyword if not given
+    unless: str = ""  # keyword of the same factory that leaves this one without effect
+    keyword: str = ""  # this and the default are read from the factory's signature
     default: Any = REQUIRED
 
     @property
@@ -72,10 +59,8 @@ class Option:
 def options_of(factory: Callable[..., Any]) -> dict[str, Option]:
     """The options of a factory by keyword, with their defaults.
 
-    Raises
-    ------
-    OptionError
-        Something that cannot be called, or an annotation that names something that is not imported at run time.
+    Raises `OptionError` for something that cannot be called, or an annotation that names something that is not imported
+    at run time.
     """
     if not callable(factory):
         raise OptionError("factory", repr(factory), "a function")
@@ -136,14 +121,9 @@ class Registry(Generic[T]):
     def load(self, name: str) -> T:
         """The object that a row names.
 
-        Raises
-        ------
-        UnknownNameError
-            No row of that name, or a row of another package whose attribute does not exist.
-        MissingPackageError
-            Its module, or a package that the module needs, is not installed; names the extra.
-        OptionError
-            A module of another package that cannot be imported.
+        Raises `UnknownNameError` for no row of that name, or a row of another package whose attribute does not exist;
+        `MissingPackageError`, which names the extra, where its module or a package that this needs is not installed;
+        `OptionError` for a module of another package that cannot be imported.
         """
         row, attribute = self[name], self[name].target.partition(":")[2]
         try:
@@ -163,12 +143,8 @@ class Registry(Generic[T]):
     def make(self, name: str, /, *arguments: Any, **options: Any) -> Any:
         """The result of a row's factory, called with these arguments and options.
 
-        Raises
-        ------
-        UnknownNameError, MissingPackageError
-            As `load`.
-        OptionError
-            An option that the factory does not know, that is missing, or that another one leaves without effect.
+        Raises as `load`, and `OptionError` for an option that the factory does not know, that is missing, or that
+        another one leaves without effect.
         """
         factory = cast(Callable[..., Any], self.load(name))
         check_options(f"{self.kind} {name}", factory, len(arguments), options)

@@ -221,21 +221,10 @@ def link_frames(chain: Chain, q: Array) -> Iterator[Array]:
 
 
 def with_payload(chain: Chain, mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Chain:
-    """The chain with a load fixed to its flange.
+    """The chain with a load fixed to its flange: mass [kg], com (3,) [m] and inertia (3, 3) [kg m^2], flange axes.
 
-    Parameters
-    ----------
-    mass : float
-        [kg], not negative.
-    com : (3,) array_like
-        In the flange frame [m].
-    inertia_com : (3, 3) array_like, optional
-        About the load's centre of mass, flange axes [kg m^2]; a point mass if not given.
-
-    Raises
-    ------
-    OptionError
-        Negative or non-finite mass.
+    The inertia is about the load's own centre of mass; a point mass if not given. Raises `OptionError` for a mass that
+    is negative or not finite.
     """
     if not (np.isfinite(mass) and mass >= 0.0):
         raise OptionError("payload mass", mass, "a number >= 0, in kg")

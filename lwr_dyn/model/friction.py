@@ -99,18 +99,10 @@ class JointFriction:
             raise OptionError("friction covered", self.covered, "a speed above 0, or none")
 
     def torque(self, dq: ArrayLike) -> Array:
-        """Friction torque of a moving joint, offset + sign(dq) magnitude(|dq|).
+        """Friction torque of a moving joint, offset + sign(dq) magnitude(|dq|), to be subtracted from the drive torque.
 
-        Parameters
-        ----------
-        dq : (...) array
-            Velocity of this joint [rad/s or m/s]. At exactly 0 friction has any value between the two `breakaway`
-            levels; the offset is returned.
-
-        Returns
-        -------
-        (...) array
-            Friction torque tau_friction, to be subtracted from the drive torque [N m or N].
+        (...) [N m or N] for its velocity dq (...) [rad/s or m/s]. At exactly 0 friction has any value between the two
+        `breakaway` levels; the offset is returned.
         """
         v = np.asarray(dq, dtype=float)
         moving = np.where(v > 0.0, self.positive.magnitude(np.abs(v)), -self.negative.magnitude(np.abs(v)))
@@ -139,10 +131,7 @@ def symmetric(coulomb: float, viscous: float) -> JointFriction:
 def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
     """Friction torques tau_friction(dq) of an arm (..., n) at joint velocities (..., n); 0 where unknown.
 
-    Raises
-    ------
-    ShapeError
-        `dq` does not have one column per joint, or is not finite.
+    Raises `ShapeError` for a `dq` that does not have one column per joint, or is not finite.
     """
     v = joint_array("dq", dq, len(models))
     return np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)
@@ -154,19 +143,9 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
     It cannot hold a joint at rest: under a load F below break-away the joint creeps at about width F/F_c.
 
     tau = offset + level(|dq|) tanh(dq / width) + viscous dq, level and viscous those of the direction of dq. It is
-    continuous, with a kink at 0 where the directions differ; at 0 it is the offset. Ungated, for loops.
-
-    Parameters
-    ----------
-    models : sequence of JointFriction or None
-        One per joint.
-    width : float
-        Speed at which friction reaches 76 % of its level [rad/s or m/s], above 0.
-
-    Raises
-    ------
-    OptionError
-        A width that is not a number above 0.
+    continuous, with a kink at 0 where the directions differ; at 0 it is the offset. Ungated, for loops. `models` has
+    one entry per joint; `width` [rad/s or m/s] is the speed at which friction reaches 76 % of its level. Raises
+    `OptionError` for a width that is not a number above 0.
 
     >>> friction = smooth_friction([symmetric(2.0, 0.5)], width=1e-3)
     >>> friction(np.array([0.0])).item(), friction(np.array([-1.0])).item()

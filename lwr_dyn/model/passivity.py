@@ -20,12 +20,9 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 
 Side = Literal["positive", "negative"]
-
 SIDES: tuple[Side, Side] = ("positive", "negative")
-
 TIGHT = 1e-15
 """Tolerance of the roots, relative and absolute: the precision of floats."""
-
 FADED = 30.0
 """Speed over Stribeck velocity at which the Stribeck part is zero in floats: exp(-30^2)."""
 
@@ -164,16 +161,8 @@ def passive_refit(models: Sequence[JointFriction | None], speed: float | None = 
     the difference over speeds from 0 to `speed` is least. The Stribeck part stays: static friction keeps its distance
     from Coulomb, so a lower Coulomb level lowers break-away too.
 
-    Parameters
-    ----------
-    models : sequence of JointFriction or None
-    speed : float, optional
-        [rad/s or m/s]; the speed `covered` of each joint if not given.
-
-    Raises
-    ------
-    OptionError
-        A speed that is not above 0, or none for a joint without `covered`.
+    `speed` [rad/s or m/s] is that `covered` of each joint if not given. Raises `OptionError` for one that is not above
+    0, or none for a joint without `covered`.
 
     >>> wam_4 = JointFriction(Direction(1.5414, -2.7045), Direction(0.7342, -1.0969), covered=0.4)
     >>> up, down = passive_refit([wam_4]).changes

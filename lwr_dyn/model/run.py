@@ -75,7 +75,6 @@ def repr_html(value: Any) -> str | None:
 
 LARGEST = 2_000_000_000
 """[bytes] The longest run file, and the most that its arrays take in memory."""
-
 PER_TIME = ("t", "energy")
 """Arrays with one number a time; the others have one a joint."""
 
@@ -131,7 +130,6 @@ def _event(row: Any, n: int) -> tuple[float, str, int | None, float | None]:
 
 
 RUN_SCHEMA = 1
-
 _ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
 
 _UNITS = {

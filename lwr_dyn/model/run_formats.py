@@ -11,7 +11,6 @@ from lwr_dyn.model.run import Run
 
 MATLAB_HEAD = b"MATLAB 5.0 MAT-file, written by lwr_dyn"
 """In place of scipy's, which holds the time of writing: a run gives the same bytes again."""
-
 _ARRAYS = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
 
 

@@ -135,7 +135,6 @@ def constant(x: Any) -> Scalar:
 
 
 ZERO = Vector(0.0, 0.0, 0.0)
-
 Z = Vector(0.0, 0.0, 1.0)
 
 SNAP = 1e-15
@@ -144,7 +143,6 @@ a float, and a recursion can drop terms with an exact zero."""
 
 ORTHONORMAL = 1e-6
 """Entries of R^T R - 1 up to here are rounding of typed or printed numbers; the nearest rotation is taken."""
-
 _GIMBAL = 1e-14
 """Below this cosine of the pitch, roll and yaw turn about one axis, and roll is set to 0."""
 
@@ -309,12 +307,8 @@ def principal_moments(tensor: Array) -> Array:
 def pose_array(name: str, value: ArrayLike) -> Array:
     """Poses (..., 4, 4) with rotations made exact; each with last row 0 0 0 1, lengths in metres.
 
-    Raises
-    ------
-    ShapeError
-        Not (..., 4, 4), or not finite.
-    OptionError
-        The last row is not 0 0 0 1, or the rotation is not one (to `ORTHONORMAL`).
+    Raises `ShapeError` for another shape or a number that is not finite, `OptionError` for another last row or a
+    rotation that is none (to `ORTHONORMAL`).
 
     >>> pose_array("T", np.eye(4)).shape
     (4, 4)

@@ -25,12 +25,8 @@ SINGULAR = 1e-12
 class Transmission:
     """A constant motor map T (n, n), motors by rows, joints by columns [1].
 
-    Raises
-    ------
-    ShapeError
-        Not a square matrix of finite numbers.
-    OptionError
-        A singular matrix: a motion of the joints would turn no motor.
+    Raises `ShapeError` for anything but a square matrix of finite numbers, `OptionError` for a singular one: a motion
+    of the joints would turn no motor.
 
     References
     ----------
@@ -68,19 +64,10 @@ class Transmission:
         return joint_array("tau_m", tau_m, self.n) @ self.matrix
 
     def reflected_inertia(self, rotor_inertia: ArrayLike) -> Array:
-        """T^T J_m T, (n, n) [kg m^2]: the rotors' part of the mass matrix.
+        """T^T J_m T, (n, n) [kg m^2]: the rotors' part of the mass matrix, from (n,) inertias about their own axes.
 
-        It couples two joints that share two motors, unless the motors are equal.
-
-        Parameters
-        ----------
-        rotor_inertia : (n,) array_like
-            Rotor inertias about their own axes, one per motor, at least 0 [kg m^2].
-
-        Raises
-        ------
-        ShapeError, OptionError
-            Another number of rotors, a negative inertia.
+        It couples two joints that share two motors, unless the motors are equal. Raises `ShapeError` for another number
+        of rotors, `OptionError` for a negative inertia.
         """
         J = fixed_array("rotor_inertia", rotor_inertia, (self.n,))
         if (J < 0.0).any():
@@ -104,12 +91,8 @@ DAMPING_TIME = 1e-3
 class JointElasticity:
     """The torque of gear i is K_i (theta_i - q_i) + D_i (dtheta_i - dq_i), theta the motor's angle seen at the joint.
 
-    Raises
-    ------
-    OptionError
-        A stiffness that is not above 0, a damping below 0.
-    ShapeError
-        Not one number a joint.
+    Raises `OptionError` for a stiffness that is not above 0 or a damping below 0, `ShapeError` for not one number a
+    joint.
     """
 
     stiffness: Array  # K (n,) [N m/rad]

@@ -10,7 +10,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, cast
 
-from lwr_dyn.checks.arm.verdict import CheckReport
+from lwr_dyn.checks.arm.run_checks import CheckReport
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.model.run import Run

@@ -13,8 +13,7 @@ from typing import Annotated, Any, TypedDict
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, open_readings, readings
 from lwr_dyn.arms.urdf.model_files import model_files
-from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.checks.arm.verdict import CheckReport
+from lwr_dyn.checks.arm.run_checks import CheckReport, check_arm
 from lwr_dyn.checks.conventions.evidence import packaged_evidence
 from lwr_dyn.checks.conventions.printed_table import printed_table
 from lwr_dyn.checks.conventions.ranking import rank_readings

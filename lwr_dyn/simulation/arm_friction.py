@@ -169,12 +169,7 @@ class ArmFriction:
 def chosen_friction(arm: Arm, option: FrictionOption = None) -> ArmFriction:
     """The friction that an option of `simulate` names.
 
-    Raises
-    ------
-    OptionError
-        A form of another name.
-    ShapeError
-        Another number of joints.
+    Raises `OptionError`: a form of another name; `ShapeError`: another number of joints.
     """
     if callable(option):
         return ArmFriction.function("given", arm.n, option)

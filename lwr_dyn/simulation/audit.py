@@ -14,7 +14,7 @@ the recorded friction is compared with what has to hold it. Intervals with an ev
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, TypedDict
+from typing import Annotated, Any, Self, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -299,6 +299,13 @@ class Audit:
     other_road: OtherRoad | None  # None where no other engine can judge the run
     tolerance: float = ENERGY_TOLERANCE  # of the energies [J]
 
+    @classmethod
+    def of(cls, run: Run, **judged: Any) -> Self:
+        """With the energy of a run against the work of its channels; `judged` are the other fields."""
+        change = run.energy - run.energy[0]
+        works = {name: float(each[-1]) for name, each in run.work.items()}
+        return cls(float(np.abs(change - sum(run.work.values())).max()), float(change[-1]), works, **judged)
+
     @property
     def worst_energy(self) -> float:
         """The largest of the gaps of the energy [J]."""
@@ -383,18 +390,11 @@ def audit(run: Run, dynamics: Dynamics | None = None) -> Audit:
     Under hold, rigid-body energy is exact but for the integrator's error, since the actuator's work is known exactly.
     """
     actuator_gap = energy_gap = None
-    change = run.energy - run.energy[0]
     if run.meta.get("elasticity") is None and not run.meta.get("options", {}).get("continuous", False):
         held = np.einsum("ki,ki->k", run.tau_applied[:-1], np.diff(run.q, axis=0))
         actuator_gap = float(np.abs(run.work["actuator"] - np.concatenate([[0.0], np.cumsum(held)])).max())
     if dynamics is not None:
         again = mechanical_energy(dynamics, run.q, run.dq)
-        energy_gap = float(np.abs(again - again[0] - change).max())
-    return Audit(
-        residual=float(np.abs(change - sum(run.work.values())).max()),
-        energy_change=float(change[-1]),
-        channels={name: float(each[-1]) for name, each in run.work.items()},
-        actuator_gap=actuator_gap,
-        energy_gap=energy_gap,
-        other_road=None if run.meta.get("elasticity") else other_road(run),
-    )
+        energy_gap = float(np.abs(again - again[0] - (run.energy - run.energy[0])).max())
+    road = None if run.meta.get("elasticity") else other_road(run)
+    return Audit.of(run, actuator_gap=actuator_gap, energy_gap=energy_gap, other_road=road)

@@ -80,15 +80,9 @@ def stop_contacts(run: Run, arm: Arm) -> StopContacts:
     """
     times = [[e.t for e in run.events if e.kind == "stop" and e.joint == j] for j in range(run.n)]
     first = tuple(t[0] if t else None for t in times)
-    return StopContacts(arm.joint_names, _seconds(run, arm), tuple(map(len, times)), first)
-
-
-def _seconds(run: Run, arm: Arm) -> Array:
-    counted = run.meta.get("at_stop_s")
-    if counted is not None:
-        return fixed_array("at_stop_s", counted, (run.n,))
-    at_limit = (run.q == arm.lower) | (run.q == arm.upper)
-    return np.asarray(np.diff(run.t) @ (at_limit[:-1] & at_limit[1:]))
+    counted, at_limit = run.meta.get("at_stop_s"), (run.q == arm.lower) | (run.q == arm.upper)
+    seconds = np.diff(run.t) @ (at_limit[:-1] & at_limit[1:]) if counted is None else counted
+    return StopContacts(arm.joint_names, fixed_array("at_stop_s", seconds, (run.n,)), tuple(map(len, times)), first)
 
 
 MILLI = 1e3

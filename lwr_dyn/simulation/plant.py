@@ -80,14 +80,9 @@ def plant_of(
 ) -> Plant:
     """The plant of an arm, without friction if none is given.
 
-    Raises
-    ------
-    MissingDataError, UnknownNameError
-        The arm has no inertias; no engine of that name.
-    ShapeError
-        Dynamics of another number of joints.
-    NotPhysicalError
-        An inertia that no body can have, unless `allow_unphysical`.
+    Raises `MissingDataError`, `UnknownNameError` (the arm has no inertias; no engine of that name), `ShapeError`
+    (dynamics of another number of joints), `NotPhysicalError` (an inertia that no body can have, unless
+    `allow_unphysical`).
     """
     bad = unphysical_links(arm.require_dynamics())
     dynamics = dynamics_of(arm, engine) if isinstance(engine, str) else engine

@@ -53,10 +53,7 @@ def check_whole(name: str, value: Any, least: int, most: int | None = None) -> N
 class Loop:
     """What closes a loop around an arm, a controller and a reference; each field as `lwr_dyn.simulate` explains it.
 
-    Raises
-    ------
-    OptionError
-        A field outside what is allowed, or that would do nothing beside the others.
+    Raises `OptionError`: a field outside what is allowed, or that would do nothing beside the others.
     """
 
     rate: float = 1000.0

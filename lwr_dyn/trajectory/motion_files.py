@@ -160,13 +160,9 @@ class Waypoints:
 def read_waypoints(path: str | Path) -> Waypoints:
     """The waypoints of a CSV file.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read.
-    WaypointError
-        Columns that are missing, unknown, twice or of another unit; a cell that is no finite number; fewer than two
-        rows or more than `MOST_WAYPOINTS`; times that do not rise.
+    Raises `FileAccessError` (the file cannot be read), `WaypointError` (columns that are missing, unknown, twice or of
+    another unit; a cell that is no finite number; fewer than two rows or more than `MOST_WAYPOINTS`; times that do not
+    rise).
     """
     rows = read_rows(path, WaypointError, "waypoints", "waypoint", 2, MOST_WAYPOINTS)
     columns = rows.numbers(rows.known(WAYPOINT_COLUMNS))
@@ -212,13 +208,8 @@ class RecordedMotion:
 def read_motion(path: str | Path) -> RecordedMotion:
     """The motion of a CSV file.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read.
-    MotionFileError
-        A column that is missing, twice or of another unit; a cell that is no finite number; times that do not rise; too
-        few rows or too many.
+    Raises `FileAccessError` (the file cannot be read), `MotionFileError` (a column that is missing, twice or of another
+    unit; a cell that is no finite number; times that do not rise; too few rows or too many).
     """
     rows = read_rows(path, MotionFileError, "a motion", "moment", LEAST_MOMENTS, MOST_MOMENTS)
     known = rows.known()

@@ -104,10 +104,7 @@ class MotionProfile:
 def constant_speed(length: float, duration: float) -> MotionProfile:
     """Constant speed, s = length t / duration; the speed jumps from and to zero at the two ends.
 
-    Raises
-    ------
-    OptionError
-        Length or duration not positive.
+    Raises `OptionError`: length or duration not positive.
     """
     length, duration = positive_number("length", length), positive_number("duration", duration)
     coefficients = np.array([[0.0, length / duration, *[0.0] * (DEGREE - 1)]])
@@ -139,10 +136,7 @@ def quintic(length: float, duration: float) -> MotionProfile:
 def stretched(profile: MotionProfile, duration: float) -> MotionProfile:
     """The profile stretched in time by x to `duration` [s]: speed, acceleration and jerk scale with 1/x, 1/x^2, 1/x^3.
 
-    Raises
-    ------
-    OptionError
-        Duration not positive.
+    Raises `OptionError`: duration not positive.
 
     >>> round(stretched(quintic(1.0, 1.0), 3.0).peaks().speed, 12)
     0.625
@@ -157,10 +151,7 @@ def stretched(profile: MotionProfile, duration: float) -> MotionProfile:
 def concatenate(profiles: Sequence[MotionProfile]) -> MotionProfile:
     """Profiles one after the other, each from where the one before it ends; those that end at rest stop there.
 
-    Raises
-    ------
-    OptionError
-        No profile given.
+    Raises `OptionError`: no profile given.
 
     >>> concatenate([quintic(1.0, 2.0), quintic(0.5, 1.0)]).at([2.0, 3.0]).s
     array([1. , 1.5])

@@ -83,12 +83,7 @@ class ArcSegment:
 def line(start: ArrayLike, end: ArrayLike) -> LineSegment:
     """The straight line between two points (3,) [m].
 
-    Raises
-    ------
-    ShapeError
-        Not points.
-    OptionError
-        The points are the same.
+    Raises `ShapeError`: not points; `OptionError`: the points are the same.
 
     >>> line((0, 0, 0), (0, 3, 4)).length
     5.0
@@ -219,10 +214,7 @@ class Path:
 def path_of(segments: Sequence[Segment]) -> Path:
     """Segments joined end to end.
 
-    Raises
-    ------
-    OptionError
-        No segment, or a gap between two of them; says where and how wide.
+    Raises `OptionError`: no segment, or a gap between two of them; says where and how wide.
     """
     if not segments:
         raise OptionError("segments", "none", "at least one segment")

@@ -177,10 +177,7 @@ class TimedPosePath:
 def timed_pose_path(path: Path, orientation: Orientation, profile: MotionProfile) -> TimedPosePath:
     """A path with its orientation and its profile, of the same length.
 
-    Raises
-    ------
-    OptionError
-        The profile has another length than the path.
+    Raises `OptionError`: the profile has another length than the path.
     """
     if abs(profile.length - path.length) > LENGTHS * path.length:
         raise OptionError("profile", f"a length of {profile.length:.9g}", f"the path's length, {path.length:.9g} m")

@@ -57,6 +57,10 @@ FIRST_LEVEL = {
 }  # fmt: skip
 
 
+def test_every_folder_of_modules_is_a_package():
+    assert sorted({p.parent for p in modules() if not (p.parent / "__init__.py").is_file()}) == []
+
+
 def test_the_first_level_is_that_of_the_architecture():
     assert {path.parent.name for path in PACKAGE.glob("*/__init__.py")} == FIRST_LEVEL
 

@@ -8,7 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.design.path_pieces import CurveReference, path_of_reference
 from lwr_dyn.design.time_optimal import least_time
-from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, ShapeError
+from lwr_dyn.foundation import errors
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
@@ -190,13 +190,13 @@ def test_friction_of_the_arm_is_part_of_the_torque():
 
 
 BAD = [
-    (dict(effort_share=0.0), OptionError, "effort_share: 0.0; allowed: a share above 0, at most 1"),
-    (dict(speed_share=1.2), OptionError, "speed_share"),
-    (dict(acceleration=-1.0), OptionError, "acceleration: -1.0; allowed: a number above 0"),
-    (dict(acceleration=[1.0, 2.0]), ShapeError, "acceleration: shape (2,)"),
-    (dict(intervals=3), OptionError, "intervals: 3"),
-    (dict(rate=-1.0), OptionError, "rate"),
-    (dict(effort_share=0.05), OptionError, "joint_2 needs"),
+    (dict(effort_share=0.0), errors.OptionError, "effort_share: 0.0; allowed: a share above 0, at most 1"),
+    (dict(speed_share=1.2), errors.OptionError, "speed_share"),
+    (dict(acceleration=-1.0), errors.OptionError, "acceleration: -1.0; allowed: a number above 0"),
+    (dict(acceleration=[1.0, 2.0]), errors.ShapeError, "acceleration: shape (2,)"),
+    (dict(intervals=3), errors.OptionError, "intervals: 3"),
+    (dict(rate=-1.0), errors.OptionError, "rate"),
+    (dict(effort_share=0.05), errors.OptionError, "joint_2 needs"),
 ]
 
 
@@ -209,18 +209,52 @@ def test_bad_options_are_one_line(ist, options, error, words):
 
 
 def test_what_has_no_path_or_no_limits_is_refused(ist):
-    with pytest.raises(OptionError, match="only stands still"):
+    with pytest.raises(errors.OptionError, match="only stands still"):
         least_time(ARM, lwr_dyn.reference("hold", ARM, q=START))
-    with pytest.raises(OptionError, match="not known apart from its timing"):
+    with pytest.raises(errors.OptionError, match="not known apart from its timing"):
         path_of_reference(type("Other", (), {"duration": 1.0, "sample": None})())
     urdf_like = lwr_dyn.load("kr30ha")
     if not np.isfinite(urdf_like.effort).all():
         slow = lwr_dyn.reference("point-to-point", urdf_like, start=[0.0] * 6, end=[0.1] * 6)
-        with pytest.raises(MissingDataError, match="limit of torque"):
+        with pytest.raises(errors.MissingDataError, match="limit of torque"):
             least_time(urdf_like, slow)
 
 
 def test_without_toppra_the_extra_is_named(ist, monkeypatch):
     monkeypatch.setitem(sys.modules, "toppra.algorithm", None)
-    with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[design\]'"):
+    with pytest.raises(errors.MissingPackageError, match=r"pip install 'lwr_dyn\[design\]'"):
         least_time(ARM, ist)
+
+
+MOVE = {"start": [0.0] * 7, "end": [0.5] * 7}
+
+
+def test_it_follows_the_path_of_another_task():
+    quick = lwr_dyn.reference("least-time", ARM, along="point-to-point", acceleration=2.0, **MOVE)
+    assert quick.duration == pytest.approx(1.0, abs=2e-3)
+    assert quick.sample(np.array([quick.duration])).q[0] == pytest.approx(MOVE["end"])
+
+
+@pytest.mark.slow
+def test_its_name_says_whose_path_it_is():
+    line = {"start": [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0], "to_xyz": [-0.3, 0.2, 0.5]}
+    quick = lwr_dyn.reference("least-time", ARM, along="line", **line)
+    assert quick.about["task"] == "line in the least time"
+    assert quick.about["timing"]["effort_share"] == 0.9
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"along": "least-time"}, errors.OptionError, "along: 'least-time'; allowed: another task"),
+        ({"along": "lists"}, errors.UnknownNameError, "no reference named 'lists'"),
+        ({"along": "hold", "start": [0.0] * 7}, errors.LwrDynError, "start"),
+        ({"along": "line", "shift": [0.0] * 3}, errors.OptionError, "shift: no option of reference line"),
+        ({"along": "line"}, errors.OptionError, "start: not given"),
+    ],
+)
+def test_task_bad_options_are_one_line(options, error, words):
+    with pytest.raises(error) as caught:
+        lwr_dyn.reference("least-time", ARM, **options)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -1,13 +1,15 @@
-"""Pinocchio's flange pose and Jacobian are those of the native chain, call after call."""
+"""Pinocchio's flange pose and Jacobian are those of the native chain; it reads files, with rotors from an .srdf."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
+from lwr_dyn.dynamics.pinocchio_engine import file_model, flange_and_jacobian, flange_poses, pinocchio_model
 from lwr_dyn.kinematics.forward import jacobian
 from tests.random_arms import random_arm
-from tests.tolerances import METRES
+from tests.tolerances import EXACT, METRES
 
 INSTALLED = lwr_dyn.load(
     "lwr4plus", mount="wall", tool={"xyz": [0.05, 0.02, 0.15], "rpy": [0.1, 0.4, 0.2], "mass": 0.5}
@@ -25,3 +27,30 @@ def test_flange_and_jacobian_are_those_of_the_chain(arm):
         pose, J = pose_and_jacobian(q)
         assert np.abs(pose - lwr_dyn.forward_kinematics(arm, q)).max() < METRES
         assert np.abs(J - jacobian(arm.chain, q)).max() < METRES
+
+
+MODELS = Path(__file__).resolve().parents[2] / "models" / "lwr4plus"
+
+
+def test_a_file_has_rotors_only_with_its_srdf():
+    arm = lwr_dyn.load("lwr4plus")
+    bare = file_model(MODELS / "lwr4plus.urdf")
+    full = file_model(MODELS / "lwr4plus.urdf", MODELS / "lwr4plus.srdf")
+    assert not np.array(bare.armature).any()
+    assert np.array(full.armature) == pytest.approx(arm.armature, rel=EXACT)
+
+
+def test_a_link_is_found_by_name_and_the_last_one_without():
+    arm = lwr_dyn.load("lwr4plus")
+    model, q = pinocchio_model(arm), np.linspace(-1.0, 1.0, 7)[None]
+    T = lwr_dyn.forward_kinematics(arm, q)
+    assert np.abs(flange_poses(model, q) - T).max() <= METRES
+    assert np.abs(flange_poses(model, q, "flange") - T).max() <= METRES
+    assert np.abs(flange_poses(model, q, "link_3") - T).max() > 0.1
+
+
+def test_a_file_that_is_no_urdf_is_refused_in_pinocchio_s_words(tmp_path):
+    path = tmp_path / "x.urdf"
+    path.write_text("<robot/>", encoding="utf-8")
+    with pytest.raises(ValueError, match="does not contain a valid URDF"):
+        file_model(path)

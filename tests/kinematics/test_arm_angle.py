@@ -1,3 +1,5 @@
+"""Corridors of arm angles: intervals that overlap from pose to pose, unwrapped, or where they end."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -12,14 +14,17 @@ from lwr_dyn.kinematics.arm_angle import (
     RESOLUTION,
     SLACK,
     Corridor,
+    CorridorBreak,
     _least_bending,
     _smooth,
     best_arm_angle,
+    connected_arm_angles,
+    overlap,
 )
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form, elbow_angle
-from lwr_dyn.kinematics.srs_margins import margin_problem, margins
+from lwr_dyn.kinematics.srs_margins import AngleIntervals, margin_problem, margins
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.spatial import rot_z
 from tests.kinematics.srs_arms import random_srs_arm
@@ -232,3 +237,29 @@ def test_the_smooth_curve_of_an_even_corridor_is_its_middle():
         assert np.ptp(values) < 1e-6
         assert np.abs(values - middle).max() < 0.2
         assert at[[0, -1]].tolist() == [0.0, 2.0]
+
+
+def test_corridors_across_the_seam_are_unwrapped():
+    intervals = AngleIntervals(np.array([[3.0], [-3.2], [-3.1]]), np.array([[3.3], [-2.8], [-2.5]]))
+    result = connected_arm_angles(intervals)
+    assert isinstance(result, Corridor)
+    assert result.low == pytest.approx([3.0, 2 * np.pi - 3.2, 2 * np.pi - 3.1])
+
+
+def test_a_chain_that_ends_is_found():
+    nan = np.nan
+    intervals = AngleIntervals(
+        np.array([[0.0, 2.0], [0.1, nan], [2.0, nan]]), np.array([[1.0, 3.0], [0.9, nan], [3.0, nan]])
+    )
+    assert connected_arm_angles(intervals) == CorridorBreak(2)
+    assert connected_arm_angles(AngleIntervals(np.array([[nan]]), np.array([[nan]]))) == CorridorBreak(0)
+    assert overlap((0.0, 1.0), (2.0, 3.0))[0] == pytest.approx(-1.0)
+    assert overlap((-np.pi, np.pi), (3.0, 3.5))[0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("middle", [-3.0, -0.2, 0.2, 3.0])
+def test_beside_a_whole_circle_an_interval_stays_where_it_is(middle):
+    whole, narrow = (-np.pi, np.pi), (middle - 0.1, middle + 0.1)
+    for a, b in ((whole, narrow), (narrow, whole)):
+        width, turn = overlap(a, b)
+        assert (width, turn) == (pytest.approx(0.2), 0.0)

@@ -1,10 +1,17 @@
 """Solutions of a pose: each once, in order; the nearest one."""
 
+from dataclasses import replace
+from itertools import product
+
 import numpy as np
+import pytest
+from click.testing import CliRunner
 
 import lwr_dyn
+from lwr_dyn.cli.ik import command
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.solution import joint_distance, nearest_solution
+from lwr_dyn.kinematics.solution import MOST_COPIES, TURN, joint_distance, nearest_solution, whole_turns
+from lwr_dyn.model.arm import JointLimits
 
 LWR = lwr_dyn.load("lwr4plus")
 RESIDUAL = 1e-12
@@ -28,3 +35,79 @@ def test_the_nearest_solution_has_the_smallest_joint_distance():
     best = nearest_solution(result.solutions, q)
     assert joint_distance(best, q) < 1e-8
     assert joint_distance(best, q) == min(joint_distance(s, q) for s in result.solutions)
+
+
+def with_ranges(arm, **degrees):
+    """The arm with other limits of some joints, j1=(-400, 400) [deg]."""
+    limits = list(arm.limits)
+    for name, (low, up) in degrees.items():
+        i = int(name[1:]) - 1
+        limits[i] = replace(limits[i], lower=np.radians(low), upper=np.radians(up))
+    return replace(arm, limits=tuple(limits))
+
+
+@pytest.fixture(scope="module")
+def lwr():
+    return lwr_dyn.load("lwr4plus")
+
+
+def test_every_copy_of_an_srs_arm_inside_wide_limits_is_listed_once(lwr):
+    arm = with_ranges(lwr, j1=(-200, 380), j5=(-200, 200), j7=(-350, 350))
+    narrow = lwr_dyn.inverse_kinematics(lwr, T := lwr_dyn.forward_kinematics(lwr, [0.1, 0.5, 0.2, -1.0, 0.3, 0.4, 0.2]))
+    result = lwr_dyn.inverse_kinematics(arm, T, arm_angle=narrow.solutions[0].arm_angle)
+    assert (result.status, result.complete, result.turns_left_out) == ("solved", True, 0)
+    found = {tuple(s.q.round(9)) for s in result.solutions}
+    assert len(found) == len(result.solutions)
+    wanted = set()
+    for solution in result.solutions:
+        for turns in product((-2, -1, 0, 1, 2), repeat=3):
+            q = solution.q.copy()
+            q[[0, 4, 6]] += TURN * np.array(turns)
+            if ((q >= arm.lower) & (q <= arm.upper)).all():
+                wanted.add(tuple(q.round(9)))
+    assert len(wanted) > len({s.branch for s in result.solutions})
+    assert found == wanted
+    assert max(s.residual for s in result.solutions) < RESIDUAL
+    assert [s.margin for s in result.solutions] == sorted((s.margin for s in result.solutions), reverse=True)
+
+
+@pytest.mark.parametrize(("robot", "at"), [("lwr4plus", [0.1, 0.5, 0.2, -1.0, 0.3, 0.4, 0.2]), ("kr30ha", [0.1] * 6)])
+def test_too_many_copies_are_counted_and_not_called_complete(robot, at):
+    arm = lwr_dyn.load(robot)
+    wide = with_ranges(arm, j1=(-1e9, 1e9), j4=(-1e300, 1e300))
+    result = lwr_dyn.inverse_kinematics(wide, lwr_dyn.forward_kinematics(arm, at))
+    assert result.status == "solved"
+    assert not result.complete
+    assert result.turns_left_out > 1e300
+    assert 1 <= len(result.solutions) <= 8
+    assert lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, at)).complete
+
+
+def test_a_joint_on_its_limit_is_kept_and_one_without_limits_is_not_turned():
+    kr30 = lwr_dyn.load("kr30ha")
+    free = replace(kr30, limits=(replace(kr30.limits[0], lower=None), *kr30.limits[1:]))
+    assert len(whole_turns(free, np.array([3.0, 0, 0, 0.3, 0, 0.3])).q) == 4
+    edge = np.array([kr30.upper[0], 0, 0, kr30.upper[3], 0, 0])
+    assert any(np.array_equal(edge, q) for q in whole_turns(kr30, edge).q)
+
+
+def test_the_bound_and_one_beyond_it(lwr):
+    q = np.zeros(7)
+    eight = (-4 * 360 + 1, 4 * 360 - 1)  # 7 copies of 0
+    limits = {"j1": eight, "j2": eight, "j3": eight}
+    assert 7**2 < MOST_COPIES < 7**3
+    assert len(whole_turns(with_ranges(lwr, j1=eight, j2=eight), q).q) == 7**2
+    many = whole_turns(with_ranges(lwr, **limits), q)
+    assert (len(many.q), many.left_out) == (1, 7**3 - 1)
+    outside = replace(lwr, limits=(JointLimits(lower=1.0, upper=2.0), *lwr.limits[1:]))
+    assert whole_turns(outside, q).q.tolist() == [q.tolist()]
+
+
+def test_the_command_says_how_many_are_left_out(tmp_path):
+    urdf = tmp_path / "own.urdf"
+    text = lwr_dyn.urdf_text(with_ranges(lwr_dyn.load("lwr4plus"), j1=(-1e6, 1e6)))
+    urdf.write_text(text, encoding="utf-8")
+    done = CliRunner().invoke(command, [str(urdf), "--xyz", "-0.05,-0.45,0.55", "--rpy-deg", "-90,0,0"])
+    assert done.exit_code == 0, done.stderr
+    assert "all branches, each at one arm angle; " in done.stdout
+    assert "copies whole turns apart, inside the limits too, are not listed" in done.stdout

@@ -1,12 +1,17 @@
+"""Tests."""
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError, OutOfReachError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
+from lwr_dyn.kinematics.forward import jacobian, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
-from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form
+from lwr_dyn.kinematics.srs import _ball_angles, arm_triangle, closed_form, follow
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.spatial import rot_y, rot_z
 from tests.kinematics.srs_arms import each_branch, fk, random_srs_arm
@@ -107,3 +112,126 @@ def test_another_reference_turns_the_zero_only():
     a = closed_form(other, RANGES, T, np.array([0.5]), BRANCHES[3])
     b = closed_form(G, RANGES, T, np.array([0.5 + psi]), BRANCHES[3])
     assert a == pytest.approx(b)
+
+
+STEP = 2e-3
+DIFFERENCES = 1e-8
+"""Sixth-order central differences at 2 ms of a motion of about 1 rad/s: rounding / step and step^6 balance here."""
+TASK = 1e-9
+"""Velocity and acceleration met by dq and ddq, [m/s, rad/s]; the extended Jacobian's condition times rounding."""
+WEIGHTS = {1: 45.0, 2: -9.0, 3: 1.0}
+
+
+def velocity_product(chain, q, dq):
+    """dJ/dt dq of the flange."""
+    axes = joint_axes(chain, q)
+    return velocity_product_at(axes, axes.flange[..., :3, 3], dq)
+
+
+def around(T0):
+    """A smooth motion around a pose: T, velocity, acceleration, psi, dpsi, ddpsi at times t, all in closed form."""
+
+    def at(t):
+        x, dx, ddx = 0.1 * np.sin(t), 0.1 * np.cos(t), -0.1 * np.sin(t)
+        shape = np.array([1.0, -0.5, 0.7])
+        turn, dturn, ddturn = 0.4 * np.sin(0.8 * t), 0.32 * np.cos(0.8 * t), -0.256 * np.sin(0.8 * t)
+        axis = np.array([2.0, -1.0, 2.0]) / 3.0
+        T = np.tile(T0, (len(t), 1, 1))
+        T[:, :3, 3] += x[:, None] * shape
+        T[:, :3, :3] = Rotation.from_rotvec(turn[:, None] * axis).as_matrix() @ T0[:3, :3]
+        velocity = np.hstack([dx[:, None] * shape, dturn[:, None] * axis])
+        acceleration = np.hstack([ddx[:, None] * shape, ddturn[:, None] * axis])
+        return T, velocity, acceleration, 0.5 * np.sin(t) + 0.3, 0.5 * np.cos(t), -0.5 * np.sin(t)
+
+    return at
+
+
+def difference(f, t):
+    """Of angles within half a turn: a step over the seam is a small step."""
+    steps = {i: f(t + i * STEP) - f(t - i * STEP) for i in WEIGHTS}
+    return sum(w * (np.mod(steps[i] + np.pi, 2 * np.pi) - np.pi) for i, w in WEIGHTS.items()) / (60.0 * STEP)
+
+
+def lwr_motion():
+    return around(lwr_dyn.forward_kinematics(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1]))
+
+
+@pytest.mark.parametrize("branch", BRANCHES, ids=lambda b: b.label)
+def test_rates_are_those_of_the_closed_form(branch):
+    motion, t = lwr_motion(), np.linspace(0, 3, 60)
+    _, dq, ddq = follow(LWR, branch, *motion(t))
+    assert np.abs(difference(lambda x: follow(LWR, branch, *motion(x))[0], t) - dq).max() < DIFFERENCES
+    assert np.abs(difference(lambda x: follow(LWR, branch, *motion(x))[1], t) - ddq).max() < DIFFERENCES * 10
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_any_arm_and_any_reference(seed):
+    arm, rng = random_srs_arm(seed, (6.0, 7.0)), np.random.default_rng(seed)
+    q = rng.uniform(-1.5, 1.5, 7)
+    q[3] = srs_geometry(arm.chain).straight + 1.6
+    motion, t = around(lwr_dyn.forward_kinematics(arm, q)), np.linspace(0, 0.3, 5)
+    reference, branch = rng.normal(size=3), BRANCHES[seed]
+    q, dq, ddq = follow(arm, branch, *motion(t), reference=reference)
+    T, velocity, acceleration = motion(t)[:3]
+    *_, pose = link_frames(arm.chain, q)
+    assert np.abs(pose - T).max() < 1e-12
+    assert np.abs(np.einsum("kij,kj->ki", jacobian(arm.chain, q), dq) - velocity).max() < TASK
+    met = np.einsum("kij,kj->ki", jacobian(arm.chain, q), ddq) + velocity_product(arm.chain, q, dq)
+    assert np.abs(met - acceleration).max() < TASK * (1 + np.abs(ddq).max())
+    scale = 1 + np.abs(ddq).max()
+    rate = difference(lambda x: follow(arm, branch, *motion(x), reference=reference)[0], t)
+    assert np.abs(rate - dq).max() < 1e-6 * scale
+    change = difference(lambda x: follow(arm, branch, *motion(x), reference=reference)[1], t)
+    assert np.abs(change - ddq).max() < 1e-4 * scale**2
+
+
+def test_turning_the_elbow_alone_leaves_the_flange_where_it_is():
+    T = lwr_dyn.forward_kinematics(LWR, [0.3, 0.7, 0.2, -1.3, 0.4, 0.9, 0.1])[None]
+    one, none = np.ones(1), np.zeros((1, 6))
+    q, dq, ddq = follow(LWR, BRANCHES[2], T, none, none, 0.4 * one, one, 0 * one)
+    assert np.abs(jacobian(LWR.chain, q[0]) @ dq[0]).max() < 1e-13
+    assert abs(dq[0, 3]) < 1e-13
+    assert np.abs(jacobian(LWR.chain, q[0]) @ ddq[0] + velocity_product(LWR.chain, q[0], dq[0])).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("q", "why"),
+    [
+        ([0.3, 0.7, 0.2, 0.0, 0.4, 0.9, 0.1], "stretched"),
+        ([0.3, 0.7, 0.2, -1.3, 0.4, 0.0, 0.1], "wrist are aligned"),
+        ([0.3, 0.0, 0.2, -1.3, 0.4, 0.9, 0.1], "shoulder are aligned"),
+    ],
+)
+def test_singular_arms_stand_still_or_are_refused(q, why):
+    T = np.tile(lwr_dyn.forward_kinematics(LWR, q), (3, 1, 1))
+    none, flat = np.zeros((3, 6)), np.zeros(3)
+    elbow = list(link_frames(LWR.chain, np.array(q)))[2][:3, 3]
+    w = T[0, :3, 3] - 0.078 * T[0, :3, 2]
+    u = w / np.linalg.norm(w)
+    up = np.array([0, 0, 1.0]) - u[2] * u
+    psi = np.full(3, np.arctan2(elbow @ np.cross(u, up), elbow @ up))
+    assert (follow(LWR, BRANCHES[2], T, none, none, psi, flat, flat)[1] == 0).all()
+    moving = none.copy()
+    moving[1, 0] = 0.1
+    with pytest.raises(SingularArmError, match=why) as caught:
+        follow(LWR, BRANCHES[2], T, moving, none, psi, flat, flat)
+    assert caught.value.index == 1
+
+
+def test_bad_input_is_named():
+    T, v, a, psi, dpsi, ddpsi = lwr_motion()(np.linspace(0, 1, 4))
+    with pytest.raises(ShapeError, match="velocity"):
+        follow(LWR, BRANCHES[0], T, v[:3], a, psi, dpsi, ddpsi)
+    with pytest.raises(ShapeError, match="psi"):
+        follow(LWR, BRANCHES[0], T, v, a, psi[:, None], dpsi, ddpsi)
+    with pytest.raises(OptionError, match="seven-joint"):
+        follow(_six_joints(), BRANCHES[0], T, v, a, psi, dpsi, ddpsi)
+    T[2, :3, 3] *= 9
+    with pytest.raises(OutOfReachError, match="row = 2"):
+        follow(LWR, BRANCHES[0], T, v, a, psi, dpsi, ddpsi)
+
+
+def _six_joints():
+    from tests.random_arms import random_arm
+
+    return random_arm(2, "RRRRRR")

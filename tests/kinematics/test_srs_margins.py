@@ -1,3 +1,5 @@
+"""The best arm angle of a pose: better than every other on the circle, and inside the limits where one is."""
+
 from dataclasses import replace
 
 import numpy as np
@@ -6,12 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.kinematics.solution import BRANCHES, wrap
+from lwr_dyn.kinematics.arm_geometry import srs_geometry
+from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
-from lwr_dyn.kinematics.srs_margins import intervals_at_level, margins
+from lwr_dyn.kinematics.srs_margins import CERTAIN, best_angles, intervals_at_level, margin_problem, margins
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import link_frames
-from tests.kinematics.srs_arms import problem_of, random_srs_arm
+from tests.kinematics.srs_arms import each_branch, fk, problem_of, random_srs_arm
 
 ROUNDING = 1e-9
 """[rad] Margins by two routes; near an alignment a roll is worth fewer digits than 1e-15."""
@@ -120,3 +123,31 @@ def test_a_margin_one_picoradian_below_a_level_keeps_it():
     below = np.linspace(0.0, 3e-12, 13)
     kept = [not intervals_at_level(problem, problem.elbow_margin + x).empty.any() for x in below]
     assert kept == [bool(x < 1.1e-12) for x in below]
+
+
+RESIDUAL = 1e-12
+"""Largest entry of FK(q) - T."""
+
+
+@given(st.integers(0, 10**6))
+def test_best_arm_angle_is_the_best_of_all(seed):
+    arm, rng = random_srs_arm(seed, (0.3, 2.0)), np.random.default_rng(seed)
+    problem, *_ = problem_of(arm, rng.uniform(-3, 3, (3, 7)))
+    best = best_angles(problem)
+    psi = np.linspace(-np.pi, np.pi, 721)
+    smallest = margins(problem, np.broadcast_to(psi, (24, 721))).min(axis=2).max(axis=1)
+    assert (best.margin >= smallest - CERTAIN).all()
+    assert intervals_at_level(problem, best.margin + 10 * CERTAIN).empty.all()
+    assert not intervals_at_level(problem, best.margin - 10 * CERTAIN).empty.any()
+
+
+@pytest.mark.slow
+def test_1000_random_poses_inside_the_limits_are_all_solved():
+    q = np.random.default_rng(7).uniform(LWR.lower, LWR.upper, (1000, 7))
+    T, signs = each_branch(fk(LWR, q))
+    geometry, ranges = srs_geometry(LWR.chain), joint_ranges(LWR)
+    best = best_angles(margin_problem(geometry, ranges, T, signs))
+    result = closed_form(geometry, ranges, T, best.psi, signs)
+    assert np.abs(fk(LWR, result) - T).max() <= RESIDUAL
+    inside = ((result >= LWR.lower) & (result <= LWR.upper)).all(axis=1).reshape(1000, 8)
+    assert inside.any(axis=1).all()

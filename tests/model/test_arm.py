@@ -31,7 +31,9 @@ def test_unknown_limits_are_infinite_and_never_zero():
 def test_friction_per_direction_comes_before_the_pair_of_the_limits():
     limits = tuple(replace(x, viscous=0.5) for x in WAM.limits)
     assert replace(WAM, limits=limits).friction_models() == WAM.friction
-    assert replace(WAM, limits=limits, friction=()).friction_models() == (symmetric(0.0, 0.5),) * 7
+    limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
+    plain = replace(WAM, limits=limits, friction=())
+    assert plain.friction_models() == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
 
 
 def test_a_payload_changes_one_body_and_drops_its_sources_only():

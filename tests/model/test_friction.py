@@ -5,16 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.friction import (
     FRICTIONLESS,
     Direction,
     JointFriction,
     friction_torque,
     smooth_friction,
-    symmetric,
 )
 
 ONE_SIDED = JointFriction(Direction(4.0, 0.5, 6.0, 0.1), Direction(3.0, -0.2), offset=0.25)
@@ -89,17 +86,6 @@ def test_velocities_of_the_wrong_shape_are_refused(dq):
 def test_numbers_that_mean_nothing_are_refused(make, says):
     with pytest.raises(OptionError, match=says):
         make()
-
-
-def test_an_arm_gives_its_directed_friction_else_the_pair_of_its_limits_else_nothing():
-    from dataclasses import replace
-
-    wam = lwr_dyn.load("wam7")
-    assert wam.friction_models() == wam.friction
-    assert lwr_dyn.load("lwr4plus").friction_models() == (None,) * 7
-    limits = (JointLimits(viscous=0.5), JointLimits(coulomb=2.0), *[JointLimits()] * 5)
-    plain = replace(wam, friction=(), limits=limits)
-    assert plain.friction_models() == (symmetric(0.0, 0.5), symmetric(2.0, 0.0), *[None] * 5)
 
 
 def test_away_from_rest_the_smooth_form_is_the_law_itself():

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.checks.arm.model_laws import Verdict
 from lwr_dyn.checks.arm.run_checks import check_arm
-from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.foundation.document import Note
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.friction.identify_friction import identify_friction

@@ -6,22 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
+from lwr_dyn.model.friction import Direction, JointFriction
+from lwr_dyn.simulation import contact
+from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.contact import contact_mode, impact, resolve_stick_slip
+from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.plant import plant_of
 from lwr_dyn.simulation.simulate import no_torque, simulate
 from tests.random_arms import random_arm
-from tests.simulation.sample_runs import (
-    MIDDLE,
-    Sinusoids,
-    Still,
-    controllers,
-    joint_waves,
-    lwr,
-    lwr_dynamics,
-    one_joint,
-    with_limits,
-)
+from tests.simulation import sample_runs
 
 BEYOND = 1e-9
 """[rad] A joint may be past its limit by no more; the loop puts it exactly there."""
@@ -34,7 +28,7 @@ def at_stops(seed):
     q = rng.uniform(-1, 1, 5)
     side = rng.integers(-1, 2, 5)
     side[:2] = rng.choice([-1, 1], 2)
-    limited = with_limits(arm, lower=-9.0, upper=9.0)
+    limited = sample_runs.with_limits(arm, lower=-9.0, upper=9.0)
     plant = plant_of(limited, lwr_dyn.dynamics_of(limited))
     object.__setattr__(plant, "upper", np.where(side > 0, q, 9.0))
     object.__setattr__(plant, "lower", np.where(side < 0, q, -9.0))
@@ -58,10 +52,10 @@ def test_impact_is_inelastic_and_its_work_is_the_lost_energy(seed):
 
 
 def test_impact_of_one_joint_is_the_formula():
-    plant = plant_of(lwr(), lwr_dynamics())
-    q, dq = MIDDLE.copy(), np.linspace(-0.5, 1.0, 7)
+    plant = plant_of(sample_runs.lwr(), sample_runs.lwr_dynamics())
+    q, dq = sample_runs.MIDDLE.copy(), np.linspace(-0.5, 1.0, 7)
     q[3], dq[3] = plant.lower[3], -0.7
-    B_inv, J = np.linalg.inv(lwr_dynamics().mass_matrix(q)), np.eye(7)[3:4]
+    B_inv, J = np.linalg.inv(sample_runs.lwr_dynamics().mass_matrix(q)), np.eye(7)[3:4]
     effective = np.linalg.inv(J @ B_inv @ J.T)
     hit = impact(plant, q, dq)
     np.testing.assert_allclose(hit.dq, dq - B_inv @ J.T @ effective @ J @ dq, rtol=0, atol=1e-12)
@@ -90,13 +84,13 @@ def push_with(torque):
 @pytest.mark.parametrize("method", ["rk4", "dop853"])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_slider_meets_its_stop_rests_and_leaves_on_time(method, side):
-    arm = one_joint(mass=2.0, lower=-0.3, upper=0.3)
+    arm = sample_runs.one_joint(mass=2.0, lower=-0.3, upper=0.3)
     switch = 0.7504  # the sample at 0.751 is the first after it
 
     def force(t):
         return side * (4.0 if t < switch else -2.0)
 
-    run = simulate(arm, push_with(force), Still(np.zeros(1), 1.0), method=method)
+    run = simulate(arm, push_with(force), sample_runs.Still(np.zeros(1), 1.0), method=method)
     stop, release = run.events
     assert stop.kind == "stop"
     assert stop.t == pytest.approx(np.sqrt(2 * 0.3 / 2.0), abs=1e-12)
@@ -111,8 +105,8 @@ def test_a_slider_meets_its_stop_rests_and_leaves_on_time(method, side):
 
 
 def test_a_release_between_samples_is_found_when_the_controller_is_continuous():
-    arm = one_joint(mass=2.0, lower=-1.0, upper=0.0)
-    run = simulate(arm, push_with(lambda t: 1.0 - t / 0.4567), Still(np.zeros(1), 1.0), continuous=True)
+    arm = sample_runs.one_joint(mass=2.0, lower=-1.0, upper=0.0)
+    run = simulate(arm, push_with(lambda t: 1.0 - t / 0.4567), sample_runs.Still(np.zeros(1), 1.0), continuous=True)
     (release,) = run.events
     assert release.t == pytest.approx(0.4567, abs=1e-9)
     expected = -((1.0 - 0.4567) ** 3) / (6 * 2.0 * 0.4567)
@@ -121,10 +115,10 @@ def test_a_release_between_samples_is_found_when_the_controller_is_continuous():
 
 
 def test_no_joint_of_the_lwr_is_ever_beyond_its_limit():
-    arm = with_limits(lwr(), lower=-1.7, upper=1.4)
-    wave = joint_waves(1.0)
-    wide = Sinusoids(MIDDLE, 3 * wave.amplitude, 8 * wave.w, 1.0)
-    run = simulate(lwr(), controllers()["pd-gravity"], wide, plant=arm)
+    arm = sample_runs.with_limits(sample_runs.lwr(), lower=-1.7, upper=1.4)
+    wave = sample_runs.joint_waves(1.0)
+    wide = sample_runs.Sinusoids(sample_runs.MIDDLE, 3 * wave.amplitude, 8 * wave.w, 1.0)
+    run = simulate(sample_runs.lwr(), sample_runs.controllers()["pd-gravity"], wide, plant=arm)
     stops = [event for event in run.events if event.kind == "stop"]
     assert len(stops) >= 5
     assert len({event.joint for event in stops}) >= 2
@@ -135,22 +129,22 @@ def test_no_joint_of_the_lwr_is_ever_beyond_its_limit():
 def test_two_joints_at_once():
     """Both sliders of one axis reach their stops in the same instant, and rest."""
     arm = random_arm(3, "PP")
-    plant_arm = with_limits(arm, lower=-0.05, upper=0.05)
+    plant_arm = sample_runs.with_limits(arm, lower=-0.05, upper=0.05)
     dynamics = lwr_dyn.dynamics_of(arm)
     speed = np.array([0.5, 0.5])
 
     def keep_speed(t, q, dq, q_ref, dq_ref, ddq_ref):
         return dynamics.inverse_dynamics(q, dq, np.zeros(2)) + (5.0 * np.linalg.solve(np.eye(2), speed))
 
-    run = simulate(plant_arm, keep_speed, Still(np.zeros(2), 0.3), dq0=speed, position_limits=True)
+    run = simulate(plant_arm, keep_speed, sample_runs.Still(np.zeros(2), 0.3), dq0=speed, position_limits=True)
     assert {event.joint for event in run.events if event.kind == "stop"} == {0, 1}
     assert (run.q <= 0.05).all()
     assert audit(run).worst_energy <= 1e-9
 
 
 def test_a_start_at_a_limit_with_outward_speed_is_an_impact_at_once():
-    arm = one_joint(mass=2.0, lower=-1.0, upper=0.0)
-    run = simulate(arm, no_torque, Still(np.zeros(1), 0.01), dq0=[3.0])
+    arm = sample_runs.one_joint(mass=2.0, lower=-1.0, upper=0.0)
+    run = simulate(arm, no_torque, sample_runs.Still(np.zeros(1), 0.01), dq0=[3.0])
     assert [(event.kind, event.t) for event in run.events] == [("stop", 0.0)]
     assert run.events[0].value == pytest.approx(9.0, rel=1e-15)
     assert (run.q == 0.0).all()
@@ -158,8 +152,8 @@ def test_a_start_at_a_limit_with_outward_speed_is_an_impact_at_once():
 
 
 def test_without_limits_it_goes_on():
-    arm = one_joint(mass=2.0, lower=-1.0, upper=0.0)
-    run = simulate(arm, no_torque, Still(np.zeros(1), 0.01), dq0=[3.0], position_limits=False)
+    arm = sample_runs.one_joint(mass=2.0, lower=-1.0, upper=0.0)
+    run = simulate(arm, no_torque, sample_runs.Still(np.zeros(1), 0.01), dq0=[3.0], position_limits=False)
     assert run.q[-1, 0] == pytest.approx(0.03, rel=1e-12)
     assert run.events == ()
 
@@ -170,7 +164,7 @@ def test_without_limits_it_goes_on():
 )
 def test_which_joint_rests_at_its_stop(torque, guess, speed, expected):
     """Pushed outward it rests, inward it leaves, by itself; only on the border the guess decides."""
-    arm = one_joint(mass=2.0, lower=-1.0, upper=0.0)
+    arm = sample_runs.one_joint(mass=2.0, lower=-1.0, upper=0.0)
     plant = plant_of(arm, lwr_dyn.dynamics_of(arm))
     q, dq, tau = np.zeros(1), np.array([speed]), np.array([torque])
     assert resolve_stick_slip(plant, q, dq, tau, np.array([guess])).tolist() == [expected]
@@ -178,8 +172,111 @@ def test_which_joint_rests_at_its_stop(torque, guess, speed, expected):
 
 def test_a_joint_at_its_stop_is_pushed_outward_from_nothing():
     """At first no torque holds it there, so it might leave; it does not, and no event is made of it."""
-    arm = one_joint(mass=2.0, lower=-1.0, upper=0.0)
+    arm = sample_runs.one_joint(mass=2.0, lower=-1.0, upper=0.0)
     for options in ({"continuous": True}, {"continuous": True, "method": "dop853"}, {}):
-        run = simulate(arm, push_with(lambda t: 3.0 * t), Still(np.zeros(1), 0.1), **options)
+        run = simulate(arm, push_with(lambda t: 3.0 * t), sample_runs.Still(np.zeros(1), 0.1), **options)
         assert (run.q == 0.0).all()
         assert run.events == ()
+
+
+STEP, SPEED, BRAKE = 0.01, 2.0, 300.0
+"""[s], [m/s], [m/s^2] of a slider that turns back within one step."""
+MOMENT = 1e-14
+"""[s] Root finding to 1e-15 of a parabola that RK4 follows to rounding."""
+
+
+def slider(**limits):
+    """A slider of 2 kg with Coulomb friction of 3 N, static 4 N."""
+    arm = sample_runs.one_joint(**limits)
+    both = Direction(3.0, 0.0, static=4.0)
+    return plant_of(arm, lwr_dyn.dynamics_of(arm), chosen_friction(arm, [JointFriction(both, both)]))
+
+
+def interval(speed=SPEED, acceleration=-BRAKE, h=STEP):
+    def rates(t, y):
+        return np.array([y[1], acceleration])
+
+    return contact.Interval(rk4(1), rates, 0.0, h, np.array([0.0, speed]))
+
+
+def none_holds(s):
+    raise AssertionError("no joint is at rest")
+
+
+def found(mode, motion, holding=none_holds, barred=False):
+    """The possible events of an interval of motion."""
+    return contact.possible_events(mode, motion, motion.later(STEP), np.array([barred]), holding)
+
+
+def mode(plant, side):
+    return contact_mode(plant, np.zeros(1), np.array([side]))
+
+
+def test_the_state_within_an_interval_is_the_parabola_and_is_kept():
+    motion = interval()
+    later = motion.later(0.004)
+    np.testing.assert_allclose(later, [SPEED * 0.004 - BRAKE * 0.004**2 / 2, SPEED - BRAKE * 0.004], rtol=1e-14)
+    assert motion.later(0.004) is later
+    assert motion.later(0.0) is motion.y
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_joint_past_its_limit_was_there_at_the_moment_of_the_parabola(side):
+    motion = interval(side * SPEED, side * BRAKE)
+    (event,) = found(mode(slider(lower=-0.03, upper=0.03), side), motion)
+    assert (event.kind, event.joint, event.side) == ("stop", 0, side)
+    crossing = contact.earliest([event])
+    assert crossing.after == pytest.approx((-SPEED + np.sqrt(SPEED**2 + 2 * BRAKE * 0.03)) / BRAKE, abs=MOMENT)
+
+
+def test_a_joint_that_is_braked_sticks_where_its_speed_is_zero():
+    motion = interval()
+    (event,) = found(mode(slider(), 1), motion)
+    assert (event.kind, event.side) == ("stick", 0)
+    assert contact.earliest([event]).after == pytest.approx(SPEED / BRAKE, abs=MOMENT)
+
+
+def test_a_speed_that_dips_below_zero_and_recovers_is_seen():
+    def rates(t, y):
+        return np.array([y[1], 2 * 4e4 * (t - STEP / 2)])
+
+    motion = contact.Interval(rk4(1), rates, 0.0, STEP, np.array([0.0, 0.9]))  # slowest 0.9 - 1.0 m/s, at half the step
+    assert motion.later(STEP)[1] > 0.0
+    (event,) = found(mode(slider(), 1), motion)
+    assert contact.earliest([event]).after == pytest.approx(STEP / 2 - np.sqrt(0.1 / 4e4), abs=1e-12)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_joint_at_rest_slips_where_its_holding_torque_passes_the_static_level(side):
+    rest, motion = mode(slider(), 0), interval(0.0, 0.0)
+
+    def ramp(s):
+        return np.array([side * 8.0 * s / STEP])
+
+    (event,) = found(rest, motion, ramp)
+    assert (event.kind, event.side) == ("slip", side)
+    assert contact.earliest([event]).after == pytest.approx(STEP / 2, abs=1e-12)
+    assert found(rest, motion, ramp, barred=True) == []
+    assert found(rest, motion, lambda s: ramp(s) / 2.1) == []
+
+
+def test_the_first_of_several_events_is_chosen():
+    def at(moment, joint):
+        return contact.EventFunction("stop", joint, 1, lambda s: s - moment, STEP)
+
+    crossing = contact.earliest([at(0.006, 0), at(0.002, 1), at(0.004, 2), at(0.5, 3)])
+    assert (crossing.event.joint, crossing.after) == (1, pytest.approx(0.002, abs=MOMENT))
+    assert contact.earliest([at(0.5, 3)]) is None
+    assert contact.earliest([]) is None
+
+
+def test_a_start_on_the_root_is_left_or_is_the_answer():
+    assert contact.first_root(lambda s: s * (s - 0.5), 1.0) == pytest.approx(0.5, abs=MOMENT)
+    assert contact.first_root(lambda s: s, 1.0) == 0.0
+
+
+def test_a_whole_turn_in_a_step_and_numbers_that_are_not_finite_cannot_be_followed():
+    fastest = contact.TURN / STEP
+    assert contact.followable(np.array([0.0, -fastest]), 1, STEP)
+    for y in ([0.0, 1.001 * fastest], [0.0, -1.001 * fastest], [np.nan, 0.0], [0.0, np.inf]):
+        assert not contact.followable(np.array(y), 1, STEP)

@@ -80,7 +80,6 @@ def _short(unit: str | Sequence[str]) -> str | list[str]:
 
 Columns = dict[str, Sequence[float | None]]
 """Column -> one value a joint."""
-
 READING = "computed"
 """The name of the only reading."""
 
@@ -94,7 +93,6 @@ _UNITS = {
 
 _ROW = re.compile(r"(?<=/joint)\[@name='[^']*'\]|(?<=/transmission)\[joint/@name='[^']*'\]|(?<=\.values)\[\d+\]")
 """Which joint a cell is of: the rows of the columns are in the joints' order."""
-
 _LINEAR_LAST = ("limits", "friction", "gains", "rotors", "elasticity")
 """Tables whose columns name the quantity of a turning joint first, that of a sliding one last."""
 

@@ -26,10 +26,8 @@ from lwr_dyn.model.spatial import Pose, rot_x, rot_y, rot_z
 
 PARALLEL = 1e-14
 """Sine of the angle below which two axes are parallel: the angle moves a point 1 m away by 1e-14 m."""
-
 COINCIDENT = 1e-14
 """[m] Distance below which two parallel axes are one line, and two axes meet."""
-
 FAR = 100.0
 """[m] A common normal farther than this along an axis takes beta: a rounding of 1e-16 there is 1e-14 m."""
 
@@ -66,14 +64,9 @@ class Normal:
 def decomposed(pose: Pose, carried: Screw | None = None, keep_left: bool = False) -> tuple[Screw, Normal, Screw]:
     """The three parts of a pose.
 
-    Parameters
-    ----------
-    pose : Pose
-    carried : Screw, optional
-        What the row already has from the pose before: of the two directions of the normal, the one that leaves the row
-        the smaller theta is taken; between parallel axes the row's d becomes 0.
-    keep_left : bool
-        Where the axes are parallel, or one line, the free turn and shift stand left of the normal; else right of it.
+    `carried` is what the row has from the pose before: of the two directions of the normal, the one that leaves the row
+    the smaller theta is taken; between parallel axes the row's d becomes 0. The free turn and shift between parallel
+    axes, or of one line, stand right of the normal, with `keep_left` left of it.
     """
     carried = Screw() if carried is None else carried
     r, p = pose.rotation, pose.position

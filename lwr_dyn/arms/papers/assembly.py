@@ -94,7 +94,6 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """Gravity [m/s^2] when the file gives none."""
-
 _RATINGS = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
 
 

@@ -24,14 +24,8 @@ def robots() -> tuple[str, ...]:
 def open_paper(robot: str, reading: str | None = None) -> Paper:
     """The paper of a robot by name, or of a user's own `.toml` file.
 
-    Raises
-    ------
-    UnknownNameError
-        No robot or no reading of that name; lists the known ones.
-    FileAccessError
-        The file cannot be read.
-    PaperError
-        The file breaks the schema.
+    Raises `UnknownNameError`, with the known names, for a robot or a reading, `FileAccessError` for a file that cannot
+    be read, `PaperError` for one that breaks the schema.
     """
     return parse_paper(*_text_and_file(robot), reading)
 
@@ -61,20 +55,8 @@ def _text_and_file(robot: str) -> tuple[str, str]:
 def template(file: str, name: str, joints: str = "RRRRRR", convention: str = "standard") -> str:
     """The commented data file of a new arm; it is valid as it is.
 
-    Parameters
-    ----------
-    file : str
-        Its path, for the comment.
-    name : str
-        The robot's name.
-    joints : str
-        R or P per joint from the base outward, at least one.
-    convention : {"standard", "modified"}
-
-    Raises
-    ------
-    OptionError
-        Other letters or another convention.
+    `file` is its path, for the comment, `joints` R or P per joint from the base outward, `convention` "standard" or
+    "modified". Raises `OptionError` for other letters or another convention.
 
     >>> 'kinds = ["revolute", "prismatic"]' in template("x.toml", "x", "RP")
     True

@@ -88,9 +88,7 @@ def _number(fields: Fields, place: str, cell: Any) -> float:
 
 _OF_THE_JOINT = ("limits.", "friction.", "gains.", "elasticity.")
 """Tables whose units differ between revolute and prismatic joints."""
-
 _LINEAR = {"length", "velocity", "force", "damping", "stiffness", "integral gain", "mass"}
-
 _RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
 
 _ABOVE_ZERO = (
@@ -107,7 +105,6 @@ _AT_LEAST_ZERO = (
 
 LARGEST_GRAVITY = 1e3
 """[m/s^2] Above the Sun's surface gravity a value is an error in the file, and its simulation would not end."""
-
 _DIRECTED = tuple(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "viscous"))
 
 

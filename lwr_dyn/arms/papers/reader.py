@@ -18,22 +18,13 @@ from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.model.chain import Convention, JointKind
 
 _STEP = re.compile(r"\.?([A-Za-z_0-9]+)|\[(\d+)\]")
-
 _PATH = re.compile(r"[A-Za-z_0-9]+(\.[A-Za-z_0-9]+|\[\d+\])+")
 
 
 def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str) -> dict[str, dict[int, list[str]]]:
-    """Patches the parsed tables in place.
+    """Patches the parsed tables in place: column path ("inertial.mass") -> row -> ids of the errata that touched it.
 
-    Returns
-    -------
-    dict
-        Column path ("inertial.mass") -> row -> ids of the errata that touched it.
-
-    Raises
-    ------
-    PaperError
-        A patch names no cell, the file prints something else there, or two errata change one cell.
+    Raises `PaperError`: a patch names no cell, the file prints something else there, or two errata change one cell.
     """
     touched: dict[str, dict[int, list[str]]] = {}
     one_erratum_a_cell(errata, file)
@@ -100,23 +91,10 @@ def _column_and_row(path: str) -> tuple[str, int | None]:
 
 
 def parse_paper(text: str, file: str, reading: str | None = None) -> Paper:
-    """The text of a data file under one of its readings.
+    """The text of a data file (TOML of schema 1) under one of its readings, its own default if not given.
 
-    Parameters
-    ----------
-    text : str
-        TOML of schema 1.
-    file : str
-        Its name, for messages.
-    reading : str, optional
-        The file's own default if not given.
-
-    Raises
-    ------
-    PaperError
-        Broken TOML or a breach of the schema, with file, field and what is allowed.
-    UnknownNameError
-        No reading of that name.
+    Raises `PaperError`, with file, field and what is allowed, for broken TOML or a breach of the schema;
+    `UnknownNameError` for a reading of another name.
     """
     return paper_of_tables(parse_toml(text, file), file, reading, digest=_digest(text))
 

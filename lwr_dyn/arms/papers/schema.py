@@ -66,26 +66,17 @@ def units_of(*quantities: str) -> tuple[str, ...]:
 
 
 SCHEMA = 1
-
 KINDS = ("printed", "computed", "datasheet", "fitted", "estimated", "assumed")
-
 ABOUT = ("com", "origin")
-
 PRODUCTS = ("tensor", "integral")
-
 STATUSES = ("proven", "likely", "open")
-
 SEVERITIES = ("model", "result", "text")
 """What an erratum changes: the model or controller, a printed result only, or text only."""
-
 RESULTS = "results."
 """Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
-
 UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
-
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
-
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
 
@@ -103,11 +94,8 @@ class ColumnRule:
 
 
 _SPRING = ("angular stiffness", "stiffness")
-
 _DAMPING, _FORCE, _SPEED = ("angular damping", "damping"), ("torque", "force"), ("angular velocity", "velocity")
-
 _POSE = {"xyz": ColumnRule((3,), ("length",), per_joint=False), "rpy": ColumnRule((3,), ("angle",), per_joint=False)}
-
 FRICTION_OF_A_SIDE = {"coulomb": _FORCE, "viscous": _DAMPING, "static": _FORCE, "stribeck_velocity": _SPEED}
 """Column of one direction ("positive_coulomb") -> quantities."""
 

@@ -21,7 +21,6 @@ from lwr_dyn.model.file_layout import DrawnCylinder
 from lwr_dyn.model.spatial import axis_to_z
 
 COLOURS = ("orange", "grey", "dark")
-
 MASS_DIGITS, COM_DIGITS, INERTIA_DIGITS = 2, 4, 5
 """Decimals of an estimate in a data file, in kg, m, kg m^2: enough for the smallest link's triangle inequality."""
 

@@ -18,15 +18,10 @@ from lwr_dyn.model.file_layout import fitting
 from lwr_dyn.model.spatial import Pose, to_rpy
 
 WRITTEN_BY = "written by lwr_dyn"
-
 PARTLY_KNOWN = "inertia given in part, the unknown part written as 0: "
-
 UNKNOWN_LIMITS = "unknown, written as stand-ins: "
-
 ESTIMATED = "estimated, not measured: "
-
 GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
-
 REFLECTED = "rotor inertia as the joint feels it; gear ratios are stand-ins of 1: "
 """Starts of header lines that are read back."""
 
@@ -37,7 +32,6 @@ ONE_SIDED = (
 """The header line of an arm whose friction is left out."""
 
 INSTALLED = "link world: the base is mounted, gravity is in world; link tool: its mass is in the last moving link"
-
 DRAWN_HERE, AS_IN_FILE = "drawn by lwr_dyn, not from the source", "as in the source, meshes by name"
 
 
@@ -119,7 +113,6 @@ def unknown_limits(arm: Arm) -> list[tuple[str, str]]:
 
 UNKNOWN_POSITION = 2 * math.pi
 """Placeholder for an unknown position limit [rad or m]."""
-
 UNKNOWN_LARGE = 1e9
 """Placeholder for an unknown effort or velocity."""
 

@@ -25,7 +25,6 @@ _TRAVEL = 40.0
 """Longest travel that is drawn, to each side, in radii: some files give a mobile base 1000 km."""
 _DIGITS = 6
 """Decimals of a drawn length [m]."""
-
 COLOURS = {"orange": (0.96, 0.45, 0.09, 1.0), "grey": (0.80, 0.81, 0.83, 1.0), "dark": (0.22, 0.23, 0.26, 1.0)}
 
 

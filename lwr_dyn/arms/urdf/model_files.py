@@ -15,7 +15,6 @@ from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.spatial import Pose
 
 SCHEMA = 1
-
 UNSOURCED = "no source given"
 """The word for a quantity of an arm that was built in code."""
 

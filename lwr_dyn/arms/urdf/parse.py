@@ -29,20 +29,13 @@ from lwr_dyn.model.chain import Rotor
 
 DRAKE = "http://drake.mit.edu"
 """Drake's namespace, which an undeclared prefix `drake` stands for."""
-
 _UNBOUND = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
-
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
-
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
-
 _ROOT = re.compile(rb"<!--.*?-->|(<robot\b[^>]*>)", re.DOTALL)
-
 _AROUND = b" \t\r\n\0"
 """Before and after the document, where the engines pass over it."""
-
 _XACRO = "xacro"
-
 _DEEPEST = 100
 """Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
 
@@ -50,10 +43,7 @@ _DEEPEST = 100
 def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     """The root element of a URDF.
 
-    Raises
-    ------
-    UrdfError
-        Broken XML; elements nested too deep; a file of xacro macros, with the command that expands it.
+    Raises `UrdfError`: broken XML, elements nested too deep, a file of xacro macros (with the command that expands it).
     """
     try:
         root = _tree(content.strip(_AROUND))
@@ -98,18 +88,12 @@ def _with_declarations(content: bytes) -> bytes:
 
 
 _WIDTHS = {"xyz": 3, "rpy": 3}
-
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
-
 _LIMITS = ("lower", "upper", "effort", "velocity")
-
 _NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
-
 WORLD = ': write <link name="world"/>, which Drake adds unwritten'
 """Added to the message on a joint whose parent is not there."""
-
 _ROTOR = ("gear_ratio", "rotor_inertia")
-
 _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
 
 
@@ -134,12 +118,8 @@ class UrdfFile:
 def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
     """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
 
-    Raises
-    ------
-    FileAccessError, MissingPackageError
-        The file cannot be read; it is a `.xacro` and xacro is not installed.
-    UrdfError
-        What xacro refuses, broken XML, a missing name or attribute, a malformed number, a name used twice.
+    Raises `FileAccessError`; `MissingPackageError` for a `.xacro` without xacro; `UrdfError`: what xacro refuses,
+    broken XML, a missing name or attribute, a malformed number, a name used twice.
     """
     import yourdfpy
 

@@ -59,23 +59,17 @@ def read_urdf(
     lock: Mapping[str, float] | None = None,
     xacro_args: Mapping[str, str] | None = None,
 ) -> Arm:
-    """The serial arm in a URDF file.
+    """The serial arm in a URDF file: its joints and links keep the file's names, joints beside the chain are held.
 
     Parameters
     ----------
     path : path
     tip : str, optional
-        The link that is the flange; if not given the only end, or that of the one obvious arm.
+        The link that is the flange; if not given the only end, or that of the one obvious arm. `notes` says which.
     lock : mapping of joint name to value, optional
         Joints fixed at a value [rad or m]; a mimic joint follows the locked joint that it mimics.
     xacro_args : mapping, optional
         Arguments of a `.xacro` file.
-
-    Returns
-    -------
-    Arm
-        Joints and links keep the file's names; joints beside the chain are held, `notes` says at what; gravity is
-        -9.81 m/s^2 along z of the root link.
 
     Raises
     ------

@@ -109,12 +109,8 @@ def _file_joint(tree: Tree, joint: Any, link: ChainLink) -> FileJoint:
 def build_tree(urdf: UrdfFile, lock: Mapping[str, float]) -> Tree:
     """The tree of a file with some joints locked.
 
-    Raises
-    ------
-    UrdfError
-        No or several roots, a link with two parent joints, a loop; a lock outside the joint's limits.
-    UnknownNameError
-        No moving joint of a locked name.
+    Raises `UrdfError`: no or several roots, a link with two parent joints, a loop, a lock outside the joint's limits;
+    `UnknownNameError`: no moving joint of a locked name.
     """
     into: dict[str, Any] = {}
     out_of: dict[str, list[Any]] = {link: [] for link in urdf.links}
@@ -212,13 +208,10 @@ def with_held_joints(tree: Tree, tip: str) -> tuple[Tree, Mapping[str, float]]:
 
 _ARM = 4
 """Joints that make an arm: with fewer behind them, branches are no fingers, and of fewer no branch is the arm."""
-
 _LISTED = 12
 """Largest number of tips that one message lists."""
-
 _FRAMES = ("tool0", "tcp", "end_effector", "gripper_frame_link", "flange")
 """Ends of names of links made to be the tip, the preferred first: tool0 is the flange of ROS-Industrial."""
-
 _FINGERS = ("finger", "gripper", "jaw", "knuckle")
 
 

@@ -1,4 +1,4 @@
-"""What holds for every arm: feasible links, and identities of the equations of motion over random states.
+"""What holds for every arm, as verdicts: feasible links, and identities of the equations of motion over random states.
 
 A link is feasible when its inertia is positive definite and obeys the triangle inequality (both exact: a density >= 0
 exists), and when its radius of gyration stays within the link's reach (plausibility: a tensor ten times too large
@@ -9,21 +9,65 @@ hides the error of a difference quotient.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from scipy.integrate import DOP853
 
-from lwr_dyn.checks.arm.verdict import Verdict
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy, singular_joint
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import ShapeError, SingularMassError
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ROUNDING, Body, JointKind, is_physical
 from lwr_dyn.model.file_layout import WrittenLink, fitting, welded
 from lwr_dyn.model.spatial import Vector, principal_moments
+
+Bound = Literal["at most", "above"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One identity or agreement: `value` against `tolerance`, in `unit`."""
+
+    name: str
+    value: float
+    tolerance: float
+    unit: str
+    bound: Bound = "at most"
+
+    @property
+    def holds(self) -> bool:
+        """A value that is not a number never holds.
+
+        >>> Verdict("x", float("nan"), 1.0, "").holds
+        False
+        """
+        return self.value <= self.tolerance if self.bound == "at most" else self.value > self.tolerance
+
+
+def verdict_table(title: str, verdicts: Iterable[Verdict]) -> Table:
+    """Verdicts as a table.
+
+    >>> print(verdict_table("arm", [Verdict("B symmetric", 2e-16, 1e-12, "relative")]).text())
+    arm
+    check        value  bound    tolerance  unit      verdict
+    -----------  -----  -------  ---------  --------  -------
+    B symmetric  2e-16  at most  1e-12      relative  holds
+    """
+    headings = (
+        Heading("check", key="name"),
+        Heading("value", "", ".3g", "value", "In `unit` where there is one."),
+        Heading("bound", key="bound", says="What the tolerance is of the value.", kind=Bound),
+        Heading("tolerance", "", ".3g", "tolerance", "What the value is held against."),
+        Heading("unit", key="unit"),
+        Heading("verdict", "", lambda holds: "holds" if holds else "FAILS", "holds", "Whether it holds."),
+    )
+    rows = [(v.name, v.value, v.bound, v.tolerance, v.unit, v.holds) for v in verdicts]
+    return Table(title, headings, rows, "", "verdicts", "The checks.")
+
 
 THICKNESS = 0.12
 """Share of the arm's reach that a link may extend past its joints and centre of mass: half the thickness of a heavy
@@ -51,13 +95,13 @@ def _written(arm: Arm, index: int, body: Body | None) -> Sequence[WrittenLink]:
     own, layout = arm.chain.links[index], fitting(arm.layout, arm.uninstalled().chain)
     parts = layout.written.get(own.link, ()) if layout is not None else ()
     whole = welded(parts) if parts else None
-    if whole is None or own.body is None or not _same(whole, own.body):
+    if (
+        whole is None
+        or own.body is None
+        or not all(np.array_equal(getattr(whole, x), getattr(own.body, x)) for x in ("mass", "com", "inertia_com"))
+    ):
         return (WrittenLink(own.link, body),)
     return [WrittenLink(x.link, None if x.body is None else x.body.seen_from(own.after)) for x in parts]
-
-
-def _same(a: Body, b: Body) -> bool:
-    return a.mass == b.mass and np.array_equal(a.com, b.com) and np.array_equal(a.inertia_com, b.inertia_com)
 
 
 def _of_body(name: str, body: Body, points: Sequence[Array], thickness: float) -> Iterable[Verdict]:
@@ -120,7 +164,6 @@ def at_rest(arm: Arm) -> list[str]:
 
 SPEED, ACCELERATION = 2.0, 10.0
 """Half-widths of the random joint speeds and accelerations [rad/s, rad/s^2]."""
-
 EXACT = 1e-12
 """Relative: a few hundred roundings of 1e-16 in a recursion over a handful of links."""
 
@@ -134,12 +177,9 @@ where its moment cancels (a wheel that turns about its own centre), the rounding
 
 STEP = 1e-30
 """Complex step: there is no subtraction, so it may be as small as floats allow."""
-
 SECONDS, RTOL = 2.0, 1e-12
-
 DRIFT = 1e-8
 """[J] A swing exchanges tens of joules, of which DOP853 at rtol 1e-12 loses about 1e-10."""
-
 EVALUATIONS = 50_000
 """Of forward dynamics in one swing, some seconds of computing: light links on stiff ratios would take minutes."""
 
@@ -277,34 +317,29 @@ def relative(a: Array, b: Array, floor: float = 0.0) -> float:
     return 0.0 if scale == 0.0 else float(np.abs(a - b).max()) / scale
 
 
-def energy_drift(dynamics: Dynamics, q: Array, dq: Array, seconds: float = SECONDS) -> float:
-    """Largest |E(t) - E(0)| [J] of a free swing from (q, dq), adaptive DOP853 at rtol 1e-12."""
-    return _swing(dynamics, q, dq, seconds)[0]
-
-
 def _swing(dynamics: Dynamics, q: Array, dq: Array, seconds: float) -> tuple[float, float]:
-    """The energy drift [J] and the time that the swing came to [s]: `EVALUATIONS` end it."""
+    """Largest |E(t) - E(0)| [J] of a free swing, and the time that it came to [s]: `EVALUATIONS` end it."""
     n, none = dynamics.n, np.zeros(dynamics.n)
 
     def rates(_: float, x: Array) -> Array:
         return np.concatenate([x[n:], dynamics.forward_dynamics(x[:n], x[n:], none)])
 
     solver = DOP853(rates, 0.0, np.concatenate([q, dq]), seconds, rtol=RTOL, atol=RTOL)
-    states = [solver.y]
+    states, broken = [solver.y], False
     try:
         while solver.status == "running" and solver.nfev < EVALUATIONS:
             solver.step()
             states.append(solver.y)
     except (ShapeError, SingularMassError):  # a state that is not finite
-        return float("nan"), float(solver.t)
-    if solver.status == "failed":
+        broken = True
+    if broken or solver.status == "failed":
         return float("nan"), float(solver.t)
     x = np.array(states)
     energies = mechanical_energy(dynamics, x[:, :n], x[:, n:])
     return float(np.abs(energies - energies[0]).max()), float(solver.t)
 
 
-def swing_verdict(dynamics: Dynamics, q: Array, dq: Array) -> Verdict:
+def swing_verdict(dynamics: Dynamics, q: Array, dq: Array, seconds: float = SECONDS) -> Verdict:
     """The energy drift: nothing drives or brakes the arm, so kinetic plus potential energy is constant."""
-    drift, seconds = _swing(dynamics, q, dq, SECONDS)
-    return Verdict(f"energy drift of a free swing, {seconds:.3g} s", drift, DRIFT, "J")
+    drift, end = _swing(dynamics, q, dq, seconds)
+    return Verdict(f"energy drift of a free swing, {end:.3g} s", drift, DRIFT, "J")

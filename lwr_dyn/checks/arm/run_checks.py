@@ -1,25 +1,29 @@
-"""All checks of one arm: frames, feasibility, identities, agreement of the two roads, energy, data sheet.
+"""All checks of one arm and their report: frames, feasibility, identities, the two roads, energy, data sheet.
 
 Road A is the URDF in Pinocchio, road B the recursion on the paper's own DH frames.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from lwr_dyn.arms.papers.assembly import dh_rows
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.checks.arm import model_laws
-from lwr_dyn.checks.arm.model_laws import EXACT, States, equality, relative
-from lwr_dyn.checks.arm.verdict import CheckReport, Verdict
+from lwr_dyn.checks.arm.model_laws import EXACT, States, Verdict, equality, relative, verdict_table
 from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts
 from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
 from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
 from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
 from lwr_dyn.dynamics.protocol import Dynamics, Gated, singular_joint
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.document import Document, Note, Section
 from lwr_dyn.foundation.errors import SingularMassError
+from lwr_dyn.foundation.tables import Table
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Convention
+from lwr_dyn.model.run import repr_html, short_repr
 
 STATES = 1000
 SEED = 20240607
@@ -28,17 +32,47 @@ METRES = 1e-12
 position of the flange where that is more."""
 
 
-def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: int = SEED) -> CheckReport:
-    """All checks that the arm's data allow.
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """All verdicts on an arm, and notes on what could not be checked and why."""
 
-    Parameters
-    ----------
-    arm : Arm
-    paper : Paper, optional
-        Adds the checks against its tabulated frames and its data sheet.
-    states : int
-        Random states inside the limits.
-    seed : int
+    robot: str
+    reading: str
+    verdicts: tuple[Verdict, ...]
+    notes: tuple[str, ...] = ()
+    not_judged: tuple[str, ...] = ()
+    """What no verdict is about, and why."""
+    __repr__ = short_repr
+    _repr_html_ = repr_html
+
+    @property
+    def holds(self) -> bool:
+        """Every verdict holds."""
+        return all(v.holds for v in self.verdicts)
+
+    def summary(self) -> str:
+        """How many checks hold or fail, and how many things were not judged."""
+        failed, every = sum(not v.holds for v in self.verdicts), len(self.verdicts)
+        found = f"{failed} of {every} checks fail{'s' * (failed == 1)}" if failed else f"all {every} checks hold"
+        return found + (f", {len(self.not_judged)} not judged" if self.not_judged else "")
+
+    def table(self) -> Table:
+        """The verdicts under the robot's name."""
+        return verdict_table(f"{self.robot}, reading {self.reading}", self.verdicts)
+
+    @property
+    def document(self) -> Document:
+        """How many checks hold, and those that fail first."""
+        title = f"{self.robot}, reading {self.reading}: {self.summary()}"
+        verdicts = sorted(self.verdicts, key=lambda verdict: verdict.holds)
+        left = Note([f"not judged: {one}" for one in self.not_judged])
+        return Document(title, "", [Section("", [verdict_table("", verdicts), left], brief=True)], kind="checks")
+
+
+def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: int = SEED) -> CheckReport:
+    """All checks that the arm's data allow, over random states inside its limits.
+
+    A paper adds the checks against its tabulated frames and its data sheet.
     """
     x = model_laws.random_states(arm, states, seed)
     road_a = None if arm.chain.bodies is None else pinocchio_dynamics(arm)

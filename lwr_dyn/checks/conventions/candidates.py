@@ -14,16 +14,12 @@ from lwr_dyn.model.chain import Body
 
 MOST_CANDIDATES = 200
 """Candidates that are kept, the best first."""
-
 SIGNIFICANT = 0.5
 """Logs of likelihoods are compared in these steps: a smaller difference means nothing."""
-
 PRICE = 3.0
 """Cost of an exception: one link in twenty is read otherwise than its table, e^-3."""
-
 NO_BODY = -1e6
 """In place of the volume of an inertia that no body has, -inf."""
-
 FACTOR = 2.0
 """Mirror misses within this factor of the smallest count as equally good."""
 

@@ -20,13 +20,10 @@ from lwr_dyn.foundation.arrays import Array
 
 GRID = 401
 """Points at which the failing number is computed over a cell's range; its roots are then refined."""
-
 MOST_PARTIAL = 8
 """Sets of options of the links beyond the failing joint that are tried."""
-
 MOST_BEYOND = 3
 """Options of a link beyond the failing one that are tried, of those that no number distinguishes."""
-
 Cell = tuple[str, int, int]
 """Column, link and entry, as in `CellChange`."""
 

@@ -63,10 +63,7 @@ class EvidenceError(FaultError, ValueError):
 def evidence_number(text: object, factor: float = 1.0, where: str = "evidence") -> PrintedNumber:
     """A number from text such as "2.924" in a unit of `factor` SI units.
 
-    Raises
-    ------
-    EvidenceError
-        Not text, or text that is no finite number with digits.
+    Raises `EvidenceError` for anything but the text of a finite number with digits.
 
     >>> evidence_number("0.4903").half
     5e-05
@@ -178,14 +175,8 @@ QUANTITIES = {
 def read_evidence(path: str | Path, table: PrintedTable) -> Evidence:
     """Evidence from a TOML file, for the arm of a table.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read.
-    EvidenceError
-        Broken TOML, an unknown or missing field, a number without digits.
-    UnknownNameError
-        A joint or link that the arm does not have.
+    Raises `FileAccessError`; `EvidenceError` for broken TOML, an unknown or missing field, a number without digits;
+    `UnknownNameError` for a joint or link that the arm does not have.
     """
     return parse_evidence(read_text(path, "a readable .toml file"), Path(path).name, table)
 

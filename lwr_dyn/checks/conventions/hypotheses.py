@@ -37,7 +37,6 @@ from lwr_dyn.model.spatial import cos_sin, principal_moments
 
 SHIFTS = (0, 1, -1, 2, -2)
 """Rows by which a column may belong lower than printed, the plainest first."""
-
 HALF_UNIT_SLACK = 4.0
 """Half units by which a printed place may be missed: rounded lengths of a table add up."""
 
@@ -148,7 +147,6 @@ def with_rows_moved(table: PrintedTable, shift: int) -> PrintedTable:
 
 FORGIVEN_MISS = 4.0
 """Standard deviations of the rounding of cells that explain a miss."""
-
 MIRROR = 0.03
 """Share of its length by which the com of a repeated link may miss the mirror image of the other's."""
 

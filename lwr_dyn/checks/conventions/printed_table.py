@@ -89,13 +89,7 @@ TENSOR = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def printed_table(paper: Paper) -> PrintedTable:
-    """The printed cells of a paper's tables.
-
-    Raises
-    ------
-    MissingDataError
-        The file has no masses and inertias to read.
-    """
+    """The printed cells of a paper's tables; raises `MissingDataError` where it has no masses and inertias to read."""
     printed = paper.printed
     if "inertial" not in printed:
         raise MissingDataError(paper.name, "masses and inertias", "a reading of its inertial table")
@@ -162,18 +156,12 @@ def _armature(rotors: Mapping[str, Any]) -> Array | None:
 
 
 About = Literal["com", "origin"]
-
 Products = Literal["tensor", "integral"]
-
 PRODUCTS: tuple[Products, ...] = ("tensor", "integral")
-
 ComFrom = Literal["own frame", "other end"]
-
 AXES = tuple("".join(p) for p in itertools.permutations("xyz"))
 """Orders of the axes: under "xzy" the entries printed as y belong to z, and those printed as z to y."""
-
 _OFF = ~np.eye(3, dtype=bool)
-
 UNIFORM = 1.0 / np.sqrt(12.0)
 """Standard deviation of a rounding, in units of the last digit."""
 
@@ -290,18 +278,7 @@ CHOICES = tuple(
 def link_options(
     table: PrintedTable, link: int, choice: TableChoice, other_end: Array, choices: Sequence[LinkChoice] = CHOICES
 ) -> LinkOptions:
-    """The distinct bodies of a link.
-
-    Parameters
-    ----------
-    table : PrintedTable
-    link : int
-        Counted from 0.
-    choice : TableChoice
-    other_end : (3,) array
-        The link's other end in its own frame [m], see `hypotheses.other_ends`.
-    choices : sequence of LinkChoice, optional
-    """
+    """The distinct bodies of a link (from 0); `other_end` (3,) [m] is that of `hypotheses.other_ends`."""
     mass, tensor = float(table.mass[link]), table.inertia[link]
     shift = other_end if choice.com_from == "other end" else np.zeros(3)
     orders = [moved_axes(c.axes) for c in choices]

@@ -67,21 +67,10 @@ class RankedReadings:
 
 
 def rank_readings(table: PrintedTable, evidence: Evidence) -> RankedReadings:
-    """Every reading of a table judged by every criterion.
+    """Every reading of a table judged by every criterion; feasibility and repeated links need no evidence.
 
-    Parameters
-    ----------
-    table : PrintedTable
-        See `printed_table`.
-    evidence : Evidence
-        What is published beside it; feasibility and repeated links need none.
-
-    Raises
-    ------
-    EvidenceError, UnknownNameError
-        Evidence about another arm.
-    MissingDataError
-        A centre of mass is blank, and no move of rows fills it.
+    Raises `EvidenceError` or `UnknownNameError` for evidence about another arm, `MissingDataError` for a blank centre
+    of mass that no move of rows fills.
     """
     evidence.check(table)
     findings = frames_findings(table, evidence)
@@ -133,9 +122,7 @@ def _fitting(cases: Iterable[tuple[TableHypothesis, OptionSets]], mirrored: bool
 
 
 TABLE = ("convention", "about", "com_from")
-
 LINK = ("products", "axes")
-
 NO_DIFFERENCE = "no difference"
 """Answer where all choices give the same body to the printed digits."""
 

@@ -189,10 +189,8 @@ _ANSWERS = {
 
 MOST_PATTERNS = 4
 """Sign patterns that are listed."""
-
 SHOWN = 2
 """Open answers that are listed one by one."""
-
 ROWS = 6
 """Readings of a ranking that are listed."""
 

@@ -109,16 +109,12 @@ def corners(table: PrintedTable, joint: int) -> Array:
 
 DEVIATIONS = 4.0
 """Standard deviations of the rounding of the table's cells by which a number may miss beyond half a digit."""
-
 SAME = 0.02
 """Two options add the same to a number when they differ by less than this share of its allowed miss."""
-
 PLAIN = 2
 """The first two options of a link have its axes as printed, the products with either sign."""
-
 MOST_STATES = 3000
 """States kept at most, the plainest first."""
-
 OptionSets = tuple[tuple[int, ...], ...]
 """Per link the options that remain; every combination of them is a reading of the table."""
 
@@ -143,16 +139,7 @@ Equals = tuple[tuple[OptionSets, ...], ...]
 
 
 def fit_numbers(rows: NumberRows, options: Sequence[LinkOptions], allowed: Sequence[Sequence[int]]) -> SearchResult:
-    """Every combination of the links' allowed options that gives all the numbers.
-
-    Parameters
-    ----------
-    rows : NumberRows
-        The numbers as linear rows.
-    options : sequence of n LinkOptions
-    allowed : sequence of n sequences of int
-        The options of each link that are considered.
-    """
+    """Every combination of the links' allowed options that gives all the numbers; `allowed` lists them link by link."""
     allowance = allowances(rows, options)
     per_row = np.repeat(allowance, np.diff(rows.start))
     sums, matched = np.zeros((1, len(per_row))), 0

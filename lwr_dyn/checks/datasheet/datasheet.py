@@ -18,7 +18,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.verdict import Verdict
+from lwr_dyn.checks.arm.model_laws import Verdict
 from lwr_dyn.checks.conventions.printed_table import printed_rows
 from lwr_dyn.checks.datasheet.envelope import SECTION, working_envelope
 from lwr_dyn.foundation.arrays import Array
@@ -31,13 +31,10 @@ from lwr_dyn.model.spatial import Pose, from_rpy
 
 HALF_MILLIMETRE = 0.5e-3
 """[m] Lengths are printed in whole millimetres."""
-
 VOLUME = 0.02
 """[m^3] The volume is printed to 0.01; lengths in whole millimetres change it by another 0.01."""
-
 RIGHT_ANGLES = 1e-9
 """Entries of rotations whose angles are whole quarter turns."""
-
 _POSES = ("axis", "zero_flange", "flange_rpy", "mastering_wrist")
 
 
@@ -109,7 +106,6 @@ def _mass(arm: Arm) -> Iterator[Verdict]:
 
 AXIS = 1e-9
 """Entries of an axis may differ by this: angles are whole quarter turns."""
-
 QUARTERS = (0, 1, -1, 2)
 """Quarter turns that an offset may be moved by, the plainest first."""
 
@@ -174,10 +170,7 @@ class ZeroReadings:
 def zero_readings(paper: Paper) -> ZeroReadings:
     """Signs, offsets and DH convention of a robot from its data sheet's poses.
 
-    Raises
-    ------
-    MissingDataError
-        The file does not give the directions of the joint axes at zero.
+    Raises `MissingDataError` where the file does not give the directions of the joint axes at zero.
     """
     if "poses.axis" not in paper.columns:
         raise MissingDataError(paper.name, "axes of the joints at zero (poses.axis)", "a reading of signs and offsets")

@@ -73,18 +73,13 @@ def pieces(arc: EnvelopeArc, others: Sequence[EnvelopeArc]) -> list[EnvelopeArc]
     """The arc cut where it meets the circles of the others and the axis r = 0."""
     low, high = min(arc.start, arc.end), max(arc.start, arc.end)
     cuts = {low, high}
-    for angle in [*_on_axis(arc), *(phi for other in others if other != arc for phi in _meetings(arc, other))]:
+    on_axis = math.acos(-arc.centre[0] / arc.radius) if abs(arc.centre[0]) <= arc.radius else None
+    at_axis = [] if on_axis is None else [on_axis, -on_axis]
+    for angle in [*at_axis, *(phi for other in others if other != arc for phi in _meetings(arc, other))]:
         first = low + (angle - low) % (2.0 * math.pi)
         cuts.update(np.arange(first, high, 2.0 * math.pi).tolist())
     ends = sorted(cuts)
     return [EnvelopeArc(arc.centre, arc.radius, a, b) for a, b in pairwise(ends) if (b - a) * arc.radius > MEET]
-
-
-def _on_axis(arc: EnvelopeArc) -> list[float]:
-    if abs(arc.centre[0]) > arc.radius:
-        return []
-    phi = math.acos(-arc.centre[0] / arc.radius)
-    return [phi, -phi]
 
 
 def _meetings(arc: EnvelopeArc, other: EnvelopeArc) -> list[float]:
@@ -100,7 +95,6 @@ def _meetings(arc: EnvelopeArc, other: EnvelopeArc) -> list[float]:
 
 BESIDE = 1e-7
 """[m] Distance from a piece of arc at which its two sides are tested."""
-
 AHEAD, BEHIND = 1.0, -1.0
 """Sides of axis 1: r >= 0 and r < 0."""
 
@@ -142,14 +136,9 @@ def working_envelope(arm: Arm) -> Envelope:
     """The envelope of the wrist centre inside the position limits.
 
     Exact, but for the volume with what is reached overhead of an arm whose wrist runs beside the plane of axis 1 and
-    whose joint 1 makes less than a turn: there the two sides overlap a little more or less than is counted.
-
-    Raises
-    ------
-    OptionError
-        Not a six-joint arm with a spherical wrist.
-    MissingDataError
-        A limit of joints 1 to 3 is not known.
+    whose joint 1 makes less than a turn: there the two sides overlap a little more or less than is counted. Raises
+    `OptionError` for an arm without six joints and a spherical wrist, `MissingDataError` where a limit of joints 1 to 3
+    is not known.
 
     >>> import lwr_dyn
     >>> envelope = working_envelope(lwr_dyn.load("kr30ha"))

@@ -54,7 +54,6 @@ def one_line(fault: BaseException, printed: list[str]) -> str:
 
 
 _LONGEST = 220
-
 SECONDS = 180.0
 """Longest time for all files of one engine, import included."""
 

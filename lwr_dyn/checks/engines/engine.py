@@ -1,4 +1,4 @@
-"""The engines, what the loader of each returns, and the features of a URDF that an engine may drop or misread.
+"""The engines, what the model of each computes, and the features of a URDF that an engine may drop or misread.
 
 Each feature is a change that takes it out of a copy of the file without meshes and mimic tags, so that what an engine
 refuses does not stand in the way; shapes are a feature of their own.
@@ -18,7 +18,6 @@ from lwr_dyn.foundation.registry import Registry, Row
 
 EXACT = 1e-12
 """Relative tolerance of an engine that computes in double precision throughout."""
-
 HELD = ("lower", "upper", "velocity", "effort", "viscous", "coulomb")
 """Numbers of a joint that an engine may keep beside its dynamics; (n,) each, infinite where it knows no limit."""
 
@@ -70,21 +69,20 @@ Load = Callable[[Path, ArmInFile, Mapping[str, Any]], "LoadedModel | KinematicMo
 """File, scope, options of the engine -> model."""
 
 
-def _row(engine: str, pip: str, package: str, extra: str = "", **facts: Any) -> Row:
-    target = f"lwr_dyn.checks.engines.{engine}_loader:load"
-    return Row(target, f"pip install {pip}", extra, {"package": package, **facts})
+def _row(target: str, pip: str, package: str, extra: str = "", **facts: Any) -> Row:
+    return Row(f"lwr_dyn.checks.engines.{target}", f"pip install {pip}", extra, {"package": package, **facts})
 
 
 ENGINES: Registry[Load] = Registry(
     "parity_engine",
     {
-        "pinocchio": _row("pinocchio", "pin", "pinocchio"),
-        "mujoco": _row("mujoco", "mujoco", "mujoco", "parity"),
-        "drake": _row("drake", "drake", "pydrake", "parity"),
+        "pinocchio": _row("pinocchio_loader:PinocchioFile", "pin", "pinocchio"),
+        "mujoco": _row("loaders:MujocoFile", "mujoco", "mujoco", "parity"),
+        "drake": _row("loaders:DrakeFile", "drake", "pydrake", "parity"),
         # B, C dq: tensors are turned to principal axes by rotations that stop at 1e-6 of their size; poses are
         # single precision; the torque of its motion is a difference quotient of one step
-        "pybullet": _row("pybullet", "pybullet", "pybullet", "parity", inertia=1e-8, pose=1e-6, torque=1e-4),
-        "yourdfpy": _row("yourdfpy", "yourdfpy", "yourdfpy", kinematics=True),
+        "pybullet": _row("loaders:BulletFile", "pybullet", "pybullet", "parity", inertia=1e-8, pose=1e-6, torque=1e-4),
+        "yourdfpy": _row("loaders:YourdfpyFile", "yourdfpy", "yourdfpy", kinematics=True),
     },
 )
 """Loaders by engine; `about` is how to install it. Facts: the Python package; tolerances (relative; m) other than
@@ -102,9 +100,7 @@ def tolerance(engine: str, of: str) -> float:
 
 
 Tree = ElementTree.Element
-
 _DRAKE = ("https://drake.mit.edu/", "http://drake.mit.edu", "https://drake.mit.edu", "http://drake.mit.edu/")
-
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 

@@ -146,7 +146,6 @@ KEPT, RECORDED, IGNORED, ASIDE, MISREAD, MERGED = (
 
 NO_DYNAMICS = "no dynamics"
 """Verdicts."""
-
 SHAPES, BEHIND_FIXED, ZEROS, CONTINUOUS = "shapes", "links behind fixed joints", "zero inertials", "continuous joints"
 
 
@@ -248,7 +247,6 @@ def merged_loss(engine: str, loaded: Loaded, links: Sequence[str]) -> Loss:
 
 
 WRITTEN, XML = "the .urdf that lwr-dyn urdf writes", ".xml (MJCF)"
-
 DRAG = "drag of its own"
 """A torque that no file asks for."""
 

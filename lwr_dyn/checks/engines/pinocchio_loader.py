@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.checks.arm.model_laws import EXACT, SLIDE, equality
-from lwr_dyn.checks.arm.verdict import Verdict
+from lwr_dyn.checks.arm.model_laws import EXACT, SLIDE, Verdict, equality
 from lwr_dyn.checks.engines.child_process import one_line, quiet
 from lwr_dyn.checks.engines.engine import ArmInFile
 from lwr_dyn.checks.engines.losses import FileReference, as_urdf, reference_of
@@ -27,11 +26,11 @@ from lwr_dyn.model.arm import Arm
 class PinocchioFile:
     """The whole tree: joints outside the scope are held, so the scope's rows are those of the reduced model.
 
-    A continuous joint has a cosine and a sine in place of its angle.
+    A continuous joint has a cosine and a sine in place of its angle. The option `rotors` names an .srdf.
     """
 
-    def __init__(self, path: Path, scope: ArmInFile, rotors: str | None) -> None:
-        self.model = file_model(path, rotors)
+    def __init__(self, path: Path, scope: ArmInFile, options: Mapping[str, Any]) -> None:
+        self.model = file_model(path, options.get("rotors"))
         self.calls = PinocchioCalls(self.model)
         names = list(self.model.names)
         for name in (x for x in scope.joints if x not in names):
@@ -97,13 +96,7 @@ class PinocchioFile:
         return whole
 
 
-def load(path: Path, scope: ArmInFile, options: Mapping[str, Any]) -> PinocchioFile:
-    """The file; `rotors` names an .srdf beside it."""
-    return PinocchioFile(path, scope, options.get("rotors"))
-
-
 STATES = 200
-
 _NAME = "Pinocchio on the file itself - our reading"
 
 
@@ -117,7 +110,7 @@ def file_verdicts(arm: Arm) -> tuple[list[Verdict], list[str]]:
         reference = reference_of(path, given.get("tip"), given.get("lock", {}), STATES)
         try:
             with quiet() as printed:
-                model = PinocchioFile(path, reference.scope, None)
+                model = PinocchioFile(path, reference.scope, {})
         except Exception as refusal:  # its parser raises what C++ throws
             return [], [f"{_NAME}: {one_line(refusal, printed)}"]
     joints = () if reference.arm.layout is None else reference.arm.layout.joints

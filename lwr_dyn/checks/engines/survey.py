@@ -54,13 +54,7 @@ def survey(
     engines: Sequence[str] = ENGINES.names,
     seconds: float = SECONDS,
 ) -> ModelReport:
-    """Load the file, and copies of it without one feature each, in every engine that is installed.
-
-    Raises
-    ------
-    FileAccessError, UrdfError, UnknownNameError
-        As `read_urdf`.
-    """
+    """Load the file, and copies without one feature each, in every engine that is installed; raises as `read_urdf`."""
     reference = losses.reference_of(path, tip, lock or {})
     root = parse_xml(read_bytes(path, "a readable .urdf file"), path.name)
     with tempfile.TemporaryDirectory() as folder:

@@ -20,12 +20,9 @@ from lwr_dyn.simulation.metrics import RIGID, MetricsRecord
 from lwr_dyn.trajectory.motion_profile import positive_number
 
 POSES = 500
-
 OMEGA_N, XI = 50.0, 1.0
 """[rad/s], 1: of the gains that are compared."""
-
 MOST_POSES = 1_000_000
-
 MOST_ARMS = 8
 """Arms at once: the number of runs grows with the square."""
 
@@ -87,18 +84,11 @@ def sensitivity(
     progress : callable, optional
         Called with the share of the runs that are done.
 
-    Returns
-    -------
-    Sensitivity
-
     Raises
     ------
-    OptionError
-        Fewer than two arms or more than eight, no poses, no rate, a task that the first arm cannot do.
-    ShapeError
-        Arms with different numbers of joints.
-    UnknownNameError
-        No task of that name.
+    OptionError, ShapeError, UnknownNameError
+        Another number of arms, no poses, no rate; different numbers of joints; no such task, or one that the first arm
+        cannot do.
     MissingDataError, PathLimitError
         An arm without inertias, a task beyond the limits of the first arm.
     """
@@ -124,7 +114,6 @@ def sensitivity(
 
 FASTER, STOPPED = "*", "!"
 """Marks of an error: of a loop that is sampled faster, and of a run in which a joint met its stop."""
-
 TINY = 1e-12
 """Below this a torque or inertia is rounding."""
 

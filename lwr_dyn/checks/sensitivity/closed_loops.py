@@ -69,10 +69,8 @@ def statics_of(arms: Mapping[str, Arm], poses: int, seed: int, omega_n: float, x
 
 
 Progress = Callable[[float], None]
-
 PLACES = 50
 """Places along the reference at which the sampled loop is judged."""
-
 SAFE = 1.6
 """Times the least rate that holds: the rate that is chosen where the usual one would not hold."""
 
@@ -147,9 +145,7 @@ def _rate_that_holds(plant: Arm, controller: Controller, study: SimulatedTask, r
 
 Runs = Mapping[str, ClosedLoopResult]
 """Controller -> its run, of one pair of readings."""
-
 Rule = Callable[[Runs], bool | None]
-
 SAME_GAINS = (0.01, 0.05)
 """Shares within which gains count as the same."""
 

@@ -109,10 +109,8 @@ def study_tasks() -> dict[str, StudyTask]:
 def parse_tasks(text: str, file: str) -> tuple[StudyTask, ...]:
     """The tasks of one file's text.
 
-    Raises
-    ------
-    PaperError
-        Broken TOML; a field that is unknown, missing or of another type; a claim about no controller of its task.
+    Raises `PaperError` for broken TOML, a field that is unknown, missing or of another type, and a claim about no
+    controller of its task.
     """
     top = Fields(parse_toml(text, file), file)
     robot = top.text("robot")
@@ -168,7 +166,6 @@ def _claim(fields: Fields, controllers: list[str]) -> PublishedClaim:
 
 RANGE_SHARE = 0.1
 """A joint move covers this share of the joints' ranges, about the middle."""
-
 JOINT_LEG = 2.0
 """[s] of each leg of a joint move."""
 
@@ -194,12 +191,8 @@ class SimulatedTask:
 def simulated_task(arm: Arm, name: str | None = None) -> SimulatedTask:
     """A task by name for an arm; if not given the first that the arm's paper sets, else a joint move.
 
-    Raises
-    ------
-    UnknownNameError
-        No task of that name.
-    OptionError, PathLimitError, MissingDataError
-        The arm cannot do it; the task's file gives an option that its reference does not have, or lacks one.
+    Raises `UnknownNameError`; `OptionError`, `PathLimitError` or `MissingDataError` where the arm cannot do it, or the
+    task's file gives an option that its reference does not have, or lacks one.
     """
     tasks = study_tasks() | {JOINT_MOVE.name: JOINT_MOVE}
     own = next((task.name for task in tasks.values() if task.robot == arm.name), JOINT_MOVE.name)

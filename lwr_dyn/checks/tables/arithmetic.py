@@ -16,7 +16,6 @@ from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable,
 
 LONGEST = 200
 """Characters of a formula."""
-
 LARGEST_POWER = 20.0
 
 FUNCTIONS: dict[str, Callable[..., float]] = {
@@ -27,7 +26,6 @@ FUNCTIONS: dict[str, Callable[..., float]] = {
 """What may be called, angles in radians."""
 
 TAKES_ANGLE = ("sin", "cos", "tan")
-
 GIVES_ANGLE = ("asin", "acos", "atan", "atan2")
 
 _OPERATORS: dict[type, Callable[[float, float], float]] = {
@@ -132,7 +130,6 @@ def _call(node: ast.Call, names: Mapping[str, float], degrees: bool) -> float:
 
 Powers = tuple[float, float, float, float]
 """Of metre, kilogram, second, radian."""
-
 NUMBER: Powers = (0.0, 0.0, 0.0, 0.0)
 
 _BASE: dict[str, tuple[Powers, float]] = {
@@ -258,10 +255,8 @@ QUANTITIES: dict[str, tuple[str, ...]] = {
 """Word of a heading -> the units of what it names; the last such word of a heading counts."""
 
 ERRORS = ("error", "errors", "err", "deviation")
-
 _ALONG, _AROUND = (1.0, 0.0), (0.0, 1.0)
 """Powers of metre and radian of an error along and around a joint."""
-
 ANGULAR_ALONE = {"rad", "rad/s", "rad/s^2"}
 """Units that differ from a number by the radian alone."""
 

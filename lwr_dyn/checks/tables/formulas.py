@@ -18,7 +18,6 @@ from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetColumn, SheetTable,
 from lwr_dyn.model.printed_number import PrintedNumber, power_of_ten, printed_number
 
 Place = TypeVar("Place")
-
 POWERS = (-3, -2, -1, 1, 2, 3)
 """Powers of ten by which a cell of a sum may be off."""
 
@@ -66,7 +65,6 @@ def corrections(number: PrintedNumber) -> Iterator[tuple[float, str]]:
 
 
 FORM = "NAME = numbers, names, + - * / ^ and functions such as sqrt, sin, hypot"
-
 LEAST_SHIFTED = 3
 """Rows that must print the value of a neighbouring row before they count as shifted."""
 
@@ -231,15 +229,10 @@ def _dimensions(formula: Formula) -> Iterator[Finding]:
 
 
 _NUM = r"(?>\d+\.?\d*|\.\d+)(?>[eE][+-]?\d+)?"
-
 _NAMES = "|".join(sorted(arithmetic.FUNCTIONS, key=len, reverse=True))
-
 _TOKEN = rf"(?>{_NUM}|\b(?:{_NAMES})(?=\s*\()|[-+*/^(),]|\bx\b|\bdeg\b|\s)"
-
 _LEFT = re.compile(rf"(?<![\w.]){_TOKEN}+$")
-
 _RIGHT = re.compile(rf"\s*([-+]?{_NUM})((?:\s+or\s+[-+]?{_NUM})*)\s*([^\s\d].{{0,3}})?")
-
 _INNER = re.compile(rf"(?<![\w.]){_NUM}")
 
 

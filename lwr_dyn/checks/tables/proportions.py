@@ -15,25 +15,17 @@ from lwr_dyn.model.printed_number import ROUND, PrintedNumber
 
 LEAST_ROWS = 3
 """Rows that have to agree before a ratio counts as constant."""
-
 LEAST_SHARE = 0.6
 """Share of the rows that have to agree."""
-
 SHARPEST = 0.03
 """A row takes part when its rounding leaves less than this share of the ratio open."""
-
 LEAST_DISTINCT = 3
 """Different numbers among the agreeing rows: two constants are always proportional."""
-
 MOST_BROKEN = 3
-
 SAMPLE = 200
 """First rows of a long table in which a ratio has to show before all rows are examined."""
-
 LARGEST_POWER = 6
-
 Interval = tuple[float, float]
-
 Place = tuple[int, int]
 """Column (0 or 1) and row of a cell of a pair."""
 
@@ -231,9 +223,7 @@ def _power_of_ten(constant: ConstantRatio) -> Iterator[Finding]:
 
 LEAST_MATCHES = 3
 """Different numbers other than 0 that have to repeat."""
-
 SAME = 1e-9
-
 Sizes = Sequence[float | None]
 
 

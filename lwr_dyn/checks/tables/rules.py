@@ -26,7 +26,6 @@ from lwr_dyn.model.printed_number import ROUND, PrintedNumber, printed_number
 
 MOST_CORRECTIONS = 3
 """Corrections of a total that are listed; more explain nothing."""
-
 Opposite = tuple[int, int, PrintedNumber, PrintedNumber]
 """Row, column, entry (row, column), entry (column, row)."""
 
@@ -133,16 +132,12 @@ def _difference(a: PrintedNumber, b: PrintedNumber) -> str:
 
 SHARED = 5
 """Leading digits in common that no accident explains, in numbers printed with different lengths."""
-
 EXACT = 4
 """Digits of a number that repeats exactly in a row that differs otherwise."""
-
 NOISE = 1e-7
 """Relative error that floating-point arithmetic or ten printed digits of pi leave in a simple number."""
-
 MOST_ROWS = 300
 """Rows of a table up to which every two rows are compared."""
-
 CLOSE = 0.1
 """Rows are alike when most of their numbers are within this share of each other."""
 
@@ -262,7 +257,6 @@ RULES: tuple[Rule, ...] = (
 
 LARGEST = 20_000_000
 """Bytes of a file."""
-
 FORMATS = "a .toml or .csv file of numbers"
 
 
@@ -284,12 +278,8 @@ def lint(sheet: Sheet) -> tuple[Finding, ...]:
 def sheet_of_file(path: str | Path) -> Sheet:
     """A .toml or .csv file as a sheet, the kind of its joints unknown where it does not state it.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read, is too large, or is neither .toml nor .csv.
-    TableError
-        It can be read, but not as tables of numbers.
+    Raises `FileAccessError` for a file that cannot be read, is too large or is neither .toml nor .csv, `TableError` for
+    one that can be read, but not as tables of numbers.
     """
     file = Path(path)
     if file.suffix.lower() not in (".toml", ".csv"):

@@ -25,7 +25,6 @@ ROLES: dict[str, tuple[str, ...]] = {
 
 TOTALS = ("total", "sum", "totals", "overall", "all")
 """Words in a row's label that make it the sum of the rows above."""
-
 _UNIT = re.compile(r"[\[(]([^\])]*)[\])]\s*$")
 
 
@@ -91,7 +90,6 @@ def stem_of(heading: str) -> tuple[str, ...]:
 
 Severity = Literal["error", "warning", "note"]
 """An error cannot be right, a warning is most likely wrong, a note only states how a table was read."""
-
 Confidence = Literal["certain", "likely", "possible"]
 
 
@@ -255,7 +253,6 @@ class SheetRecord(TypedDict):
 
 
 SEPARATORS = ",;\t|"
-
 DECLARATIONS = ("title", "formula", "ratio", "joints", "total", "role")
 
 
@@ -271,33 +268,24 @@ def _declarations(text: str) -> dict[str, list[str]]:
 
 def _pairs(lines: Sequence[str]) -> dict[str, str]:
     """Lines such as "mass = 14.4462" as a mapping."""
-    split = [line.partition("=") for line in lines]
-    return {name_in(key.strip()): value.strip() for key, _, value in split}
+    return {name_in(key.strip()): value.strip() for key, _, value in (line.partition("=") for line in lines)}
 
 
 def sheet_of_csv(text: str, file: str, name: str) -> Sheet:
-    """The table of a CSV text.
+    """The table of a CSV text; `file` and `name` are what messages call the file and the table.
 
-    Parameters
-    ----------
-    text : str
-        A heading line ("Joint, Mass [kg]"), then rows; separated by , ; tab or |. Lines "# formula: Kp = 25 * Kd",
-        "# ratio: Kp / Kd", "# total: Mass = 14.4462", "# joints: revolute", "# role: a = mean" and "# title: ..."
-        declare. A last row labelled "total" is taken as the sum.
-    file, name : str
-        Names of the file and the table in messages.
-
-    Raises
-    ------
-    TableError
-        No CSV, no rows, a row of another length, two columns of one name.
+    The text is a heading line ("Joint, Mass [kg]"), then rows; separated by , ; tab or |. The lines
+    "# formula: Kp = 25 * Kd", "# ratio: Kp / Kd", "# total: Mass = 14.4462", "# joints: revolute", "# role: a = mean"
+    and "# title: ..." declare. A last row labelled "total" is taken as the sum. Raises `TableError` for no CSV, no
+    rows, a row of another length, two columns of one name.
     """
     declared = _declarations(text)
     headings, *cells = _rows([line for line in text.splitlines() if not line.lstrip().startswith("#")], file)
     bare = [name_in(h) for h in headings]
     head = [name if bare.count(name) == 1 else heading for name, heading in zip(bare, headings, strict=True)]
     roles = _pairs(declared["role"])
-    summed = _total_row(head, cells, roles)
+    labels = [j for j, h in enumerate(head) if role_of(h, roles) == "label"] or [0]
+    summed = len(cells) > 2 and any(set(words_of(cells[-1][j])) & set(TOTALS) for j in labels)
     body_rows = cells[:-1] if summed else cells
     columns = tuple(
         SheetColumn(name, tuple(row[j] for row in body_rows), unit_in(heading))
@@ -330,9 +318,3 @@ def _rows(lines: Sequence[str], file: str) -> list[list[str]]:
     for double in (h for h in head if head.count(h) > 1):
         raise TableError(file, "heading", f"{double!r} twice", "each column once")
     return rows
-
-
-def _total_row(head: Sequence[str], cells: Sequence[Sequence[str]], roles: dict[str, str]) -> bool:
-    """The last row is labelled as the sum of the others."""
-    labels = [j for j, h in enumerate(head) if role_of(h, roles) == "label"] or [0]
-    return len(cells) > 2 and any(set(words_of(cells[-1][j])) & set(TOTALS) for j in labels)

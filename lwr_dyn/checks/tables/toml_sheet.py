@@ -17,9 +17,7 @@ from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.model.printed_number import printed_number
 
 AXES = "xyz"
-
 SYMMETRIC_UNITS = ("kg m^2", "kg mm^2", "kg cm^2")
-
 SYMMETRIC_WORDS = ("inertia", "tensor", "covariance", "gram")
 
 
@@ -75,16 +73,11 @@ def _matrix(rows: list[Any]) -> tuple[tuple[str, ...], ...]:
 
 
 LISTS = ("formula", "ratio", "symmetric")
-
 DECLARED = (*LISTS, "total", "role", "joints", "unit")
-
 _CELL = re.compile(r"([\w.]+?)\.(\w+)\.values(?:\[(\d+)\])?.*")
-
 PARTS = ("cells", "given")
 """Tables inside a table that hold its cells."""
-
 NOT_CELLS = ("lint", "unit", "units", "schema", "rows", "errata", "needs")
-
 _PRINTED_IN = re.compile(r"printed in ([^,;]+)")
 
 
@@ -106,18 +99,9 @@ class SheetParts:
 
 
 def sheet_of_toml(text: str, file: str, joints: str = "") -> sheet.Sheet:
-    """All tables, matrices and sentences of a TOML text.
+    """All tables, matrices and sentences of a TOML text; raises `TableError` for broken TOML and bad declarations.
 
-    Parameters
-    ----------
-    text, file : str
-    joints : str
-        "revolute" or "prismatic": the kind of the joints, where the file does not state it; "" if unknown.
-
-    Raises
-    ------
-    TableError
-        Broken TOML, a declaration that cannot be read.
+    `joints` is the kind of the joints where the file does not state it: "revolute", "prismatic", or "" if unknown.
 
     >>> sheet_of_toml("[gains]\\nKp = [7310, 7270]\\nKd = [292.4, 290.8]", "x.toml").tables[0].columns[1].cells
     ('292.4', '290.8')

@@ -5,7 +5,7 @@ findings too. Links that fixed joints weld together count as one mass; poses of 
 positions of the joints, and loops and broken trees are passed over.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -25,48 +25,24 @@ from lwr_dyn.model.spatial import turn_about
 
 FindingSeverity = Literal["error", "warning", "note"]
 """An error is impossible for a body or a joint, a warning most likely wrong, a note worth a look."""
-
 Sureness = Literal["certain", "likely", "possible"]
-
 SEVERITIES: tuple[FindingSeverity, ...] = ("error", "warning", "note")
 
 
 @dataclass(frozen=True, slots=True)
 class UrdfFinding:
-    """A suspected fault.
+    """A suspected fault."""
 
-    Parameters
-    ----------
-    what : str
-        One clause with the numbers: "iyy and izz look exchanged".
-    why : str
-        The figures that show it.
-    place : Place
-    subject : str
-        "link wrist_1", "joint elbow"; empty for the whole file.
-    instead : str
-        The text to write, or what to do; empty where the file does not tell.
-    sure : str
-    cause : str
-        Groups findings over rules and links: "masses in g". Empty: grouped by code.
-    severity : str, optional
-        None: that of its rule.
-    link : str
-        The link that is judged; on one that no joint moves the finding becomes a note.
-    code : str
-        Name of its rule, filled in when the rule has run.
-    """
-
-    what: str
-    why: str
+    what: str  # one clause with the numbers: "iyy and izz look exchanged"
+    why: str  # the figures that show it
     place: Place
-    subject: str
-    instead: str = ""
+    subject: str  # "link wrist_1", "joint elbow"; empty for the whole file
+    instead: str = ""  # the text to write, or what to do; empty where the file does not tell
     sure: Sureness = "certain"
-    cause: str = ""
-    severity: FindingSeverity | None = None
-    link: str = ""
-    code: str = ""
+    cause: str = ""  # groups findings over rules and links: "masses in g"; empty: grouped by code
+    severity: FindingSeverity | None = None  # None: that of its rule
+    link: str = ""  # that is judged; on one that no joint moves the finding becomes a note
+    code: str = ""  # of its rule, filled in when the rule has run
 
     @property
     def level(self) -> FindingSeverity:
@@ -129,7 +105,6 @@ def inertia_text(tensor: Array) -> str:
 
 LARGEST_FILE = 50_000_000
 """Bytes of a file."""
-
 NEEDED = "a readable .urdf or .xacro file"
 
 
@@ -185,30 +160,27 @@ class UrdfDocument:
         """Whether any link of the file has mass; without, it describes kinematics only."""
         return any(link.inertial is not None and not link.inertial.is_zero for link in self.links)
 
+    def carried_by(self, *names: str, through_moving: bool = True) -> Iterator[str]:
+        """These links and all further out, or those fixed to them alone; each once."""
+        seen, waiting = set[str](), list(names)
+        while waiting:
+            name = waiting.pop()
+            if name not in seen:
+                seen.add(name)
+                waiting += [x.child for x in self.joints_from(name) if through_moving or not x.moves]
+                yield name
+
     def mass_beyond(self, name: str, through_moving: bool) -> float:
         """Mass [kg] of the links further out than a link, or of those fixed to it alone; without its own."""
-        mass, seen, waiting = 0.0, {name}, [name]
-        while waiting:
-            for joint in self.joints_from(waiting.pop()):
-                if joint.child in seen or (joint.moves and not through_moving):
-                    continue
-                seen.add(joint.child)
-                waiting.append(joint.child)
-                link = self.link(joint.child)
-                if link is not None and link.inertial is not None:
-                    mass += max(link.inertial.mass or 0.0, 0.0)
-        return mass
+        links = [self.link(x) for x in self.carried_by(name, through_moving=through_moving) if x != name]
+        return sum(max(x.inertial.mass or 0.0, 0.0) for x in links if x is not None and x.inertial is not None)
 
 
 def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfDocument:
     """A URDF or xacro file as a document; text that is no URDF makes a document with a finding and no links.
 
-    Raises
-    ------
-    FileAccessError
-        The file cannot be read, or is larger than 50 MB.
-    MissingPackageError
-        A xacro file, and xacro is not installed.
+    Raises `FileAccessError` for a file that cannot be read or has over 50 MB, `MissingPackageError` for a xacro file
+    where xacro is not installed.
     """
     file, place = str(path), Path(path)
     if not ends_in(file, ".xacro"):
@@ -276,9 +248,7 @@ def _not_xml(content: bytes, fault: XmlFaultError) -> UrdfFinding:
 
 POSES = 12
 """Positions of the joints: all at 0, then drawn from their limits."""
-
 TURNING, SLIDING = ("revolute", "continuous"), ("prismatic",)
-
 _WIDEST = 2.0 * np.pi
 
 

@@ -27,37 +27,22 @@ from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import cache_folder, read_bytes, write_file
 
 _DIRECTIONS = 574
-
 _CHUNK = 8192
 """Points that are multiplied with all directions at once: 20 MB."""
-
 _FLAT = 1e-9
 """Volume over diameter^3 below which a body is a sheet or a line, without a covariance to compare with."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hull:
-    """A solid convex body.
+    """A solid convex body."""
 
-    Parameters
-    ----------
-    vertices : (k, 3) array [m]
-    planes : (f, 4) array
-        Outward unit normal n and offset d of each face [m]: n . x + d <= 0 inside.
-    volume : float [m^3]
-    centroid : (3,) array [m]
-    covariance : (3, 3) array [m^2]
-        Mean of (x - centroid)(x - centroid)' over the volume.
-    diameter : float [m]
-        The largest width.
-    """
-
-    vertices: Array
-    planes: Array
-    volume: float
-    centroid: Array
-    covariance: Array
-    diameter: float
+    vertices: Array  # (k, 3) [m]
+    planes: Array  # (f, 4), outward unit normal n and offset d [m] of each face: n . x + d <= 0 inside
+    volume: float  # [m^3]
+    centroid: Array  # (3,) [m]
+    covariance: Array  # (3, 3) [m^2], mean of (x - centroid)(x - centroid)' over the volume
+    diameter: float  # [m], the largest width
 
 
 @cache
@@ -72,13 +57,7 @@ def directions() -> Array:
 
 
 def support_points(points: Array) -> Array:
-    """The points that are outermost in one of the `directions`: (k, 3) array, k <= 600.
-
-    Parameters
-    ----------
-    points : (n, 3) array [m]
-        Points that are not finite are passed over.
-    """
+    """Those of (n, 3) points [m] that are outermost in one of the `directions`, (k, 3), k <= 600; all are finite."""
     points = np.asarray(points, dtype=float)
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) <= len(directions()):
@@ -126,10 +105,7 @@ def depth(hull: Hull, point: Array) -> float:
 def gap(one: Hull, other: Hull, pose: Array) -> float:
     """Distance [m] between two hulls along the best of the directions; at most the true one, 0 where they meet.
 
-    Parameters
-    ----------
-    pose : (4, 4) array
-        Of the other hull's frame in the frame of the first.
+    `pose` (4, 4) is that of the other hull's frame in the frame of the first.
     """
     if depth(one, pose[:3, 3]) <= 0.0 and depth(other, np.zeros(3)) <= 0.0:  # the joint lies inside both
         return 0.0
@@ -155,7 +131,6 @@ def reach_along(hull: Hull, axes: Array, origin: Array) -> tuple[Array, Array]:
 
 
 _SCHEMES = ("package://", "model://")
-
 REMOTE = ("http://", "https://")
 
 
@@ -171,17 +146,10 @@ class MeshPath:
 
 
 def mesh_path(mesh: str, document: Path) -> MeshPath:
-    """The file of a mesh.
+    """The file of a mesh, named as in the URDF `document`.
 
     `package://NAME/...` is looked for in folders named NAME above the URDF and beside these, and in ROS_PACKAGE_PATH
     and AMENT_PREFIX_PATH; where there is none, in the folders above under the rest of the name.
-
-    Parameters
-    ----------
-    mesh : str
-        As written in the URDF.
-    document : path
-        The URDF.
     """
     if "\0" in mesh or mesh.startswith(REMOTE):
         return MeshPath(None)
@@ -206,7 +174,6 @@ def _there(path: Path) -> MeshPath:
 
 
 _MARK = b"lwr_dyn hull 1\n"
-
 _LARGEST_KEPT = 100_000
 """[bytes] of one file: 600 points need 14 400."""
 
@@ -247,12 +214,9 @@ def _digest(key: str, data: bytes) -> bytes:
 
 
 OTHER_FORMAT = "format"
-
 FORMATS = (".stl", ".obj", ".dae")
-
 _LARGEST = 256_000_000
 """[bytes] of one mesh file."""
-
 _UNIT = re.compile(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']([^\"']+)[\"']")
 
 
@@ -271,10 +235,7 @@ class MeshPoints:
 def mesh_points(path: Path) -> MeshPoints:
     """The outermost points of a mesh file.
 
-    Raises
-    ------
-    MeshPointsError
-        A file that cannot be read as the mesh its ending says, or without points.
+    Raises `MeshPointsError` for one that cannot be read as the mesh its ending says, or without points.
     """
     try:
         state = path.stat()

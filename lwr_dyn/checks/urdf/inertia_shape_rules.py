@@ -21,21 +21,14 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import number_text
 
 MASS, SHAPES = "mass", "shapes"
-
 _SMALL, _LARGE = "10 times too small", "10 times too large"
-
 _MASS_UNITS = (("g", 1e-3), ("lb", 0.45359237), (_SMALL, 10.0), (_LARGE, 0.1), ("t", 1000.0))
-
 _TWICE = "1000 times too small"
 """Of shapes whose scale turns mm into m a second time."""
-
 _LENGTH_UNITS = (("mm", 1e-3), (_TWICE, 1e3), ("cm", 1e-2), ("inches", 0.0254))
-
 _FIT = 1.4
 """Largest length of the remaining logarithms of density and spread."""
-
 _GAIN = 1.2
-
 _BOTH = 0.2
 """Least logarithm that volume and inertia must each tell before they are believed."""
 
@@ -85,7 +78,6 @@ def misfit(found: Judgement) -> float:
 
 FAR = 0.3
 """[diameters] A centre further outside the hull than this is taken at the hull's centroid."""
-
 EMPTY_BELIEVED, SOLID_BELIEVED = 5.0, 12000.0
 """[kg/m^3] A mass that makes the density lie beyond these is taken at the file's usual density."""
 
@@ -135,18 +127,9 @@ def largest_weight(document: UrdfDocument, joint: JointElement, poses: dict[str,
 def _behind(document: UrdfDocument, child: str, poses: dict[str, Array]) -> tuple[list[float], list[Array]]:
     """Masses and centres (12, 3) of the links behind a joint, in the root's frame."""
     believed = believed_masses(document)
-    masses, centres, waiting, seen = [], [], [child], set[str]()
-    while waiting:
-        name = waiting.pop()
-        if name not in poses or name in seen:
-            continue
-        seen.add(name)
-        waiting += [joint.child for joint in document.joints_from(name)]
-        if name in believed:
-            mass, com = believed[name]
-            masses.append(mass)
-            centres.append(poses[name][:, :3, :3] @ com + poses[name][:, :3, 3])
-    return masses, centres
+    names = [name for name in document.carried_by(child) if name in poses and name in believed]
+    centres = [poses[name][:, :3, :3] @ believed[name][1] + poses[name][:, :3, 3] for name in names]
+    return [believed[name][0] for name in names], centres
 
 
 @lru_cache(maxsize=4)
@@ -158,24 +141,16 @@ def misscaled(document: UrdfDocument) -> frozenset[str]:
 
 WIDEST, WIDE = 18.0, 4.5
 """Largest eigenvalue of H^-1 S that is impossible, and that no good arm but UR3 and UR3e (5.1) reaches."""
-
 NARROWEST, NARROW, NARROW_MIDDLE = 0.02, 0.11, 0.33
 """Largest eigenvalue below which nothing is left of the body; smallest and middle one below those of good arms."""
-
 BOUND_ERROR, BOUND_WARNING = 2.0, 1.35
-
 OUTSIDE_ERROR, OUTSIDE_WARNING = 0.3, 0.02
-
 OFF = 2.0
-
 EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 5000.0, 12000.0
 """[kg/m^3] Impossible, odd; odd, impossible. Good arms: 250 to 3 030, a cover 13, a display 68."""
-
 UNUSUAL = 6.0
-
 SPARSE, DENSE = 100.0, 3000.0
 """[kg/m^3] Between these a density unlike the others of the file is worth a note only."""
-
 MISFIT, MISFIT_WARNING, POUND, _NEAR_POUND = 0.45, 0.55, 0.45359237, 0.3
 
 

@@ -12,10 +12,8 @@ from lwr_dyn.foundation.number_text import number_text
 
 ROUNDING = 1e-9
 """Smallest principal moment, relative to the largest, that rounding explains."""
-
 CLEAR = 0.01
 """Excess over the triangle inequality, relative to the largest moment, that no rounding of digits explains."""
-
 COARSE = 0.1
 """Excess, relative to the largest moment, that is worth a warning where the written digits could explain it."""
 
@@ -192,10 +190,8 @@ def inertials_equal(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 HEAVY = 2000.0
 """Mass of a link over the cube of the arm's length [kg/m^3] that no arm has: a KR210 has 30 in all, an iiwa 10."""
-
 LONG = 10.0
 """A centre of mass [m] from its link's frame that no arm has."""
-
 RATHER_LONG = 1.0
 """A centre of mass [m] that looks wrong where it is many times the largest distance of two joints."""
 

@@ -60,12 +60,7 @@ def several_roots(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def loops(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """Joints that follow each other in a circle: no link of the circle has a place."""
-    reached, waiting = set(document.roots), list(document.roots)
-    while waiting:
-        for joint in document.joints_from(waiting.pop()):
-            if joint.child not in reached:
-                reached.add(joint.child)
-                waiting.append(joint.child)
+    reached = set(document.carried_by(*document.roots))
     lost = [link for link in document.by_name.values() if link.name not in reached]
     if lost:
         names = ", ".join(link.name for link in lost[:6]) + (", ..." if len(lost) > 6 else "")
@@ -90,32 +85,22 @@ def unknown_mimics(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 TWO_TURNS = 4.0 * math.pi
 """Position limit [rad] that no arm of the corpus with sound limits reaches: two turns to one side."""
-
 DEGREES = 720.0
 """Largest angle that is taken for degrees; beyond it a number stands for "no limit"."""
-
 FAST = 40.0
 """Joint speed [rad/s] above those of sound arms: up to 37 (a humanoid), 25 (an industrial arm)."""
-
 LONG_TRAVEL = 20.0
 """Travel of a slide [m] above which its limits look like millimetres; a gantry has some metres."""
-
 ENDLESS = 5000.0
 """Travel of a slide [m] that no unit explains, so that it stands for "no limit"."""
-
 FAR = 10.0
 """Distance between two joints [m] that no arm has."""
-
 RATHER_FAR = 2.0
 """Distance between two joints [m] that looks wrong where it is many times the others."""
-
 UNIT = 1e-3
 """Deviation of an axis' length from 1 that rounding to three digits does not explain."""
-
 _BOUNDED = ("revolute", "prismatic")
-
 _MOTORS = (*_BOUNDED, "continuous")
-
 _UNITS = {"effort": ("N m", "N"), "velocity": ("rad/s", "m/s")}
 """Of a turning joint, of a sliding one."""
 
@@ -299,7 +284,6 @@ def fixed_with_limits(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 _TURN = math.tau + 0.01
 """Angle [rad] above which it is more than a turn, with rounding."""
-
 _QUARTER = 0.01
 """Deviation [rad] from whole quarter turns that rounding explains."""
 

@@ -20,10 +20,8 @@ from lwr_dyn.foundation.arrays import Array
 
 DIFFERS, WIDER = 8.0, 2.0
 """Volumes and diameters of visual and collision that are further apart than this are in different units."""
-
 _PLAUSIBLE = 800.0
 """[kg/m^3] Middle of the density of arms' hulls: where the two roles differ, the nearer one is judged."""
-
 _SIDES = 64
 
 
@@ -40,25 +38,14 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkBody:
-    """A link with the hulls of its shapes; a hull is None where no shape with a volume can be read.
-
-    Parameters
-    ----------
-    visual, collision : Hull or None
-    hull : Hull or None
-        Of both together; of the more plausible one where their units differ.
-    unread : tuple of (ShapeElement, str)
-        Mesh files that are there and cannot be read, with the reason.
-    whole : bool
-        Whether every mesh was read; without one the hull may be smaller than the body.
-    """
+    """A link with the hulls of its shapes; a hull is None where no shape with a volume can be read."""
 
     link: LinkElement
     visual: Hull | None
     collision: Hull | None
-    hull: Hull | None
-    unread: tuple[tuple[ShapeElement, str], ...]
-    whole: bool = True
+    hull: Hull | None  # of both together; of the more plausible one where their units differ
+    unread: tuple[tuple[ShapeElement, str], ...]  # mesh files that are there and cannot be read, with the reason
+    whole: bool = True  # every mesh was read; else the hull may be smaller than the body
 
     @property
     def ratio(self) -> float:
@@ -165,10 +152,8 @@ def _ball() -> Array:
 
 USUAL_DENSITY = 800.0
 """[kg/m^3] Where a file's own median does not lie between 100 and 5 000."""
-
 _WHOLE_FILE, _ODD = 3, 0.02
 """Links that must tell of the base frame before a file is said to use it."""
-
 _LIGHT = 0.05
 """[kg] Links below this do not count for the median: dummies and frames."""
 
@@ -179,50 +164,29 @@ an exchange of moments at most 0.55, rpy 0.67 (prior 0.2), about the link frame 
 
 _USUAL_REST = 1.8
 """A slip explains a tensor when no more distance than this is left: 98 of 100 good links have at most 1.7."""
-
 CENTRE_NAMED = 0.55
 """As `NAMED`, for the centre's distance in standard deviations: signs at most 0.34, order 0.71 (prior 0.3)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """A link with mass and hull, and what the hull says of them.
-
-    Parameters
-    ----------
-    density : float [kg/m^3]
-        Mass over the volume of the hull.
-    usual : float [kg/m^3]
-        Median of the file's links.
-    ratios : (3,) array
-        Eigenvalues of H^-1 S.
-    spread, usual_spread : float
-        Mean logarithm of the ratios, and the file's median of it.
-    bound : float
-        Variance over its hard bound.
-    outside, off : float
-        Of the centre: over the diameter, and in standard deviations.
-    tensor_slip, centre_slip : Undoing or None
-        The slip whose undoing explains the tensor or the centre.
-    cut : float
-        By how much the slip of the tensor shortens the distance, its prior taken off.
-    """
+    """A link with mass and hull, and what the hull says of them."""
 
     body: LinkBody
     inertial: InertialElement
     hull: Hull
     point: MassPoint
-    density: float
-    usual: float
-    ratios: Array
-    spread: float
-    bound: float
-    outside: float
-    off: float
-    usual_spread: float = 0.0
-    tensor_slip: Undoing | None = None
-    cut: float = 0.0
-    centre_slip: Undoing | None = None
+    density: float  # mass over the volume of the hull [kg/m^3]
+    usual: float  # median of the file's links [kg/m^3]
+    ratios: Array  # (3,), eigenvalues of H^-1 S
+    spread: float  # mean logarithm of the ratios
+    bound: float  # variance over its hard bound
+    outside: float  # of the centre, over the diameter
+    off: float  # of the centre, in standard deviations
+    usual_spread: float = 0.0  # the file's median
+    tensor_slip: Undoing | None = None  # whose undoing explains the tensor
+    cut: float = 0.0  # by how much that shortens the distance, its prior taken off
+    centre_slip: Undoing | None = None  # whose undoing explains the centre
 
 
 @lru_cache(maxsize=4)

@@ -18,7 +18,6 @@ from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.foundation.registry import Registry, Row
 
 UrdfRule = Callable[[UrdfDocument], Iterable[UrdfFinding]]
-
 _HERE = "lwr_dyn.checks.urdf."
 
 READING = {
@@ -161,22 +160,10 @@ class LintReport:
 def lint_file(
     path: str | Path, ignore: Collection[str] = (), xacro_args: Mapping[str, str] | None = None
 ) -> LintReport:
-    """Judge a URDF or xacro file.
+    """Judge a URDF or xacro file, whose arguments are `xacro_args`, without the codes to ignore.
 
-    Parameters
-    ----------
-    path : path
-    ignore : collection of str
-        Codes to leave out.
-    xacro_args : mapping, optional
-        Arguments of a xacro file.
-
-    Raises
-    ------
-    FileAccessError, MissingPackageError, UrdfError
-        As `read_document`.
-    UnknownNameError
-        A code to ignore that no rule has.
+    Raises `FileAccessError`, `MissingPackageError` and `UrdfError` as `read_document`, `UnknownNameError` for a code to
+    ignore that no rule has.
     """
     return lint_document(read_document(path, xacro_args), ignore)
 

@@ -84,14 +84,7 @@ SHOWN = 5
 
 
 def report_text(report: LintReport, everything: bool = False) -> str:
-    """The findings of a file, grouped by cause, and what was not judged.
-
-    Parameters
-    ----------
-    report : LintReport
-    everything : bool
-        All findings of each group.
-    """
+    """The findings of a file, grouped by cause (with `everything` all of each group), and what was not judged."""
     lines = [line for group in grouped(report.findings) for line in _group(group, everything)]
     lines += [f"{report.file}: {remark}" for remark in report.remarks]
     return "\n".join([*lines, summary([report])])
@@ -146,7 +139,6 @@ def summary(reports: Sequence[LintReport]) -> str:
 
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
-
 MOST = 5000
 """Results that code scanning keeps of a run: the worst come first."""
 
@@ -159,7 +151,7 @@ def sarif_record(reports: Sequence[LintReport]) -> dict[str, Any]:
     """
     findings = _worst_first(reports)[:MOST]
     codes = list(dict.fromkeys(f.code for f in findings))
-    driver = {"name": "lwr_dyn", "version": VERSION, "semanticVersion": VERSION, "rules": [_rule(c) for c in codes]}
+    driver = {"name": "lwr_dyn", "version": VERSION, "semanticVersion": VERSION, "rules": [*map(_rule, codes)]}
     marked = zip(findings, _fingerprints(findings), strict=True)
     results = [_result(f, codes.index(f.code), fingerprint) for f, fingerprint in marked]
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
@@ -233,7 +225,6 @@ def _escaped(text: str, more: str = "") -> str:
 
 
 ENDINGS = (".urdf", ".xacro")
-
 IN_FOLDERS = ("*.urdf", "*.urdf.xacro")
 """Names that are looked for in folders; other `.xacro` files are macros without a robot."""
 
@@ -244,13 +235,7 @@ def is_urdf(name: str) -> bool:
 
 
 def urdf_files(names: Iterable[str]) -> Iterator[str]:
-    """The files that are meant: of a folder, all below it, in order.
-
-    Raises
-    ------
-    OptionError
-        A folder without a URDF.
-    """
+    """The files that are meant: of a folder, all below it, in order; raises `OptionError` for one without a URDF."""
     for name in names:
         if not Path(name).is_dir():
             yield name
@@ -268,14 +253,9 @@ def judge_all(
     say: Callable[[str], None],
     xacro_args: Mapping[str, str] | None = None,
 ) -> tuple[LintReport, ...]:
-    """The reports of all files; writes them as SARIF.
+    """The reports of all files; writes them as SARIF. Raises as `lint_file`, `urdf_files` and `write_file`.
 
     A xacro in a folder is passed over, with one line, where xacro is not installed.
-
-    Raises
-    ------
-    FileAccessError, MissingPackageError, OptionError, UnknownNameError
-        A file that cannot be read or written, xacro is needed, an empty folder, a code that does not exist.
     """
     if sarif is not None:
         check_writable(sarif)

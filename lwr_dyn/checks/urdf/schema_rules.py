@@ -16,7 +16,6 @@ from lwr_dyn.checks.urdf.xml_tree import LARGEST, XmlElement
 from lwr_dyn.foundation.arrays import number_of
 
 _POSE = {"xyz": 3, "rpy": 3}
-
 _ALIEN = ("gazebo", "ros2_control", "sensor", "transmission", "mujoco", "plugin", "pybullet", "isaac", "loop_joint")
 """Elements of other programs, at any place, beside those with a prefix (`drake:...`)."""
 
@@ -47,7 +46,6 @@ def _figures(*needed: str, optional: tuple[str, ...] = (), texts: tuple[str, ...
 
 
 _SHAPE = ("origin", "geometry", "material", "verbose", "contact_coefficients", "surface")
-
 _ENDS = TagRule(texts=("link",), needed=("link",))
 
 TAGS: Mapping[str, TagRule] = {
@@ -121,14 +119,10 @@ def _distance(a: str, b: str) -> int:
 
 Owned = tuple[XmlElement, str]
 """An element, and the link or joint that it belongs to in words."""
-
 _LIMITS = ("lower", "upper", "effort", "velocity")
-
 _OTHER_FORMATS = {"sdf": "SDF (Gazebo)", "mujoco": "MJCF (MuJoCo)", "html": "a web page", "COLLADA": "a COLLADA mesh"}
 """Outermost elements of what is taken for a URDF by mistake."""
-
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-
 _FOREIGN_TYPES = ("ball", "universal", "screw", "spherical")
 """Joint types of Drake and PyBullet."""
 

@@ -113,16 +113,11 @@ def shape_sizes(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 _MOVED = 0.05
 """Of the child's diameter: an origin that moves by less stays as it is."""
-
 _MEETS = 0.02
 """Gap over the larger diameter at which the bodies still meet."""
-
 _PARALLEL = 0.999
-
 _ANGLES = 8
-
 _SHELLS = (1.0, 0.85, 0.6, 0.3)
-
 _POINTS, _EVERY = 60, 4
 
 
@@ -210,7 +205,6 @@ def _filled(hull: Hull) -> Array:
 
 APART = 0.06
 """Gap between neighbours, and distance of a joint from both, over the larger diameter: 0.010 and 0.041 on good arms."""
-
 NEARER, FREER, _NAMED = 0.42, 0.3, 0.1
 
 

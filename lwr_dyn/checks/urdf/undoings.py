@@ -40,14 +40,9 @@ def mass_covariance(inertia: Array, mass: float) -> Array:
 
 
 def spread_ratios(inertia: Array, mass: float, hull: Hull) -> Array:
-    """The eigenvalues of H^-1 S, smallest first: (..., 3) array; below 0 for an inertia that no body has.
+    """The eigenvalues of H^-1 S, smallest first, (..., 3); below 0 for an inertia that no body has.
 
-    Parameters
-    ----------
-    inertia : (..., 3, 3) array [kg m^2]
-        About the centre of mass.
-    mass : float [kg]
-    hull : Hull
+    `inertia` (..., 3, 3) [kg m^2] is about the centre of mass.
     """
     whiten = np.linalg.inv(np.linalg.cholesky(hull.covariance))
     return np.asarray(np.linalg.eigvalsh(whiten @ mass_covariance(inertia, mass) @ whiten.T), dtype=float)
@@ -84,52 +79,30 @@ def off_centre(com: Array, hull: Hull) -> float:
 
 
 _NAMES = ("ixx", "iyy", "izz")
-
 _AXES = "xyz"
-
 _ANGLES = ("roll", "pitch", "yaw")
-
 _PRODUCTS = ((0, 1), (0, 2), (1, 2))
-
 _ABOUT_JOINT = "inertia about the link frame instead of the centre of mass"
-
 _ROUNDED = 1.001
 """A triangle inequality that rounded numbers break by less than this is kept."""
-
 _FAR = 3.0
 """[m] A centre further than this from its link is in mm, one beyond a tenth of it may be in cm."""
-
 AXES_OF_BASE = "tensors in the axes of the base frame"
-
 IN_BASE = "centres of mass in the base frame"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Undoing:
-    """An inertial as it would be without one slip.
+    """An inertial as it would be without one slip."""
 
-    Parameters
-    ----------
-    cause : str
-        Names the slip for the whole file: "inertia about the link frame instead of the centre of mass".
-    says : str
-        One clause: "iyy and izz look exchanged".
-    com, rpy : (3,) arrays [m, rad]
-    tensor : (3, 3) array [kg m^2]
-        As it is to be written: about the centre of mass, in the axes of rpy.
-    element : str
-        Which element is to be written anew: inertia or origin; none where the undoing is not exact.
-    prior : float
-        How much more this undoing must explain than an exchange of moments, by what it does on good arms.
-    """
-
-    cause: str
-    says: str
-    com: Array
-    rpy: Array
-    tensor: Array
-    element: str
+    cause: str  # the slip for the whole file: "inertia about the link frame instead of the centre of mass"
+    says: str  # one clause: "iyy and izz look exchanged"
+    com: Array  # (3,) [m]
+    rpy: Array  # (3,) [rad]
+    tensor: Array  # (3, 3) [kg m^2], to be written: about the centre of mass, in the axes of rpy
+    element: str  # to be written anew: inertia or origin; none where the undoing is not exact
     prior: float = 0.0
+    """How much more this undoing must explain than an exchange of moments, by what it does on good arms."""
 
     @property
     def instead(self) -> str:
@@ -150,14 +123,7 @@ def as_written(inertial: InertialElement) -> MassPoint | None:
 
 
 def tensor_undoings(inertial: InertialElement, in_base: Array | None = None) -> list[Undoing]:
-    """The inertial with each slip of its tensor undone, physical or not.
-
-    Parameters
-    ----------
-    inertial : InertialElement
-    in_base : (4, 4) array, optional
-        Pose of the link in the root at q = 0.
-    """
+    """The inertial with each slip of its tensor undone, physical or not; `in_base` (4, 4) is its link at q = 0."""
     point, tensor, origin = as_written(inertial), inertial.tensor, inertial.origin
     rotation, rpy = origin.rotation, origin.rpy
     if point is None or tensor is None or rotation is None or rpy is None:
@@ -257,13 +223,7 @@ def _turned(rpy: Array) -> Iterator[tuple[str, str, Array, float]]:
 
 
 def centre_undoings(inertial: InertialElement, in_parent: Array | None, in_base: Array | None) -> list[Undoing]:
-    """The inertial with each slip of the centre of mass undone.
-
-    Parameters
-    ----------
-    in_parent, in_base : (4, 4) array, optional
-        Pose of the link in its parent and in the root at q = 0.
-    """
+    """The inertial with each slip of the centre undone, by poses (4, 4) of its link in its parent and root at q = 0."""
     com, rpy, tensor = inertial.com, inertial.origin.rpy, inertial.tensor
     if com is None or rpy is None or tensor is None or not com.any():
         return []

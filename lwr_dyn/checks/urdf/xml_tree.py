@@ -23,9 +23,7 @@ from lwr_dyn.foundation.errors import LwrDynError
 
 PLACE = "at."
 """The attribute that carries an element's place through xacro: "line:column:file"."""
-
 _IGNORE = re.compile(r"lwr-dyn:\s*ignore\s+([\w\s,.-]+)", re.IGNORECASE)
-
 _AROUND = b" \t\r\n\0"
 
 
@@ -114,20 +112,9 @@ class _Reader:
 
 
 def read_tree(content: bytes | str, file: str, carried: bool = False) -> XmlElement:
-    """The root element.
+    """The root element; with `carried`, attributes `at.` hold the places, as `expand_with_places` writes them.
 
-    Parameters
-    ----------
-    content : bytes or str
-    file : str
-        Its name in places.
-    carried : bool
-        Whether attributes `at.` hold the places, as `xacro_places` writes them.
-
-    Raises
-    ------
-    XmlFaultError
-        What is no XML, with its place.
+    Raises `XmlFaultError` for what is no XML, with its place.
 
     >>> read_tree("<robot>\\n  <link/></robot>", "a.urdf").children[0].place
     Place(file='a.urdf', line=2, column=3)
@@ -150,13 +137,7 @@ def read_tree(content: bytes | str, file: str, carried: bool = False) -> XmlElem
 
 
 def expand_with_places(path: Path, arguments: Mapping[str, str]) -> str:
-    """The URDF that a xacro file expands to, its elements with an attribute "line:column:file".
-
-    Raises
-    ------
-    FileAccessError, MissingPackageError, UrdfError
-        As `expand_xacro`.
-    """
+    """What a xacro file expands to, its elements with an attribute "line:column:file"; raises as `expand_xacro`."""
     return expand_xacro(path, arguments, _parse)
 
 
@@ -200,7 +181,6 @@ def _builder(file: str) -> Any:
 
 LARGEST = 1e15
 """Magnitude beyond which a number is not used: no robot has it, and its square may overflow."""
-
 SMALLEST = 1e-30
 """Magnitude below which a number is used as 0."""
 

@@ -17,15 +17,6 @@ import numpy as np
 
 from lwr_dyn.arms.urdf.elements import estimates, numbers
 from lwr_dyn.codegen.emit import functions as emit
-from lwr_dyn.codegen.emit.functions import (
-    EMITTED,
-    Argument,
-    EmittedCode,
-    EmittedFunction,
-    SinCosKind,
-    TemplateCase,
-    TemplateFunction,
-)
 from lwr_dyn.codegen.kernels import kernel_spec as specs
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
@@ -55,9 +46,9 @@ class EmittedArm:
     spec: KernelSpec
     prefix: str
     """Names of functions begin with it and an underscore."""
-    codes: tuple[EmittedCode, ...]
-    templates: tuple[TemplateFunction, ...]
-    kind: SinCosKind
+    codes: tuple[emit.EmittedCode, ...]
+    templates: tuple[emit.TemplateFunction, ...]
+    kind: emit.SinCosKind
     dtype: str
     left_out: tuple[tuple[str, str], ...]
     """Functions that the arm cannot have, and why."""
@@ -86,7 +77,7 @@ def emitted_arm(
     inputs: Iterable[str] = (),
     friction: str = "none",
     dtype: str = "float64",
-    kind: SinCosKind = "own",
+    kind: emit.SinCosKind = "own",
     prefix: str | None = None,
 ) -> EmittedArm:
     """The functions of an arm, ready to be written in another language.
@@ -118,13 +109,13 @@ def emitted_arm(
     emit.check_sincos(kind)
     wanted = tuple(dict.fromkeys(functions))
     spec = _spec(arm, inputs, friction, dtype)
-    codes: list[EmittedCode] = []
-    templates: list[TemplateFunction] = []
+    codes: list[emit.EmittedCode] = []
+    templates: list[emit.TemplateFunction] = []
     left_out: list[tuple[str, str]] = []
-    for name in wanted or EMITTED.names:
+    for name in wanted or emit.EMITTED.names:
         try:
             found = emit.emitted_function(spec, name, arm)
-            if isinstance(found, TemplateFunction):
+            if isinstance(found, emit.TemplateFunction):
                 templates.append(found)
             else:
                 codes.append(emit.emitted_code(found, kind, dtype))
@@ -171,6 +162,8 @@ def _texts(emitted: EmittedArm) -> list[str]:
     loaded = ", ".join(f"{name} {value}" for name, value in arm.loaded_with.items() if value)
     first, _ = names_of_ends(arm.installation)
     unphysical = unphysical_links(arm.chain) if arm.chain.bodies is not None else ()
+    units = ("rad" if link.kind is JointKind.REVOLUTE else "m" for link in arm.chain.links)
+    joints = [f"q[{i}] {name} [{unit}]" for i, (name, unit) in enumerate(zip(arm.joint_names, units, strict=True))]
     return [
         f"{arm.title}; robot {arm.name}, reading {arm.reading}",
         f"written by lwr-dyn {VERSION} with CasADi {version('casadi')}; do not edit: write it again",
@@ -182,7 +175,7 @@ def _texts(emitted: EmittedArm) -> list[str]:
         "rotors: as inertia at the joints (armature) where the source gives them",
         f"inertias that no body can have: {', '.join(unphysical) or 'none'}",
         *(f"estimated: {line}" for line in estimates(arm)),
-        f"joints: {', '.join(_joints(emitted))}; frames: {_frames(arm)}",
+        f"joints: {', '.join(joints)}; frames: {_frames(arm)}",
         f"numbers: {emitted.dtype}, SI; {_range(emitted)}",
     ]
 
@@ -191,13 +184,6 @@ def _frames(arm: Arm) -> str:
     """Both frames of the functions; where a mount or tool makes it another one, that one by its name."""
     ends = zip(names_of_ends(arm.installation), ("base", "flange"), strict=True)
     return ", ".join(said if end == said else f"{end} (where a function says {said})" for end, said in ends)
-
-
-def _joints(emitted: EmittedArm) -> list[str]:
-    return [
-        f"q[{i}] {link.joint} [{'rad' if link.kind is JointKind.REVOLUTE else 'm'}]"
-        for i, link in enumerate(emitted.arm.chain.links)
-    ]
 
 
 def _range(emitted: EmittedArm) -> str:
@@ -224,11 +210,11 @@ _NOISE = 0.1
 class EmittedCase:
     """The test vectors of one function, a state a row."""
 
-    function: EmittedFunction
+    function: emit.EmittedFunction
     arguments: tuple[Array, ...]
     results: Array
 
-    def rows(self) -> Iterator[tuple[Argument, Array]]:
+    def rows(self) -> Iterator[tuple[emit.Argument, Array]]:
         """Each argument with its values."""
         return zip(self.function.arguments, self.arguments, strict=True)
 
@@ -283,7 +269,7 @@ def vectors_text(emitted: EmittedArm) -> str:
     return json.dumps(top, indent=1, allow_nan=False) + "\n"
 
 
-def _template_record(case: TemplateCase) -> dict[str, Any]:
+def _template_record(case: emit.TemplateCase) -> dict[str, Any]:
     """With null for NaN, as JSON has none."""
     result: dict[str, Any] = {"unit": case.unit, "rows": _listed(case.rows), "tolerance": case.tolerance}
     if case.returned is not None:
@@ -298,7 +284,7 @@ def _listed(x: Any) -> Any:
     return None if x != x else x
 
 
-def _other(argument: Argument) -> Array:
+def _other(argument: emit.Argument) -> Array:
     """Values of an argument that is no joint vector and no input, such as gains: others for another name."""
     rng = np.random.default_rng(list(argument.name.encode()))
     return rng.integers(1, 64, (STATES, argument.width)) / 16.0

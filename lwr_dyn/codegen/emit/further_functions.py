@@ -14,14 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.codegen.emit import functions as emit
-from lwr_dyn.codegen.emit.functions import (
-    RESULT_UNITS,
-    UNITS,
-    Argument,
-    EmittedFunction,
-    TemplateCase,
-    TemplateFunction,
-)
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.codegen.kernels.straight_line import compact, straight_line_code
@@ -106,15 +98,17 @@ def compact_result(function: Any) -> CompactResult:
     return CompactResult(casadi.Function(function.name(), symbols, [casadi.densify(casadi.vertcat(*values))]), index)
 
 
-def compact_function(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
+def compact_function(spec: KernelSpec, name: str, arm: Arm) -> emit.EmittedFunction:
     """The row "torque_regressor_compact" of `EMITTED`; raises as that of the regressor."""
     dense, function = emit.of_batch(spec, DENSE, arm), compact_regressor(spec).function
     width = int(function.size1_out(0))
     text = f"the {width} distinct numbers of {DENSE}, to be placed by {EXPANDED}"
-    return EmittedFunction(name, text, dense.arguments, (width,), RESULT_UNITS[DENSE].partition(";")[0], function)
+    return emit.EmittedFunction(
+        name, text, dense.arguments, (width,), emit.RESULT_UNITS[DENSE].partition(";")[0], function
+    )
 
 
-def expanding_function(spec: KernelSpec, name: str, arm: Arm) -> TemplateFunction:
+def expanding_function(spec: KernelSpec, name: str, arm: Arm) -> emit.TemplateFunction:
     """The row "torque_regressor_expanded" of `EMITTED`; raises as that of the regressor."""
     emit.of_batch(spec, DENSE, arm)
     made, n = compact_regressor(spec), arm.n
@@ -129,14 +123,16 @@ def expanding_function(spec: KernelSpec, name: str, arm: Arm) -> TemplateFunctio
     head = f"void @NAME@(const @NUMBER@ values[{width}], @NUMBER@ out[{places}]);\nint @NAME@_index(int place)"
     js = _JS.format(**words, numbers=",\n".join(rows))
     names = {"c": head, "js": f"{name}, {name}_index"}
-    return TemplateFunction(name, text, names, {"c": c, "js": js}, cases=lambda: (_placed(name, made.index, width),))
+    return emit.TemplateFunction(
+        name, text, names, {"c": c, "js": js}, cases=lambda: (_placed(name, made.index, width),)
+    )
 
 
-def _placed(name: str, index: NDArray[np.int64], width: int) -> TemplateCase:
+def _placed(name: str, index: NDArray[np.int64], width: int) -> emit.TemplateCase:
     """Its test vector: 1, 2, 3 ... in their places."""
     values = [[float(k + 1) for k in range(width)]]
-    argument = Argument("values", width, RESULT_UNITS[DENSE].partition(";")[0])
-    return TemplateCase(name, ((argument, values),), argument.unit, [index.astype(float).tolist()], None, 0.0)
+    argument = emit.Argument("values", width, emit.RESULT_UNITS[DENSE].partition(";")[0])
+    return emit.TemplateCase(name, ((argument, values),), argument.unit, [index.astype(float).tolist()], None, 0.0)
 
 
 TEXT = {
@@ -145,7 +141,7 @@ TEXT = {
 }
 
 
-def friction_function(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
+def friction_function(spec: KernelSpec, name: str, arm: Arm) -> emit.EmittedFunction:
     """The rows of `EMITTED`; raises `MissingDataError` for an arm without friction."""
     models = [model or FRICTIONLESS for model in arm.friction_models()]
     if all(model is FRICTIONLESS for model in models):
@@ -157,10 +153,10 @@ def friction_function(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
         rows = [_smooth(model, x, width) for model, x in zip(models, speeds, strict=True)]
     else:
         rows = [_jumping(model, x) for model, x in zip(models, speeds, strict=True)]
-    arguments = [Argument("dq", arm.n, UNITS["dq"]), Argument("width", 1, "rad/s or m/s, above 0")]
+    arguments = [emit.Argument("dq", arm.n, emit.UNITS["dq"]), emit.Argument("width", 1, "rad/s or m/s, above 0")]
     given = [dq, width] if is_smooth else [dq]
     function = casadi.Function(name, given, [casadi.densify(casadi.SX(casadi.vertcat(*rows)))])
-    return EmittedFunction(name, TEXT[name], tuple(arguments[: len(given)]), (arm.n,), UNITS["tau"], function)
+    return emit.EmittedFunction(name, TEXT[name], tuple(arguments[: len(given)]), (arm.n,), emit.UNITS["tau"], function)
 
 
 def _jumping(model: JointFriction, dq: Any) -> Any:
@@ -214,13 +210,13 @@ def _registered(arm: Arm, law: str) -> Controller:
     return make_controller(law, arm)
 
 
-def registered_step(spec: KernelSpec, name: str, arm: Arm) -> EmittedFunction:
+def registered_step(spec: KernelSpec, name: str, arm: Arm) -> emit.EmittedFunction:
     """The row of `EMITTED` "step_LAW": the law with its default options; raises as `law_form`."""
     chain_with_dynamics(arm)
     return step_function(_registered(arm, name.removeprefix(STEP).replace("_", "-")), arm, name)
 
 
-def step_function(controller: Controller, arm: Arm, name: str = "step") -> EmittedFunction:
+def step_function(controller: Controller, arm: Arm, name: str = "step") -> emit.EmittedFunction:
     """The torque of a controller at a sample, and its memory at the next one, ready to be written.
 
     Parameters
@@ -247,21 +243,21 @@ def step_function(controller: Controller, arm: Arm, name: str = "step") -> Emitt
     symbols, results = traced(form, arm)
     x = {name: symbol for name, symbol in symbols.items() if form.memory or name not in ("memory", "h")}
     out = casadi.densify(casadi.vertcat(*results))
-    arguments = tuple(Argument(name, symbol.numel(), _unit(name)) for name, symbol in x.items())
+    arguments = tuple(emit.Argument(name, symbol.numel(), _unit(name)) for name, symbol in x.items())
     after = (
         f"; out[{n}] on: the memory of the next sample, which starts at {_numbers(form.start())}" if form.memory else ""
     )
     values = [f"{gain} = {_numbers(value)}" for gain, value in form.values().items()]
     text = f"torque of {label_of(controller)}{after}{TUNED}{'; '.join(values)}"
     unit = "N m or N" + (", then of the memory" if form.memory else "")
-    return EmittedFunction(
+    return emit.EmittedFunction(
         name, text, arguments, (n + form.memory,), unit, casadi.Function(name, list(x.values()), [out])
     )
 
 
 def _unit(argument: str) -> str:
     if argument in JOINT:
-        return UNITS[JOINT[argument]]
+        return emit.UNITS[JOINT[argument]]
     return {"h": "s, between samples", "memory": "the law's own"}.get(argument) or GAIN_UNITS.get(argument, "SI")
 
 

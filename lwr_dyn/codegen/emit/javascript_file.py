@@ -18,15 +18,6 @@ import casadi
 
 from lwr_dyn.codegen.emit import functions as emit
 from lwr_dyn.codegen.emit.emission import EmittedArm, provenance_lines
-from lwr_dyn.codegen.emit.functions import (
-    Emitted,
-    EmittedCode,
-    EmittedFunction,
-    Operation,
-    SinCosKind,
-    Store,
-    TemplateFunction,
-)
 from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, Node
 from lwr_dyn.foundation.errors import OptionError
 
@@ -40,7 +31,7 @@ _FORMS = {
 }  # fmt: skip
 
 
-def js_function(code: EmittedCode, name: str, sincos: SinCosKind = "own", largest: int = LARGEST) -> str:
+def js_function(code: emit.EmittedCode, name: str, sincos: emit.SinCosKind = "own", largest: int = LARGEST) -> str:
     """The function, and those that it is split into.
 
     Parameters
@@ -65,7 +56,7 @@ def js_function(code: EmittedCode, name: str, sincos: SinCosKind = "own", larges
     return "\n".join([*several, f"function {name}({head}) {{\n{calls}  return out;\n}}\n"])
 
 
-def _parts(code: EmittedCode, largest: int) -> list[tuple[Operation | Store, ...]]:
+def _parts(code: emit.EmittedCode, largest: int) -> list[tuple[emit.Operation | emit.Store, ...]]:
     """The statements, split by results until no part is too large."""
     parts = [range(len(code.code.results))]
     while True:
@@ -80,22 +71,27 @@ def _parts(code: EmittedCode, largest: int) -> list[tuple[Operation | Store, ...
         parts[at : at + 1] = [places[: len(places) // 2], places[len(places) // 2 :]]
 
 
-def _needed(code: EmittedCode, places: Sequence[int]) -> tuple[Operation | Store, ...]:
+def _needed(code: emit.EmittedCode, places: Sequence[int]) -> tuple[emit.Operation | emit.Store, ...]:
     """The statements that some results need."""
     wanted = {code.code.results[place].node for place in places}
     for i in range(len(code.nodes) - 1, -1, -1):
         if i in wanted and code.nodes[i].op in OPERATIONS:
             wanted |= {code.nodes[i].a, code.nodes[i].b}
     kept = set(places)
-    return tuple(s for s in code.statements if (s.index in wanted if isinstance(s, Operation) else s.place in kept))
+    return tuple(
+        s for s in code.statements if (s.index in wanted if isinstance(s, emit.Operation) else s.place in kept)
+    )
 
 
 class _FunctionText:
     """Writes statements, with few names."""
 
-    def __init__(self, code: EmittedCode, statements: Sequence[Operation | Store], sincos: SinCosKind) -> None:
+    def __init__(
+        self, code: emit.EmittedCode, statements: Sequence[emit.Operation | emit.Store], sincos: emit.SinCosKind
+    ) -> None:
         self.code, self.statements, self.sincos = code, statements, sincos
-        self.last = _last_uses(statements)
+        self.last = {i: k for k, statement in enumerate(statements) for i in _reads(statement)}
+        """Node -> the statement that reads it last."""
         self.names: dict[int, int] = {}
         self.free: list[int] = []
         self.count = 0
@@ -115,17 +111,18 @@ class _FunctionText:
             return repr(float(node.a)).replace("inf", "Infinity").replace("nan", "NaN")
         return f"{self.code.function.arguments[node.a].name}[{node.b}]" if node.op == "in" else f"v{self.names[i]}"
 
-    def _lines(self, k: int, statement: Operation | Store) -> Iterator[str]:
-        if isinstance(statement, Store):
+    def _lines(self, k: int, statement: emit.Operation | emit.Store) -> Iterator[str]:
+        if isinstance(statement, emit.Store):
             value = statement.value
             yield f"out[{statement.place}] = {'-' if value.sign < 0 else ''}{self._read(value.node)};"
             self._release(k, statement)
             return
         node = statement.node
-        if node.op in ("sin", "cos"):
-            if self.sincos == "own":
-                yield from self._turn(node.a)
-            right = self._sine_or_cosine(node)
+        if node.op in ("sin", "cos") and self.sincos == "libm":
+            right = f"Math.{node.op}({self._read(node.a)})"
+        elif node.op in ("sin", "cos"):
+            yield from self._turn(node.a)
+            right = f"turned[{('sin', 'cos').index(node.op)}]"
         else:
             right = _FORMS.get(node.op, f"{{0}} {node.op} {{1}}").format(self._read(node.a), self._read(node.b))
         self._release(k, statement)
@@ -142,12 +139,7 @@ class _FunctionText:
             yield "sincos(turned, 0);"
         self.turned = angle
 
-    def _sine_or_cosine(self, node: Node) -> str:
-        if self.sincos == "libm":
-            return f"Math.{node.op}({self._read(node.a)})"
-        return f"turned[{('sin', 'cos').index(node.op)}]"
-
-    def _release(self, k: int, statement: Operation | Store) -> None:
+    def _release(self, k: int, statement: emit.Operation | emit.Store) -> None:
         """The names that no later statement reads may be taken again."""
         used = {i for i in _reads(statement) if i in self.names and self.last[i] == k}
         self.free += sorted((self.names[i] for i in used), reverse=True)
@@ -160,13 +152,8 @@ class _FunctionText:
         return self.names[index]
 
 
-def _last_uses(statements: Sequence[Operation | Store]) -> dict[int, int]:
-    """Node -> the statement that reads it last."""
-    return {i: k for k, statement in enumerate(statements) for i in _reads(statement)}
-
-
-def _reads(statement: Operation | Store) -> tuple[int, ...]:
-    return (statement.value.node,) if isinstance(statement, Store) else (statement.node.a, statement.node.b)
+def _reads(statement: emit.Operation | emit.Store) -> tuple[int, ...]:
+    return (statement.value.node,) if isinstance(statement, emit.Store) else (statement.node.a, statement.node.b)
 
 
 _POWERS = """\
@@ -201,7 +188,7 @@ def _sincos() -> str:
     """`sincos(x, i)`: sine and cosine of x[i] into `turned`, operation by operation those of the C code."""
     x = casadi.SX.sym("x")
     symbolic = casadi.Function("sincos", [x], [casadi.vertcat(casadi.sin(x), casadi.cos(x))])
-    function = EmittedFunction("sincos", "", (emit.Argument("x", 1, "rad"),), (2,), "1", symbolic)
+    function = emit.EmittedFunction("sincos", "", (emit.Argument("x", 1, "rad"),), (2,), "1", symbolic)
     text = js_function(emit.emitted_code(function, "own"), "sincos")
     head = "const turned = new Float64Array(2);\nfunction sincos(x, i) {"
     text = text.replace("function sincos(x, out = new Float64Array(2)) {", head)
@@ -235,17 +222,17 @@ def js_files(emitted: EmittedArm, path: Path) -> dict[Path, str]:
         raise OptionError("--dtype", repr(emitted.dtype), "float64: numbers of JavaScript are double")
     if emitted.prefix in _TAKEN.split():
         raise OptionError("--prefix", repr(emitted.prefix), "a name that JavaScript and browsers have not taken")
-    functions: list[Emitted] = [*(code.function for code in emitted.codes), *emitted.templates]
+    functions: list[emit.Emitted] = [*(code.function for code in emitted.codes), *emitted.templates]
     form = _ENDINGS[path.suffix]
     head = "\n".join([*provenance_lines(emitted), *_use(emitted, form)])
     return {path: javascript_source(functions, emitted.prefix, form, emitted.kind, head=head)}
 
 
 def javascript_source(
-    functions: Sequence[Emitted],
+    functions: Sequence[emit.Emitted],
     name: str,
     form: ScriptForm = "script",
-    sincos: SinCosKind = "own",
+    sincos: emit.SinCosKind = "own",
     is_compact: bool = False,
     head: str = "",
 ) -> str:
@@ -272,9 +259,9 @@ def javascript_source(
     """
     if form not in SCRIPT_FORMS:
         raise OptionError("form", repr(form), ", ".join(SCRIPT_FORMS))
-    written = [f for f in functions if isinstance(f, EmittedFunction) or "js" in f.source]
+    written = [f for f in functions if isinstance(f, emit.EmittedFunction) or "js" in f.source]
     body = "\n".join(_text(f, sincos) for f in written)
-    joints = {a.width for f in written if isinstance(f, EmittedFunction) for a in f.arguments if a.name == "q"}
+    joints = {a.width for f in written if isinstance(f, emit.EmittedFunction) for a in f.arguments if a.name == "q"}
     facts: dict[str, object] = {"name": name, **({"n": max(joints)} if joints else {})}
     names = [name for f in written for name in _names(f)]
     facts["functions"] = {f.name: _facts(f) for f in written}
@@ -291,23 +278,23 @@ def javascript_source(
     return "".join(f"// {line}".rstrip() + "\n" for line in head.splitlines()) + text
 
 
-def _text(function: Emitted, sincos: SinCosKind) -> str:
-    if isinstance(function, EmittedFunction):
+def _text(function: emit.Emitted, sincos: emit.SinCosKind) -> str:
+    if isinstance(function, emit.EmittedFunction):
         return js_function(emit.emitted_code(function, "libm"), function.name, sincos)
     members = ", ".join(_names(function))
     source = function.written("js", sincos).replace("@NAME@", function.name)
     return f"const {{ {members} }} = (function () {{\n{source.rstrip()}\nreturn {{ {members} }};\n}})();\n"
 
 
-def _names(function: Emitted) -> list[str]:
+def _names(function: emit.Emitted) -> list[str]:
     """Members of the object: a template may give several."""
-    if isinstance(function, EmittedFunction):
+    if isinstance(function, emit.EmittedFunction):
         return [function.name]
     return [name.strip() for name in function.declaration.get("js", function.name).split(",")]
 
 
-def _facts(function: Emitted) -> dict[str, object]:
-    if isinstance(function, TemplateFunction):
+def _facts(function: emit.Emitted) -> dict[str, object]:
+    if isinstance(function, emit.TemplateFunction):
         return {"text": function.text}
     arguments = [[a.name, a.width, a.unit] for a in function.arguments]
     return {"arguments": arguments, "width": function.width, "shape": list(function.shape), "unit": function.unit,

@@ -143,15 +143,14 @@ def angle_constants() -> dict[str, Any]:
         eighths = [k * mpmath.pi / 4 for k in range(5)]
         near = [float(x) for x in eighths]
         rest = [float(x - mpmath.mpf(y)) for x, y in zip(eighths, near, strict=True)]
-        arctangent = [float(c) for c in mpmath.chebyfit(_arctangent_rest, [0, mpmath.mpf(1) / 4], _TERMS)]
+        arctangent = mpmath.chebyfit(  # (atan t - t) / t^3 at z = t^2, by its series
+            lambda z: mpmath.fsum((-1) ** (k + 1) * z**k / (2 * k + 3) for k in range(90)),
+            [0, mpmath.mpf(1) / 4],
+            _TERMS,
+        )
     lists: dict[str, Any] = {
-        "PI_PARTS": numbers.pi_parts, "SINE": numbers.sine, "COSINE": numbers.cosine, "ARCTANGENT": arctangent,
-        "EIGHTHS": near, "EIGHTHS_REST": rest,
+        "PI_PARTS": numbers.pi_parts, "SINE": numbers.sine, "COSINE": numbers.cosine,
+        "ARCTANGENT": [*map(float, arctangent)], "EIGHTHS": near, "EIGHTHS_REST": rest,
     }  # fmt: skip
     counts = {f"{name}_TERMS": len(lists[name]) for name in ("SINE", "COSINE", "ARCTANGENT")}
     return lists | counts | {"MAGIC": numbers.magic, "PER_HALF_TURN": float(1.0 / np.pi)}
-
-
-def _arctangent_rest(z: Any) -> Any:
-    """(atan t - t) / t^3 at z = t^2, by its series."""
-    return mpmath.fsum((-1) ** (k + 1) * z**k / (2 * k + 3) for k in range(90))

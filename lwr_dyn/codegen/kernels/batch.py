@@ -34,12 +34,8 @@ def input_rows(
 ) -> tuple[list[Numbers], int]:
     """Joint vectors and inputs as arrays (N or 1, width), and N.
 
-    Raises
-    ------
-    ShapeError
-        Another number type, last axes that are not the arm's, different numbers of rows.
-    OptionError
-        An input is missing, or is not one of this batch.
+    Raises `ShapeError`: another number type, last axes that are not the arm's, different numbers of rows;
+    `OptionError`: an input is missing, or is not one of this batch.
     """
     wanted = spec.parameters_of(function)
     for name in inputs.keys() - set(wanted):
@@ -321,7 +317,8 @@ def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
     batch = batch_dynamics(arm, rotors=rotors)
     single = SimpleNamespace(**{function: partial(_single_state, batch, function) for function in FUNCTIONS})
     single.rotors = rotors
-    single.mechanical_energy = partial(_mechanical_energy, batch)
+    energy = partial(_single_state, batch)
+    single.mechanical_energy = lambda q, dq: energy("kinetic_energy", q, dq) + energy("potential_energy", q)
     batched = SimpleNamespace(**{function: partial(_over_rows, getattr(batch, function)) for function in FUNCTIONS})
     engine = Gated("kernels", arm.n, single, batched)
     for function in FUNCTIONS:
@@ -373,8 +370,3 @@ def _single_state(batch: BatchDynamics, function: str, *state: Any) -> Any:
             arrays[0] = wrap_angles(batch.spec.chain, arrays[0])
         kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1)
     return out[()]
-
-
-def _mechanical_energy(batch: BatchDynamics, q: Any, dq: Any) -> Any:
-    """Kinetic plus potential energy [J] of a single state."""
-    return _single_state(batch, "kinetic_energy", q, dq) + _single_state(batch, "potential_energy", q)

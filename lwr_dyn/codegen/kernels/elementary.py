@@ -58,28 +58,16 @@ def sincos(dtype: str) -> SinCos:
 def _fitted(significand: int, part: int, terms: tuple[int, int]) -> SinCos:
     with mpmath.workdps(DIGITS):
         end = (mpmath.pi / 2) ** 2
-        sine = mpmath.chebyfit(_sine_rest, [0, end], terms[0])
-        cosine = mpmath.chebyfit(_cosine_rest, [0, end], terms[1])
+        rests = [  # of `SinCos.sine` and `SinCos.cosine`, by their series
+            lambda t: mpmath.nsum(lambda k: (-1) ** (int(k) + 1) * t ** int(k) / mpmath.factorial(2 * k + 3), [0, 25]),
+            lambda t: mpmath.nsum(lambda k: (-1) ** int(k) * t ** int(k) / mpmath.factorial(2 * k + 4), [0, 25]),
+        ]
+        sine, cosine = (mpmath.chebyfit(rest, [0, end], count) for rest, count in zip(rests, terms, strict=True))
         first = mpmath.floor(mpmath.ldexp(mpmath.pi, part - 2)) / mpmath.mpf(2) ** (part - 2)
         second = mpmath.floor(mpmath.ldexp(mpmath.pi - first, 2 * part - 2)) / mpmath.mpf(2) ** (2 * part - 2)
         parts = (float(first), float(second), float(mpmath.pi - first - second))
-        return SinCos(
-            pi_parts=parts,
-            magic=1.5 * 2.0 ** (significand - 1),
-            most_half_turns=2 ** (significand - part - 1),
-            sine=tuple(float(c) for c in sine),
-            cosine=tuple(float(c) for c in cosine),
-        )
-
-
-def _sine_rest(t: Any) -> Any:
-    """(sin r - r) / r^3 at t = r^2, by its series."""
-    return mpmath.nsum(lambda k: (-1) ** (int(k) + 1) * t ** int(k) / mpmath.factorial(2 * k + 3), [0, 25])
-
-
-def _cosine_rest(t: Any) -> Any:
-    """(cos r - 1 + r^2/2) / r^4 at t = r^2, by its series."""
-    return mpmath.nsum(lambda k: (-1) ** int(k) * t ** int(k) / mpmath.factorial(2 * k + 4), [0, 25])
+        magic, most = 1.5 * 2.0 ** (significand - 1), 2 ** (significand - part - 1)
+        return SinCos(parts, magic, most, tuple(map(float, sine)), tuple(map(float, cosine)))
 
 
 LARGEST = 700.0
@@ -193,8 +181,10 @@ def _exponential() -> tuple[float, ...]:
     """(e^r - 1 - r) / r^2 over |r| <= ln 2 / 2, highest power first."""
     with mpmath.workdps(_DIGITS):
         end = mpmath.log(2) / 2
-        fitted = mpmath.chebyfit(_exponential_rest, [-end, end], 11)
-    return tuple(float(c) for c in fitted)
+        fitted = mpmath.chebyfit(
+            lambda r: mpmath.fsum(r**k / mpmath.factorial(k + 2) for k in range(30)), [-end, end], 11
+        )
+    return tuple(map(float, fitted))
 
 
 @cache
@@ -202,16 +192,8 @@ def _logarithm() -> tuple[float, ...]:
     """(ln((1 + f) / (1 - f)) - 2 f) / f^3 in f^2, over 1/sqrt 2 <= m <= sqrt 2, highest power first."""
     with mpmath.workdps(_DIGITS):
         end = ((mpmath.sqrt(2) - 1) / (mpmath.sqrt(2) + 1)) ** 2
-        fitted = mpmath.chebyfit(_logarithm_rest, [0, end], 8)
-    return tuple(float(c) for c in fitted)
-
-
-def _exponential_rest(r: Any) -> Any:
-    return mpmath.fsum(r**k / mpmath.factorial(k + 2) for k in range(30))
-
-
-def _logarithm_rest(t: Any) -> Any:
-    return mpmath.fsum(2 * t**k / (2 * k + 3) for k in range(40))
+        fitted = mpmath.chebyfit(lambda t: mpmath.fsum(2 * t**k / (2 * k + 3) for k in range(40)), [0, end], 8)
+    return tuple(map(float, fitted))
 
 
 _RULES: dict[int, Callable[..., Any]] = {

@@ -173,17 +173,14 @@ class Kernel:
         results are invalid.
         """
         arguments = [x for pair in rows for x in pair]
-        parts = self._parts(count, threads)
+        lanes, used = self.interface.lanes, 1
+        if threads > 1:
+            used = max(1, min(_PARTS_PER_THREAD * threads, count // _LEAST_PER_PART))
+        blocks = -(-count // lanes)
+        parts = list(pairwise(min(count, blocks * i // used * lanes) for i in range(used + 1)))  # whole blocks
         if len(parts) == 1:
             return self._part(arguments, out, *parts[0])
         return shared_out(parts, lambda part: self._part(arguments, out, *part), threads)
-
-    def _parts(self, count: int, threads: int) -> list[tuple[int, int]]:
-        """First and last row of each part, whole blocks of states."""
-        used = 1 if threads == 1 else max(1, min(_PARTS_PER_THREAD * threads, count // _LEAST_PER_PART))
-        blocks = -(-count // self.interface.lanes)
-        edges = [min(count, blocks * i // used * self.interface.lanes) for i in range(used + 1)]
-        return list(pairwise(edges))
 
     def _part(self, arguments: list[int], out: int, start: int, stop: int) -> int:
         buffer, place = aligned(self.interface.buffer * self.dtype.itemsize)

@@ -76,10 +76,7 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
 def friction_parameters(arm: Arm) -> Array:
     """Friction of the joints, (5, n), rows as `FRICTION`; zero where unknown.
 
-    Raises
-    ------
-    OptionError
-        A joint with a Stribeck curve, which kernels do not support.
+    Raises `OptionError`: a joint with a Stribeck curve, which kernels do not support.
     """
     return friction_table(arm.friction_models(), arm.joint_names)
 
@@ -259,28 +256,9 @@ def kernel_spec(
     layout: Any = "rows",
     structure: Any = "dense",
 ) -> KernelSpec:
-    """The options of an arm's kernels, checked.
+    """The options of an arm's kernels, checked; they are those of `batch_dynamics`, whose errors it raises.
 
-    Parameters
-    ----------
-    arm : Arm
-    inputs : names out of inertia, payload, gravity, friction
-        The quantities that a kernel takes as inputs instead of the arm's constants.
-    friction : {"none", "arm"}
-        "arm" adds the arm's own friction (Coulomb and viscous per direction, offset) to inverse and subtracts it in
-        forward dynamics.
-    rotors : {"armature", "full", "none"}
-    dtype : {"float64", "float32"}
-    layout : {"rows", "padded", "blocks"}
-    structure : {"dense", "compact"}
-        How results lie in memory, and whether every distinct value is stored once (`result_form`).
-
-    Raises
-    ------
-    OptionError
-        A choice that does not exist, or the arm's friction has a Stribeck curve, which kernels do not support.
-    MissingDataError
-        The arm has no inertias, or no friction with friction="arm".
+    Friction "arm" of an arm without any raises `MissingDataError` too.
     """
     chosen = chosen_inputs(inputs)
     check_form(layout, structure)

@@ -120,8 +120,8 @@ def _backward(frames: Sequence[AxisFrame], bodies: Any, turns: Any, q: Any, moti
     for i in reversed(range(len(frames))):
         frame, (omega, domega, a), body = frames[i], motions[i], _Composite.of(bodies[i])
         force = force + _curl(omega, domega) @ body.first + a.times(body.mass)
-        spin = body.tensor.times(omega)
-        moment = moment + body.tensor.times(domega) + omega.cross(spin) + body.first.cross(a)
+        tensor = body.tensor.matrix()
+        moment = moment + tensor @ domega + omega.cross(tensor @ omega) + body.first.cross(a)
         tau[i] = moment.z if frame.is_turning else force.z
         force, moment = _to_parent(frame, turns[i], q[i], force, moment)
     return tau
@@ -220,12 +220,8 @@ class _Symmetric:
             Vector(self.xx, self.xy, self.xz), Vector(self.xy, self.yy, self.yz), Vector(self.xz, self.yz, self.zz)
         )
 
-    def times(self, v: Vector) -> Vector:
-        return self.matrix() @ v
-
     def plus(self, other: "_Symmetric") -> "_Symmetric":
-        names = self.__slots__
-        return _Symmetric(*(add(getattr(self, name), getattr(other, name)) for name in names))
+        return _Symmetric(*(add(getattr(self, name), getattr(other, name)) for name in self.__slots__))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

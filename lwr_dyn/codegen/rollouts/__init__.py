@@ -6,19 +6,15 @@ kernel               A rollout kernel: the source of its driver over blocks of W
                      over threads
 law_forms            The kernel form of a controller: its torque on symbols, its memory, and its gains as values of a
                      run
-loop_setup           The loop that rollouts share, checked as `simulate` checks it: arms, references at every sample,
-                     options
+loop_setup           What goes into rollouts, checked: the loop that runs share, and the parameters that differ from run
+                     to run
 passivity_law_forms  Kernel forms of the laws of Slotine and Li: adaptive (a load or all links, with friction if
                      adapted), and robust
-philox               Random numbers by counting: Philox 4x32-10 turns (run, sample, block) and a seed into numbers, in
-                     any order
-philox_code          The numbers of `philox` as vector instructions: the driver of a kernel fills slots of its block
-                     with them
+philox_code          Random numbers by counting, Philox 4x32-10: (run, sample, block) and a seed become numbers; in
+                     NumPy and in kernels
 result               What rollouts give: metrics of every run, flags, and each run again, whole, by `simulate`
 rollouts             `rollouts`: many runs of one closed loop at once, with parameters of their own, reduced to
                      metrics on the way
-run_parameters       The parameters that differ from run to run: names, shapes and what is allowed; arms of runs, and
-                     rows for kernels
 step                 One sample of a closed loop on symbols, as one straight line: reading, law, delay, saturation,
                      figures, RK4 substeps
 symbolic_arm         An arm on symbols: its dynamics, as a law or a plant knows it, and the plant's friction, tip and

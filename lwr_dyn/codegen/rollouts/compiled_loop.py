@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel import address, kept_code, require_packages
@@ -257,17 +256,12 @@ def _plan(setup: Setup, known: Arm, form: LawForm) -> StepPlan:
 def _common(setup: Setup, plan: StepPlan) -> Array:
     """The numbers of the run, in the kernel's slots."""
     plant, encoder = setup.plant, setup.loop.encoder
-    values: Mapping[str, ArrayLike] = {
+    return plan.slots.filled({
         "q": setup.start[0], "dq": setup.start[1], "memory": plan.form.start(), "effort": plant.effort,
         "armature": plant.arm.armature, "lower": plant.lower, "upper": plant.upper, "delay": plan.most_delay,
         "friction": _friction(setup), "resolution": 0.0 if encoder is None else encoder.resolution, "noise": 1.0,
         "tolerance": np.inf, "last": setup.motion.t.size - 1,
-    } | {GAIN + name: value for name, value in plan.form.values().items()}  # fmt: skip
-    row = np.zeros(plan.slots.size)
-    for name, value in values.items():
-        if plan.slots.widths[name]:
-            row[plan.slots.places(name)] = np.ravel(value)
-    return row
+    } | {GAIN + name: value for name, value in plan.form.values().items()})  # fmt: skip
 
 
 def _friction(setup: Setup) -> Array:

@@ -297,10 +297,7 @@ def states_of(arm: Arm) -> Array:
 def check_form(form: LawForm, controller: Controller, arm: Arm) -> None:
     """Compare the controller's torque with its form's; the controller is reset before and after.
 
-    Raises
-    ------
-    NoKernelFormError
-        They differ.
+    Raises `NoKernelFormError`: they differ.
     """
     off, share = differences(form_function(form, arm), form.values(), form.start(), controller, states_of(arm))
     if not share <= CLOSE:
@@ -381,18 +378,13 @@ def unchecked_form(controller: Controller, arm: Arm) -> LawForm:
     if type(controller) is FrictionCompensation:
         return FrictionForm(controller, unchecked_form(controller.inner, arm))
     name = str(getattr(controller, "name", ""))
-    if isinstance(controller, Wrapped) or name not in LAW_FORMS.names:
-        raise _without(controller)
-    kind = LAW_FORMS.load(name)
-    if type(controller) is not kind.takes:
-        raise _without(controller)
+    is_known = name in LAW_FORMS.names and not isinstance(controller, Wrapped)
+    kind = LAW_FORMS.load(name) if is_known else None
+    if kind is None or type(controller) is not kind.takes:
+        own = "" if type(controller).__module__.startswith("lwr_dyn.") else f" ({type(controller).__qualname__})"
+        raise NoKernelFormError(
+            "controller", f"{label_of(controller)}{own} has no form that kernels take",
+            f"{', '.join(LAW_FORMS.names)}, plain or with +{' or +'.join(WORDS)}",
+        )  # fmt: skip
     form: LawForm = kind.of(controller, arm)
     return form
-
-
-def _without(controller: Controller) -> NoKernelFormError:
-    kind = "" if type(controller).__module__.startswith("lwr_dyn.") else f" ({type(controller).__qualname__})"
-    return NoKernelFormError(
-        "controller", f"{label_of(controller)}{kind} has no form that kernels take",
-        f"{', '.join(LAW_FORMS.names)}, plain or with +{' or +'.join(WORDS)}",
-    )  # fmt: skip

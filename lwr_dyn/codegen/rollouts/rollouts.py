@@ -10,19 +10,20 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
+from lwr_dyn.codegen.rollouts import loop_setup as inputs
 from lwr_dyn.codegen.rollouts.kernel import RolloutKernel, Task, rollout_kernel
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, finite_limits, law_form
-from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, check_smooth_friction, check_starts, loop_setup
-from lwr_dyn.codegen.rollouts.philox import CountedEncoder
+from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, loop_setup
+from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder
 from lwr_dyn.codegen.rollouts.result import Rollouts, checked_quantiles, figures_of, metrics_of_computed, settle
-from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run, kept_values, parameter_shapes, run_parameters
 from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, STARTS, Slots, StepPlan
-from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, friction_function
+from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, friction_models
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.foundation.arrays import Array, arm_argument
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction import smooth_friction
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
@@ -68,10 +69,7 @@ def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float 
         values["friction"] = friction_table(plant.friction_models())
     if plan.varies_model:
         values["model"] = KeptParameters.of(setup.arm.chain).own
-    row = np.zeros(slots.size)
-    for name, value in values.items():
-        row[slots.places(name)] = np.ravel(value)
-    return row
+    return slots.filled(values)
 
 
 def _cut(setup: LoopSetup, effort: Array) -> Array:
@@ -98,7 +96,7 @@ def task_of(
     ):  # fmt: skip
         if varies:
             bodies = (given.get(prefix + name) for name in ("inertia", "payload", "payload_com"))
-            columns[slot] = kept_values(arm.chain, *bodies)
+            columns[slot] = inputs.kept_values(arm.chain, *bodies)
     rows = [np.reshape(column, (runs, -1)) for column in columns.values()]
     places = [place for slot in columns for place in slots.places(slot)]
     return Task(
@@ -132,16 +130,16 @@ def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form:
     DivergenceError, OptionError
         As `simulate`.
     """
-    loop, plant = setup.loop, arm_of_run(setup.plant, row)
+    loop, plant = setup.loop, inputs.arm_of_run(setup.plant, row)
     friction = loop.friction
     if friction == "smooth":
         table = row.get("friction")
         table = friction_table(setup.plant.friction_models()) if table is None else table.reshape(5, plant.n)
-        friction = friction_function(table, setup.friction_width)
+        friction = smooth_friction(friction_models(table), setup.friction_width)
     controller = setup.controller
     if form is not None and any(name in form.parameters or name.startswith("model_") for name in row):
         values = {name: row.get(name, value) for name, value in form.values().items()}
-        controller = form.controller(arm_of_run(setup.arm, row, "model_"), values)
+        controller = form.controller(inputs.arm_of_run(setup.arm, row, "model_"), values)
     own = replace(
         loop, plant=plant, friction=friction, encoder=encoder_of_run(setup, row, number), allow_unphysical=True,
         delay=int(row.get("delay", loop.delay)), q0=row.get("q0"), dq0=row.get("dq0"),
@@ -243,10 +241,10 @@ def rollouts(
     )  # fmt: skip
     setup = loop_setup(arm, law, reference, loop, friction_width)
     form, shares = law_form(law, arm), checked_quantiles(quantiles)
-    shapes = parameter_shapes(arm.n, form.parameters)
-    count, given = run_parameters(parameters or {}, runs, shapes, len(setup.references))
-    check_starts(setup, given)
-    check_smooth_friction(setup, given)
+    shapes = inputs.parameter_shapes(arm.n, form.parameters)
+    count, given = inputs.run_parameters(parameters or {}, runs, shapes, len(setup.references))
+    inputs.check_starts(setup, given)
+    inputs.check_smooth_friction(setup, given)
     plan = plan_of(setup, form, given)
     kernel = rollout_kernel(plan)
     task = task_of(setup, plan, kernel, given, count, tolerance, shares, record, first_run)
@@ -260,7 +258,7 @@ def rollouts(
         return simulated_run(setup, row(i), first_run + i, form)
 
     def figures(run: Run, i: int) -> dict[str, Array]:
-        return figures_of(run, arm_of_run(setup.plant, row(i)), tolerance, shares)
+        return figures_of(run, inputs.arm_of_run(setup.plant, row(i)), tolerance, shares)
 
     simulated = settle(flags, metrics, computed.record, record, again if hand_over else None, figures)
     about = {

@@ -8,17 +8,20 @@ numbers of one run stand by name in rows of lanes of a kernel's block (`Slots`).
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import prod
 from typing import Any, NamedTuple
 
 import casadi
+import numpy as np
+from numpy.typing import ArrayLike
 
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, LawInputs
-from lwr_dyn.codegen.rollouts.philox import words_of
+from lwr_dyn.codegen.rollouts.philox_code import words_of
 from lwr_dyn.codegen.rollouts.symbolic_arm import Column, KeptParameters, SymbolicModel, SymbolicPlant
 from lwr_dyn.control.protocol import saturate
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import Vector
 
@@ -82,6 +85,14 @@ class Slots:
         """Rows in all."""
         return sum(self.widths.values())
 
+    def filled(self, values: Mapping[str, ArrayLike]) -> Array:
+        """The numbers of a run, (size,), from values by their names; zeros elsewhere."""
+        row = np.zeros(self.size)
+        for name, value in values.items():
+            if self.widths[name]:
+                row[self.places(name)] = np.ravel(value)
+        return row
+
 
 STARTS = dict.fromkeys(FIGURES, 0.0) | {"margin": float("inf"), "violation": float("inf")}
 """The figures before the first sample."""
@@ -135,7 +146,7 @@ class LateCommand(NamedTuple):
 
 
 def normals(uniform: Column, n: int) -> Column:
-    """n numbers of the standard normal distribution from uniform ones, as `philox.normal_numbers`."""
+    """n numbers of the standard normal distribution from uniform ones, as `philox_code.normal_numbers`."""
     out: list[Any] = []
     for i in range(0, n, 2):
         radius, angle = casadi.sqrt(-2.0 * casadi.log(uniform[i])), 2.0 * casadi.pi * uniform[i + 1]
@@ -169,21 +180,18 @@ def encoder_reading(
         1 at the first sample, which starts the filter with the true speed, else 0.
     """
     n = q.numel()
-    noisy = q if noise is None else q + noise
-    reading = _rounded_to(noisy, resolution)
+    reading = q if noise is None else q + noise
+    if not isinstance(resolution, float | int):
+        rounds = resolution > 0.0
+        count = casadi.if_else(rounds, resolution, 1.0)
+        reading = casadi.if_else(rounds, rounded(reading / count) * count, reading)
+    elif resolution > 0.0:
+        reading = rounded(reading / resolution) * resolution
     last, value = memory[:n], memory[n:]
     difference = (reading - last) * rate
     filtered = difference + pole * (value - difference)
     seen = casadi.if_else(first > 0.5, dq, filtered)
     return EncoderReading(reading, seen, casadi.vertcat(reading, seen))
-
-
-def _rounded_to(x: Column, resolution: Any) -> Column:
-    if isinstance(resolution, float | int):
-        return rounded(x / resolution) * resolution if resolution > 0.0 else x
-    rounds = resolution > 0.0
-    count = casadi.if_else(rounds, resolution, 1.0)
-    return casadi.if_else(rounds, rounded(x / count) * count, x)
 
 
 def late_command(command: Column, memory: Column, delay: Any, sample: Any) -> LateCommand:
@@ -260,17 +268,10 @@ class StepPlan:
     def digest(self) -> str:
         """SHA-256 of the plan."""
         arms = [KernelSpec("", arm.chain, None).digest("rollout") for arm in (self.arm, self.plant)]
-        text = [
-            f"rollout generator {GENERATOR}", *arms, self.form.name, self.form.digest,
-            repr(dict(self.slots.widths)),
-            *(repr(getattr(self, name)) for name in _PLAIN),
-        ]  # fmt: skip
+        text = [f"rollout generator {GENERATOR}", *arms, self.form.name, self.form.digest]
+        text.append(repr(dict(self.slots.widths)))
+        text += [repr(getattr(self, field.name)) for field in fields(self)[3:]]  # all but arms and form
         return hashlib.sha256("\n".join(text).encode()).hexdigest()
-
-
-_PLAIN = (
-    "rate", "substeps", "varies_plant", "varies_model", "friction_width", "pole", "noise", "most_delay", "whole",
-)  # fmt: skip
 
 
 class Step(NamedTuple):
@@ -283,9 +284,7 @@ class Step(NamedTuple):
 
 def steps(plan: StepPlan) -> tuple[Step, ...]:
     """What a driver calls at each sample: the sample with its motion, or that without and a substep of the motion."""
-    motion = _motion if plan.substeps > 1 else None
-    bodies = [_sample] if motion is None else [_sample, motion]
-    return tuple(_step(plan, body) for body in bodies)
+    return tuple(_step(plan, body) for body in ([_sample, _motion] if plan.substeps > 1 else [_sample]))
 
 
 def _step(plan: StepPlan, body: Callable[[StepPlan, Mapping[str, Any]], dict[str, Any]]) -> Step:

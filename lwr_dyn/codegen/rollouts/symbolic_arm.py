@@ -27,7 +27,7 @@ from lwr_dyn.codegen.kernels.symbolic_functions import column, ldl_factor, ldl_s
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import Chain
-from lwr_dyn.model.friction import Direction, JointFriction, smooth_friction
+from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import ZERO, Vector, Z, add, multiply
 from lwr_dyn.simulation.integrators import WEIGHTS
 from lwr_dyn.simulation.setup import STABLE
@@ -190,11 +190,6 @@ def friction_models(table: Array) -> tuple[JointFriction, ...]:
     )
 
 
-def friction_function(table: Array, width: float) -> Callable[[Array], Array]:
-    """tau_f(dq) (n,) [N m] of a table (5, n), as `simulate` takes it; raises `OptionError` as `friction_models`."""
-    return smooth_friction(friction_models(table), width)
-
-
 def check_friction(B: Array, tables: Array, width: float, rate: float, substeps: int) -> Array:
     """The fastest rate at which friction brakes [1/s], (runs,): the largest eigenvalue of B^-1 diag(slope).
 
@@ -276,12 +271,8 @@ class SymbolicPlant:
             resisted = self.friction(v)
             lost = lost + float(weight) * casadi.dot(resisted, v)
             known.append(self.model.forward_dynamics(positions, v, tau - resisted))
-            v, positions = dq + ahead * known[-1], _shifted(start, ahead * v)
+            steps, v = scalars(ahead * v), dq + ahead * known[-1]
+            positions = [turned(x, by) if isinstance(x, Turn) else x + by for x, by in zip(start, steps, strict=True)]
         k1, k2, k3, k4 = known
         mean = k1 + k2 + k3
         return Moved(q + h * (dq + (h / 6) * mean), dq + (h / 6) * (k1 + 2 * (k2 + k3) + k4), -(h / 6) * lost)
-
-
-def _shifted(positions: list[Any], by: Column) -> list[Any]:
-    pairs = zip(positions, scalars(by), strict=True)
-    return [turned(x, step) if isinstance(x, Turn) else x + step for x, step in pairs]

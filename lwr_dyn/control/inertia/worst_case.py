@@ -191,12 +191,8 @@ def worst_case_inertia(
 ) -> InertiaMaximum:
     """Largest (or smallest) B_ii over the joint box, with the joints in `fixed` held [rad or m].
 
-    With `starts` (k, n) given, the search climbs from there alone: for an arm that is little changed.
-
-    Raises
-    ------
-    MissingDataError
-        No inertias, or a sliding joint without limits.
+    With `starts` (k, n) given, the search climbs from there alone: for an arm that is little changed. Raises
+    `MissingDataError`: no inertias, or a sliding joint without limits.
     """
     return _maximum(replace(first_joint(arm, fixed or {}), joint=joint, sign=-1.0 if smallest else 1.0), starts)
 

@@ -74,12 +74,8 @@ def sliding(omega_n: Any, q: Any, dq: Any, q_ref: Any, dq_ref: Any, ddq_ref: Any
 class SlotineLiRegressor:
     """Y (n, 10 n) and torque (n,) [N m] of single states (n,), unchecked, for loops; see this module.
 
-    `parameters` (10 n,) are the arm's own, `armature` (n,) the rotors, which stand outside of Y.
-
-    Raises
-    ------
-    MissingDataError
-        The arm has no inertias.
+    `parameters` (10 n,) are the arm's own, `armature` (n,) the rotors, which stand outside of Y. Raises
+    `MissingDataError`: the arm has no inertias.
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -362,12 +358,8 @@ def tuned_adaptive(
 ) -> Adaptive:
     """The adaptive law for an arm.
 
-    Raises
-    ------
-    MissingDataError
-        The arm has no inertias.
-    OptionError
-        Gains that are not above 0, nothing of that name to adapt.
+    Raises `MissingDataError`: the arm has no inertias; `OptionError`: gains that are not above 0, nothing of that name
+    to adapt.
     """
     regressor = SlotineLiRegressor(arm)
     adapted = AdaptedParameters.of(adapt, arm, regressor, adapt_gain)

@@ -155,14 +155,8 @@ def with_friction(
 ) -> FrictionCompensation:
     """A controller with the friction of the arm, or with `friction` (one a joint) in its place.
 
-    Raises
-    ------
-    MissingDataError
-        The arm's friction is unknown and none is given.
-    ShapeError
-        Another number of joints.
-    OptionError
-        A controller whose friction is compensated already: twice is too much.
+    Raises `MissingDataError`: the arm's friction is unknown and none is given; `ShapeError`: another number of joints;
+    `OptionError`: a controller whose friction is compensated already: twice is too much.
     """
     for layer in layers_of(controller):
         adapts = getattr(layer, "friction_gains", None) is not None

@@ -185,10 +185,8 @@ def tuned_joint_impedance(
 ) -> JointImpedance:
     """Joint impedance with one stiffness for all joints, or as `worst_case_gains` gives it (`inertia` as there).
 
-    Raises
-    ------
-    OptionError, MissingDataError
-        A number that is not above 0; no limits to search the worst-case inertia in.
+    Raises `OptionError`, `MissingDataError`: a number that is not above 0; no limits to search the worst-case inertia
+    in.
     """
     K = gains.worst_case_gains(arm, omega_n, xi, inertia).Kp if stiffness is None else stiffness
     return JointImpedance(dynamics, K, xi, feedforward)

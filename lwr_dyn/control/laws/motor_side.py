@@ -215,12 +215,8 @@ def tuned_motor_side_pd(
 ) -> MotorSidePD:
     """Motor-side PD with `worst_case_gains`, less the inertia that torque feedback takes off the rotors.
 
-    Raises
-    ------
-    MissingDataError
-        Neither the arm's file nor `gear_stiffness` gives a stiffness; no limits to search the worst-case inertia in.
-    OptionError, ShapeError
-        As `worst_case_gains` and `MotorSidePD`.
+    Raises `MissingDataError` (neither the arm's file nor `gear_stiffness` gives a stiffness; no limits to search the
+    worst-case inertia in), `OptionError`, `ShapeError` (as `worst_case_gains` and `MotorSidePD`).
     """
     elasticity = assumed_elasticity(arm, gear_stiffness)
     found = gains.worst_case_gains(arm, omega_n, xi, inertia)
@@ -293,12 +289,8 @@ def on_motor_side(
 ) -> MotorSide:
     """A controller on the motor side of the gears of this arm, or of gears with another largest stiffness.
 
-    Raises
-    ------
-    MissingDataError
-        Neither the arm's file nor `gear_stiffness` gives a stiffness.
-    OptionError
-        A stiffness that is not above 0.
+    Raises `MissingDataError`: neither the arm's file nor `gear_stiffness` gives a stiffness; `OptionError`: a stiffness
+    that is not above 0.
     """
     elasticity = assumed_elasticity(arm, gear_stiffness)
     return MotorSide(controller, dynamics, elasticity.stiffness)

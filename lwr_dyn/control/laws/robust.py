@@ -124,12 +124,7 @@ def tuned_robust(
 ) -> Robust:
     """The robust law for loads from 0 to `largest_load` [kg] at the flange.
 
-    Raises
-    ------
-    MissingDataError
-        The arm has no inertias.
-    OptionError
-        Numbers that are not above 0.
+    Raises `MissingDataError`: the arm has no inertias; `OptionError`: numbers that are not above 0.
     """
     rated = LOAD if arm.ratings.payload is None else arm.ratings.payload
     most = rated if largest_load is None else largest_load

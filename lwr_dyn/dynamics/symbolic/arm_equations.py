@@ -90,19 +90,10 @@ class EquationsOfMotion:
 
 
 def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> EquationsOfMotion:
-    """The equations of motion of a chain of links.
+    """The equations of motion of a chain of links from the base outward, with gravity (3, 1) in the base frame.
 
-    Parameters
-    ----------
-    links : sequence of SymbolicLink
-        From the base outward; a link without a joint is fixed to the one before, one without a body is massless.
-    gravity : (3, 1) Matrix
-        In the base frame.
-
-    Raises
-    ------
-    OptionError
-        No link has a joint.
+    A link without a joint is fixed to the one before, one without a body is massless. Raises `OptionError` where no
+    link has a joint.
 
     References
     ----------
@@ -131,21 +122,10 @@ def euler_lagrange(links: Sequence[SymbolicLink], gravity: sp.Matrix) -> Equatio
 def reduced_chain(
     links: Sequence[SymbolicLink], moving: Sequence[int], held: Mapping[int, sp.Expr] | None = None
 ) -> tuple[SymbolicLink, ...]:
-    """The links of a chain in which only some joints move: held joints are fixed, links after the last are cut off.
+    """The links of an arm in which only some joints (0-based) move; `held` are fixed, links after the last are cut off.
 
-    Parameters
-    ----------
-    links : sequence of SymbolicLink
-        A whole arm.
-    moving : sequence of int
-        0-based joints that move.
-    held : mapping, optional
-        0-based joint -> the value it is held at; required for every other joint up to the last that is named.
-
-    Raises
-    ------
-    OptionError
-        A joint that does not exist, is named twice, or is not named and in between.
+    Every other joint up to the last that is named needs a value in `held`. Raises `OptionError` for a joint that does
+    not exist, is named twice, or is not named and in between.
     """
     fixed = dict(held or {})
     named = sorted([*moving, *fixed])
@@ -193,7 +173,6 @@ def christoffel(B: Callable[[int, int], sp.Expr], i: int, j: int, x: Variables) 
 
 
 AXES = "xyz"
-
 PAIRS = [(i, j) for i in range(3) for j in range(i, 3)]
 
 
@@ -232,10 +211,8 @@ def equations_of_motion(
 
     Raises
     ------
-    UnknownNameError
-        No joint of that name.
-    OptionError
-        A joint that is named twice, or one in between that is neither moving nor held.
+    UnknownNameError, OptionError
+        No joint of that name; one that is named twice, or one in between that is neither moving nor held.
     MissingDataError
         `keep_zeros` for an arm without inertias.
     """

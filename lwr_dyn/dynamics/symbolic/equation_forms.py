@@ -114,7 +114,6 @@ class LagrangianCalls:
 
 
 DIMENSION = {"x": 0, "y": 1, "z": 2}
-
 _SYMBOL = re.compile(r"(?P<dots>d{0,2})(?P<letter>Ia|[A-Za-z]+?)(?P<number>\d+)(?P<axes>[xyz]*)$")
 
 _HEAD = r"""\documentclass{article}
@@ -317,14 +316,8 @@ def symbolic_entries(chain: Chain, paper: Paper | None = None) -> SymbolicEntrie
 def entry_text(robot: str | Path, entry: str, reading: str | None = None) -> str:
     """The right side of one entry's equation for a robot's name or a file, such as "B_23", "C_11" or "g_4".
 
-    An entry that many joints take part in is long, and may take minutes.
-
-    Raises
-    ------
-    OptionError
-        No entry of that name.
-    MissingDataError
-        An arm without masses. And what `lwr_dyn.load` raises.
+    An entry that many joints take part in is long, and may take minutes. Raises as `lwr_dyn.load`, `OptionError` for no
+    entry of that name, and `MissingDataError` for an arm without masses.
 
     >>> entry_text("lwr4plus", "B_77")
     'I7zz + Ia7'

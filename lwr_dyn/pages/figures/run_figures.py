@@ -19,8 +19,8 @@ from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.figure import GREY, Curve, Figure, Level, Panel, Series, SeriesName
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
-from lwr_dyn.simulation.environment.walls_and_pushes import Wall
-from lwr_dyn.simulation.responses.step_and_chirp import HALF_POWER, FrequencyResponse, StepResponse, responses_of
+from lwr_dyn.simulation.step_and_chirp import HALF_POWER, FrequencyResponse, StepResponse, responses_of
+from lwr_dyn.simulation.walls_and_pushes import Wall
 
 Runs = Sequence[ReplayedRun]
 

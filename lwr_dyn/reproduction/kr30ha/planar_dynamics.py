@@ -20,8 +20,7 @@ import sympy as sp
 from lwr_dyn.arms.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.model_laws import ACCELERATION, SPEED
-from lwr_dyn.checks.arm.verdict import Verdict
+from lwr_dyn.checks.arm.model_laws import ACCELERATION, SPEED, Verdict
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_dynamics
 from lwr_dyn.dynamics.symbolic import arm_equations
 from lwr_dyn.dynamics.symbolic.arm_equations import EquationsOfMotion, equations_of_motion

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.checks.arm.verdict import verdict_table
+from lwr_dyn.checks.arm.model_laws import verdict_table
 from lwr_dyn.checks.datasheet.envelope import SECTION, Envelope, EnvelopeArc, working_envelope
 from lwr_dyn.dynamics.symbolic.equation_forms import equations_latex, equations_text, expression_text
 from lwr_dyn.dynamics.symbolic.link_motion import readable

@@ -227,12 +227,8 @@ class ElasticPlant(Plant):
 def elastic_plant(setup: Setup) -> ElasticPlant:
     """The plant of a setup with `elasticity`: of the full model where the engine has rotors "full", else reduced.
 
-    Raises
-    ------
-    MissingDataError
-        A joint without a rotor.
-    OptionError
-        A rotor too light to be driven by a sampled law on its own side, an engine of no registered name.
+    Raises `MissingDataError`: a joint without a rotor; `OptionError`: a rotor too light to be driven by a sampled law
+    on its own side, an engine of no registered name.
     """
     plant, elasticity = setup.plant, setup.elasticity
     assert elasticity is not None

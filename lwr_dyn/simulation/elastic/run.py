@@ -272,14 +272,8 @@ def run_elastic(setup: Setup, progress: Progress | None = None) -> Run:
     """As `lwr_dyn.simulation.simulate.run_setup`, of elastic joints: q and dq of the run are the links'.
 
     Signals of the run are "theta" [rad], "dtheta" [rad/s] (the motors, seen at the joints) and "torque_sensor" [N m]
-    (what goes through the gears); its channel "damper" is the work of the gears' dampers.
-
-    Raises
-    ------
-    MissingDataError, OptionError
-        As `elastic_plant`; a continuous run, a method for rigid joints.
-    DivergenceError
-        As `run_setup`.
+    (what goes through the gears); its channel "damper" is the work of the gears' dampers. Raises `MissingDataError`,
+    `OptionError` (as `elastic_plant`; a continuous run, a method for rigid joints), `DivergenceError` (as `run_setup`).
     """
     loop = setup.loop
     if loop.continuous:
@@ -329,13 +323,5 @@ def _run_of(setup: Setup, plant: ElasticPlant, log: Log, flow: ElasticFlow, meta
 
 def elastic_audit(run: Run, plant: ElasticPlant) -> Audit:
     """The audit of a run of this plant: as `lwr_dyn.simulation.audit.audit`, with springs, dampers and rotors."""
-    change = run.energy - run.energy[0]
-    return Audit(
-        residual=float(np.abs(change - sum(run.work.values())).max()),
-        energy_change=float(change[-1]),
-        channels={name: float(each[-1]) for name, each in run.work.items()},
-        actuator_gap=None,
-        energy_gap=None,
-        other_road=second_road(run, plant),
-        tolerance=TOLERANCE,
-    )
+    road = second_road(run, plant)
+    return Audit.of(run, actuator_gap=None, energy_gap=None, other_road=road, tolerance=TOLERANCE)

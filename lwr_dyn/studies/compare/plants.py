@@ -15,9 +15,9 @@ from lwr_dyn.foundation.arrays import number_of
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, arm_with_scaled_inertia
-from lwr_dyn.simulation.environment.walls_and_pushes import Wall
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import ENCODERS
+from lwr_dyn.simulation.walls_and_pushes import Wall
 
 ASSUMED = "0.05"
 """Share of the torque limits that is Coulomb friction where the arm has none of its own and no share is given."""

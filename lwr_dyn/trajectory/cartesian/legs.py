@@ -126,10 +126,7 @@ def smooth_curve(arm: Arm, curve: PoseCurve, tracked: Tracked, turning: bool) ->
 def timed_leg(arm: Arm, spline: BSpline, wanted: float | None, least: float, where: str) -> JointLeg:
     """A leg in `wanted` [s], else in the time of at least `least` [s] that takes `SPEED_SHARE` of a limit.
 
-    Raises
-    ------
-    OptionError
-        A joint would have to be faster than its limit; `where` names the leg.
+    Raises `OptionError`: a joint would have to be faster than its limit; `where` names the leg.
     """
     x = np.linspace(0.0, 1.0, SAMPLES)
     rates = np.abs(spline(x**3 * (10.0 - 15.0 * x + 6.0 * x**2), nu=1)) * (30.0 * x**2 * (1.0 - x) ** 2)[:, None]
@@ -181,12 +178,8 @@ class Pace:
 def follow_legs(arm: Arm, q: Array, legs: Sequence[PoseLeg], pace: Pace, about: Mapping[str, Any]) -> LegsReference:
     """Legs in space followed from joint positions q (n,) [rad or m]; `about` is what is known of them before.
 
-    Raises
-    ------
-    PathStopError
-        The arm cannot follow a leg.
-    OptionError
-        A leg's duration is too short for a joint's speed.
+    Raises `PathStopError`: the arm cannot follow a leg; `OptionError`: a leg's duration is too short for a joint's
+    speed.
     """
     curves: list[SmoothCurve] = []
     for leg in legs:
@@ -223,12 +216,8 @@ def follow_waypoints(
 ) -> LegsReference:
     """The waypoints from `start` (n,), or from the joint positions of the first one with which all can be followed.
 
-    Raises
-    ------
-    PathStopError
-        Of the attempt that came furthest.
-    OptionError
-        Two waypoints that are the same, half a turn apart, or too little time between them.
+    Raises `PathStopError`: of the attempt that came furthest; `OptionError`: two waypoints that are the same, half a
+    turn apart, or too little time between them.
     """
     if start is not None:
         return follow_legs(arm, start, _pose_legs(points, flange_pose(arm.chain, start), smooth), pace, about)
@@ -283,12 +272,8 @@ def _first_positions(arm: Arm, points: Waypoints) -> list[Array]:
 def joint_legs(arm: Arm, file: str, points: Waypoints, start: Array | None, smooth: bool) -> tuple[JointLeg, ...]:
     """Legs through the joint positions of a file, at `SPEED_SHARE` of the speed limits where it gives no times.
 
-    Raises
-    ------
-    WaypointError
-        Another number of joints, a waypoint or the smooth curve outside the limits, or nothing that says how long.
-    OptionError
-        Too little time for a joint's speed.
+    Raises `WaypointError`: another number of joints, a waypoint or the smooth curve outside the limits, or nothing that
+    says how long; `OptionError`: too little time for a joint's speed.
     """
     q, times = points.joint_positions(arm.n, file), points.times
     outside = largest_violation(arm, q)

@@ -20,7 +20,7 @@ from lwr_dyn.trajectory.cartesian import legs
 from lwr_dyn.trajectory.motion_files import read_waypoints
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.pose_path import straight
-from lwr_dyn.trajectory.references.references import Start, largest_violation
+from lwr_dyn.trajectory.references.references import Start, StartIfGiven, largest_violation
 
 SPEED = 0.25
 """[m/s] The reduced speed of ISO 10218-1 for a person near the arm."""
@@ -97,9 +97,7 @@ def waypoints_reference(
     waypoints: Annotated[
         str, Option(str, "CSV: x, y, z, roll, pitch, yaw or q1, q2, ...; perhaps time; SI or x [mm].")
     ],
-    start: Annotated[
-        ArrayLike | None, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")
-    ] = None,
+    start: StartIfGiven = None,
     through: Annotated[bool, Option(bool, "Pass the waypoints on one smooth curve, without stops.")] = False,
     speed: Speed = SPEED,
     turn_speed: TurnSpeed = TURN_SPEED,

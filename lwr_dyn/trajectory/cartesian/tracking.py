@@ -231,12 +231,8 @@ def _is_reached(arm: Arm, T: Array, turning: bool) -> bool:
 def best_legs(arm: Arm, curves: Sequence[PoseCurve], names: Sequence[str]) -> list[Tracked]:
     """Joint positions along all curves, one after the other, from `kinematics.arm_angle.best_arm_angle`.
 
-    Raises
-    ------
-    PathStopError
-        The wrist is out of reach, or no arm angle keeps the limits; `names` name the curves.
-    OptionError
-        Not an S-R-S arm, or the wrist passes the axis of joint 1, where the arm angle has no zero.
+    Raises `PathStopError` (the wrist is out of reach, or no arm angle keeps the limits; `names` name the curves),
+    `OptionError` (not an S-R-S arm, or the wrist passes the axis of joint 1, where the arm angle has no zero).
     """
     places = [places_on(curve) for curve in curves]
     s = np.concatenate([[0.0], *(k + u[1:] for k, u in enumerate(places))])

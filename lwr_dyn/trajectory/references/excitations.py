@@ -138,7 +138,7 @@ def step_reference(
     joint: Joint = None,
     duration: Annotated[float, Option(float, "Time for each step or sweep, s.")] = 0.5,
 ) -> StepReference:
-    """Steps of the set-point from `start` (n,) [rad or m]; `simulation.responses` judges the run.
+    """Steps of the set-point from `start` (n,) [rad or m]; `simulation.step_and_chirp` judges the run.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def chirp_reference(
     duration: Annotated[float, Option(float, "Time for each step or sweep, s.")] = 6.0,
     rates: Annotated[bool, Option(bool, "Tell the controller the speed and acceleration of the chirp too.")] = False,
 ) -> ChirpReference:
-    """Sweeps of the set-point about `start` (n,) [rad or m]; `simulation.responses` judges the run.
+    """Sweeps of the set-point about `start` (n,) [rad or m]; `simulation.step_and_chirp` judges the run.
 
     Parameters
     ----------

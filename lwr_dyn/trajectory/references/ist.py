@@ -58,6 +58,10 @@ TOOL = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
 """R_07, estimated (the paper gives no orientation): of the six axis directions only the tool along +y of frame 0
 keeps the whole path inside the joint limits."""
 
+Timing = Annotated[str, Option(MOTION_PROFILES, "Motion profile along the path.")]
+
+OneAngle = Annotated[float | ArmAngle | None, Option(Quantity.ANGLE, "One arm angle all along, not the safest curve.")]
+
 NO_SHIFT = (0.0, 0.0, 0.0)
 
 CLEAR_SHIFT = (0.7, 0.6, -0.3)
@@ -75,17 +79,8 @@ def ist_path(shift: ArrayLike = NO_SHIFT) -> Path:
     p = dict(enumerate(POINTS.si() + fixed_array("shift", shift, (3,)), start=1))
     x = np.array([1.0, 0.0, 0.0])
     middle = 2.0 * p[4] - p[3]
-    return path_of(
-        [
-            line(p[1], p[2]),
-            line(p[2], p[3]),
-            arc(p[3], p[4], x, math.pi),
-            arc(middle, p[5], x, -math.pi),
-            line(p[6], p[7]),
-            line(p[7], p[8]),
-            line(p[8], p[9]),
-        ]
-    )
+    down, bowls = [line(p[1], p[2]), line(p[2], p[3])], [arc(p[3], p[4], x, math.pi), arc(middle, p[5], x, -math.pi)]
+    return path_of([*down, *bowls, *(line(p[k], p[k + 1]) for k in (6, 7, 8))])
 
 
 def timed_ist(
@@ -128,12 +123,10 @@ def timed_ist(
 
 def ist_reference(
     arm: Arm,
-    timing: Annotated[str, Option(MOTION_PROFILES, "Motion profile along the path.")] = "smooth",
+    timing: Timing = "smooth",
     duration: Duration = DURATION,
     R_07: ArrayLike | None = None,
-    arm_angle: Annotated[
-        float | ArmAngle | None, Option(Quantity.ANGLE, "One arm angle all along, not the safest curve.")
-    ] = None,
+    arm_angle: OneAngle = None,
     smoothness: SmoothTiming | None = None,
     limits: bool = True,
     shift: Annotated[ArrayLike, Option(Quantity.POINT, "Moves the letters, m in frame 0.")] = NO_SHIFT,
@@ -193,11 +186,9 @@ def _task(shift: ArrayLike) -> str:
 
 def ist_clear_reference(
     arm: Arm,
-    timing: Annotated[str, Option(MOTION_PROFILES, "Motion profile along the path.")] = "smooth",
+    timing: Timing = "smooth",
     duration: Duration = DURATION,
-    arm_angle: Annotated[
-        float | ArmAngle | None, Option(Quantity.ANGLE, "One arm angle all along, not the safest curve.")
-    ] = None,
+    arm_angle: OneAngle = None,
 ) -> PosePathReference:
     """`ist_reference` far from the limits of the LWR 4+ (see this module); takes its options, raises its errors.
 

@@ -92,10 +92,7 @@ def one_move(arm: Arm, *, start: Start, end: End, duration: Duration = 2.0) -> J
 def hold(arm: Arm, q: Start, duration: Duration = 2.0) -> JointReference:
     """Standing still at q (n,) [rad or m] for `duration` [s].
 
-    Raises
-    ------
-    ShapeError, OptionError, PathLimitError
-        As `point_to_point`.
+    Raises `ShapeError`, `OptionError`, `PathLimitError`: as `point_to_point`.
     """
     point = joint_array("q", q, arm.n)
     if point.ndim != 1:

@@ -14,7 +14,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, real_array
 from lwr_dyn.foundation.errors import OutOfReachError, OutsideLimitsError
-from lwr_dyn.foundation.registry import Option, Quantity
+from lwr_dyn.foundation.registry import Option
 from lwr_dyn.kinematics.arm_angle import best_arm_angle
 from lwr_dyn.kinematics.arm_geometry import require_srs, srs_geometry
 from lwr_dyn.kinematics.inverse import inverse_kinematics
@@ -25,7 +25,7 @@ from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.cartesian.tracking import onto_pose
 from lwr_dyn.trajectory.motion_files import MotionFileError, RecordedMotion, read_motion
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.references import LimitViolation, largest_violation
+from lwr_dyn.trajectory.references.references import LimitViolation, StartIfGiven, largest_violation
 
 STARTS = 8
 """Joint positions of the first pose that are tried where no start is given."""
@@ -39,14 +39,9 @@ TURN = 2.0 * np.pi
 def joints_of_poses(arm: Arm, file: str, motion: RecordedMotion, start: ArrayLike | None) -> Array:
     """Joint positions (m, n) [rad or m] at the poses of a motion.
 
-    An S-R-S arm without a given start follows the arm angle with the largest margin; others go from row to row.
-
-    Raises
-    ------
-    MotionFileError
-        A pose that is not reached from the one before: when, and why.
-    ShapeError
-        A start that is not (n,).
+    An S-R-S arm without a given start follows the arm angle with the largest margin; others go from row to row. Raises
+    `MotionFileError`: a pose that is not reached from the one before: when, and why; `ShapeError`: a start that is not
+    (n,).
     """
     poses = np.zeros((0, 4, 4)) if motion.poses is None else motion.poses
     if start is not None:
@@ -136,9 +131,7 @@ def csv_reference(
     *,
     file: Annotated[str, Option(str, "CSV: time, q1, q2, ... or time, x, y, z, roll, pitch, yaw; SI or q1 [deg].")],
     slower: Annotated[float, Option(float, "Factor on the times of the file.")] = 1.0,
-    start: Annotated[
-        ArrayLike | None, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")
-    ] = None,
+    start: StartIfGiven = None,
 ) -> RecordedReference:
     """The motion of a CSV file as a reference for the joints.
 

@@ -50,6 +50,10 @@ Duration = Annotated[float, Option(float, "Duration, s.")]
 
 Start = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")]
 
+StartIfGiven = Annotated[
+    ArrayLike | None, Option(Quantity.JOINT_POSITIONS, "Where the joints start (m for sliding).", "from-deg")
+]
+
 End = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints end (m for sliding).", "to-deg")]
 
 

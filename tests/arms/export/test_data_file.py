@@ -1,12 +1,15 @@
 """An arm written as a data file loads as the same arm: poses, torques, limits, rotors, friction; sources are named."""
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import lwr_dyn
-from lwr_dyn.arms.export.data_file import data_file_text
+from lwr_dyn.arms.export.data_file import ColumnText, data_file_text, literal, quoted, table_text
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.arm import JointLimits
@@ -111,3 +114,23 @@ def test_an_estimate_stays_an_estimate(tmp_path):
     path.write_text(data_file_text(lwr_dyn.load("kr30ha")), encoding="utf-8")
     assert open_paper(str(path)).columns["inertial.mass"].kind == "estimated"
     assert 'lacks = "drawn cylinders"' in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.hypothesis
+@given(st.text(st.characters(codec="utf-8")))
+def test_a_text_comes_back(text):
+    assert tomllib.loads(f"x = {quoted(text)}") == {"x": text}
+
+
+@pytest.mark.hypothesis
+@given(st.lists(st.floats(allow_nan=False, allow_infinity=False)))
+def test_numbers_come_back(values):
+    assert tomllib.loads(f"x = {literal(values)}") == {"x": values}
+
+
+def test_a_table_without_columns_is_left_out():
+    assert table_text("limits", []) == []
+    column = ColumnText("lower", [1.0, None], ["rad", "m"], "a page")
+    text = "\n".join(table_text("limits", [column]))
+    assert tomllib.loads(text)["limits"]["lower"]["values"] == [1.0, "unknown"]

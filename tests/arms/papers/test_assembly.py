@@ -1,12 +1,15 @@
-"""From a data file to an arm: conversions worked out by hand, and the source of each quantity."""
+"""From a data file to an arm: conversions worked out by hand, rotors, motor maps, gains and friction; sources."""
 
 import numpy as np
 import pytest
 
+import lwr_dyn
 from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY, arm_from_paper, dh_rows
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.model.chain import link_frames
+from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import steiner
 
 GOOD = template("own.toml", "own", "RP", "standard")
@@ -65,3 +68,146 @@ def test_what_the_file_leaves_out_is_unknown_and_gravity_is_the_standard_one():
     assert [limit.effort for limit in arm.limits] == [None, None]
     assert arm.limits[0].velocity == pytest.approx(np.radians(120.0))
     assert arm.sources["joint_1.effort"] == ()
+
+
+def column(name, values, unit):
+    units = "[" + ", ".join(f'"{u}"' for u in unit) + "]" if isinstance(unit, tuple) else f'"{unit}"'
+    return f'{name} = {{ values = {values}, unit = {units}, where = "page 1", kind = "assumed" }}\n'
+
+
+FORCE, DAMPING, SPEED = ("N m", "N"), ("N m s/rad", "N s/m"), ("rad/s", "m/s")
+DIRECTED = (
+    "[friction]\n"
+    + column("positive_coulomb", [1.0, 2.0], FORCE)
+    + column("positive_viscous", [0.1, -0.2], DAMPING)
+    + column("negative_coulomb", [3.0, 4.0], FORCE)
+    + column("negative_viscous", [0.3, 0.4], DAMPING)
+)
+MAP = "[transmission]\n" + column("ratio", [10, 20], "1") + column("stage", [1, 2], "1")
+PAIR = column("signs", [[1, -1], [1, 1]], "1")
+GAINS = "[gains]\n" + column("kp", [5, 6], ("N m/rad", "N/m")) + column("kd", [1, 2], DAMPING)
+
+SPRINGS = "[elasticity]\n" + column("stiffness", [5, 6], ("N m/rad", "N/m")) + column("damping", [0.5, 0], DAMPING)
+
+
+def loaded(tmp_path, more):
+    path = tmp_path / "own.toml"
+    path.write_text(GOOD.replace("[joints]", more + "[joints]", 1), encoding="utf-8")
+    return lwr_dyn.load(path)
+
+
+def test_friction_per_direction_with_all_its_columns(tmp_path):
+    more = (
+        column("positive_static", [1.5, 2.0], FORCE)
+        + column("positive_stribeck_velocity", [0.1, 0.01], SPEED)
+        + column("offset", [0.0, -0.5], FORCE)
+        + column("covered", [0.4, 0.2], SPEED)
+    )
+    arm = loaded(tmp_path, DIRECTED + more)
+    assert arm.friction == (
+        JointFriction(Direction(1.0, 0.1, 1.5, 0.1), Direction(3.0, 0.3), 0.0, 0.4),
+        JointFriction(Direction(2.0, -0.2, 2.0, 0.01), Direction(4.0, 0.4), -0.5, 0.2),
+    )
+    assert [s.cell for s in arm.sources["joint_2.friction.offset"]] == ["friction.offset.values[1]"]
+
+
+def test_one_pair_both_ways_stays_with_the_limits_and_in_the_urdf(tmp_path):
+    arm = loaded(tmp_path, "[friction]\n" + column("coulomb", [1.0, 2.0], FORCE))
+    assert arm.friction == ()
+    assert arm.friction_models() == (symmetric(1.0, 0.0), symmetric(2.0, 0.0))
+    assert '<dynamics friction="1.0"/>' in lwr_dyn.urdf_text(arm)
+
+
+def test_a_motor_map_is_signs_times_ratio_over_stage(tmp_path):
+    arm = loaded(tmp_path, MAP + PAIR)
+    assert arm.transmission.matrix.tolist() == [[10, -10], [10, 10]]
+    assert loaded(tmp_path, "").transmission is None
+
+
+def test_gains_and_reflected_rotors(tmp_path):
+    arm = loaded(tmp_path, GAINS + "[rotors]\n" + column("armature", [0.1, 0.2], ("kg m^2", "kg")))
+    assert (arm.gains.Kp.tolist(), arm.gains.Kd.tolist(), arm.gains.Ki, arm.gains.effort) == (
+        [5, 6],
+        [1, 2],
+        None,
+        None,
+    )
+    assert arm.armature.tolist() == [0.1, 0.2]
+    assert arm.chain.links[0].rotor.reflected
+    assert not any(f"joint_1.{part}" in lwr_dyn.load("lwr4plus").sources for part in ("gains.kp", "motors"))
+
+
+def test_springs_and_dampers_of_the_gears_with_their_sources(tmp_path):
+    arm = loaded(tmp_path, SPRINGS)
+    assert (arm.elasticity.stiffness.tolist(), arm.elasticity.damping.tolist()) == ([5, 6], [0.5, 0])
+    assert arm.elasticity.source == "assumed, page 1"
+    assert [s.cell for s in arm.sources["joint_2.stiffness"]] == ["elasticity.stiffness.values[1]"]
+    assert loaded(tmp_path, "").elasticity is None
+    lwr = lwr_dyn.load("lwr4plus")
+    assert {s.kind for j in lwr.joint_names for x in ("stiffness", "damping") for s in lwr.sources[f"{j}.{x}"]} == {
+        "assumed"
+    }
+    assert np.array_equal(lwr.elasticity.damping, 1e-3 * lwr.elasticity.stiffness)
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            DIRECTED.replace("[1.0, 2.0]", "[-1.0, 2.0]"),
+            r"positive_coulomb.values\[0\]: -1.0; allowed: a number of at lea",
+        ),
+        (
+            DIRECTED.rpartition("negative_viscous")[0],
+            "friction.negative_viscous: missing; allowed: Coulomb",
+        ),
+        (DIRECTED + column("viscous", [1, 1], DAMPING), "friction.viscous: beside friction.positive_coulomb; allowed"),
+        (
+            DIRECTED.replace('"N"]', '"N m"]'),
+            "friction.positive_coulomb.unit: 'N m' for joint_2; allowed: a unit of a pri",
+        ),
+        (
+            DIRECTED + column("negative_static", [2.0, 4.0], FORCE),
+            r"friction.negative_static.values\[0\]: 2; allowed: at least Coulomb, 3",
+        ),
+        (
+            DIRECTED + column("negative_stribeck_velocity", [0.1, 0.0], SPEED),
+            r"stribeck_velocity.values\[1\]: 0.0; allowed: a number above 0",
+        ),
+        (
+            DIRECTED + column("covered", [0.4, -1], SPEED),
+            r"friction.covered.values\[1\]: -1.0; allowed: a number above 0",
+        ),
+        ("[friction]\n" + column("offset", [1, 1], FORCE), "friction.positive_coulomb: missing"),
+        (DIRECTED + column("sideways_coulomb", [1, 1], FORCE), "friction.sideways_coulomb: unknown field"),
+        (MAP, "transmission.signs: missing"),
+        (
+            MAP + column("signs", [[1, -1], [1, 2]], "1"),
+            r"transmission.signs.values\[1\]: \[1.0, 2.0\]; allowed: 1, 0 or",
+        ),
+        (
+            MAP + column("signs", [[1, -1], [-1, 1]], "1"),
+            "transmission.signs: a singular matrix; allowed: as many indep",
+        ),
+        (MAP + column("signs", [[1, -1, 0], [1, 1, 0]], "1"), r"signs.values\[0\]: 3 entries; allowed: a list of 2"),
+        (MAP.replace("[1, 2]", "[1, 0]") + PAIR, r"transmission.stage.values\[1\]: 0.0; allowed: a number above 0"),
+        (
+            "[rotors]\n" + column("gear_ratio", [1, 1], "1"),
+            "rotors: gear_ratio; allowed: gear_ratio and inertia, or arm",
+        ),
+        (
+            "[rotors]\n" + column("inertia", [1, 1], "kg m^2") + column("armature", [1, 1], ("kg m^2", "kg")),
+            "rotors: armature and inertia; allowed: gear_ratio and inertia, or armature alone",
+        ),
+        (SPRINGS.partition("damping")[0], "elasticity.damping: missing"),
+        (SPRINGS.replace("[5, 6]", "[5, 0]"), r"elasticity.stiffness.values\[1\]: 0.0; allowed: a number above 0"),
+        (SPRINGS.replace("[0.5, 0]", "[-1, 0]"), r"elasticity.damping.values\[0\]: -1.0; allowed: a number of at le"),
+        (SPRINGS.replace('"N/m"', '"N m/rad"'), "elasticity.stiffness.unit: 'N m/rad' for joint_2; allowed: a unit of"),
+        (GAINS.replace("kd", "kv"), "gains.kd: missing"),
+        (GAINS.replace("[5, 6]", "[5, 0]"), r"gains.kp.values\[1\]: 0.0; allowed: a number above 0"),
+        (GAINS.replace('"N m/rad", ', '"N m", '), "gains.kp.unit: 'N m'; allowed: N m/rad, N/m"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(more, message):
+    with pytest.raises(PaperError, match=f"^own.toml: .*{message}"):
+        parse_paper(GOOD.replace("[joints]", more + "[joints]", 1), "own.toml")

@@ -10,7 +10,7 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, readings, robots, template
 from lwr_dyn.arms.papers.reader import apply_errata, parse_paper
 from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import OptionError
 
 Q = "--q=0,0,0,0,0,0,0"
 COMMANDS = [
@@ -59,11 +59,6 @@ def test_the_default_reading_comes_first():
         assert readings(robot) == paper.reading_names
         assert readings(robot)[0] == paper.default_reading == paper.reading.name
         assert set(readings(robot)) == set(paper.readings)
-
-
-def test_an_unknown_robot_lists_the_known_ones():
-    with pytest.raises(UnknownNameError, match=r"no robot named 'lwr4pls' .did you mean lwr4plus.*kr30ha, lwr4"):
-        open_paper("lwr4pls")
 
 
 @pytest.mark.parametrize("robot", robots())

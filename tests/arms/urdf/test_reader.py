@@ -191,18 +191,6 @@ def test_names_of_our_writer_are_free_for_a_foreign_arm(tmp_path):
     assert same_dynamics(read_urdf(written(tmp_path, urdf_text(arm), "again.urdf")), arm)
 
 
-def test_drake_tags_are_rotors(tmp_path):
-    tags = (
-        '<transmission name="t"><joint name="j"/><actuator name="m"><drake:gear_ratio value="100"/>'
-        '<drake:rotor_inertia value="1e-5"/></actuator></transmission></robot>'
-    )
-    plain = robot(joint("j", "a", "b"), a="", b=LINK)
-    text = plain.replace("</robot>", tags).replace("<robot ", '<robot xmlns:drake="https://drake.mit.edu/" ')
-    rotor = read_urdf(written(tmp_path, text)).chain.links[0].rotor
-    assert (rotor.gear_ratio, rotor.inertia) == (100.0, 1e-5)
-    assert read_urdf(written(tmp_path, plain)).chain.links[0].rotor is None
-
-
 def test_unknown_shapes_and_missing_meshes_do_not_matter(tmp_path, caplog):
     shapes = (
         '<visual><geometry><capsule radius="1"/></geometry></visual>'

@@ -15,10 +15,10 @@ BROKEN = {
     "not XML": ("<robot", "XML"),
     "undeclared namespace, no link": ('<robot name="r"><drake:x/></robot>', "0 links without a parent"),
     "another root": ('<sdf name="r"/>', "<robot>"),
-    "no name": (ONE.replace(' name="r"', ""), "robot: no name"),
+    "no name": (ONE.replace(' name="r"', ""), "robot: no name; allowed: a name"),
     "empty": ('<robot name="r"/>', "one root"),
     "only a link": (robot(a=LINK), "no moving joint"),
-    "link twice": (ONE.replace("</robot>", '<link name="a"/></robot>'), "link a: used twice"),
+    "link twice": (ONE.replace("</robot>", '<link name="a"/></robot>'), "link a: used twice; allowed: a name of its"),
     "joint twice": (TWO.replace('name="k"', 'name="j"'), "joint j: used twice"),
     "link without a name": (ONE.replace('<link name="a">', "<link>"), "link 1: no name"),
     "parent not there": (ONE.replace('parent link="a"', 'parent link="z"'), "'z'"),
@@ -30,17 +30,18 @@ BROKEN = {
     "two numbers": (ONE.replace("0.1 -0.2 0.3", "0.1 -0.2"), "3 finite numbers"),
     "nan": (ONE.replace("0.4 0.5", "nan 0.5"), "3 finite numbers"),
     "word": (ONE.replace('mass value="2"', 'mass value="two"'), "'two'"),
-    "infinite mass": (ONE.replace('mass value="2"', 'mass value="inf"'), "finite number"),
-    "negative mass": (ONE.replace('mass value="2"', 'mass value="-2"'), "at least 0"),
+    "infinite mass": (ONE.replace('mass value="2"', 'mass value="inf"'), "<mass> value: 'inf'; allowed: a finite"),
+    "negative mass": (ONE.replace('mass value="2"', 'mass value="-2"'), "<mass> value: '-2'; allowed: a mass of"),
     "no mass": (ONE.replace('<mass value="2"/>', ""), "<mass> value: missing"),
-    "no moment": (ONE.replace('iyy="0.03"', ""), "iyy: missing"),
+    "no moment": (ONE.replace('iyy="0.03"', ""), "link 'b' <inertia> iyy: missing; allowed: a number"),
     "limits crossed": (ONE.replace('lower="-2"', 'lower="3"'), "lower <= upper"),
     "negative effort": (ONE.replace('effort="9"', 'effort="-9"'), "at least 0"),
     "mimic": (ONE.replace("</joint>", '<mimic joint="x"/></joint>'), "follows 'x'"),
     "two ends": (TWO, "b (1 joint), c (1 joint)"),
-    "two roots": (robot(joint("j", "a", "b"), a="", b=LINK, c=""), "2 links without a parent: a, c"),
+    "two roots": (robot(joint("j", "a", "b"), a="", b=LINK, c=""), "2 links without a parent: a, c; allowed: one root"),
     "two parents": (robot(joint("j", "a", "c"), joint("k", "b", "c"), a="", b="", c=""), "carried by j and k"),
-    "loop": (robot(joint("j", "a", "b"), joint("k", "b", "a"), c="", a="", b=""), "loop through a, b"),
+    "loop": (robot(joint("j", "a", "b"), joint("k", "b", "a"), c="", a="", b=""), "a loop through a, b; allowed"),
+    "loop without a root": (robot(joint("j", "a", "b"), joint("k", "b", "a"), a="", b=""), "0 links without a parent"),
     "rotor": (
         ONE.replace('name="r"', 'name="r" xmlns:drake="https://drake.mit.edu/"').replace(
             "</robot>",
@@ -70,9 +71,6 @@ def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
         read_urdf(path, tip="z")
     with pytest.raises(UnknownNameError, match="known: j, k"):
         read_urdf(path, tip="b", lock={"z": 0.0})
-    for value in (3.0, float("nan")):
-        with pytest.raises(UrdfError, match=r"from -2.0 to 2.0"):
-            read_urdf(path, tip="b", lock={"k": value})
     with pytest.raises(UrdfError, match="no moving joint"):
         read_urdf(path, tip="a")
 

@@ -54,21 +54,6 @@ def test_a_locked_joint_is_a_fixed_pose_and_its_mimics_follow(tree):
     assert [name for name, _ in tree().fixed_to("arm")] == ["arm", "tool"]
 
 
-@pytest.mark.parametrize(
-    ("joints", "links", "message"),
-    [
-        ((HAND[0],), "base arm spare", "tree: 2 links without a parent: base, spare; allowed: one root"),
-        ((joint("j", "a", "c"), joint("k", "b", "c")), "a b c", "link 'c': carried by j and k; allowed: one joint"),
-        ((joint("j", "a", "b"), joint("k", "b", "a")), "a b c", "tree: a loop through a, b; allowed: a tree"),
-        ((joint("j", "a", "b"), joint("k", "b", "a")), "a b", "tree: 0 links without a parent: none"),
-    ],
-)
-def test_what_is_no_tree_is_refused(tree, joints, links, message):
-    with pytest.raises(UrdfError) as fault:
-        tree(joints, links)
-    assert message in str(fault.value)
-
-
 @pytest.mark.parametrize("value", [2.1, -2.1, float("nan"), float("inf")])
 def test_a_lock_outside_the_limits_is_refused(tree, value):
     with pytest.raises(UrdfError, match=r"lock of joint 'left': .*; allowed: a number from -2\.0 to 2\.0"):

@@ -163,13 +163,13 @@ def test_an_arm_changed_in_code_is_written_as_changed(two):
 
 
 def test_drake_finds_the_motors_again(two, tmp_path):
-    from lwr_dyn.checks.engines.drake_loader import load
     from lwr_dyn.checks.engines.engine import ArmInFile
+    from lwr_dyn.checks.engines.loaders import DrakeFile
 
     bare = replace(two, layout=replace(two.layout, shapes=dict.fromkeys(two.layout.shapes, ())))
     path = tmp_path / "bare.urdf"
     path.write_text(lwr_dyn.urdf_text(bare), encoding="utf-8")
-    assert len(load(path, ArmInFile(two.joint_names, "tcp", tuple(two.chain.gravity)), {}).actuators) == 2
+    assert len(DrakeFile(path, ArmInFile(two.joint_names, "tcp", tuple(two.chain.gravity)), {}).actuators) == 2
 
 
 @pytest.mark.parametrize("robot", lwr_dyn.robots())

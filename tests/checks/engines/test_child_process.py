@@ -1,9 +1,11 @@
-"""An engine that crashes, aborts, hangs or refuses costs one line, and the other files are loaded all the same."""
+"""An engine that crashes, aborts, hangs or refuses costs one line, which keeps what its C code prints in order."""
+
+import os
 
 import numpy as np
 import pytest
 
-from lwr_dyn.checks.engines.child_process import Job, Loaded, TriedStates, load_all
+from lwr_dyn.checks.engines.child_process import Job, Loaded, TriedStates, load_all, one_line, quiet
 from lwr_dyn.checks.engines.engine import ArmInFile
 from tests.checks.engines.small_files import TWO
 
@@ -72,3 +74,15 @@ def test_a_refusal_is_one_line_with_the_parser_s_own_words(two, tmp_path):
     assert "\n" not in refusal
     assert "does not contain a valid URDF model" in refusal
     assert "uper" in refusal
+
+
+def test_prints_of_both_streams_are_kept(capfd):
+    with quiet() as lines:
+        os.write(2, b"Error:   no such joint\n")
+        os.write(1, b"a banner\n")
+    os.write(1, b"after\n")
+    assert lines == ["Error:   no such joint", "a banner"]
+    assert capfd.readouterr() == ("after\n", "")
+    assert one_line(ValueError("refused\nby it"), lines) == "refused by it (Error:   no such joint)"
+    assert one_line(KeyError(), []) == "KeyError"
+    assert len(one_line(ValueError("x" * 999), [])) < 250

@@ -92,4 +92,4 @@ def test_a_box_without_inertial_weighs_a_kilogram_in_mujoco(report):
 def test_the_poses_agree(report):
     for engine in report.engines:
         if engine.agreement is not None:
-            assert engine.agreement.absolute["flange"] < 1e-6 if engine.engine == "pybullet" else 1e-12
+            assert engine.agreement.absolute["flange"] < (1e-6 if engine.engine == "pybullet" else 1e-12)

@@ -62,6 +62,7 @@ def test_names_and_lengths():
         ("m/s/s", (1, 0, -2, 0), 1.0), ("s-1", (0, 0, -1, 0), 1.0), ("\u00b0/s", (0, 0, -1, 1), math.pi / 180),
         ("rpm", (0, 0, -1, 1), math.pi / 30), ("%", (0, 0, 0, 0), 1e-2), ("kg\u00b7m\u00b2", (2, 1, 0, 0), 1.0),
         ("kN/mm", (0, 1, -2, 0), 1e6), ("W h", (2, 1, -2, 0), 3600.0), ("", (0, 0, 0, 0), 1.0),
+        ("N m s/rad", (2, 1, -1, -1), 1.0), ("mrad/s", (0, 0, -1, 1), 1e-3),
     ],
 )  # fmt: skip
 def test_units(text, powers, factor):
@@ -110,6 +111,7 @@ def test_an_open_dimension(text):
 @pytest.mark.parametrize(
     ("heading", "joints", "found"),
     [
+        ("mass [1]", "", None), ("maximum torque [N m/rad]", "", None),
         ("mass [g]", "", None), ("speed [rad/s]", "", None), ("speed [m/s]", "", None), ("torque (N m)", "", None),
         ("mass ratio [m]", "", ("error", "likely", "1")), ("mass [m]", "", ("error", "likely", "kg")),
         ("angle [m]", "", ("error", "likely", "rad")), ("mass [%]", "", None), ("colour [m]", "", None),

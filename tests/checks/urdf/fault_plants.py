@@ -37,6 +37,11 @@ class FaultKind:
         function: Edit = getattr(_MODULES[module], name)
         return function
 
+    @property
+    def needs_inertial(self) -> bool:
+        """Whether its edit is of an `<inertial>`, which must then be usable."""
+        return self.edit.startswith(("frame:", "inertial:"))
+
 
 _MODULES = {"frame": frame_faults, "inertial": inertial_faults, "joint": joint_faults, "text": text_faults}
 
@@ -90,6 +95,8 @@ def plants(
             if not wanted(where.link, kind.name):
                 continue
             site = where.fresh()
+            if kind.needs_inertial and site.inertial is None:
+                continue
             size = kind.function(site, **kind.arguments)
             if size is None or not math.isfinite(size):
                 continue

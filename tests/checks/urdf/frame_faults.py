@@ -1,4 +1,4 @@
-"""Faults in the frame of an `<inertial>`: its centre, its angles, the point that the tensor is about.
+"""Faults in the frame of a usable `<inertial>`: its centre, its angles, the point that the tensor is about.
 
 Each edit returns the size of the fault, None where it would change nothing.
 """
@@ -27,13 +27,11 @@ _CYCLE = [1, 2, 0]
 
 def centre_times(site: PlantSite, factor: float) -> float | None:
     """The centre in another unit; size: its shift in diameters."""
-    return None if site.inertial is None else _moved(site, centre_of(site.inertial) * factor)
+    return _moved(site, centre_of(site.inertial) * factor)
 
 
 def centre_sign(site: PlantSite, rank: int) -> float | None:
     """The sign of the largest (0) or second (1) coordinate of the centre; size: its shift in diameters."""
-    if site.inertial is None:
-        return None
     centre = centre_of(site.inertial)
     centre[np.argsort(-np.abs(centre), kind="stable")[rank]] *= -1
     return _moved(site, centre)
@@ -41,13 +39,11 @@ def centre_sign(site: PlantSite, rank: int) -> float | None:
 
 def centre_axes(site: PlantSite) -> float | None:
     """The coordinates of the centre in another order; size: its shift in diameters."""
-    return None if site.inertial is None else _moved(site, centre_of(site.inertial)[_CYCLE])
+    return _moved(site, centre_of(site.inertial)[_CYCLE])
 
 
 def centre_in_parent(site: PlantSite) -> float | None:
     """The centre in the frame of the parent link; size: its shift in diameters."""
-    if site.inertial is None:
-        return None
     turn = rotation(angles_of(site.joint))
     return _moved(site, centre_of(site.joint) + turn @ centre_of(site.inertial))
 
@@ -60,8 +56,6 @@ def _moved(site: PlantSite, centre: np.ndarray) -> float | None:
 
 def angles_in_degrees(site: PlantSite) -> float | None:
     """rpy of the tensor in degrees; size: the largest angle [rad]."""
-    if site.inertial is None:
-        return None
     angles = angles_of(site.inertial)
     write_origin(site.inertial, rpy=np.degrees(angles))
     return _turned(angles)
@@ -69,8 +63,6 @@ def angles_in_degrees(site: PlantSite) -> float | None:
 
 def angles_sign(site: PlantSite) -> float | None:
     """rpy of the tensor turned the other way; size: the largest angle [rad]."""
-    if site.inertial is None:
-        return None
     angles = angles_of(site.inertial)
     write_origin(site.inertial, rpy=-angles)
     half_turns = np.abs(angles) > math.pi - 1e-3
@@ -84,8 +76,7 @@ def _turned(angles: np.ndarray) -> float | None:
 
 def quarter_roll(site: PlantSite) -> float | None:
     """90 degrees more about x; size: the ratio of iyy and izz, which it exchanges."""
-    if (inertial := site.inertial) is None:
-        return None
+    inertial = site.inertial
     cells = tensor_cells(inertial)
     write_origin(inertial, rpy=np.add(angles_of(inertial), [math.pi / 2, 0.0, 0.0]))
     return ratio_of(cells[3], cells[5])
@@ -93,8 +84,7 @@ def quarter_roll(site: PlantSite) -> float | None:
 
 def mirrored(site: PlantSite) -> float | None:
     """The inertial of the other arm of a pair, y to -y; size: the shift of the centre in diameters."""
-    if (inertial := site.inertial) is None:
-        return None
+    inertial = site.inertial
     cells, centre, angles = tensor_cells(inertial), centre_of(inertial), angles_of(inertial)
     write_tensor(inertial, cells * [1, -1, 1, 1, -1, 1])
     write_origin(inertial, xyz=centre * [1, -1, 1], rpy=angles * [-1, 1, -1])
@@ -105,8 +95,7 @@ def mirrored(site: PlantSite) -> float | None:
 
 def about_joint(site: PlantSite) -> float | None:
     """The tensor about the joint's frame; size: m c^2 over the largest diagonal."""
-    if (inertial := site.inertial) is None:
-        return None
+    inertial = site.inertial
     c, cells = centre_of(inertial), tensor_cells(inertial)
     mass, turn = float(inertial.find("mass").get("value")), rotation(angles_of(inertial))
     added = mass * (c @ c * np.eye(3) - np.outer(c, c))

@@ -1,4 +1,4 @@
-"""Faults in the mass and the tensor of an `<inertial>`; an edit returns the size, None where it changes nothing."""
+"""Faults in the mass and the tensor of a usable `<inertial>`; an edit returns the size, None where nothing changes."""
 
 import math
 import xml.etree.ElementTree as ET
@@ -22,26 +22,20 @@ LEAST_PRODUCT = 0.01
 
 def tensor_times(site: PlantSite, factor: float) -> float | None:
     """The whole tensor in another power of ten; size: the factor."""
-    if (inertial := site.inertial) is None:
-        return None
-    write_tensor(inertial, tensor_cells(inertial) * factor)
+    write_tensor(site.inertial, tensor_cells(site.inertial) * factor)
     return factor
 
 
 def mass_times(site: PlantSite, factor: float) -> float | None:
     """The mass in another unit; size: the factor."""
-    if (inertial := site.inertial) is None:
-        return None
-    mass = inertial.find("mass")
+    mass = site.inertial.find("mass")
     mass.set("value", number(float(mass.get("value")) * factor))
     return factor
 
 
 def diagonals_exchanged(site: PlantSite, first: str, second: str) -> float | None:
     """Two diagonals exchanged; size: their ratio."""
-    if (inertial := site.inertial) is None:
-        return None
-    inertia = inertial.find("inertia")
+    inertia = site.inertial.find("inertia")
     a, b = inertia.get(first), inertia.get(second)
     inertia.set(first, b), inertia.set(second, a)
     return ratio_of(float(a), float(b))
@@ -57,10 +51,7 @@ def ratio_of(a: float, b: float) -> float | None:
 
 def row_order(site: PlantSite) -> float | None:
     """Data in the order ixx iyy izz ixy ixz iyz read as ixx ixy ixz iyy iyz izz."""
-    if (inertial := site.inertial) is None:
-        return None
-    cells = tensor_cells(inertial)
-    write_tensor(inertial, cells[[0, 3, 5, 1, 2, 4]])
+    write_tensor(site.inertial, tensor_cells(site.inertial)[[0, 3, 5, 1, 2, 4]])
     return 1.0
 
 
@@ -75,8 +66,7 @@ def product_signs(site: PlantSite) -> float | None:
 
 
 def _products(site: PlantSite, change) -> float | None:
-    if (inertial := site.inertial) is None:
-        return None
+    inertial = site.inertial
     cells = tensor_cells(inertial)
     middle = np.sort(cells[[0, 3, 5]])[1]
     before = cells[[1, 2, 4]]
@@ -88,9 +78,7 @@ def _products(site: PlantSite, change) -> float | None:
 
 def triangle(site: PlantSite) -> float | None:
     """The largest diagonal half as large again as the other two together; size: 1.5."""
-    if (inertial := site.inertial) is None:
-        return None
-    inertia = inertial.find("inertia")
+    inertia = site.inertial.find("inertia")
     largest = max(DIAGONAL, key=lambda name: float(inertia.get(name)))
     rest = sum(float(inertia.get(name)) for name in DIAGONAL if name != largest)
     inertia.set(largest, number(1.5 * rest))
@@ -99,52 +87,42 @@ def triangle(site: PlantSite) -> float | None:
 
 def not_definite(site: PlantSite) -> float | None:
     """ixy above the geometric mean of ixx and iyy; size: the ratio."""
-    if (inertial := site.inertial) is None:
-        return None
-    inertia = inertial.find("inertia")
+    inertia = site.inertial.find("inertia")
     inertia.set("ixy", number(1.2 * math.sqrt(abs(float(inertia.get("ixx")) * float(inertia.get("iyy"))))))
     return 1.2
 
 
 def negative(site: PlantSite) -> float | None:
     """iyy negative."""
-    if (inertial := site.inertial) is None:
-        return None
-    inertia = inertial.find("inertia")
+    inertia = site.inertial.find("inertia")
     inertia.set("iyy", number(-abs(float(inertia.get("iyy")))))
     return 1.0
 
 
 def placeholder(site: PlantSite, mass: float, moment: float) -> float | None:
     """A mass and a diagonal tensor that somebody typed to make a program run."""
-    if (inertial := site.inertial) is None:
-        return None
-    inertial.find("mass").set("value", number(mass))
-    write_tensor(inertial, np.array([moment, 0, 0, moment, 0, moment]))
+    site.inertial.find("mass").set("value", number(mass))
+    write_tensor(site.inertial, np.array([moment, 0, 0, moment, 0, moment]))
     return 1.0
 
 
 def massless(site: PlantSite) -> float | None:
     """Mass 0, the tensor kept."""
-    if (inertial := site.inertial) is None:
-        return None
-    inertial.find("mass").set("value", "0")
+    site.inertial.find("mass").set("value", "0")
     return 1.0
 
 
 def missing(site: PlantSite) -> float | None:
     """No `<inertial>`."""
-    if (inertial := site.inertial) is None:
-        return None
-    site.link.remove(inertial)
+    site.link.remove(site.inertial)
     return 1.0
 
 
 def neighbours(site: PlantSite) -> float | None:
     """The `<inertial>` of the parent link, or of the next one; size: the ratio of the masses."""
     own, others = site.inertial, [site.parent, *_children(site)]
-    other = next((x for x in map(usable_inertial, others) if x is not None and own is not None), None)
-    if own is None or other is None:
+    other = next((x for x in map(usable_inertial, others) if x is not None), None)
+    if other is None:
         return None
     masses = [float(x.find("mass").get("value")) for x in (own, other)]
     same = np.allclose(tensor_cells(own), tensor_cells(other)) and np.allclose(centre_of(own), centre_of(other))

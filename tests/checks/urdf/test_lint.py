@@ -5,6 +5,7 @@ import pytest
 from lwr_dyn.checks.urdf.document import document_of
 from lwr_dyn.checks.urdf.lint import lint_document, lint_file
 from lwr_dyn.foundation.errors import FileAccessError, UnknownNameError
+from tests.checks.urdf import broken_files
 
 MODELS = sorted((Path(__file__).resolve().parents[3] / "models").glob("*/*.urdf"))
 
@@ -89,3 +90,10 @@ def test_warnings_count_only_when_strict():
     assert [f.code for f in report.findings] == ["fixed-limits"]
     assert report.holds()
     assert not report.holds(strict=True)
+
+
+def test_broken_files_are_judged_without_an_exception():
+    """A share of `scripts/soak.py linter_broken`."""
+    counts = [broken_files.judged(seed) for seed in range(120)]
+    assert sum(count > 0 for count in counts) > 80
+    assert len({broken_files.broken(seed) for seed in range(120)}) > 110

@@ -1,14 +1,17 @@
 """Files of JavaScript: script and module, from the command, with the test vectors; bad paths in one line."""
 
 import json
+import re
 
+import casadi
 import numpy as np
 import pytest
 
-from lwr_dyn.codegen.emit.functions import TemplateFunction
-from lwr_dyn.codegen.emit.javascript_file import javascript_source
+import lwr_dyn
+from lwr_dyn.codegen.emit.functions import Argument, EmittedFunction, TemplateFunction, emitted_code
+from lwr_dyn.codegen.emit.javascript_file import javascript_source, js_function, shared_functions
 from lwr_dyn.foundation.errors import OptionError
-from tests.codegen.emit.emitted_robots import emitted_robot
+from tests.codegen.emit.emitted_robots import ARMS, DYNAMICS, emitted_robot
 from tests.codegen.emit.programs import output, program
 
 USE = """
@@ -95,3 +98,120 @@ def test_bad_input_gets_one_line(options, message, lwr_dyn_command, tmp_path, mo
 def test_another_form_is_refused():
     with pytest.raises(OptionError, match="script, module"):
         javascript_source([], "robot", form="amd")
+
+
+LARGEST_BYTECODE = 61_440
+"""V8's max_optimized_bytecode_size."""
+
+
+def evaluated(text, expression, folder):
+    """The value of an expression after a script, as node sees it."""
+    path = folder / "run.js"
+    path.write_text(f"{text}\nconsole.log(JSON.stringify({expression}));")
+    return json.loads(output([program("node"), str(path)]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("sincos", ["own", "libm"])
+def test_values_are_those_of_python(arm, sincos, tmp_path):
+    robot, dynamics = emitted_robot(arm), lwr_dyn.dynamics_of(lwr_dyn.load(arm))
+    states = np.random.default_rng(5).uniform(-3.0, 3.0, (20, 3, robot.functions[0].width))
+    text = javascript_source(robot.functions, "robot", sincos=sincos)
+    names = json.dumps([f.name for f in robot.functions])
+    call = f"""{json.dumps(states.tolist())}.map(s => {names}.map(
+        name => Array.from(robot[name](...s.slice(0, robot.functions[name].arguments.length)))))"""
+    for state, results in zip(states, evaluated(text, call, tmp_path), strict=True):
+        for f, result in zip(robot.functions, results, strict=True):
+            wanted = np.asarray(getattr(dynamics, f.name)(*state[: len(f.arguments)]))
+            assert np.abs(np.reshape(result, wanted.shape) - wanted).max() < 1e-13 * np.abs(wanted).max(), f.name
+
+
+def test_sine_and_cosine_beside_mpmath(tmp_path):
+    import mpmath
+
+    x = [*np.random.default_rng(2).uniform(-50.0, 50.0, 300), 0.0, np.pi, -np.pi / 2, 1e-9, 1e5]
+    values = evaluated(
+        shared_functions("sincos("), f"{json.dumps(x)}.map(a => (sincos([a], 0), [...turned]))", tmp_path
+    )
+    for angle, (sine, cosine) in zip(x, values, strict=True):
+        assert abs(mpmath.sin(angle) - sine) < 3e-16
+        assert abs(mpmath.cos(angle) - cosine) < 3e-16
+
+
+def test_rarer_operations_beside_numpy(tmp_path):
+    """Exponential, tanh, logarithm by the bits of numbers; choices, smallest, largest, absolute, a comparison."""
+    x, y = casadi.SX.sym("x"), casadi.SX.sym("y")
+    results = [casadi.exp(x), casadi.tanh(x), casadi.log(casadi.fabs(x)), casadi.fmin(x, y), casadi.fmax(x, y),
+               casadi.if_else(x < y, x * y, -y), casadi.sqrt(casadi.fabs(x)), casadi.fabs(y)]  # fmt: skip
+    symbolic = casadi.Function("f", [x, y], [casadi.vertcat(*results)])
+    arguments = Argument("x", 1, "1"), Argument("y", 1, "1")
+    function = EmittedFunction("rarer", "", arguments, (8,), "1", symbolic)
+    text = javascript_source([function], "robot")
+    states = np.random.default_rng(4).normal(size=(200, 2)) * np.geomspace(1e-6, 100.0, 200)[:, None]
+    values = evaluated(text, f"{states.tolist()}.map(([x, y]) => Array.from(robot.rarer([x], [y])))", tmp_path)
+    x, y = states.T
+    wanted = np.array([np.exp(x), np.tanh(x), np.log(abs(x)), np.minimum(x, y), np.maximum(x, y),
+                       np.where(x < y, x * y, -y), np.sqrt(abs(x)), abs(y)])  # fmt: skip
+    assert (np.abs(np.transpose(values) - wanted) <= 2e-15 * np.abs(wanted)).all()
+
+
+@pytest.mark.slow
+def test_a_split_function_has_the_same_bits_and_small_parts(tmp_path):
+    function = emitted_robot(ARMS[0]).functions[DYNAMICS.index("coriolis_matrix")]
+    code = emitted_code(function, "libm")
+    split = js_function(code, "split", largest=600)
+    heads = re.findall(r"function (split_\d+)\(", split)
+    assert len(heads) > 3
+    for part in split.split("\nfunction ")[: len(heads)]:
+        assert len(re.findall(r"^  v\d+ = ", part, re.M)) <= 600 + 14  # and the sines and cosines
+    text = js_function(code, "whole") + split
+    text = shared_functions(text) + text
+    q, dq = np.random.default_rng(1).uniform(-2.0, 2.0, (2, 7)).tolist()
+    whole, parts = evaluated(text, f"[whole, split].map(f => Array.from(f({q}, {dq})))", tmp_path)
+    assert whole == parts
+
+
+def test_a_function_without_end_of_results_is_split_no_further():
+    function = emitted_robot(ARMS[2]).functions[DYNAMICS.index("gravity_vector")]
+    text = js_function(emitted_code(function, "libm"), "g", largest=1)
+    assert len(re.findall(r"function g_\d+", text)) == function.width
+
+
+@pytest.mark.slow
+def test_v8_compiles_every_function(tmp_path):
+    """Bytecode below V8's bound, and machine code of its best compiler; the largest functions we have."""
+    names = ("forward_dynamics", "coriolis_matrix", "torque_regressor")
+    path = tmp_path / "compiled.js"
+    path.write_text(javascript_source(emitted_robot("wam7", names).functions, "robot") + _OPTIMISED)
+    flags = "--print-bytecode", "--print-bytecode-filter=*_*"
+    shown = output([program("node"), "--allow-natives-syntax", *flags, str(path)])
+    found = re.findall(r"\[generated bytecode for function: (\w+) .*?\]\nBytecode length: (\d+)", shown)
+    sizes = {name: int(size) for name, size in found if name in names}
+    assert set(sizes) == set(names)
+    assert max(sizes.values()) < 0.75 * LARGEST_BYTECODE
+    assert optimised(path) == dict.fromkeys(names, True)
+    bound = sizes["coriolis_matrix"] - 1
+    assert optimised(path, f"--max-optimized-bytecode-size={bound}") == {name: sizes[name] <= bound for name in names}
+
+
+def optimised(path, *flags):
+    """Whether V8's best compiler takes each function of `robot`."""
+    shown = output([program("node"), "--allow-natives-syntax", *flags, str(path)])
+    return json.loads(shown.splitlines()[-1])
+
+
+_OPTIMISED = """
+const optimised = {};
+for (const [name, about] of Object.entries(robot.functions)) {
+  const values = about.arguments.map(([, width]) => new Float64Array(width)), out = new Float64Array(about.width);
+  const f = robot[name];
+  %PrepareFunctionForOptimization(f);
+  for (let k = 0; k < 3; k++) f(...values, out);
+  %OptimizeFunctionOnNextCall(f);
+  f(...values, out);
+  optimised[name] = (%GetOptimizationStatus(f) & 16) !== 0;
+}
+console.log(JSON.stringify(optimised));
+"""
+"""Bit 4 (16) of the status: optimised."""

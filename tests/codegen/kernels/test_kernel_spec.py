@@ -6,15 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels.kernel_spec import (
-    FRICTION,
-    FUNCTIONS,
-    INPUTS,
-    friction_parameters,
-    inertial_parameters,
-    parameter_shape,
-    payload_parameters,
-)
+from lwr_dyn.codegen.kernels import kernel_spec
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
@@ -26,25 +18,25 @@ from tests.tolerances import EXACT
 ARM = lwr_dyn.load("lwr4plus")
 LIMITS = tuple(replace(limits, viscous=1.0 + i, coulomb=0.5 * i) for i, limits in enumerate(ARM.limits))
 RUBBING = replace(ARM, limits=LIMITS)
-WITH_INPUTS = [name for name, shape in FUNCTIONS.items() if shape.parameters]
+WITH_INPUTS = [name for name, shape in kernel_spec.FUNCTIONS.items() if shape.parameters]
 
 
 @pytest.fixture(scope="module")
 def family():
-    return lwr_dyn.batch_dynamics(ARM, inputs=INPUTS)
+    return lwr_dyn.batch_dynamics(ARM, inputs=kernel_spec.INPUTS)
 
 
 def own_values(arm):
     return {
-        "inertia": inertial_parameters(arm.chain),
+        "inertia": kernel_spec.inertial_parameters(arm.chain),
         "payload": np.zeros(10),
         "gravity": np.array(arm.chain.gravity),
-        "friction": friction_parameters(arm),
+        "friction": kernel_spec.friction_parameters(arm),
     }
 
 
 def given(function, values):
-    return {name: values[name] for name in FUNCTIONS[function].parameters}
+    return {name: values[name] for name in kernel_spec.FUNCTIONS[function].parameters}
 
 
 @pytest.mark.slow
@@ -65,8 +57,8 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
     gravity = rng.uniform(-10, 10, (count, 3))
     chains = [replace(with_bodies(ARM.chain, b), gravity=g) for b, g in zip(bodies, gravity, strict=True)]
     values = {
-        "inertia": np.array([inertial_parameters(c) for c in chains]),
-        "payload": np.array([payload_parameters(*load) for load in loads]),
+        "inertia": np.array([kernel_spec.inertial_parameters(c) for c in chains]),
+        "payload": np.array([kernel_spec.payload_parameters(*load) for load in loads]),
         "gravity": gravity,
         "friction": np.zeros((5, 7)),
     }
@@ -76,13 +68,13 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
         for k in range(count):
             arm = ARM.with_chain(with_payload(chains[k], *loads[k]))
             engine = lwr_dyn.dynamics_of(arm, "newton-euler")
-            expected.append(getattr(engine, function)(*x[: len(FUNCTIONS[function].states), k]))
+            expected.append(getattr(engine, function)(*x[: len(kernel_spec.FUNCTIONS[function].states), k]))
         assert relative_difference(result, np.array(expected)) < EXACT, function
 
 
 @pytest.mark.slow
 def test_a_payload_alone_can_be_the_input():
-    x, load = states(7, 10), payload_parameters(3.0, (0.01, 0.0, 0.05))
+    x, load = states(7, 10), kernel_spec.payload_parameters(3.0, (0.01, 0.0, 0.05))
     result = lwr_dyn.batch_dynamics(ARM, inputs=["payload"]).inverse_dynamics(*x, payload=load)
     loaded = ARM.with_chain(with_payload(ARM.chain, 3.0, (0.01, 0.0, 0.05)))
     expected = lwr_dyn.dynamics_of(loaded, "newton-euler").inverse_dynamics(*x)
@@ -115,7 +107,7 @@ def test_friction_is_that_of_the_arms_models(arm):
 def test_an_offset_is_there_at_any_speed():
     q, dq, ddq = states(7, 5)
     values = own_values(ARM)
-    values["friction"][FRICTION.index("offset")] = 0.3
+    values["friction"][kernel_spec.FRICTION.index("offset")] = 0.3
     dq[0] = 0.0
     result = lwr_dyn.batch_dynamics(ARM, inputs=["friction"]).inverse_dynamics(q, dq, ddq, friction=values["friction"])
     assert np.abs(result - lwr_dyn.batch_dynamics(ARM).inverse_dynamics(q, dq, ddq) - 0.3).max() < 1e-12
@@ -134,7 +126,7 @@ def test_a_stribeck_curve_is_refused():
 
 def test_inertial_parameters_of_links_without_bodies_are_zero():
     bare = with_bodies(ARM.chain, [Body.massless()] * 7)
-    assert not inertial_parameters(bare).any()
+    assert not kernel_spec.inertial_parameters(bare).any()
 
 
 @pytest.mark.parametrize(
@@ -162,4 +154,4 @@ def test_inputs_must_be_given_and_no_others(family):
     values["inertia"] = np.zeros((7, 9))
     with pytest.raises(ShapeError, match=r"inertia: shape \(7, 9\); allowed: \(N, 7, 10\) or \(7, 10\)"):
         family.inverse_dynamics(*x, **values)
-    assert parameter_shape("payload", 7) == (10,)
+    assert kernel_spec.parameter_shape("payload", 7) == (10,)

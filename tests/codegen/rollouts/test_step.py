@@ -4,7 +4,7 @@ import casadi
 import numpy as np
 import pytest
 
-from lwr_dyn.codegen.rollouts.philox import CountedEncoder, normal_numbers, uniform_numbers
+from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder, normal_numbers, uniform_numbers
 from lwr_dyn.codegen.rollouts.step import (
     FIGURES,
     OF_JOINTS,

@@ -7,7 +7,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.kernels import kernel_spec
 from lwr_dyn.codegen.kernels.kernel_spec import friction_parameters, friction_table
+from lwr_dyn.codegen.kernels.lean_recursion import Turn
 from lwr_dyn.codegen.rollouts import symbolic_arm as ours
+from lwr_dyn.codegen.rollouts.symbolic_arm import LARGEST, turned
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.friction import Direction, JointFriction, smooth_friction
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED, chosen_friction
@@ -28,7 +30,7 @@ def check_friction(module):
     function = casadi.Function("f", [dq, flat, width], [module.friction_column(dq, flat, width)])
     for w in (1e-3, 0.2):
         true = smooth_friction((*JOINTS[:2], None), w)
-        numeric = module.friction_function(table, w)
+        numeric = smooth_friction(models, w)
         for v in (*SPEEDS, np.zeros(3)):
             np.testing.assert_allclose(np.array(function(v, table.ravel(), w)).ravel(), true(v), rtol=1e-14, atol=0)
             np.testing.assert_array_equal(numeric(v), true(v))
@@ -107,3 +109,10 @@ def test_a_stribeck_curve_is_refused_by_name():
         friction_table((None, falling))
     at_once = JointFriction(*(Direction(1.0, 0.1, 2.0),) * 2)  # static friction that drops at the first motion
     np.testing.assert_array_equal(friction_table((at_once,))[:, 0], [1.0, 0.1, 1.0, 0.1, 0.0])
+
+
+def test_the_series_are_exact_up_to_the_largest_turn():
+    angle, by = np.meshgrid(np.linspace(-7.0, 7.0, 29), np.linspace(-LARGEST, LARGEST, 41))
+    found = turned(Turn(np.cos(angle), np.sin(angle)), by)
+    assert np.abs(found.c - np.cos(angle + by)).max() < 2e-15
+    assert np.abs(found.s - np.sin(angle + by)).max() < 2e-15

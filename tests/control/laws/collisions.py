@@ -18,9 +18,9 @@ from lwr_dyn.control.laws.observer import OFFSET, PAYLOAD, MomentumObserver, mot
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.run import Motion
-from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.plant import Encoder, FilteredDifference
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.walls_and_pushes import Push
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 
 KNOWN, GAIN, RATE = 1.0, 50.0, 1000.0

@@ -12,7 +12,7 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.control.laws.impedance import CartesianImpedance, JointImpedance
 from lwr_dyn.dynamics.protocol import ungated
-from lwr_dyn.simulation.environment.walls_and_pushes import Wall
+from lwr_dyn.simulation.walls_and_pushes import Wall
 from tests.control.laws.written_out import ARM, ROAD_A, tip_offset
 
 HELD_POSE = np.array([0.0, 0.7, 0.0, -1.5, 0.0, 0.9, 0.0])

@@ -15,16 +15,7 @@ from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.trajectory.references.ist import Twice, ist_clear_reference
 from lwr_dyn.trajectory.references.joint_moves import point_to_point
-from tests.control.laws.learning import (
-    COULOMB,
-    ELASTIC,
-    FRICTION,
-    MODEL,
-    THETA,
-    along_a_continuous_loop,
-    largest_rise,
-    second_pass,
-)
+from tests.control.laws import learning
 from tests.control.laws.lyapunov import ARM, LOAD, STATES, Instant
 from tests.slips import uncaught
 
@@ -34,13 +25,13 @@ VISCOUS = np.linspace(0.5, 0.1, 7)
 
 
 def made(module=adaptive, **options):
-    return module.tuned_adaptive(ARM, MODEL, **({"omega_n": OMEGA, "adapt_gain": GAIN} | options))
+    return module.tuned_adaptive(ARM, learning.MODEL, **({"omega_n": OMEGA, "adapt_gain": GAIN} | options))
 
 
 def check_law(module):
     """dV/dt = -k s^T B s - s^T F_v s exactly, with friction F_c tanh(dq_ref / width) + F_v dq in the true arm."""
     law = made(module, adapt_friction=True)
-    truth = np.concatenate([THETA, COULOMB, VISCOUS])
+    truth = np.concatenate([learning.THETA, learning.COULOMB, VISCOUS])
     gains = np.concatenate([scaled_gains(GAIN), *law.friction_gains])
     assert (law.friction_gains > 0.0).all()
     memory = np.random.default_rng(2).uniform(0.01, 0.1, law.memory_size)  # inside the bounds
@@ -48,7 +39,7 @@ def check_law(module):
         law._effort = np.full(7, np.inf)
         at = Instant.of(TRUE, OMEGA, *state)
         tau, rate = law.torque_and_rate(memory, *state)
-        friction = COULOMB * np.tanh(state[3] / 5e-3) + VISCOUS * state[1]
+        friction = learning.COULOMB * np.tanh(state[3] / 5e-3) + VISCOUS * state[1]
         fall = at.power(tau - friction) + (memory - truth) @ (rate / gains)
         assert fall == pytest.approx(-at.damping - at.s @ (VISCOUS * at.s), rel=1e-9)
     check_memory(module)
@@ -144,7 +135,7 @@ def test_base_parameters_move_every_torque_that_parameters_can_move():
     theta = np.linalg.lstsq(Y @ W, Y @ any_change, rcond=None)[0]
     np.testing.assert_allclose(Y @ W @ theta, Y @ any_change, rtol=0, atol=1e-8)
     at, (tau, rate) = Instant.of(TRUE, OMEGA, *STATES[0]), law.torque_and_rate(np.zeros(43), *STATES[0])
-    truth = np.linalg.lstsq(Y @ W, Y[:, -10:] @ THETA, rcond=None)[0]
+    truth = np.linalg.lstsq(Y @ W, Y[:, -10:] @ learning.THETA, rcond=None)[0]
     law._effort[:] = np.inf
     tau, rate = law.torque_and_rate(np.zeros(43), *STATES[0])
     assert at.power(tau) - truth @ rate == pytest.approx(-at.damping, rel=1e-8)
@@ -156,13 +147,13 @@ SHORT = point_to_point(ARM, [[0.3, -1.2, 0.2, 0.9, -1.5, 1.1, -0.6], [0.8, -0.6,
 
 
 def test_evaluated_continuously_its_lyapunov_function_never_rises():
-    V = along_a_continuous_loop(made(), MOVE, 1000)
+    V = learning.along_a_continuous_loop(made(), MOVE, 1000)
     assert np.diff(V).max() <= 1e-14 * V[0]
     assert V[-1] < 0.5 * V[0]
 
 
 def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
-    rises = [largest_rise(made(), MOVE, rate, 0.4) for rate in (1000, 2000, 4000)]
+    rises = [learning.largest_rise(made(), MOVE, rate, 0.4) for rate in (1000, 2000, 4000)]
     assert rises[0] > 1e-6
     np.testing.assert_allclose(np.log2(np.divide(rises[:-1], rises[1:])), 2.0, atol=0.3)
 
@@ -170,8 +161,8 @@ def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
 @pytest.mark.slow
 def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
     move = Twice(MOVE, 2.0)
-    fixed, _ = second_pass("inverse-dynamics", move)
-    learnt, run = second_pass("adaptive", move)
+    fixed, _ = learning.second_pass("inverse-dynamics", move)
+    learnt, run = learning.second_pass("adaptive", move)
     assert fixed > 100.0 * learnt
     mass, first = run.signals["adapted_payload"][-1][[0, 3]]
     assert mass == pytest.approx(3.0, rel=0.01)
@@ -181,18 +172,18 @@ def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
 @pytest.mark.slow
 def test_with_friction_noise_and_delay_it_is_ten_times_better():
     move = Twice(MOVE, 2.0)
-    fixed, _ = second_pass("inverse-dynamics", move, plant=FRICTION)
-    learnt, run = second_pass("adaptive", move, plant=FRICTION, adapt_friction=True)
+    fixed, _ = learning.second_pass("inverse-dynamics", move, plant=learning.FRICTION)
+    learnt, run = learning.second_pass("adaptive", move, plant=learning.FRICTION, adapt_friction=True)
     assert fixed > 10.0 * learnt
-    np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], COULOMB, rtol=0.3)
+    np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], learning.COULOMB, rtol=0.3)
 
 
 @pytest.mark.slow
 def test_on_elastic_joints_it_is_ten_times_better():
     """The springs of the data file (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
     move = Twice(SHORT, 1.0)
-    fixed, _ = second_pass("inverse-dynamics", move, plant=ELASTIC, omega_n=25.0)
-    learnt, run = second_pass("adaptive", move, plant=ELASTIC, omega_n=25.0)
+    fixed, _ = learning.second_pass("inverse-dynamics", move, plant=learning.ELASTIC, omega_n=25.0)
+    learnt, run = learning.second_pass("adaptive", move, plant=learning.ELASTIC, omega_n=25.0)
     assert fixed > 10.0 * learnt
     assert max(run.meta["cut_share"]) == 0.0
 
@@ -202,7 +193,7 @@ def test_its_linear_form_tells_where_the_sampled_loop_is_unstable():
     pose, still = SHORT.waypoints[0], point_to_point(ARM, [SHORT.waypoints[0]] * 2, [0.2])
     for gain, grows in ((10.0, False), (1e4, True)):
         law = made(adapt_gain=gain)
-        radius = RestingLoop.of(MODEL, law, pose[None]).radius(Sampling(1000.0))[0]
+        radius = RestingLoop.of(learning.MODEL, law, pose[None]).radius(Sampling(1000.0))[0]
         run = lwr_dyn.simulate(ARM, law, still, q0=pose + 1e-9, saturate=False)
         error = np.linalg.norm(run.q - run.q_ref, axis=1)
         assert (radius > 1.01) == grows
@@ -212,13 +203,13 @@ def test_its_linear_form_tells_where_the_sampled_loop_is_unstable():
 
 @pytest.mark.slow
 def test_it_can_run_continuously_and_describes_itself():
-    law = make_controller("adaptive", ARM, MODEL, adapt_friction=True)
+    law = make_controller("adaptive", ARM, learning.MODEL, adapt_friction=True)
     assert isinstance(law, WithMemory)
     record = json.loads(json.dumps(describe(law)))
     assert record["label"] == "adaptive (payload, friction)"
     assert len(record["parameters"]["gains"]) == 10
     run = lwr_dyn.simulate(
-        ARM, make_controller("adaptive", ARM, MODEL), MOVE, payload=3.0, continuous=True, duration=0.05
+        ARM, make_controller("adaptive", ARM, learning.MODEL), MOVE, payload=3.0, continuous=True, duration=0.05
     )
     assert np.abs(run.q - run.q_ref).max() < 1e-2
 
@@ -235,7 +226,7 @@ BAD = {
 def test_bad_options_are_one_line(case):
     options, words = BAD[case]
     with pytest.raises(OptionError, match=words):
-        make_controller("adaptive", ARM, MODEL, **options)
+        make_controller("adaptive", ARM, learning.MODEL, **options)
 
 
 def test_an_arm_without_inertias_is_refused():
@@ -245,8 +236,8 @@ def test_an_arm_without_inertias_is_refused():
 
 def test_the_bounds_hold_every_load_that_the_arm_carries():
     adapted = AdaptedParameters.of("payload", ARM, SlotineLiRegressor(ARM), 1.0)
-    assert (adapted.lower < THETA).all()
-    assert (adapted.upper > THETA).all()
+    assert (adapted.lower < learning.THETA).all()
+    assert (adapted.upper > learning.THETA).all()
     wam = lwr_dyn.load("wam7")
     friction = make_controller("adaptive", wam, adapt_friction=True).signals["adapted_coulomb"]
     assert friction[0] == pytest.approx((4.4748 + 4.3609) / 2)  # starts from the friction that was identified

@@ -1,12 +1,17 @@
 """All branches of six-joint arms: as many as a search from many starts finds, also where the arm is not quite exact."""
 
+import sys
+from types import ModuleType, SimpleNamespace
+
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_snapped
-from lwr_dyn.kinematics.six_joints.spherical_wrist import SixJointBranches
-from lwr_dyn.kinematics.solution import PoseProblem, wrap
+from lwr_dyn.foundation.errors import MissingPackageError
+from lwr_dyn.kinematics.inverse import inverse_kinematics
+from lwr_dyn.kinematics.six_joints.snapped_arms import snapped_arm, solve_snapped, three_parallel_closed_form
+from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR, SixJointBranches
+from lwr_dyn.kinematics.solution import PoseProblem, joint_ranges, wrap
 from tests.kinematics.six_joints.six_joint_arms import PARALLEL, TABLES, against_search, six_joint_arm
 
 SOLVED = 1e-11
@@ -107,3 +112,129 @@ def test_a_closed_form_that_finds_nothing_is_out_of_reach():
     problem = PoseProblem(arm, np.eye(4))
     result = solve_snapped(lambda *given: nothing, problem, snapped_arm(arm.chain, 4))
     assert (result.status, result.distance) == ("out of reach", 0.25)
+
+
+ARM = six_joint_arm("ur10e")
+Q = np.array([0.1, -1.0, 1.2, 0.3, 0.4, 0.5])
+T = lwr_dyn.forward_kinematics(ARM, Q)
+
+
+class StandIn:
+    """Lists a solution twice, a whole turn apart, one of least squares, and one that is not a number."""
+
+    decomposes, listed = True, (Q, Q + 2.0 * np.pi, Q + 1e-3, np.full(6, np.nan))
+
+    def __init__(self, axes, offsets):
+        assert np.asarray(axes).shape == (6, 3)
+        assert np.asarray(offsets).shape == (7, 3)
+
+    def hasKnownDecomposition(self):
+        return self.decomposes
+
+    def IK(self, pose):
+        assert pose.shape == (4, 4)
+        return SimpleNamespace(Q=np.array(self.listed))
+
+
+@pytest.fixture
+def stand_in(monkeypatch):
+    module = ModuleType("eaik.IK_HP")
+    module.HPRobot = type("Listing", (StandIn,), {})
+    monkeypatch.setitem(sys.modules, "eaik", ModuleType("eaik"))
+    monkeypatch.setitem(sys.modules, "eaik.IK_HP", module)
+    return module.HPRobot
+
+
+def test_only_confirmed_solutions_are_kept_each_once_with_its_whole_turns(stand_in):
+    result = inverse_kinematics(ARM, T, solver="eaik")
+    assert (result.status, result.complete, len(result.solutions)) == ("solved", False, 2**6)
+    assert all(np.abs(wrap(s.q - Q)).max() < 1e-12 for s in result.solutions)
+
+
+def test_a_list_without_a_confirmed_solution_is_not_a_solution(stand_in):
+    stand_in.listed = (Q + 1e-3,)
+    assert inverse_kinematics(ARM, T, solver="eaik").status == "out of reach"
+
+
+def test_arms_that_eaik_does_not_solve_are_refused(stand_in):
+    with pytest.raises(lwr_dyn.foundation.errors.OptionError, match="solver eaik: lwr4plus"):
+        inverse_kinematics(lwr_dyn.load("lwr4plus"), np.eye(4), solver="eaik")
+    stand_in.decomposes = False
+    with pytest.raises(lwr_dyn.foundation.errors.OptionError, match="solver eaik: ur10e"):
+        inverse_kinematics(ARM, T, solver="eaik")
+
+
+def test_without_eaik_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "eaik.IK_HP", None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[eaik\]'"):
+        inverse_kinematics(ARM, T, solver="eaik")
+
+
+@pytest.mark.parametrize("name", ["ur10e", "kr210", "tx60"])
+def test_its_solutions_are_our_branches(name):
+    arm, rng = six_joint_arm(name), np.random.default_rng(4)
+    for q in rng.uniform(-np.pi, np.pi, (20, 6)):
+        pose = lwr_dyn.forward_kinematics(arm, q)
+        theirs = inverse_kinematics(arm, pose, solver="eaik", limits=False).solutions
+        ours = inverse_kinematics(arm, pose, limits=False).solutions
+        assert len(theirs) == len(ours)
+        mine = np.array([s.q for s in ours])
+        assert max(np.abs(s.q - mine).max(axis=1).min() for s in theirs) < 1e-8
+
+
+POSE, FOUND = 1e-11, 1e-8
+"""[m and dimensionless], [rad]"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PARALLEL)
+def test_q_is_among_the_branches_and_each_branch_gives_the_pose(name):
+    arm = six_joint_arm(name)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (2000, 6))
+    T = lwr_dyn.forward_kinematics(arm, q)
+    result = three_parallel_closed_form(snapped_arm(arm.chain, 4).geometry, joint_ranges(arm), T)
+    gap = np.abs(wrap(result.q - q[:, None])).max(axis=2)
+    gap = np.where(np.isnan(gap), np.inf, gap)
+    nearest = gap.argmin(axis=1)
+    clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
+    assert clear.mean() > 0.9
+    assert gap.min(axis=1)[clear].max() < FOUND
+    back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
+    assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distance", [0.0, 1e-16, 1e-12, 1e-9, 1e-6])
+def test_an_aligned_wrist_is_named_and_gives_one_of_its_many_solutions(distance):
+    arm = six_joint_arm("ur10e")
+    for q in np.random.default_rng(2).uniform(-np.pi, np.pi, (30, 6)):
+        q[4] = distance
+        result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q))
+        assert result.status == "solved"
+        assert "wrist" in result.singular
+        assert max(s.residual for s in result.solutions) < POSE
+
+
+def test_stretched_and_folded_elbows_are_named_and_solved():
+    arm = six_joint_arm("ur10e")
+    for q in np.random.default_rng(3).uniform(-np.pi, np.pi, (30, 6)):
+        q[2] = 0.0
+        result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q))
+        assert "elbow" in result.singular
+        assert max(s.residual for s in result.solutions) < POSE
+        assert min(np.abs(wrap(s.q - q)).max() for s in result.solutions) < 1e-6
+
+
+def test_out_of_reach_says_by_how_much():
+    arm = six_joint_arm("ur10e")
+    g = snapped_arm(arm.chain, 4).geometry
+    T = lwr_dyn.forward_kinematics(arm, np.array([0.3, -0.7, 0.0, 0.4, 1.2, 0.1]))
+    wrist = T[:3, 3] + T[:3, :3] @ g.wrist_in_flange
+    T[2, 3] += 4.0 - wrist[2]
+    result = lwr_dyn.inverse_kinematics(arm, T)
+    assert (result.status, result.complete) == ("out of reach", True)
+    assert 4.0 - 0.1807 - 0.6127 - 0.57155 - 0.11985 <= result.distance < 4.0
+    T[:3, 3] -= wrist * [1, 1, 0] + [0, 0, 3.2]  # W on axis 1: its offset from the plane cannot be had
+    result = lwr_dyn.inverse_kinematics(arm, T)
+    assert result.status == "out of reach"
+    assert result.distance > NEAR_SINGULAR

@@ -7,14 +7,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.six_joints.spherical_wrist import (
-    NEAR_SINGULAR,
-    all_branches,
-    closed_form,
-    require_wrist_arm,
-    wrist_arm_geometry,
-)
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.six_joints import spherical_wrist
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
+from tests.random_arms import random_arm
 
 FOUND = 1e-9
 """[rad] Largest error of a recovered q, at least 1e-5 from every singularity; sqrt of it is lost nearer."""
@@ -45,9 +41,9 @@ def test_q_is_among_the_branches_and_each_branch_gives_the_pose(reading):
     arm = lwr_dyn.load("kr30ha", reading)
     q = random_q(arm, 100_000)
     T = lwr_dyn.forward_kinematics(arm, q)
-    result = all_branches(arm, T)
+    result = spherical_wrist.all_branches(arm, T)
     gap, nearest = distance_to(result, q)
-    clear = (result.clearance[np.arange(len(q)), nearest] >= NEAR_SINGULAR).all(axis=1)
+    clear = (result.clearance[np.arange(len(q)), nearest] >= spherical_wrist.NEAR_SINGULAR).all(axis=1)
     assert clear.sum() > 99_900
     assert gap[clear].max() < FOUND
     back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
@@ -89,7 +85,7 @@ def test_at_ten_times_the_distance_it_is_not_named_and_q_comes_back(kr30, which)
 
 def test_eight_branches_of_a_pose_differ_and_are_labelled(kr30):
     q = np.radians([20.0, -110.0, 110.0, 40.0, 50.0, -70.0])
-    result = all_branches(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
+    result = spherical_wrist.all_branches(kr30, lwr_dyn.forward_kinematics(kr30, q)[None])
     assert result.reachable.all()
     for i, j in product(range(8), repeat=2):
         assert i == j or np.abs(wrap(result.q[0, i] - result.q[0, j])).max() > 1e-3
@@ -174,13 +170,35 @@ def test_other_arms_of_the_kind_are_solved_too(tmp_path, name):
     path = tmp_path / "own.toml"
     path.write_text(OWN.format(*SHAPES[name]), encoding="utf-8")
     arm = lwr_dyn.load(path)
-    assert wrist_arm_geometry(arm.chain) is not None
+    assert spherical_wrist.wrist_arm_geometry(arm.chain) is not None
     q = random_q(arm, 2000)
     T = lwr_dyn.forward_kinematics(arm, q)
-    result = closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
+    result = spherical_wrist.closed_form(spherical_wrist.require_wrist_arm(arm), joint_ranges(arm), T)
     gap, nearest = distance_to(result, q)
     clear = (result.clearance[np.arange(len(q)), nearest] >= 1e-3).all(axis=1)
     assert clear.mean() > 0.9
     assert gap[clear].max() < FOUND
     back = lwr_dyn.forward_kinematics(arm, np.nan_to_num(result.q))
     assert np.abs(back - T[:, None])[result.reachable].max() < POSE
+
+
+KR30 = lwr_dyn.load("kr30ha")
+
+
+def test_constants_of_the_kr30_are_those_of_its_table():
+    g = spherical_wrist.wrist_arm_geometry(KR30.chain)
+    assert g.lengths == pytest.approx((0.85, np.hypot(0.145, 0.82)), rel=1e-14)
+    assert (abs(g.lateral), np.hypot(*g.lever)) == pytest.approx((0.0, 0.0), abs=1e-14)
+    assert abs(g.straight) == pytest.approx(np.arctan2(0.145, 0.82))
+    assert spherical_wrist.planar_arm(spherical_wrist.six_axes(KR30.chain), ball_starts=4) is None
+
+
+def test_arms_without_a_spherical_wrist_are_refused_by_name():
+    with pytest.raises(OptionError, match="lwr4plus"):
+        spherical_wrist.require_wrist_arm(lwr_dyn.load("lwr4plus"))
+    assert spherical_wrist.six_axes(random_arm(1, "RRPRRR").chain) is None
+    bent = replace(KR30.chain.links[3], after=KR30.chain.links[0].after)
+    other = KR30.with_chain(replace(KR30.chain, links=(*KR30.chain.links[:3], bent, *KR30.chain.links[4:])))
+    assert spherical_wrist.wrist_arm_geometry(other.chain) is None
+    with pytest.raises(OptionError, match="only for an S-R-S arm"):
+        lwr_dyn.inverse_kinematics(KR30, np.eye(4), arm_angle=0.1)

@@ -7,8 +7,8 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.pages.figures.run_figures import contact_figure, pressing_and_drag
 from lwr_dyn.pages.plotting.plots import figure_bytes
-from lwr_dyn.simulation.environment.walls_and_pushes import Wall
-from tests.simulation.environment.test_walls_and_pushes import ARM, POSE, TIP
+from lwr_dyn.simulation.walls_and_pushes import Wall
+from tests.simulation.test_walls_and_pushes import ARM, POSE, TIP
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.run_figures import observer_figure
-from lwr_dyn.simulation.environment.walls_and_pushes import Push
 from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.walls_and_pushes import Push
 from tests.simulation.sample_runs import joint_waves, lwr
 
 

@@ -9,9 +9,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.pages.figures.figure import frequency_axis
-from lwr_dyn.simulation.responses.step_and_chirp import response_parts
+from lwr_dyn.simulation.step_and_chirp import response_parts
 from tests.json_schemas import faults
-from tests.simulation.responses.loops import ARM, answered
+from tests.simulation.answers import ARM, answered
 
 POSE = ("--from-deg", "0,30,0,-70,0,35,0")
 

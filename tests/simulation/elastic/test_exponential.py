@@ -5,11 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
+from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.transmission import JointElasticity
-from lwr_dyn.simulation.elastic.exponential import WEIGHTS, HeldExponential
+from lwr_dyn.simulation.elastic.exponential import WEIGHTS, HeldExponential, MatrixExponential
 from lwr_dyn.simulation.elastic.plant import ElasticDynamics
-from tests.simulation.elastic.elastic_arms import physical, states
+from lwr_dyn.simulation.plant import Encoder
+from tests.simulation.elastic.elastic_arms import physical, short_run, states
 
 FREE = SimpleNamespace(friction=None, sides=np.zeros(14), at_rest=np.zeros(14, dtype=bool))
 TAU = np.concatenate([np.zeros(7), np.linspace(20.0, -3.0, 7)])
@@ -93,3 +96,80 @@ def test_an_external_torque_that_changes_with_time_place_and_speed():
     expected = exact(model, state, TAU, 1e-3, external=push)
     assert np.abs(after[0] - expected[:14]).max() <= 1e-8
     assert works[2] == pytest.approx(expected[30], rel=1e-4)
+
+
+class Reader:
+    """A law that stores what it is given; its torque is constant."""
+
+    def __init__(self):
+        self.given, self.read, self.signals = [], [], {}
+
+    def sense(self, readings):
+        self.read.append([getattr(readings, x).copy() for x in ("theta", "dtheta", "q", "dq", "torque")])
+
+    def __call__(self, t, q, dq, q_ref, dq_ref, ddq_ref):
+        self.given.append((q.copy(), dq.copy()))
+        self.signals = {"count": np.array([float(len(self.given))])}
+        return np.full(7, 1e3)
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+@pytest.mark.parametrize("side", ["motor", "link"])
+def test_one_side_is_given_and_both_are_read(side, delay):
+    law = Reader()
+    run = short_run(law, encoders=side, duration=0.01, delay=delay)
+    signals = run.signals
+    side_of = {"motor": (signals["theta"], signals["dtheta"]), "link": (run.q, run.dq)}
+    assert np.array_equal(np.array(law.given).swapaxes(0, 1), side_of[side])
+    expected = (signals["theta"], signals["dtheta"], run.q, run.dq, signals["torque_sensor"])
+    assert np.array_equal(np.array(law.read).swapaxes(0, 1), expected)
+    assert signals["count"][:, 0].tolist() == [float(k) for k in range(1, 12)]
+    assert np.array_equal(run.tau_applied, np.tile(physical().effort, (11, 1)))
+
+
+def test_encoders_and_their_filters_are_between_the_arm_and_the_law():
+    law = Reader()
+    run = short_run(law, duration=0.01, encoder=Encoder(noise=1e-4))
+    gap = np.array([q for q, _ in law.given]) - run.signals["theta"]
+    assert 1e-5 < gap.std() < 1e-3
+    assert np.array_equal([read[0] for read in law.read], [q for q, _ in law.given])
+    assert np.array_equal([read[4] for read in law.read], run.signals["torque_sensor"])
+
+
+def test_a_torque_of_another_shape_names_the_sample():
+    with pytest.raises(ShapeError, match=r"torque of the controller at sample 0: shape .14,.; allowed: 7 numbers"):
+        short_run(lambda t, q, dq, *rest: np.zeros(14))
+
+
+def test_a_law_without_signals_leaves_none():
+    run = short_run(lambda t, q, dq, *rest: np.zeros(7), duration=0.005)
+    assert set(run.signals) == {"theta", "dtheta", "torque_sensor"}
+
+
+@pytest.mark.parametrize("size", [1e-12, 0.1, 0.64, 0.65, 3.0, 30.0])
+def test_any_size_as_scipy(size):
+    for seed in range(10):
+        A = np.random.default_rng(seed).normal(size=(9, 9))
+        A *= size / np.abs(A).sum(axis=0).max()
+        expected = expm(A)
+        assert np.abs(MatrixExponential(9).of(A) - expected).max() <= 1e-13 * np.abs(expected).max()
+
+
+def test_fast_decay_beside_slow_motion_keeps_its_digits():
+    A = np.array([[0.0, 1.0], [-1e6, -1e4]])
+    slow = -2e6 / (1e4 + np.sqrt(1e8 - 4e6))
+    expected = np.exp(slow) * np.array([1.0, slow])  # from x = 1 on the slow mode
+    assert MatrixExponential(2).of(A) @ [1.0, slow] == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_result_of_one_use_does_not_change_the_next():
+    exponential, A = MatrixExponential(3), np.diag([1.0, -2.0, 5.0])
+    first = exponential.of(A).copy()
+    exponential.of(np.ones((3, 3)))
+    assert np.array_equal(exponential.of(A), first)
+    assert np.array_equal(exponential.of(np.zeros((3, 3))), np.eye(3))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_what_is_not_finite_stays_so(value):
+    assert np.isnan(MatrixExponential(2).of(np.array([[0.0, value], [0.0, 0.0]]))).all()

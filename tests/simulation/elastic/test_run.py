@@ -11,6 +11,8 @@ from lwr_dyn.model.transmission import JointElasticity
 from lwr_dyn.pages.replay.replay_page import run_record
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.simulation.audit import audit, uneventful
+from lwr_dyn.simulation.elastic.plant import elastic_plant
+from lwr_dyn.simulation.elastic.run import STAGES, TIMES, radau, second_road
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short_run
@@ -163,3 +165,81 @@ def test_steep_smooth_friction_is_followed():
     run = short_run(friction=lambda dq: 5.0 * np.tanh(dq / 0.01), duration=0.02, substeps=4)
     assert run.audit["residual"] <= 1e-7
     assert run.work["friction"][-1] < 0.0
+
+
+def test_its_tableau_integrates_polynomials():
+    for k in range(3):
+        assert STAGES @ TIMES**k == pytest.approx(TIMES ** (k + 1) / (k + 1), rel=1e-13)
+    assert [STAGES[2] @ TIMES**k for k in range(5)] == pytest.approx([1 / (k + 1) for k in range(5)], rel=1e-13)
+
+
+def test_order_five_on_a_pendulum():
+    def rates(t, y):
+        return np.array([y[1], -np.sin(y[0])])
+
+    ends = [radau(2, 2**k)(rates, 0.0, np.array([1.0, 0.0]), 2.0)[0] for k in range(2, 8)]
+    errors = np.abs(np.array(ends[:3]) - ends[-1])
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(5.0, abs=0.3)
+
+
+def test_stiff_motion_and_time():
+    end = radau(1, 10)(lambda t, y: -1e7 * (y - np.cos(t)) - np.sin(t), 0.0, np.array([1.0]), 1.0)
+    assert end[0] == pytest.approx(np.cos(1.0), abs=1e-9)
+
+
+def test_work_is_summed_beside_the_motion():
+    def rates(t, y):
+        return np.array([y[1], -y[0], y[1] ** 2])
+
+    for _ in range(2):  # the second time with slopes that are known
+        end = radau(2, 16)(rates, 0.0, np.array([0.0, 1.0, 0.0]), 1.0)
+        assert end[2] == pytest.approx(0.5 + np.sin(2.0) / 4, abs=1e-9)
+
+
+@pytest.mark.parametrize("rates", [lambda t, y: y / 0.0, lambda t, y: 1e30 * y**2])
+def test_a_step_that_fails_is_not_finite(rates):
+    with np.errstate(all="ignore"):
+        assert np.isnan(radau(1)(rates, 0.0, np.array([1.0]), 1.0)).all()
+
+
+def test_what_rests_stays_to_the_last_bit():
+    def rates(t, y):
+        q, rest, dq, still = y
+        return np.array([dq, still, -1e4 * (q - rest) - 10.0 * dq, 0.0])
+
+    end = radau(4, 3)(rates, 0.0, np.array([1.0, 0.3, 0.0, 0.0]), 0.01)
+    assert (end[1], end[3]) == (0.3, 0.0)
+
+
+def judged(run):
+    return second_road(run, elastic_plant(run.setup))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [{}, {"friction": FRICTION, "duration": 0.3}])
+def test_a_true_run_is_closed(options):
+    road = judged(short_run(**options))
+    assert road.share <= 1.0
+    assert road.judged > 20
+
+
+@pytest.mark.slow
+def test_what_does_not_fit_is_seen():
+    run = short_run(friction=FRICTION, duration=0.15)
+    moved = run.signals["theta"] + np.eye(7)[2] * 1e-7
+    torque = run.tau_applied + np.eye(7)[4] * 1e-3
+    changed = {
+        "theta": replace(run, signals={**run.signals, "theta": moved}),
+        "torque": replace(run, tau_applied=torque),
+        "friction at rest": replace(run, tau_friction=run.tau_friction + 1e-3),
+        "time": replace(run, t=run.t * (1 + 1e-5)),
+        "speed": replace(run, dq=run.dq * (1 + 1e-3)),
+    }
+    assert {name: judged(each).share > 1.0 for name, each in changed.items()} == dict.fromkeys(changed, True)
+    assert judged(changed["torque"]).joint == 4
+
+
+def test_nothing_left_to_judge_is_no_verdict():
+    run = short_run(duration=0.005)
+    at_limit = replace(run, q=np.tile(run.setup.plant.arm.upper, (run.t.size, 1)))
+    assert judged(at_limit) is None

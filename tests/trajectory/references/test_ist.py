@@ -1,13 +1,30 @@
 """The IST path and its timings, without an arm."""
 
+import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
+import lwr_dyn
+from lwr_dyn.foundation.errors import LwrDynError, OptionError, PathLimitError, ShapeError, UnknownNameError
+from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.model.run import Event
 from lwr_dyn.model.spatial import rot_z
-from lwr_dyn.trajectory.references.ist import POINTS, TOOL, ist_path, timed_ist
+from lwr_dyn.simulation.metrics import metrics
+from lwr_dyn.trajectory.references.ist import (
+    CLEAR_SHIFT,
+    POINTS,
+    TOOL,
+    Twice,
+    ist_clear_reference,
+    ist_path,
+    ist_reference,
+    part_of,
+    timed_ist,
+)
+from lwr_dyn.trajectory.references.joint_moves import point_to_point
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
 
 ROUNDING = 1e-12
@@ -133,3 +150,133 @@ def test_another_tool_orientation_is_taken():
 def test_what_cannot_be_is_refused(options, error, says):
     with pytest.raises(error, match=says):
         timed_ist(**options)
+
+
+ARM = lwr_dyn.load("lwr4plus")
+TIMES = np.linspace(0.0, 14.0, 1401)
+
+
+def margin_and_speed(reference):
+    """Least distance of a joint to its limits [deg], and the largest share of a speed limit, sample by sample."""
+    motion = reference.sample(TIMES)
+    margin = np.minimum(motion.q - ARM.lower, ARM.upper - motion.q).min()
+    return math.degrees(margin), float((np.abs(motion.dq).max(axis=0) / ARM.velocity).max())
+
+
+def test_every_joint_keeps_50_degrees_and_a_fifth_of_its_speed():
+    margin, speed = margin_and_speed(ist_clear_reference(ARM))
+    assert (round(margin, 1), round(speed, 2)) == (50.9, 0.18)
+    margin, speed = margin_and_speed(ist_reference(ARM))
+    assert (round(margin, 1), round(speed, 2)) == (1.2, 0.29)
+
+
+def test_the_letters_and_the_tool_are_those_of_ist():
+    T, there = (reference.poses.at(TIMES).T for reference in (ist_clear_reference(ARM), ist_reference(ARM)))
+    np.testing.assert_allclose(T[:, :3, 3] - there[:, :3, 3], np.tile(CLEAR_SHIFT, (len(TIMES), 1)), atol=1e-12)
+    np.testing.assert_allclose(T[0, :3, 3], POINTS.si()[0] + CLEAR_SHIFT, atol=1e-12)
+    np.testing.assert_array_equal(T[:, :3, :3], np.broadcast_to(TOOL, (len(TIMES), 3, 3)))
+
+
+NEIGHBOURS = [tuple(np.add(CLEAR_SHIFT, step * axis).round(9)) for axis in np.eye(3) for step in (-0.1, 0.1)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shift", [*NEIGHBOURS, (0.4, -0.1, -0.15), (0.05, 0.12, 0.12)])
+def test_other_shifts_come_nearer_to_a_limit_or_are_out_of_reach(shift):
+    """The last is the best that was known before; all of the grid: scripts/ist_clear.py."""
+    try:
+        margin, _ = margin_and_speed(ist_reference(ARM, shift=shift))
+    except LwrDynError:
+        return
+    assert margin < 50.0
+
+
+@pytest.mark.slow
+def test_3_kg_that_no_controller_knows_bring_no_joint_to_its_stop():
+    """On IST joint 6 falls on its stop within 0.03 s."""
+    controller, plant = lwr_dyn.controller("inverse-dynamics", ARM), arm_with_payload(ARM, 3.0)
+    figures = {
+        name: metrics(lwr_dyn.simulate(ARM, controller, lwr_dyn.reference(name, ARM), plant=plant, duration=3.0), ARM)
+        for name in ("ist", "ist-clear")
+    }
+    assert figures["ist"].stops.sentence() == "joint_6 on its stop for 1.4 s"
+    assert figures["ist-clear"].within_limits
+    assert np.degrees(figures["ist-clear"].limit_margin).min() > 45.0
+
+
+@pytest.mark.slow
+def test_a_run_names_the_shift(lwr_dyn_command):
+    def about(*options):
+        code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *options, "--json")
+        assert code == 0
+        record = json.loads(out)["meta"]
+        return record["note"]["task"], record["reference"]["about"].get("shift", {}).get("value")
+
+    assert about("--task", "ist-clear") == about("--task", "ist", "--shift", "0.7,0.6,-0.3")
+    assert about("--task", "ist-clear") == ("ist-clear", list(CLEAR_SHIFT))
+    assert about("--task", "ist", "--shift", "0.7,0.5,-0.3") == ("ist, moved", [0.7, 0.5, -0.3])
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "says"),
+    [
+        ({"shift": (1.0, 2.0)}, ShapeError, "shift: 2 numbers; allowed: 3 numbers"),
+        ({"shift": (0.1, float("nan"), 0.0)}, ShapeError, "shift: nan"),
+        ({"shift": (2.0, 0.0, 0.0)}, PathLimitError, "1.3 m out of reach"),
+    ],
+)
+def test_clear_what_cannot_be_is_refused(options, error, says):
+    with pytest.raises(error, match=says):
+        ist_reference(ARM, **options)
+
+
+ONCE = point_to_point(ARM, [np.zeros(7), np.linspace(0.2, 0.8, 7)], [2.0])
+MOVE = Twice(ONCE, 1.5)
+
+
+def test_both_passes_are_the_reference():
+    t = np.linspace(0.0, 2.0, 41)
+    once = ONCE.sample(t)
+    for start in (0.0, MOVE.second):
+        again = MOVE.sample(t + start)
+        for name in ("q", "dq", "ddq"):
+            np.testing.assert_allclose(getattr(again, name), getattr(once, name), rtol=0, atol=1e-13)
+    assert (MOVE.second, MOVE.duration) == (3.5, 5.5)
+
+
+def test_the_way_back_is_a_quintic_with_true_derivatives():
+    t = np.linspace(2.0, 3.5, 1501)
+    motion, h = MOVE.sample(t), t[1] - t[0]
+    np.testing.assert_allclose(motion.q[750], np.linspace(0.2, 0.8, 7) / 2, atol=1e-12)
+    for x, slope in ((motion.q, motion.dq), (motion.dq, motion.ddq)):
+        np.testing.assert_allclose((x[2:] - x[:-2]) / (2 * h), slope[1:-1], atol=1e-4)
+    np.testing.assert_allclose(motion.ddq[[0, -1]], 0.0, atol=1e-10)
+    np.testing.assert_allclose(np.abs(motion.dq).max(axis=0), 1.875 * np.linspace(0.2, 0.8, 7) / 1.5, rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_part_of_a_run_is_a_run():
+    controller = lwr_dyn.controller("inverse-dynamics", ARM)
+    run = lwr_dyn.simulate(ARM, controller, MOVE, payload=1.0)
+    second = part_of(run, MOVE.second)
+    assert (second.t[0], second.t[-1], second.t.size) == (0.0, pytest.approx(2.0), 2001)
+    np.testing.assert_array_equal(second.q, run.q[3500:])
+    assert second.work["actuator"][0] == 0.0
+    assert second.work["actuator"][-1] == pytest.approx(run.work["actuator"][-1] - run.work["actuator"][3500])
+    assert metrics(second, ARM).tip_rms_mm > 0.0
+    learnt = lwr_dyn.simulate(ARM, lwr_dyn.controller("adaptive", ARM), MOVE)
+    np.testing.assert_array_equal(
+        part_of(learnt, 3.5).signals["adapted_payload"], learnt.signals["adapted_payload"][3500:]
+    )
+    assert part_of(run, 0.0, 2.0).t.size == 2001
+    eventful = replace(run, events=(Event(1.0, "slip", 2), Event(4.5, "stick", 3)))
+    assert part_of(eventful, MOVE.second).events == (Event(1.0, "stick", 3),)  # counted from the part's own start
+    with pytest.raises(OptionError, match="part of a run"):
+        part_of(run, 9.0)
+
+
+def test_the_task():
+    move = lwr_dyn.reference("ist-clear-twice", ARM, back=2.0)
+    assert (move.duration, move.about["task"]) == (30.0, "ist-clear-twice")
+    with pytest.raises(OptionError, match="back"):
+        Twice(ONCE, 0.0)

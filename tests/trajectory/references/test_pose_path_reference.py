@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError
+from lwr_dyn.foundation.errors import OptionError, PathLimitError, ShapeError, SingularArmError
 from lwr_dyn.kinematics.solution import Branch
 from lwr_dyn.model.spatial import rot_x
 from lwr_dyn.trajectory.motion_profile import quintic
 from lwr_dyn.trajectory.path import line, path_of
-from lwr_dyn.trajectory.pose_path import slerp, timed_pose_path
+from lwr_dyn.trajectory.pose_path import constant_orientation, slerp, timed_pose_path
 from lwr_dyn.trajectory.references.ist import TOOL, ist_reference, timed_ist
 from lwr_dyn.trajectory.references.pose_path_reference import FixedArmAngle, pose_path_reference
 from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming
@@ -234,3 +234,25 @@ def test_the_trace_is_the_drawn_path():
     trace = REFERENCES["quintic"].trace(11)
     assert trace.shape == (11, 3)
     np.testing.assert_allclose(trace[[0, -1]], timed_ist("quintic").at([0.0, 14.0]).T[:, :3, 3], atol=POSE)
+
+
+def test_a_given_curve_out_of_reach_or_through_a_singularity_is_refused_with_its_place():
+    far = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
+    own = FixedArmAngle(0.0, Branch(1, 1, 1))
+    with pytest.raises(PathLimitError, match=r"at t = 2 s, point .* 1\.\d+ m out of reach"):
+        pose_path_reference(ARM, timed_pose_path(far, constant_orientation(np.eye(3)), quintic(far.length, 2.0)), own)
+    # the tool points away from the elbow's line as the arm passes upright: the wrist stands on the axis of joint 1
+    over = path_of([line((-0.2, 0.0, 0.7), (0.2, 0.0, 0.7))])
+    with pytest.raises(SingularArmError, match=r"at t = 1 s, point \(0, 0, 0\.7\) m"):
+        pose_path_reference(
+            ARM, timed_pose_path(over, constant_orientation(np.eye(3)), quintic(over.length, 2.0)), own, limits=False
+        )
+
+
+@pytest.mark.parametrize("arm_angle", [None, 0.0])
+def test_a_path_out_of_reach_is_refused_with_its_place(arm_angle):
+    path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
+    poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
+    message = r"at t = 2 s, point \(0\.3, 2\.3, 0\.5\) m: the wrist is 1\.\d+ m out of reach"
+    with pytest.raises(PathLimitError, match=message):
+        pose_path_reference(ARM, poses, arm_angle)

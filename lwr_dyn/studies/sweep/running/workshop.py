@@ -8,10 +8,16 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.rollouts.law_forms import NoKernelFormError, law_form
-from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, check_smooth_friction, loop_setup
+from lwr_dyn.codegen.rollouts.loop_setup import (
+    LoopSetup,
+    arm_of_run,
+    check_smooth_friction,
+    loop_setup,
+    parameter_shapes,
+    run_parameters,
+)
 from lwr_dyn.codegen.rollouts.result import Rollouts, figures_of, quantile_name
 from lwr_dyn.codegen.rollouts.rollouts import rollouts, simulated_run
-from lwr_dyn.codegen.rollouts.run_parameters import arm_of_run, parameter_shapes, run_parameters
 from lwr_dyn.control.controllers import faults_in
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.foundation.arrays import Array

@@ -239,9 +239,6 @@ def _crossing(f: Array, size: Array) -> float:
     return float(np.exp(x[0] + (x[1] - x[0]) * (np.log(HALF_POWER) - y[0]) / (y[1] - y[0])))
 
 
-TASKS = ("step", "chirp")
-
-
 def responses_of(run: Run, arm: Arm | None = None) -> tuple[StepResponse, ...] | tuple[FrequencyResponse, ...]:
     """The responses in a run of the task step or chirp; empty for a run of another one."""
     task = run.meta.get("reference", {}).get("about", {}).get("task")
