@@ -11,6 +11,7 @@ reader             Reads a foreign URDF as an Arm: the chain from root to tip, f
 tree               The link tree of a URDF: parents, fixed joints, path from root to tip, and the layout that an arm
                    keeps of it
 writer             Arm -> URDF text, together with the source of every number in it
+xacro_bounds       What a foreign xacro file may cost: loops, patterns and files of xacro within bounds
 xacro_expressions  Expressions of xacro files, read node by node: none of a foreign file's code runs
 xacro_files        A `.xacro` file is expanded to a URDF; the folders of its packages
 """

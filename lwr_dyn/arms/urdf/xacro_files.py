@@ -3,19 +3,24 @@
 Folders of `$(find PACKAGE)` are sought beside the file and where ROS's environment points.
 """
 
-import io
 import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, redirect_stderr
 from functools import partial
 from pathlib import Path
+from threading import RLock
 from types import MappingProxyType
 from typing import Any
 
-from lwr_dyn.arms.urdf.xacro_expressions import FUNCTIONS, ExpressionError, Expressions
+from lwr_dyn.arms.urdf.xacro_bounds import stand_ins
+from lwr_dyn.arms.urdf.xacro_expressions import ExpressionError
 from lwr_dyn.foundation.errors import MissingPackageError, UrdfError
 from lwr_dyn.foundation.files import read_bytes
 
+_ALONE = RLock()
+"""xacro keeps its state in its modules, and what stands in for its functions stands there for every thread."""
+_LONGEST_MESSAGE = 600
+_LONGEST_PACKAGE = 100_000
 UNTRUSTED = "numbers, names, operators, indices, listed functions; trust_xacro=True, --trust-xacro: all of Python"
 """What an expression of a file may hold that is not trusted."""
 
@@ -46,25 +51,19 @@ def expand_xacro(
         from xacro import substitution_args
     except ModuleNotFoundError:
         raise MissingPackageError("xacro", "urdf") from None
-    expressions = Expressions()
-    stand_ins: list[tuple[Any, str, Any]] = [
-        (xacro, "parse", parse or xacro.parse),
-        (substitution_args, "_eval_find", partial(_found, inside=Path(path), installed=substitution_args._eval_find)),
-    ]
-    if not trust:
-        stand_ins += [
-            (xacro, "safe_eval", expressions),
-            (xacro, "handle_macro_call", expressions.counting(xacro.handle_macro_call)),
-            (substitution_args, "_eval", lambda text, context: str(expressions(text, {**FUNCTIONS, **context["arg"]}))),
-        ]
     try:
-        with ExitStack() as stack, redirect_stderr(io.StringIO()):
-            for module, name, stand_in in stand_ins:
+        with _ALONE, ExitStack() as stack, open(os.devnull, "w") as nowhere, redirect_stderr(nowhere):
+            found = partial(_found, inside=Path(path), installed=substitution_args._eval_find)
+            there: list[tuple[Any, str, Any]] = [(substitution_args, "_eval_find", found)]
+            read = parse or xacro.parse
+            there += [(xacro, "parse", read)] if trust else stand_ins(xacro, substitution_args, read)
+            for module, name, stand_in in there:
                 stack.callback(setattr, module, name, getattr(module, name))
                 setattr(module, name, stand_in)
             return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
     except Exception as fault:  # it evaluates the file's own expressions: anything can come out
         said = " ".join(str(fault).split()) or type(fault).__name__
+        said = said if len(said) <= _LONGEST_MESSAGE else f"{said[:_LONGEST_MESSAGE]} ..."
         allowed = UNTRUSTED if isinstance(_cause(fault), ExpressionError) else "a file that `xacro` expands"
         raise UrdfError(str(path), "xacro", said, allowed) from None
 
@@ -102,5 +101,8 @@ def package_folder(name: str, inside: Path) -> Path | None:
 def _package_name(folder: Path) -> str:
     """The name in a folder's `package.xml`; empty where there is none."""
     file = folder / "package.xml"
-    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
+    if not file.is_file():
+        return ""
+    with file.open(encoding="utf-8", errors="replace") as stream:
+        text = stream.read(_LONGEST_PACKAGE)
     return text.partition("<name>")[2].partition("</name>")[0].strip()

@@ -85,6 +85,13 @@ round(1, -10**9)
 ('a' * 1000000).replace('a', 'a' * 1000000)
 ('a' * 1000000).join(['b', 'b', 'b'])
 math.factorial(10**6)
+math.lcm(2, 3)
+int('f' * 900000, 16) // int('e' * 400000, 16)
+python.set(python.range(0, 1000 * (2**61 - 1), 2**61 - 1))
+python.dict(python.enumerate('a' * 1000))
+('%(a)s' * 1000) % {'a': 'a' * 100000}
+('%(a)999s' * 10000) % {'a': 'a'}
+xacro.tokenize('aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa!', 'x]|(a+)+$|[y')
 """.strip().splitlines()
 
 
@@ -119,6 +126,31 @@ def test_values_of_a_file_are_counted_together(names):
         read(f"'a' * {LONGEST}", names)
     with pytest.raises(ExpressionError, match="without end"):
         read(f"'a' * {LONGEST}", names)
+
+
+def test_values_on_the_way_and_what_is_computed_with_are_counted_too(names):
+    names._setitem("long", "ab" * 100_000, unevaluated=False)
+    names._setitem("many", list(range(100_000)), unevaluated=False)
+    for text in ("len(('ab ' * 100000).split())", "long.count('aba')", "len(python.sorted(many))", "many == many"):
+        with pytest.raises(ExpressionError, match="without end"):
+            _again_and_again(Expressions(), text, names)
+
+
+def _again_and_again(read, text, names):
+    for _ in range(100):
+        read(text, names)
+
+
+def test_a_long_expression_is_refused_before_it_is_parsed(names):
+    with pytest.raises(ExpressionError, match="longer than 10000 characters"):
+        Expressions()("1" + " + 1" * 3000, names)
+
+
+def test_only_plain_values_are_computed_with(names):
+    for value, kind in ((b"abc", "bytes"), (object(), "object")):
+        dict.__setitem__(names, "odd", value)
+        with pytest.raises(ExpressionError, match=f"of the kind {kind}"):
+            Expressions()("odd * 1000000000", names)
 
 
 def test_a_missing_name_and_a_name_that_is_no_function_are_said(names):
