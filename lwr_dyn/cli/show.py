@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.options import NUMBERS, load_robot, robot_options
+from lwr_dyn.cli.options import NUMBERS, Loading, robot_options
 from lwr_dyn.cli.replay import arm_of_file, wait_for_interrupt
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
@@ -13,10 +13,10 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.explorer.page import explorer_html
-from lwr_dyn.pages.explorer.page_data import pose_as_run, start_pose
+from lwr_dyn.pages.explorer.page_data import start_pose
 from lwr_dyn.pages.explorer.shown import has_display, show
 from lwr_dyn.pages.replay import live
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
 _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
 """Options that a run file answers by itself."""
@@ -36,9 +36,7 @@ _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
 @click.option("--browser/--no-browser", default=None, help="Open the page; if not given, on a terminal with a display.")
 def command(
     robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
+    loading: Loading,
     q_deg: tuple[float, ...] | None,
     html: Path | None,
     beside: str | None,
@@ -59,7 +57,7 @@ def command(
         raise OptionError("--beside", f"given {given}", "only with a robot's page")
     run = _run(robot) if ends_in(robot, ".npz") else None
     other = None if beside is None else _beside(beside)
-    arm = load_robot(robot, reading, tip, locks) if run is None else arm_of_file(run, robot)
+    arm = loading.arm(robot) if run is None else arm_of_file(run, robot)
     q = None if q_deg is None else from_degrees(arm, q_deg, "--q-deg")
     if serve:
         _serve(arm, run, q, port, browser)

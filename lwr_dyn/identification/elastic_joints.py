@@ -126,10 +126,6 @@ def identify_elastic(logs: Iterable[JointLog], arm: Arm, rule: SampleRule = TWO_
     rule : SampleRule
         How instants are taken; both encoders go through the same filter.
 
-    Returns
-    -------
-    ElasticIdentification
-
     Raises
     ------
     LogError
@@ -144,7 +140,9 @@ def identify_elastic(logs: Iterable[JointLog], arm: Arm, rule: SampleRule = TWO_
     several = list(logs)
     links, motors = _both_sides(several, rule)
     columns = TorqueColumns(arm.chain)
-    base, n = _link_base(columns), columns.n
+    q, dq, ddq = np.random.default_rng(0).uniform(-WIDEST, WIDEST, (3, PROBES, columns.n))
+    Y = columns.body_columns(q, dq, ddq)
+    base, n = base_parameters(Y.reshape(-1, columns.bodies), columns.names[: columns.bodies]), columns.n
     y = np.concatenate([motors.tau, np.zeros_like(motors.tau)], axis=1)
     taper = np.concatenate([motors.used, np.ones_like(motors.used)], axis=1).astype(np.float64)
     torque = _torque_of(links, columns, base, _first_links(links, motors, columns, base))
@@ -173,12 +171,6 @@ def _both_sides(logs: list[JointLog], rule: SampleRule) -> tuple[Samples, Sample
             raise LogError(log.source, "columns qm1..", "none", needed)
         turned.append(replace(log, q=log.motor_q))
     return samples_of(logs, rule), samples_of(turned, rule)
-
-
-def _link_base(columns: TorqueColumns) -> BaseParameters:
-    q, dq, ddq = np.random.default_rng(0).uniform(-WIDEST, WIDEST, (3, PROBES, columns.n))
-    Y = columns.body_columns(q, dq, ddq)
-    return base_parameters(Y.reshape(-1, columns.bodies), columns.names[: columns.bodies])
 
 
 def _first_links(links: Samples, motors: Samples, columns: TorqueColumns, base: BaseParameters) -> Array:

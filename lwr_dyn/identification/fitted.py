@@ -372,7 +372,6 @@ def write_fitted(path: str | Path, result: MotionIdentification, paper: Paper | 
     ----------
     path : str or path
         Ends in .toml (a data file, for an arm from a data file) or .urdf (with sidecars, for any arm).
-    result : MotionIdentification
     paper : Paper or None
         The arm's data file under its reading; None for an arm from a URDF.
 

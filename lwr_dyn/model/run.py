@@ -22,7 +22,7 @@ from lwr_dyn.foundation.files import check_readable, write_file
 from lwr_dyn.foundation.registry import Registry, Row
 
 NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
-    "notebook_form", {"html": Row("lwr_dyn.pages.notebook:html_of", "a result as small HTML")}
+    "notebook_form", {"html": Row("lwr_dyn.pages.document:html_of", "a result as small HTML")}
 )
 """How a notebook shows a result."""
 

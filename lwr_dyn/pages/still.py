@@ -151,11 +151,12 @@ def _hits(solid: Solid, screen: Array, camera: Camera) -> tuple[Array, Array]:
     b = start[..., 0] * along[0] + start[..., 1] * along[1]
     c = start[..., 0] ** 2 + start[..., 1] ** 2 - solid.radius**2
     half = 0.5 * solid.length
+    side = cap = np.full(b.shape, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        side = (-b + np.sqrt(b * b - a * c)) / a if a > 1e-12 else np.full(b.shape, np.nan)
-        cap = (
-            (np.sign(along[2]) * half - start[..., 2]) / along[2] if abs(along[2]) > 1e-9 else np.full(b.shape, np.nan)
-        )
+        if a > 1e-12:
+            side = (-b + np.sqrt(b * b - a * c)) / a
+        if abs(along[2]) > 1e-9:
+            cap = (np.sign(along[2]) * half - start[..., 2]) / along[2]
         on_side = np.abs(start[..., 2] + side * along[2]) <= half
         radius = np.hypot(start[..., 0] + cap * along[0], start[..., 1] + cap * along[1])
     on_cap = radius <= solid.radius

@@ -50,15 +50,6 @@ def with_other_numbers(case: PaperCase, draw: int) -> PaperCase:
     return replace(case, tables=_tables(case, other), results=replace(case.results, blocks=blocks))
 
 
-def with_other_cells(case: PaperCase, block: str) -> PaperCase:
-    """The case with every cell of one block of results replaced, and nothing else."""
-    own = case.block(block)
-    columns = {cell.column for cell in own.cells}
-    cells = {name: _changed(x, name, _drawn(0)) if name in columns else x for name, x in own.printed.items()}
-    blocks = {**case.results.blocks, block: replace(own, printed=cells)}
-    return replace(case, results=replace(case.results, blocks=blocks))
-
-
 def with_other_letters(case: PaperCase, turned: bool) -> PaperCase:
     """The case with another letter for each symbol of the DH table; `turned`: its right angles by half a turn."""
     if "dh" not in case.tables:
@@ -82,13 +73,9 @@ def letters_of(case: PaperCase) -> list[str]:
 def numbers_of(case: PaperCase) -> dict[str, float]:
     """Path -> value of every number but 0 and +-1 of the tables and of the results, as errata name them."""
     found: dict[str, float] = {}
-
-    def note(path: str, value: float) -> float:
-        return found.setdefault(path, value)
-
-    _tables(case, note)
+    _tables(case, found.setdefault)
     for name, block in case.results.blocks.items():
-        _changed(dict(block.printed), f"results.{name}", note)
+        _changed(dict(block.printed), f"results.{name}", found.setdefault)
     return found
 
 
@@ -207,10 +194,8 @@ def _fitted(study: PaperStudy, applied: Collection[str]) -> set[str]:
 
 def _trials(study: PaperStudy, cases: _Variants, number: ComparedNumber) -> dict[str, list[Value]]:
     """Path of each cell of a block -> its value in each case."""
-    symbolic = isinstance(number.value, ComparedExpression)
-    columns = [
-        recomputed(study.formulas, case, number.block.name) for case in (cases.letters if symbolic else cases.numbers)
-    ]
+    changed = cases.letters if isinstance(number.value, ComparedExpression) else cases.numbers
+    columns = [recomputed(study.formulas, case, number.block.name) for case in changed]
     return {cell.path: [values.get(cell.path, ("", None))[1] for values in columns] for cell in number.block.cells}
 
 

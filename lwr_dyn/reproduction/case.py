@@ -24,7 +24,7 @@ from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import with_payload
+from lwr_dyn.model.chain import Body, with_payload
 from lwr_dyn.reproduction.papers import ResultBlock, Results, results_of_tables
 
 
@@ -75,6 +75,11 @@ class PaperCase:
     def n(self) -> int:
         """Number of joints."""
         return len(self.tables["joints"]["kinds"])
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies of the links; none without masses in print."""
+        return self.arm.chain.bodies or ()
 
     def values(self, table: str, column: str) -> list[Any]:
         """A column's values as printed, errata applied."""
@@ -277,7 +282,7 @@ def payload_torque(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def link_moments(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """n . I_i n about each link's centre of mass, n = (1, 2, 3)/sqrt(14) in the DH frame [kg m^2]"""
-    return {"moment": [AXIS @ body.inertia_com @ AXIS for body in case.arm.chain.bodies or ()]}
+    return {"moment": [AXIS @ body.inertia_com @ AXIS for body in case.bodies]}
 
 
 def flange(case: PaperCase, block: ResultBlock) -> dict[str, Any]:

@@ -12,13 +12,13 @@ Printed expressions are compared by value: both sides at the same arbitrary valu
 import itertools
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
 from typing import Annotated, Any, TypedDict
 
-from lwr_dyn.arms.papers.schema import Erratum, Paper
+from lwr_dyn.arms.papers.schema import Erratum
 from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
 from lwr_dyn.model.printed_number import agrees, last_digit
@@ -133,6 +133,7 @@ class BlockComparer:
 
     def __init__(self, study: PaperStudy, from_known_maxima: bool) -> None:
         self._data, self._formulas, self._own = study.data, study.formulas, study.data.paper
+        self._printed = {name for name, column in self._own.columns.items() if column.kind == "printed"}
         self._from_known_maxima = from_known_maxima
         self._cases: dict[frozenset[str], PaperCase | None] = {}
         self._values: dict[tuple[str, frozenset[str]], dict[str, tuple[str, Value]]] = {}
@@ -143,7 +144,7 @@ class BlockComparer:
         if known is not None:
             self._values[block.name, own] = _by_path(block, known)
         formula = self._formulas[block.compute].formula if block.compute else ""
-        missing = tuple(need for need in block.needs if not _printed(need, self._own))
+        missing = tuple(need for need in block.needs if need not in self._printed)
         if missing or block.derived or known is not None:
             read = frozenset(self._own.readings[block.reading].errata) if block.reading else own
             for cell in block.cells:
@@ -161,7 +162,9 @@ class BlockComparer:
         self, block: ResultBlock, cell: PrintedCell, together: Sequence[PrintedCell], formula: str
     ) -> ComparedNumber:
         """With the fewest errata under which it agrees; the cells of a figure together, for it shows one thing."""
-        for applied in _subsets(self._candidates(block)):
+        candidates = self._candidates(block)
+        sizes = range(min(len(candidates), _TOGETHER) + 1)  # smallest first, in the file's order
+        for applied in (frozenset(one) for size in sizes for one in itertools.combinations(candidates, size)):
             if all(agree(each, *self._value(block, each, applied)) for each in together):
                 _, value = self._value(block, cell, applied)
                 ids = tuple(e.id for e in self._own.errata if e.id in applied)
@@ -186,12 +189,9 @@ class BlockComparer:
         """The printed text of a cell with errata applied, and the value recomputed with them."""
         key = (block.name, applied)
         if key not in self._values:
-            self._values[key] = self._computed(block, applied)
+            case = self._case(applied)
+            self._values[key] = {} if case is None else recomputed(self._formulas, case, block.name)
         return self._values[key].get(cell.path, (cell.printed, None))
-
-    def _computed(self, block: ResultBlock, applied: frozenset[str]) -> dict[str, tuple[str, Value]]:
-        case = self._case(applied)
-        return {} if case is None else recomputed(self._formulas, case, block.name)
 
     def _case(self, applied: frozenset[str]) -> PaperCase | None:
         if applied not in self._cases:
@@ -229,12 +229,9 @@ def _by_path(block: ResultBlock, columns: Columns) -> dict[str, tuple[str, Value
         values = list(_flat(columns[column]))
         if len(values) != len(cells):
             raise ValueError(f"{block.name}.{column}: {len(values)} values for {len(cells)} cells")
-        out |= {c.path: (c.printed, _plain(v)) for c, v in zip(cells, values, strict=True)}
+        plain = [v if v is None or isinstance(v, ComparedExpression) else float(v) for v in values]
+        out |= {c.path: (c.printed, v) for c, v in zip(cells, plain, strict=True)}
     return out
-
-
-def _plain(value: Any) -> Value:
-    return value if value is None or isinstance(value, ComparedExpression) else float(value)
 
 
 def _flat(values: Any) -> Iterator[Any]:
@@ -243,17 +240,6 @@ def _flat(values: Any) -> Iterator[Any]:
             yield from value
         else:
             yield value
-
-
-def _subsets(ids: Collection[str]) -> Iterator[frozenset[str]]:
-    """Smallest first, in the file's order."""
-    for size in range(min(len(ids), _TOGETHER) + 1):
-        yield from (frozenset(chosen) for chosen in itertools.combinations(ids, size))
-
-
-def _printed(need: str, paper: Paper) -> bool:
-    column = paper.columns.get(need)
-    return column is not None and column.kind == "printed"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -267,10 +253,6 @@ class Verdicts:
         """How many of the printed (or derived) numbers have which verdict."""
         counted = Counter(number.verdict for number in self.numbers if number.block.derived == derived)
         return {verdict: counted[verdict] for verdict in VERDICTS}
-
-    def by_cell(self) -> dict[str, tuple[str, tuple[str, ...]]]:
-        """Path of a cell -> its verdict and the errata that it takes."""
-        return {number.cell.path: (number.verdict, number.errata) for number in self.numbers}
 
 
 def compare_numbers(

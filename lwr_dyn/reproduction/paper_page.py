@@ -14,7 +14,7 @@ from lwr_dyn.checks.arm.run_checks import CheckReport
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, LedgerEntry, Value
+from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, LedgerEntry
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, NEAR, NOT, REPRODUCED, ComparedNumber, Verdicts
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
 from lwr_dyn.reproduction.report import content
@@ -146,20 +146,10 @@ def difference_table(verdicts: Verdicts) -> Table:
     """Every number that differs, with D in its unit and in last digits."""
     differing = [number for number in verdicts.numbers if number.verdict == DIFFERS]
     rows = [(n.cell.path.removeprefix("results."), n.cell.printed, n.value, n.miss, n.digits) for n in differing]
-    recomputed = Heading("recomputed", format=_value)
+    recomputed = Heading("recomputed", format=lambda x: x.text if isinstance(x, ComparedExpression) else f"{x:.8g}")
     sizes = (Heading(name, format="+.3g") for name in ("D", "in last digits"))
     return Table("", ("cell", "printed", recomputed, *sizes), rows)
 
-
-def _value(value: Value) -> str:
-    return value.text if isinstance(value, ComparedExpression) else f"{value:.8g}"
-
-
-MORE = 2
-"""Digits of ours beyond the last printed one."""
-
-LARGEST_WRITTEN = 1e9
-"""Larger numbers are written with an exponent."""
 
 REPORT = "report.html"
 
@@ -270,7 +260,7 @@ def _cell(number: ComparedNumber) -> content.ReportCell:
 
 
 def _ours(number: ComparedNumber) -> str:
-    """Ours with a few digits more than printed."""
+    """Ours with two digits more than printed; with an exponent beyond 1e9."""
     value = number.value
     if value is None:
         return ""
@@ -278,8 +268,8 @@ def _ours(number: ComparedNumber) -> str:
         return value.text
     if abs(value - round(value)) < 1e-9 and last_digit(number.cell.printed) == 1:
         return f"{round(value):d}"
-    least = last_digit(number.cell.printed).scaleb(-MORE)
-    if "e" in number.cell.printed or least < Decimal("1e-14") or abs(value) > LARGEST_WRITTEN:
+    least = last_digit(number.cell.printed).scaleb(-2)
+    if "e" in number.cell.printed or least < Decimal("1e-14") or abs(value) > 1e9:
         return f"{value:.6g}"
     shown = Decimal(value).quantize(least)
     return f"{abs(shown) if shown == 0 else shown:f}"

@@ -25,8 +25,8 @@ from lwr_dyn.foundation.document import Document, Fact, Part, Section
 from lwr_dyn.foundation.files import make_folder, read_text, write_folder
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.run import Run, short_repr
+from lwr_dyn.pages.document import notebook_html
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
-from lwr_dyn.pages.notebook import notebook_html
 from lwr_dyn.pages.plotting.plots import save_figure
 from lwr_dyn.pages.replay.replay_page import write_replay
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
@@ -36,26 +36,17 @@ from lwr_dyn.reproduction.report.content import ReportSection, Still
 
 FIGURES = "figures.json"
 
-FigureFiles = Mapping[str, Sequence[Figure]]
-"""Name of a drawn file -> its figures side by side."""
+Figures = Mapping[str, Sequence[Figure]]
+"""Name of a drawn file -> its figures side by side; one without an id is not on the page."""
 
 
-def written_figures(folder: Path, figures: FigureFiles, run_files: Sequence[str]) -> dict[str, tuple[Figure, ...]]:
-    """Write `figures.json` and return what it says.
+def written_figures(folder: Path, figures: Figures, run_files: Sequence[str]) -> dict[str, tuple[Figure, ...]]:
+    """Write `figures.json` and return what it says; raises `FileAccessError`.
 
-    Parameters
-    ----------
-    folder : Path
-        Where; raises `FileAccessError`.
-    figures : mapping
-        Name of a drawn file -> its figures.
-    run_files : sequence of str
-        The files of the runs that series refer to by their place.
+    Series refer to runs by their place among `run_files`.
     """
-    record = {
-        "runs": list(run_files),
-        "figures": {file: [_plain(figure) for figure in drawn] for file, drawn in figures.items()},
-    }
+    drawn = {file: [_plain(figure) for figure in side_by_side] for file, side_by_side in figures.items()}
+    record = {"runs": list(run_files), "figures": drawn}
     write_folder(folder, {FIGURES: json.dumps(record, allow_nan=False) + "\n"})
     return read_figures(folder / FIGURES)
 
@@ -99,9 +90,6 @@ def _source(value: Any) -> Array | Series | None:
 Progress = Callable[[str], None]
 """Called with the name of each step as it begins."""
 
-SimulatedRun = tuple[str, str, Run]
-"""Its name in tables, the file that keeps it, and the run."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaperStudy:
@@ -136,11 +124,11 @@ def paper_study(paper: str) -> PaperStudy:
 class Pictures:
     """The runs of a study and what is drawn: figures as files and on the page, the replay, still poses, sections."""
 
-    simulated: tuple[SimulatedRun, ...] = ()
+    simulated: tuple[tuple[str, str, Run], ...] = ()
+    """The name of a run in tables, the file that keeps it, and the run."""
     shown: tuple[ReplayedRun, ...] = ()
     """Runs that the figures and the page's replay show."""
-    figures: Mapping[str, Sequence[Figure]] = field(default_factory=dict)
-    """File -> figures side by side; one without an id is not on the page."""
+    figures: Figures = field(default_factory=dict)
     stills: tuple[Still, ...] = ()
     sections: tuple[ReportSection, ...] = ()
     title: str = ""
@@ -156,9 +144,8 @@ class Pictures:
         for file, run in self._run_files().items():
             run.save(make_folder(folder / "runs") / file)
         places = {id(run): f"runs/{file}" for file, run in self._run_files().items()}
-        read = (
-            written_figures(folder, self.figures, [places[id(one.run)] for one in self.shown]) if self.figures else {}
-        )
+        files = [places[id(one.run)] for one in self.shown]
+        read = written_figures(folder, self.figures, files) if self.figures else {}
         for file, figures in read.items():
             save_figure(figures, make_folder(folder / "plots") / file, self.shown)
         first = self.shown[: self.replayed]

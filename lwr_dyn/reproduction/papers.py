@@ -110,8 +110,6 @@ SCHEMA = 1
 
 FORMS = ("table", "figure", "text", "equation", "derived")
 
-DERIVED = "derived"
-
 
 @dataclass(frozen=True, slots=True)
 class PrintedCell:
@@ -158,7 +156,7 @@ class ResultBlock:
     @property
     def derived(self) -> bool:
         """Stated by us, not printed by the paper."""
-        return self.form == DERIVED
+        return self.form == "derived"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,7 @@
 What audits show about a paper's tables, as sections of its page: lint, conventions, sensitivity to the reading.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -46,18 +46,17 @@ def lint_section(paper: str) -> Audit:
     return ReportSection("lint", "Lint", text), [finding.record() for finding in findings]
 
 
-def tensor_section(paper: str) -> Audit:
-    """How the tables of inertia may be read when no convention is stated; the file's own errata are not used."""
-    table = printed_table(open_paper(paper))
-    return _conventions(ranking_text(rank_readings(table, packaged_evidence(paper, table))))
+def convention_section(paper: str, of_tensors: bool) -> Audit:
+    """How tables of inertia, or else zero and signs of the joints, may be read where no convention is stated.
 
-
-def zero_section(paper: str) -> Audit:
-    """How zero and signs of the joints may be read when they are not stated."""
-    return _conventions(zero_text(zero_readings(open_paper(paper))))
-
-
-def _conventions(lines: Sequence[str]) -> Audit:
+    The file's own errata are not used for the tables of inertia.
+    """
+    own = open_paper(paper)
+    if of_tensors:
+        table = printed_table(own)
+        lines = ranking_text(rank_readings(table, packaged_evidence(paper, table)))
+    else:
+        lines = zero_text(zero_readings(own))
     return ReportSection("resolver", "Conventions", "\n".join(lines)), lines
 
 
@@ -80,7 +79,7 @@ def audit_sections(study: PaperStudy, with_sensitivity: bool) -> tuple[list[Repo
     paper = study.name
     audits = {"lint": lint_section(paper)}
     if study.study.conventions:
-        audits["resolver"] = {"tensors": tensor_section, "zero": zero_section}[study.study.conventions](paper)
+        audits["resolver"] = convention_section(paper, study.study.conventions == "tensors")
     if with_sensitivity:
         audits["spread"] = sensitivity_section(paper)
     return [section for section, _ in audits.values()], {name: record for name, (_, record) in audits.items()}
@@ -211,7 +210,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
         and all(entry.holds for entry in entries)
     )
     summary, words = counts(verdicts, entries), summary_text(verdicts, entries, holds)
-    checked = [Section("", [Note([check_line(report) for report in reports])]), *result.document.sections]
+    checked = [Section("", [Note(list(map(check_line, reports)))]), *result.document.sections]
     head: list[Part] = [
         Fact("paper", study.name, "Its name."),
         Fact("summary", words, "The outcome in words."),
@@ -220,8 +219,8 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
              kind=list[NumberRecord]),
         Fact("errata", [entry.record() for entry in entries],
              "Slips of the print that are proven or read otherwise.", kind=list[LedgerRecord]),
-        Fact("checks", check_record(reports), "Of the models: reading -> check -> its value.",
-             kind=dict[str, dict[str, CheckRecord]]),
+        Fact("checks", {r.reading: {v.name: {"value": v.value, "holds": v.holds} for v in r.verdicts} for r in reports},
+             "Of the models: reading -> check -> its value.", kind=dict[str, dict[str, CheckRecord]]),
         Note(words),
     ]  # fmt: skip
     document = Document("", "", [
@@ -255,8 +254,3 @@ def check_line(report: CheckReport) -> str:
     failed = [v.name for v in report.verdicts if not v.holds]
     faults = f", FAIL: {', '.join(failed)}" if failed else ""
     return f"check {report.robot}, reading {report.reading}: {len(report.verdicts) - len(failed)} hold{faults}"
-
-
-def check_record(reports: Sequence[CheckReport]) -> dict[str, Any]:
-    """Reports as JSON values, by reading."""
-    return {r.reading: {v.name: {"value": v.value, "holds": v.holds} for v in r.verdicts} for r in reports}

@@ -142,8 +142,12 @@ class MetricsRecord(TypedDict):
     saturated_s: Annotated[Joints, "Seconds beyond the torque limit."]
     at_stop_s: Annotated[Joints, "Seconds on the stop."]
     stop_impacts: Annotated[list[int], "How often each joint ran into its stop."]
-    within_limits: Annotated[bool, "Whether the controller kept all limits."]
-    limits: Annotated[str, "The same in words: what was not kept, and the stops that joints met."]
+    within_limits: Annotated[
+        bool | None, "Whether the controller kept all limits; null where none was broken and some are unknown."
+    ]
+    limits: Annotated[
+        str, "The same in words: what was kept, what not, what is unknown, and the stops that joints met."
+    ]
     tip_caveat: Annotated[str, "What the errors of the tip rest on."]
 
 
@@ -174,25 +178,40 @@ class Metrics:
     _repr_html_ = repr_html
 
     @property
-    def within_limits(self) -> bool:
-        """Whether the controller kept every known limit of torque, speed and position: no torque cut, no stop met."""
-        return not (self._exceeded() or self.stops.met)
+    def within_limits(self) -> bool | None:
+        """Whether the controller kept every limit of position, speed and torque: no torque cut, no stop met.
 
-    def _exceeded(self) -> list[str]:
-        """The limits that were not kept, in words: whose, and of what."""
+        None where no known limit was broken and some limit is unknown: that is no "kept".
+        """
+        broken, unknown = self._judged()
+        if self.stops.met or any(broken.values()):
+            return False
+        return None if any(unknown.values()) else True
+
+    def _judged(self) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+        """Joints that broke a limit, and joints whose limit is unknown, by what is limited."""
         cut = (self.torque_use > 1.0) | (self.saturated_s > 0.0)  # NaN, an unknown limit, is not above 1
-        beyond = {"position": ~(self.limit_margin >= 0.0), "speed": self.speed_use > 1.0, "torque": cut}
-        found = {
-            what: [j for j, bad in zip(self.stops.joints, each, strict=True) if bad] for what, each in beyond.items()
-        }
-        return [f"{what} of {', '.join(joints)}" for what, joints in found.items() if joints]
+        broken = {"position": ~(self.limit_margin >= 0.0), "speed": self.speed_use > 1.0, "torque": cut}
+        unknown = {
+            "position": np.isposinf(self.limit_margin), "speed": np.isnan(self.speed_use),
+            "torque": np.isnan(self.torque_use),
+        }  # fmt: skip
+        named = [
+            {what: [j for j, yes in zip(self.stops.joints, each, strict=True) if yes] for what, each in found.items()}
+            for found in (broken, unknown)
+        ]
+        return named[0], named[1]
 
     @property
     def limits(self) -> str:
-        """Whether the limits were kept, in words: what was not, and whose; the stops that joints ran into."""
-        exceeded = "; ".join(self._exceeded())
-        kept = f"NOT kept ({exceeded})" if exceeded else "kept"
-        return f"{kept}, but {self.stops.contacts()}" if self.stops.met else kept
+        """Whether the limits were kept, in words: what was not, and whose; what is unknown; stops that joints met."""
+        broken, unknown = self._judged()
+        said: dict[str, list[str]] = {}
+        for what in broken:
+            said.setdefault(_verdict(broken[what], unknown[what], len(self.stops.joints)), []).append(what)
+        groups = [f"{_listed(whats)} {verdict}" for verdict, whats in sorted(said.items())]  # NOT before kept
+        words = "kept" if list(said) == ["kept"] else "; ".join(groups)
+        return f"{words}, but {self.stops.contacts()}" if self.stops.met else words
 
     @property
     def caveat(self) -> str:
@@ -226,6 +245,23 @@ class Metrics:
         said = {"at_stop_s": self.stops.seconds, "stop_impacts": list(self.stops.impacts), "tip_caveat": self.caveat}
         names = MetricsRecord.__annotations__
         return {name: _json(said[name] if name in said else getattr(self, name)) for name in names}
+
+
+def _listed(words: list[str]) -> str:
+    """
+    >>> _listed(["position", "speed", "torque"])
+    'position, speed and torque'
+    """
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
+
+
+def _verdict(broken: list[str], unknown: list[str], joints: int) -> str:
+    """Of one kind of limit: kept or not, and by whom; unknown of all joints or of some."""
+    if broken:
+        return f"NOT kept ({', '.join(broken)})"
+    if len(unknown) == joints:
+        return "unknown"
+    return f"kept where known, unknown of {', '.join(unknown)}" if unknown else "kept"
 
 
 def _share(use: float) -> str:

@@ -12,7 +12,8 @@ import lwr_dyn
 from lwr_dyn.checks.arm.model_laws import feasibility_verdicts
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.model.chain import unphysical_links
-from tests.tolerances import EXACT, METRES
+from tests.agreement.test_engines_agree import close
+from tests.tolerances import METRES
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
 STATES = 100
@@ -52,10 +53,6 @@ def foreign(request):
 
 def states(n):
     return np.random.default_rng(5).uniform(-2.5, 2.5, (2, STATES, n))
-
-
-def close(result, expected):
-    return np.abs(result - expected).max() <= EXACT * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("name", ARMS)

@@ -35,7 +35,7 @@ def _heads(rng: random.Random) -> list[str]:
     return rng.choice((plain, united, speed))
 
 
-def motion_csv(folder: Path, rng: random.Random) -> bool:
+def motion_csv(folder: Path, rng: random.Random) -> None:
     """A motion as CSV, and the reference that it makes."""
     from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
@@ -51,20 +51,18 @@ def motion_csv(folder: Path, rng: random.Random) -> bool:
     path = written(folder, "x.csv", changed(text, rng) if rng.random() < 0.6 else text)
     arm = lwr_dyn.load("lwr4plus")
     csv_reference(arm, file=str(path)).sample(np.linspace(-0.1, 1.0, 20))
-    return True
 
 
-def log_csv(folder: Path, rng: random.Random) -> bool:
+def log_csv(folder: Path, rng: random.Random) -> None:
     """A log as CSV."""
     from lwr_dyn.identification.logs.joint_log import read_log
 
     lines = [",".join(row) for row in [_heads(rng), *_rows(rng)]]
     text = rng.choice(("", "", "# a log\n", "\ufeff")) + "\n".join(lines) + "\n"
     read_log(written(folder, "x.csv", changed(text, rng, "nnnnnnnnnvvrwdsx")))
-    return True
 
 
-def log_parquet(folder: Path, rng: random.Random) -> bool:
+def log_parquet(folder: Path, rng: random.Random) -> None:
     """A log as Parquet, its columns of several types, or its bytes changed."""
     import pyarrow
     from pyarrow import parquet
@@ -81,7 +79,6 @@ def log_parquet(folder: Path, rng: random.Random) -> bool:
     parquet.write_table(pyarrow.table(table), sink, compression=rng.choice(("NONE", "SNAPPY", "ZSTD")))
     data = sink.getvalue()
     read_log(written(folder, "x.parquet", flipped(data, rng) if rng.random() < 0.3 else data))
-    return True
 
 
 def _retyped(pyarrow: Any, column: list[float], rng: random.Random) -> Any:
@@ -111,7 +108,7 @@ def _run_arrays() -> dict[str, Any]:
             return {name: stored[name] for name in stored.files}
 
 
-def run_file(folder: Path, rng: random.Random) -> bool:
+def run_file(folder: Path, rng: random.Random) -> None:
     """A run file: its arrays, its record, or its bytes changed; what a page says of it."""
     from lwr_dyn.arms.loading import arm_of
     from lwr_dyn.model.run import Run
@@ -129,7 +126,6 @@ def run_file(folder: Path, rng: random.Random) -> bool:
     facts(run)
     if rng.random() < 0.02:
         arm_of(run)
-    return True
 
 
 def _change_array(arrays: dict[str, Any], rng: random.Random) -> None:

@@ -7,6 +7,7 @@ import lwr_dyn
 from lwr_dyn.control.paper_laws import PDGravity
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.simulated_logs import cruise_logs
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.friction import friction_torque
 from tests.identification.simulated import ideal_cruise
 
@@ -17,6 +18,16 @@ START = np.array([0.0, -1.2, 0.0, 1.6, 0.0, 0.2, 0.0])
 @pytest.fixture(scope="session")
 def wam():
     return lwr_dyn.load("wam7")
+
+
+@pytest.fixture(scope="session")
+def lwr():
+    return lwr_dyn.load("lwr4plus", "physical")
+
+
+@pytest.fixture(scope="session")
+def columns(lwr):
+    return TorqueColumns(lwr.chain)
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.regression.information import Information, information_of
+from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
@@ -45,17 +45,9 @@ class Coverage:
 def coverage_study(
     arm: Arm, draws: Iterable[int], rule: SampleRule | None = None, encoder: float = ENCODER, noise: float = NOISE
 ) -> Coverage:
-    """Fits of one plant and one motion, its noise drawn anew for every seed.
+    """Fits of one plant and one motion, its noise drawn anew for every seed: standard deviations [rad, N m].
 
-    Parameters
-    ----------
-    arm : Arm
-    draws : iterable of int
-        Seeds.
-    rule : SampleRule, optional
-        Of the samples; 20 Hz, every 10 ms, above `SLOWEST` if not given.
-    encoder, noise : float
-        Standard deviations [rad, N m].
+    Without a rule samples are at 20 Hz, every 10 ms, above `SLOWEST`.
     """
     plant, motion = case(arm)
     tau = plant.torque(motion)
@@ -65,7 +57,8 @@ def coverage_study(
         log = simulated_log(plant, motion, noise, np.random.default_rng([seed, 28]), encoder, tau=tau)
         fits.append(information_of(samples_of([log], chosen), plant.columns))
     away = np.array([fit.values - plant.base for fit in fits])
-    return Coverage(away / np.array([fit.sigma for fit in fits]), _chi2(fits, away))
+    chi2 = np.array([a @ fit.precision @ a for a, fit in zip(away, fits, strict=True)]) / away.shape[1]
+    return Coverage(away / np.array([fit.sigma for fit in fits]), chi2)
 
 
 def case(arm: Arm) -> tuple[Plant, Motion]:
@@ -73,7 +66,3 @@ def case(arm: Arm) -> tuple[Plant, Motion]:
     rng = np.random.default_rng(MOTION_SEED)
     plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng)
     return plant, random_motion(arm, SECONDS, rng, RATE)
-
-
-def _chi2(fits: list[Information], away: Array) -> Array:
-    return np.array([a @ fit.precision @ a for a, fit in zip(away, fits, strict=True)]) / away.shape[1]

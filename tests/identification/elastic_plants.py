@@ -6,8 +6,18 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.regression.least_squares import BaseParameters
 from lwr_dyn.model.transmission import JointElasticity
 from tests.identification.plants import Motion, Plant, torques
+
+
+def elastic_truth(plant: Plant, gears: JointElasticity, base: BaseParameters, zero: Array | float = 0.0) -> Array:
+    """All parameters of the plant as they are fitted."""
+    columns, K = plant.columns, gears.stiffness
+    own = [plant.parameters[columns.of_joint(j)] for j in range(columns.n)]
+    bends = np.array([K, gears.damping, -K * zero]).T
+    joints = [np.concatenate(pair) for pair in zip(own, bends, strict=True)]
+    return np.concatenate([base.of(plant.parameters[: columns.bodies]), *joints])
 
 
 def elastic_log(

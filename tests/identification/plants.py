@@ -4,12 +4,10 @@ plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng, level=0.2)
 motion = random_motion(arm, 10.0, rng)  # rest at both ends, inside the limits
 samples = simulated_samples(plant, motion, noise=0.05, rng=rng)  # exact states, noisy torques
 log = simulated_log(plant, random_motion(arm, 10.0, rng, rate=1000.0), 0.05, rng, encoder=1e-5)
-fresh_error(plant, parameters, motions)  # noise-free torque error on motions
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +19,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.samples import Samples, exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body, with_bodies
+from lwr_dyn.model.run import Motion
 
 VISCOUS, COULOMB = (14.0, 14.0, 7.0, 10.0, 5.0, 2.5, 2.0), (11.0, 11.0, 8.0, 9.0, 9.0, 3.5, 3.0)
 OFFSET = (0.5, -0.4, 0.3, 0.2, -0.1, 0.1, 0.05)
@@ -49,34 +47,6 @@ class Plant:
     def torque(self, motion: Motion) -> Array:
         """Noise-free torques (k, n)."""
         return torques(self.columns, self.parameters, motion)
-
-    def arm_like(self, arm: Arm) -> Arm:
-        """The arm with the plant's bodies and friction (rotors stay the arm's)."""
-        from dataclasses import replace
-
-        bodies = [body_of(self.parameters[10 * i : 10 * i + 10]) for i in range(arm.n)]
-        friction = self.columns.friction_of(self.parameters)
-        return replace(arm, chain=with_bodies(arm.chain, bodies), friction=friction)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Motion:
-    """A motion that is known: t (k,), q, dq, ddq (k, n)."""
-
-    t: Array
-    q: Array
-    dq: Array
-    ddq: Array
-
-
-def body_of(pi: Array) -> Body:
-    """The body with ten inertial parameters in the order of `INERTIAL`."""
-    m, first = float(pi[0]), pi[1:4]
-    tensor = np.zeros((3, 3))
-    for (a, b), value in zip(ROW_BY_ROW, pi[4:], strict=True):
-        tensor[a, b] = tensor[b, a] = value
-    c = first / m
-    return Body(m, c, tensor - m * (c @ c * np.eye(3) - np.outer(c, c)))
 
 
 def pseudo_inertia(pi: Array) -> Array:
@@ -183,14 +153,3 @@ def simulated_log(
     q = motion.q + rng.normal(size=motion.q.shape) * encoder
     joints = tuple(range(1, motion.q.shape[1] + 1))
     return JointLog(source, joints, motion.t, q, exact + rng.normal(size=exact.shape) * noise)
-
-
-def fresh_error(plant: Plant, parameters: Array, motions: Iterable[Motion], slowest: float = 0.0) -> float:
-    """RMS over joints and instants of what parameters (p,) or base values (b,) miss on motions, without noise [N m]."""
-    base = plant.columns.base()
-    values = parameters if parameters.size == base.count else base.of(parameters)
-    misses: list[Array] = []
-    for motion in motions:
-        Y = plant.columns(motion.q, motion.dq, motion.ddq)
-        misses.append((Y[:, :, base.kept] @ (values - plant.base))[np.abs(motion.dq) > slowest])
-    return float(np.sqrt(np.mean(np.square(np.concatenate(misses)))))

@@ -12,13 +12,8 @@ from numpy.typing import ArrayLike
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array, joint_array
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.friction import identify_friction as friction
 from lwr_dyn.identification.friction.friction_map import Subtract
-from lwr_dyn.identification.friction.identify_friction import (
-    DEFAULT_FIT,
-    FitOptions,
-    FrictionIdentification,
-    identify_friction,
-)
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.model.arm import Arm
@@ -31,37 +26,18 @@ def ideal_cruise(
 ) -> JointLog:  # fmt: skip
     """A log of constant velocities: q = q0 + dq t, tau = C dq + g(q) + tau_friction(dq), exact to rounding.
 
-    Parameters
-    ----------
-    frictions : sequence of n JointFriction
-    dq : (n,) array_like
-        Velocities [rad/s or m/s]; a joint at 0 stands still and shows no friction.
-    arm : Arm, optional
-        Whose C dq + g is in the torques; none of it without.
-    q0 : (n,) array_like, optional
-        Start; zeros if not given.
-    duration : float
-        [s]
-    rate : float
-        Rows a second [Hz].
-
-    Raises
-    ------
-    ShapeError
-        Velocities or start of another length.
-    OptionError
-        A duration or rate that is not above 0.
+    A joint at 0 stands still and shows no friction; without an arm there is no C dq + g. `duration` [s], `rate` [Hz].
+    Raises `ShapeError` for velocities or a start of another length, `OptionError` for a duration not above 0.
     """
     n = len(frictions)
     speed = joint_array("dq", dq, n)
     start = joint_array("q0", np.zeros(n) if q0 is None else q0, n)
-    for name, value in (("duration", duration), ("rate", rate)):
-        if not (isfinite(value) and value > 0.0):
-            raise OptionError(name, value, "a number above 0")
+    if not (isfinite(duration) and duration > 0.0):
+        raise OptionError("duration", duration, "a number above 0")
     t = np.arange(round(duration * rate) + 1) / rate
     q = start + t[:, None] * speed
-    friction = [model.torque(v) if v else 0.0 for model, v in zip(frictions, speed.tolist(), strict=True)]
-    tau = np.broadcast_to(np.array(friction), q.shape)
+    torques = [model.torque(v) if v else 0.0 for model, v in zip(frictions, speed.tolist(), strict=True)]
+    tau = np.broadcast_to(np.array(torques), q.shape)
     if arm is not None:
         tau = tau + Recursion.of(arm.require_dynamics()).bias_torque(q, np.broadcast_to(speed, q.shape))
     return JointLog(source, tuple(range(1, n + 1)), t, q, tau)
@@ -82,44 +58,24 @@ class Coverage:
 
 def interval_coverage(
     logs: Iterable[JointLog], arm: Arm, sensors: LogSensors, draws: Iterable[int], subtract: Subtract = "all",
-    options: FitOptions = DEFAULT_FIT,
+    options: friction.FitOptions = friction.DEFAULT_FIT,
 ) -> Coverage:  # fmt: skip
-    """The share of 3-sigma intervals that cover the friction of `arm`, over seeded noise draws on one simulated set.
+    """The share of 3-sigma intervals that cover the friction of `arm`, over seeded noise draws on logs without noise.
 
-    Parameters
-    ----------
-    logs : iterable of JointLog
-        As the arm did it, without noise; every draw puts its own noise on them.
-    arm : Arm
-        Whose `friction` is the truth.
-    sensors : LogSensors
-    draws : iterable of int
-        Seeds.
-    subtract, options
-        As `identify_friction` takes them.
-
-    Raises
-    ------
-    LwrDynError
-        What `identify_friction` raises, and its first fault.
+    Raises what `identify_friction` raises, and its first fault.
     """
     clean = list(logs)
     inside = intervals = 0
     for seed in draws:
         noisy = [sensors.through(log, seed * len(clean) + i) for i, log in enumerate(clean)]
-        found = identify_friction(noisy, arm, subtract, options)
+        found = friction.identify_friction(noisy, arm, subtract, options)
         if found.faults:
             raise found.faults[0]
-        misses, widths = _against(found, arm)
-        inside += int(np.sum(np.abs(misses) <= widths))
-        intervals += misses.size
+        for fit in found.fits:
+            misses = fit.estimate.values - true_values(arm, fit.joint, fit.sign, fit.names)
+            inside += int(np.sum(np.abs(misses) <= fit.estimate.half_widths))
+            intervals += misses.size
     return Coverage(inside, intervals)
-
-
-def _against(found: FrictionIdentification, arm: Arm) -> tuple[Array, Array]:
-    """Estimate less truth, and the half-widths of the intervals, of all parameters in a row."""
-    misses = [fit.estimate.values - true_values(arm, fit.joint, fit.sign, fit.names) for fit in found.fits]
-    return np.concatenate(misses), np.concatenate([fit.estimate.half_widths for fit in found.fits])
 
 
 def true_values(arm: Arm, joint: int, sign: int, names: tuple[str, ...]) -> Array:

@@ -16,7 +16,7 @@ from lwr_dyn.identification.regression.instrumental import UNFILTERED, instrumen
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.run import Motion
-from tests.identification.elastic_plants import elastic_log
+from tests.identification.elastic_plants import elastic_log, elastic_truth
 from tests.identification.logs import test_motor_side as motors
 from tests.identification.payload import loaded as payload
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
@@ -61,14 +61,13 @@ def instrumental_misses(motions: Iterable[int], plain: bool = False) -> Misses:
         tau = plant.torque(motion)
         for _ in range(PER_MOTION):
             log = simulated_log(plant, motion, 0.1, rng, 1e-5, tau=tau)
+            samples = samples_of([log], SampleRule(cutoff=None) if plain else UNFILTERED)
             if plain:
-                plain = information_of(samples_of([log], SampleRule(cutoff=None)), plant.columns)
-                out.append((plain.values - plant.base) / plain.sigma)
-                continue
-            samples = samples_of([log], UNFILTERED)
-            rows = np.searchsorted(motion.t, samples.t - 1e-6)
-            known = Motion(samples.t, motion.q[rows], motion.dq[rows], motion.ddq[rows])
-            found = instrumental(samples, plant.columns, known)
+                found = information_of(samples, plant.columns)
+            else:
+                rows = np.searchsorted(motion.t, samples.t - 1e-6)
+                known = Motion(samples.t, motion.q[rows], motion.dq[rows], motion.ddq[rows])
+                found = instrumental(samples, plant.columns, known)
             out.append((found.values - plant.base) / found.sigma)
     return Misses(np.array(out))
 
@@ -115,10 +114,6 @@ def elastic_misses(motions: Iterable[int]) -> tuple[Misses, Array]:
                      ((clean.q, 1e-5), (clean.tau, 0.1), (clean.motor_q, 1e-5))]  # fmt: skip
             found = identify_elastic([type(clean)("elastic", clean.joints, clean.t, noisy[0], noisy[1],
                                                   motor_q=noisy[2])], arm)  # fmt: skip
-            own = [plant.parameters[plant.columns.of_joint(j)] for j in range(arm.n)]
-            gears = np.array([arm.elasticity.stiffness, arm.elasticity.damping, np.zeros(arm.n)]).T
-            truth = np.concatenate([found.base.of(plant.parameters[: plant.columns.bodies]),
-                                    *(np.concatenate([own[j], gears[j]]) for j in range(arm.n))])  # fmt: skip
-            out.append((found.values - truth) / found.sigma)
+            out.append((found.values - elastic_truth(plant, arm.elasticity, found.base)) / found.sigma)
             off.append(found.of("stiffness") / arm.elasticity.stiffness - 1.0)
     return Misses(np.array(out)), np.array(off)

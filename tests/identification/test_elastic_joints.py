@@ -13,7 +13,7 @@ from lwr_dyn.identification.elastic_joints import elastic_document, identify_ela
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import JointElasticity
-from tests.identification.elastic_plants import elastic_log
+from tests.identification.elastic_plants import elastic_log, elastic_truth
 from tests.identification.plants import perturbed_plant, random_motion
 
 ARM = lwr_dyn.load("lwr4plus", "physical")
@@ -35,20 +35,11 @@ def logs(plant):
     ]
 
 
-def truth(plant, found):
-    """All parameters of the plant as they are fitted."""
-    columns, n = plant.columns, ARM.n
-    own = [plant.parameters[columns.of_joint(j)] for j in range(n)]
-    gears = np.array([GEARS.stiffness, GEARS.damping, -GEARS.stiffness * ZERO]).T
-    joints = [np.concatenate([own[j], gears[j]]) for j in range(n)]
-    return np.concatenate([found.base.of(plant.parameters[: columns.bodies]), *joints])
-
-
 @pytest.mark.slow
 def test_all_parameters_are_recovered_within_their_errors(plant, logs):
     """Recovery figure: every z within 4.5, their mean square 1, the six stiffnesses that bend within 1 per cent."""
     found = identify_elastic(logs, ARM)
-    z = (found.values - truth(plant, found)) / found.sigma
+    z = (found.values - elastic_truth(plant, GEARS, found.base, ZERO)) / found.sigma
     assert np.abs(z).max() < 4.5
     assert 0.6 < np.mean(z**2) < 1.5
     bends = found.of("stiffness", sigma=True) < 0.03 * GEARS.stiffness
@@ -58,8 +49,8 @@ def test_all_parameters_are_recovered_within_their_errors(plant, logs):
 
 
 def test_without_noise_stiffness_is_exact_to_a_part_in_ten_thousand(plant):
-    log = elastic_log(plant, GEARS, random_motion(ARM, 8.0, np.random.default_rng(3), rate=1000.0), 0.0,
-                      np.random.default_rng(0), 0.0)  # fmt: skip
+    motion = random_motion(ARM, 8.0, np.random.default_rng(3), rate=1000.0)
+    log = elastic_log(plant, GEARS, motion, 0.0, np.random.default_rng(0), 0.0)
     found = identify_elastic([log], ARM)
     assert np.abs(found.of("stiffness") / GEARS.stiffness - 1.0).max() < 1e-4
     assert np.abs(found.of("damping") / GEARS.damping - 1.0).max() < 0.03

@@ -12,15 +12,8 @@ import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
-from lwr_dyn.identification.fitted import (
-    check_fitted_path,
-    digest_of,
-    fitted_arm,
-    fitted_paper_text,
-    fitted_values,
-    write_fitted,
-)
-from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification import fitted
+from lwr_dyn.identification.logs.joint_log import read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.samples import SampleRule
@@ -49,7 +42,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def lwr(folder):
     result, paper = fit("lwr4plus", "physical", folder)
-    write_fitted(folder / "arm.toml", result, paper)
+    fitted.write_fitted(folder / "arm.toml", result, paper)
     return result, paper
 
 
@@ -106,7 +99,7 @@ def test_numbers_have_kind_error_and_logs_with_digests(lwr, folder):
 
 
 def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
-    values, result = fitted_values(lwr[0]), lwr[0]
+    values, result = fitted.fitted_values(lwr[0]), lwr[0]
     root = np.linalg.cholesky(result.consistent.covariance[60:64, 60:64])
     draws = result.consistent.parameters[60:64] + np.random.default_rng(0).normal(size=(4000, 4)) @ root.T * 0.1
     assert (draws[:, 1:] / draws[:, :1]).std(axis=0) == pytest.approx(0.1 * values.com.sigma[6], rel=0.06)
@@ -114,7 +107,7 @@ def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
 
 def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):
     result, _ = lwr
-    files = write_fitted(folder / "arm.urdf", result, None)
+    files = fitted.write_fitted(folder / "arm.urdf", result, None)
     assert [file.name for file in files] == ["arm.urdf", "arm.provenance.json", "arm.srdf", "arm.xml"]
     arm = lwr_dyn.load(folder / "arm.urdf")
     states = random_states(7)
@@ -135,7 +128,7 @@ def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
     rule = MotionRule(SampleRule(slowest=0.01), "symmetric", stribeck=True)
     speeds = [np.nan, 0.1, *[np.nan] * 5]
     result, paper = fit("wam7", None, folder, rule, 8.0, "symmetric", speeds)
-    write_fitted(folder / "wam.toml", result, paper)
+    fitted.write_fitted(folder / "wam.toml", result, paper)
     arm = lwr_dyn.load(folder / "wam.toml")
     check_agreement(result, arm)
     assert arm.transmission.matrix.tolist() == result.arm.transmission.matrix.tolist()
@@ -156,9 +149,9 @@ def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
 
 def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, folder):
     result, paper = lwr
-    values = replace(fitted_values(result), joints=False)
-    (folder / "motors.toml").write_text(fitted_paper_text(paper, values), encoding="utf-8")
-    of_file, of_values = lwr_dyn.load(folder / "motors.toml"), fitted_arm(result.arm, values)
+    values = replace(fitted.fitted_values(result), joints=False)
+    (folder / "motors.toml").write_text(fitted.fitted_paper_text(paper, values), encoding="utf-8")
+    of_file, of_values = lwr_dyn.load(folder / "motors.toml"), fitted.fitted_arm(result.arm, values)
     bodies = lwr_dyn.load(folder / "arm.toml").chain.bodies
     for arm in (of_file, of_values):
         assert arm.armature.tolist() == result.arm.armature.tolist()
@@ -172,18 +165,12 @@ def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, f
 
 def test_a_second_fit_starts_from_the_first_one(lwr, folder):
     arm, paper = load_with_paper(folder / "arm.toml")
-    again = identify_motion([*_one_log(lwr[0], folder)], arm)
-    write_fitted(folder / "again.toml", again, paper)
+    again = identify_motion([read_log(folder / "moves.csv", arm=lwr[0].arm)], arm)
+    fitted.write_fitted(folder / "again.toml", again, paper)
     title = tomllib.loads((folder / "again.toml").read_text(encoding="utf-8"))["title"]
     assert title.count("fitted to logs") == 1
     assert again.consistent.deviation < 0.1 * lwr[0].consistent.deviation  # it has no reason to leave it
     check_agreement(again, lwr_dyn.load(folder / "again.toml"))
-
-
-def _one_log(result, folder):
-    from lwr_dyn.identification.logs.joint_log import read_log
-
-    yield read_log(folder / "moves.csv", arm=result.arm)
 
 
 @pytest.mark.slow
@@ -191,10 +178,10 @@ def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier)
     with pytest.raises(
         FileAccessError, match=r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"
     ):
-        check_fitted_path(folder / "x.toml", None)
+        fitted.check_fitted_path(folder / "x.toml", None)
     bare = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4"))
     with pytest.raises(MissingDataError, match="masses"):
-        write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
+        fitted.write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
     assert not (folder / "x.toml").exists()
 
 
@@ -202,5 +189,5 @@ def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "b").write_bytes(b"2")
     (tmp_path / "bag" / "a").write_bytes(b"1")
-    assert digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
-    assert digest_of(tmp_path / "none") == ""
+    assert fitted.digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
+    assert fitted.digest_of(tmp_path / "none") == ""

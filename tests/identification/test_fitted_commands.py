@@ -5,38 +5,21 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.main import main
 from lwr_dyn.identification.fitted import write_fitted
-from lwr_dyn.identification.logs.joint_log import write_log
-from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.model_study import study
-from tests.identification.plants import perturbed_plant, random_motion, simulated_log
+from tests.identification.test_fitted import NOISE, fit
 
 pytestmark = pytest.mark.slow
-
-NOISE = 0.1
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """With moves.csv, arm.toml and arm.urdf."""
     place = tmp_path_factory.mktemp("fitted")
-    arm, paper = load_with_paper("lwr4plus", "physical")
-    rng = np.random.default_rng(1)
-    plant = perturbed_plant(TorqueColumns(arm.chain, "directions"), arm, rng)
-    log = simulated_log(plant, random_motion(arm, 8.0, rng, rate=250.0), NOISE, rng, 1e-5, str(place / "moves.csv"))
-    write_log(log.source, log)
-    result = identify_motion([log], arm)
+    result, paper = fit("lwr4plus", "physical", place)
     write_fitted(place / "arm.toml", result, paper)
     write_fitted(place / "arm.urdf", result, paper)
     return place
-
-
-def run(*arguments):
-    with pytest.raises(SystemExit) as stop:
-        main([str(a) for a in arguments])
-    return stop.value.code
 
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
@@ -55,23 +38,26 @@ HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05
     ],
     ids=lambda line: " ".join(line[:2]),
 )
-def test_commands_take_it(line, folder, monkeypatch, capsys):
+def test_commands_take_it(line, folder, monkeypatch, lwr_dyn_command):
     monkeypatch.chdir(folder)
-    assert run(*line) == 0
-    assert capsys.readouterr().out
+    code, out, _ = lwr_dyn_command(*line)
+    assert (code, bool(out)) == (0, True)
 
 
-def test_identify_motion_writes_it(folder, monkeypatch, capsys):
+def test_identify_motion_writes_it(folder, monkeypatch, lwr_dyn_command):
     monkeypatch.chdir(folder)
     common = ("identify", "motion", "moves.csv", "--robot", "lwr4plus", "--reading", "physical", "--out")
-    assert run(*common, "out.toml") == 0
-    assert "wrote out.toml; next: lwr-dyn check out.toml" in capsys.readouterr().out
+    code, out, _ = lwr_dyn_command(*common, "out.toml")
+    assert code == 0
+    assert "wrote out.toml; next: lwr-dyn check out.toml" in out
     assert lwr_dyn.load("out.toml").reading == "fitted"
-    assert run("identify", "motion", "moves.csv", "--robot", "lwr4", "--out", "bare.toml") == 2
-    assert "masses and inertias" in capsys.readouterr().err
-    assert run(*common, "none/out.toml") == 2
-    assert run(*common, "out.sdf") == 2
-    assert "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf" in capsys.readouterr().err
+    code, _, err = lwr_dyn_command("identify", "motion", "moves.csv", "--robot", "lwr4", "--out", "bare.toml")
+    assert code == 2
+    assert "masses and inertias" in err
+    assert lwr_dyn_command(*common, "none/out.toml")[0] == 2
+    code, _, err = lwr_dyn_command(*common, "out.sdf")
+    assert code == 2
+    assert "out.sdf: ends in '.sdf'; allowed: a path in .toml or .urdf" in err
 
 
 @pytest.mark.parametrize(("robot", "reading"), [("lwr4plus", "physical"), ("wam7", None)])
@@ -85,7 +71,7 @@ def test_a_share_of_the_count_of_models(robot, reading, tmp_path):
     assert np.abs(case.promises - 1.0).max() < 0.15
 
 
-def test_a_drawn_arm_whose_masses_are_estimates(tmp_path):
+def test_a_drawn_arm_whose_masses_are_estimates(tmp_path, lwr_dyn_command):
     """The KR 30 HA: solids, a mastering pose, no rotors; its base's mass was what the estimated links left."""
     arm, paper = load_with_paper("kr30ha")
     case = study(arm, paper, 3, 4.0, 200.0, NOISE, tmp_path)
@@ -94,4 +80,4 @@ def test_a_drawn_arm_whose_masses_are_estimates(tmp_path):
     assert fitted.drawing == arm.drawing
     assert fitted.mastering == arm.mastering
     assert fitted.ratings.base_mass is None
-    assert run("check", tmp_path / "arm.toml") == 0
+    assert lwr_dyn_command("check", str(tmp_path / "arm.toml"))[0] == 0

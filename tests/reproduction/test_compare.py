@@ -9,7 +9,7 @@ from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, REPRODUCED, compare_numbers, same, value_of
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import read_results, results_of_tables, studies
-from tests.reproduction.mutants import usual_judgement
+from tests.reproduction.mutants import by_cell, usual_judgement
 
 
 @pytest.fixture(scope="module")
@@ -71,12 +71,12 @@ def test_what_is_not_printed_is_named_and_the_distance_under_assumptions_given(f
 def test_a_changed_cell_turns_what_depends_on_it_and_nothing_else(found):
     tables = copy.deepcopy(dict(paper_study("lwr4plus").data.tables))
     tables["inertial"]["mass"]["values"][6] *= 1.01
-    changed, same = changed_numbers("lwr4plus", tables=tables).by_cell(), found["lwr4plus"].by_cell()
+    changed, same = by_cell(changed_numbers("lwr4plus", tables=tables)), by_cell(found["lwr4plus"])
     turned = {path for path in same if changed[path] != same[path]}
     assert {"results.figure_1.mass[0]", "results.torques.g[1]"} <= turned
     assert not any(path.startswith(("results.table_ii.", "results.table_vi.", "results.limits.")) for path in turned)
     tables = dict(paper_study("lwr4plus").data.tables)
-    assert changed_numbers("lwr4plus", tables=tables).by_cell() == same
+    assert by_cell(changed_numbers("lwr4plus", tables=tables)) == same
 
 
 @pytest.mark.slow

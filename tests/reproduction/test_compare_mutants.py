@@ -6,19 +6,8 @@ import pytest
 
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import studies
-from tests.reproduction.mutants import (
-    KINDS,
-    REFUSED,
-    UNSEEN,
-    VERDICT,
-    Mutant,
-    fate,
-    mutants,
-    mutated,
-    numeric_cells,
-    survey,
-    usual_judgement,
-)
+from tests.reproduction import mutants as changes
+from tests.reproduction.mutants import fate, mutants, usual_judgement
 
 SHARE, SLOW_SHARE = 40, {"kr30ha": 16}
 """Mutants a paper."""
@@ -30,14 +19,14 @@ SEEN = 0.75
 @pytest.mark.parametrize("paper", studies())
 def test_no_mutant_moves_a_number_unseen(paper):
     chosen = random.Random(20261121).sample(list(mutants(paper)), SLOW_SHARE.get(paper, SHARE))
-    found = survey(paper, chosen)
+    found = changes.survey(paper, chosen)
     assert [(f.mutant.place, f.mutant.kind, f.mover, f.moved) for f in found.missed] == []
     assert found.share > SEEN, found.survivors()
 
 
 def test_each_kind_of_change_is_made():
     kinds = [m.kind for m in mutants("lwr4plus")]
-    assert set(kinds) == set(KINDS)
+    assert set(kinds) == set(changes.KINDS)
     masses = [m for m in mutants("lwr4plus") if m.place == "inertial.mass.values[4]"]
     assert [(m.kind, m.after) for m in masses] == [
         ("sign", -1.8789), ("times ten", 18.789), ("neighbour", 1.2172), ("one percent", 1.8789 * 1.01),
@@ -49,7 +38,7 @@ def test_each_kind_of_change_is_made():
 def test_an_exchange_changes_both_cells_and_the_original_stays():
     raw = paper_study("lwr4plus").data.tables
     (exchange,) = (m for m in mutants("lwr4plus") if m.place == "inertial.mass.values[4]" and m.kind == "neighbour")
-    found = mutated(raw, exchange)["inertial"]["mass"]["values"]
+    found = changes.mutated(raw, exchange)["inertial"]["mass"]["values"]
     assert found[4:6] == [1.2172, 1.8789]
     assert raw["inertial"]["mass"]["values"][4] == 1.8789
 
@@ -57,7 +46,7 @@ def test_an_exchange_changes_both_cells_and_the_original_stays():
 @pytest.mark.slow
 def test_the_printed_value_of_an_erratum_must_be_there():
     (mutant,) = (m for m in mutants("lwr4plus") if m.place == "rotors.inertia.values[0]" and m.kind == "sign")
-    assert fate(mutant, usual_judgement("lwr4plus")).seen == REFUSED
+    assert fate(mutant, usual_judgement("lwr4plus")).seen == changes.REFUSED
 
 
 @pytest.mark.slow
@@ -73,7 +62,7 @@ def test_only_what_depends_on_a_number_turns(paper, column, untouched):
     usual = usual_judgement(paper)
     found = [fate(m, usual) for m in mutants(paper) if m.place.startswith(column) and m.kind == "times ten"]
     assert len(found) >= 7
-    assert {f.seen for f in found} <= {VERDICT, REFUSED}
+    assert {f.seen for f in found} <= {changes.VERDICT, changes.REFUSED}
     turned = {path for f in found for path in f.turned}
     assert turned
     assert [path for path in turned if path.split(".")[1].startswith(untouched)] == []
@@ -81,11 +70,11 @@ def test_only_what_depends_on_a_number_turns(paper, column, untouched):
 
 def test_a_number_that_no_check_covers_is_listed():
     usual = usual_judgement("lwr4plus")
-    idle = Mutant("lwr4plus", "results", ("table_vii", "cells", "average", 0), "one percent", "4.6", "4.7")
+    idle = changes.Mutant("lwr4plus", "results", ("table_vii", "cells", "average", 0), "one percent", "4.6", "4.7")
     found = fate(idle, usual)
-    assert (found.seen, found.missed, found.moved) == (UNSEEN, False, 0.0)
+    assert (found.seen, found.missed, found.moved) == (changes.UNSEEN, False, 0.0)
 
 
 def test_texts_that_are_numbers_are_cells_and_others_are_not():
-    cells = dict(numeric_cells({"a": ["1.5", "-", "cos(q1)", 2], "unit": "1", "on": True}))
+    cells = dict(changes.numeric_cells({"a": ["1.5", "-", "cos(q1)", 2], "unit": "1", "on": True}))
     assert cells == {("a", 0): "1.5", ("a", 3): 2}

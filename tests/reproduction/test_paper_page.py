@@ -5,20 +5,10 @@ from functools import cache
 
 import pytest
 
+from lwr_dyn.reproduction import paper_page
 from lwr_dyn.reproduction.case import ledger
 from lwr_dyn.reproduction.compare import DIFFERS
-from lwr_dyn.reproduction.paper_page import (
-    _cell,
-    _files,
-    _ours,
-    _place,
-    _tables,
-    count_table,
-    counts,
-    difference_table,
-    summary_text,
-    verdict_sentence,
-)
+from lwr_dyn.reproduction.paper_page import summary_text, verdict_sentence
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import printed_tables
 from tests.reproduction.test_basis import found
@@ -37,7 +27,7 @@ def number(path, paper="wam7", **changes):
 
 
 def test_the_counts_of_a_paper():
-    counted = counts(found("wam7"), entries())
+    counted = paper_page.counts(found("wam7"), entries())
     printed, derived = (
         {kind: tuple(counted[part][kind].values()) for kind in KINDS} for part in ("printed", "derived")
     )
@@ -45,10 +35,10 @@ def test_the_counts_of_a_paper():
     assert derived == {"computed": (156, 156, 0, 0), "structural": (3, 3, 0, 0), "repeated in print": (63, 63, 0, 0)}
     assert counted["printed"]["under assumed conditions"] == {"all": 10, "near": 10, "not near": 0}
     assert counted["errata"] == {"all": 10, "proven": 4, "proofs that hold": 4}
-    rows = count_table({"one": counted, "two": counted}).text().splitlines()[2:5]
+    rows = paper_page.count_table({"one": counted, "two": counted}).text().splitlines()[2:5]
     assert rows[0].split()[1:] == ["65", "29", "24", "5", "0", "1", "25", "10", "10", "0", "222", "156", "10", "4"]
     assert rows[2].split() == ["all", "130", "58", "48", "10", "0", "2", "50", "20", "20", "0", "444", "312", "20", "8"]
-    assert len(count_table({"one": counted}).rows) == 1
+    assert len(paper_page.count_table({"one": counted}).rows) == 1
 
 
 def test_the_outcome_in_words():
@@ -69,7 +59,7 @@ def test_the_outcome_in_words():
     )
     wrong = replace(found("wam7"), numbers=(number("motion.travel[0]", verdict=DIFFERS, value=0.502),))
     assert verdict_sentence(wrong, (), holds=True)[-1] == (" 1 differ.", True)
-    assert difference_table(wrong).text().splitlines()[-1].split() == [
+    assert paper_page.difference_table(wrong).text().splitlines()[-1].split() == [
         "motion.travel[0]",
         "0.5",
         "0.502",
@@ -98,7 +88,7 @@ def test_the_outcome_in_words():
 )
 def test_what_a_cell_says(path, note):
     one = number(path)
-    cell = _cell(one)
+    cell = paper_page._cell(one)
     assert cell.note == note
     assert (cell.printed, cell.verdict, cell.errata) == (one.cell.printed, one.outcome, one.errata)
     assert cell.source == f"{one.block.where} (results.{path})"
@@ -119,18 +109,19 @@ def test_what_a_cell_says(path, note):
 )
 def test_ours_has_two_digits_more_than_the_printed_number(printed, value, text):
     one = number("motion.travel[0]")
-    assert _ours(replace(one, cell=replace(one.cell, printed=printed), value=value)) == text
+    assert paper_page._ours(replace(one, cell=replace(one.cell, printed=printed), value=value)) == text
 
 
 def test_tables_are_the_blocks_and_matrices_have_their_names_in_the_rows():
-    (motion,) = _tables([n for n in found("wam7").numbers if n.block.name == "motion"])
+    (motion,) = paper_page._tables([n for n in found("wam7").numbers if n.block.name == "motion"])
     assert (motion.id, motion.title, motion.columns, motion.unit) == (
         "motion", "section 4", ("travel", "velocity"), "rad, rad/s",
     )  # fmt: skip
     assert motion.where == "a rotation of 0.5 rad at a velocity of 0.083 rads/sec'; Figures 4 and 7 for its times"
-    assert _place(number("matrices.A3[2][3]", "lwr4")) == ("A3: 3", "4")
-    assert printed_tables("lwr4")["matrices"]["A3"][2][3] == _cell(number("matrices.A3[2][3]", "lwr4")).printed
-    (tool,) = _tables([n for n in found("lwr4").numbers if n.block.name == "tool"])
+    entry = number("matrices.A3[2][3]", "lwr4")
+    assert paper_page._place(entry) == ("A3: 3", "4")
+    assert printed_tables("lwr4")["matrices"]["A3"][2][3] == paper_page._cell(entry).printed
+    (tool,) = paper_page._tables([n for n in found("lwr4").numbers if n.block.name == "tool"])
     assert tool.title == "derived: tool point P_d in frame 0"
 
 
@@ -139,6 +130,6 @@ def test_files_beside_a_page_are_listed_with_their_hashes(tmp_path):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("")
     empty = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"
-    assert [(f.name, f.size, f.sha256, f.what) for f in _files(tmp_path)] == [
+    assert [(f.name, f.size, f.sha256, f.what) for f in paper_page._files(tmp_path)] == [
         ("b.png", 0, empty, "plot"), ("sub/a.npz", 0, empty, "run"),
     ]  # fmt: skip

@@ -151,12 +151,3 @@ def numbers(record):
     values = np.frombuffer(base64.b64decode(record["data"]), dtype="<i4") * record["step"]
     values[record["gaps"]] = np.nan
     return values
-
-
-def test_figure_4_of_the_wam_falls_nowhere(tmp_path):
-    """The caption's 0.55 and 0.05 lost their minus signs: by the figure's own axes it rises from -0.55 to -0.05."""
-    position = Pictures(figures={"figure_4": [_lspb()]}).write(tmp_path).figures["figure_4"][0].panels[0]
-    record = json.loads((tmp_path / FIGURES).read_text())["figures"]["figure_4"][0]["panels"][0]["curves"][0]["y"]
-    for y in (position.curves[0].y, np.array(record)):
-        assert y[[0, -1]] == pytest.approx((-0.55, -0.05))
-        assert (np.diff(y) >= 0.0).all()

@@ -68,10 +68,12 @@ def test_unknown_limits_are_nan_and_null():
     arm = one_joint()
     figures = metrics(run_of([0.0, 1.5], 0.0, dq=[1e6, 0.0], command=[1e6, 0.0]), arm)
     assert np.isnan(figures.torque_use[0])
-    assert figures.within_limits
+    assert figures.within_limits is None
+    assert figures.limits == "position, speed and torque unknown"
     record = json.loads(json.dumps(figures.to_json()))
     assert record["torque_use"] == [None]
     assert record["limit_margin"] == [None]
+    assert record["within_limits"] is None
     assert record["position_mrad"]["mean"] == [-750.0]
 
 
@@ -128,7 +130,7 @@ def test_limits_kept_by_a_stop_are_not_kept_by_the_controller(leaning):
 def test_a_run_without_stops_passes_the_limit(leaning):
     figures = metrics(leaning(position_limits=False), lwr())
     assert (figures.stops.met, figures.caveat) == (False, RIGID)
-    assert figures.limits == "NOT kept (position of joint_6)"
+    assert figures.limits == "position NOT kept (joint_6); speed and torque kept"
 
 
 def test_the_stop_is_said_in_text_json_and_page(leaning):
@@ -178,3 +180,26 @@ def test_a_run_file_without_the_count_is_judged_by_its_positions(leaning):
     assert stop_contacts(replace(older, q=q, events=()), arm).sentence() == ""
     with pytest.raises(ShapeError, match="at_stop_s"):
         stop_contacts(replace(run, meta={"at_stop_s": [1.0]}), arm)
+
+
+def test_an_unknown_limit_is_not_kept():
+    """The KR 30 HA has no torque limits; an arm may know some of its speeds."""
+    arm = lwr_dyn.load("kr30ha")
+    hold = lwr_dyn.reference("hold", arm, q=np.radians([0, -60, 60, 0, 30, 0]), duration=0.02)
+    run = lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), hold)
+    figures = metrics(run, arm)
+    assert figures.within_limits is None
+    assert figures.limits == "position and speed kept; torque unknown"
+    assert "limits of position, speed and torque: position and speed kept; torque unknown" in figures.document.text()
+    assert figures.to_json()["within_limits"] is None
+    some = replace(
+        arm, limits=tuple(replace(x, effort=None if k else 1e6, velocity=1e-9) for k, x in enumerate(arm.limits))
+    )
+    moved = replace(run, dq=run.dq + 1.0)
+    assert metrics(moved, some).limits == (
+        f"speed NOT kept ({', '.join(arm.joint_names)}); position kept; "
+        f"torque kept where known, unknown of {', '.join(arm.joint_names[1:])}"
+    )
+    assert metrics(moved, some).within_limits is False
+    compared = lwr_dyn.compare(run, run)
+    assert "unknown" in compared.table.text()

@@ -22,13 +22,7 @@ from scipy.linalg import null_space
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, number_of
 from lwr_dyn.foundation.errors import FaultError, OptionError, ShapeError, UnknownNameError
-from lwr_dyn.identification.bodies.possible_bodies import (
-    UNITS,
-    are_bodies,
-    inertial_parameters,
-    pseudo_inertia_weights,
-    pseudo_inertias,
-)
+from lwr_dyn.identification.bodies import possible_bodies
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 UNKNOWN_FRICTION = 10.0
@@ -113,10 +107,11 @@ class BodyPrior:
         """Gradient (p,) and Hessian (p, p) of `distance`."""
         gradient, hessian = np.zeros(self.table.size), np.zeros((self.table.size,) * 2)
         inverse = np.linalg.inv(self._pseudo(parameters))
+        units = possible_bodies.UNITS
         gradient[: self.bodies] = (
-            weight * ((self._inverse - inverse).reshape(-1, 16) @ UNITS.reshape(_TEN, 16).T).ravel()
+            weight * ((self._inverse - inverse).reshape(-1, 16) @ units.reshape(_TEN, 16).T).ravel()
         )
-        steps = (inverse[:, None] @ UNITS).reshape(len(inverse), _TEN, 16)
+        steps = (inverse[:, None] @ units).reshape(len(inverse), _TEN, 16)
         across = np.swapaxes(steps.reshape(-1, _TEN, 4, 4), 2, 3).reshape(steps.shape)
         blocks = weight * steps @ np.swapaxes(across, 1, 2)
         for i, block in enumerate(blocks):
@@ -134,7 +129,7 @@ class BodyPrior:
         return scaled_inverse(self.derivatives(self.table, weight)[1])
 
     def _pseudo(self, parameters: Array) -> Array:
-        return pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
+        return possible_bodies.pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
 
     def _rotor_weights(self, weight: float) -> Array:
         return np.where(self.unknown_rotors, 1.0, weight if self.rotor_weight is None else self.rotor_weight)
@@ -153,7 +148,7 @@ def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:
     if not np.isfinite(table[columns.bodies :]).all():
         raise ShapeError("table", "values that are not finite", "finite rotor inertias and friction")
     links, rotors = table[: columns.bodies].reshape(-1, _TEN), columns.rotor_indices
-    good = are_bodies(links)
+    good = possible_bodies.are_bodies(links)
     masses = np.where(np.isfinite(links[:, 0]) & (links[:, 0] > 0.0), links[:, 0], 0.0)
     lightest = _LIGHTEST * (masses.sum() or 1.0)
     filled = np.array([link if fine else _thicker(link, lightest) for link, fine in zip(links, good, strict=True)])
@@ -181,20 +176,21 @@ def _friction_spreads(columns: TorqueColumns, table: Array) -> Array:
 
 def _thicker(link: Array, lightest: float) -> Array:
     """The nearest parameters of a body: eigenvalues of P raised to a thousandth of its trace, a mass to `lightest`."""
-    P = pseudo_inertias(np.where(np.isfinite(link), link, 0.0))
+    P = possible_bodies.pseudo_inertias(np.where(np.isfinite(link), link, 0.0))
     scale = np.array([_LENGTH, _LENGTH, _LENGTH, 1.0])
     values, vectors = np.linalg.eigh(P / np.outer(scale, scale))
     floor = _THINNEST * max(float(values.max()), lightest)
     raised = (vectors * np.maximum(values, floor)) @ vectors.T * np.outer(scale, scale)
     if raised[3, 3] < lightest:  # a link without mass: a small ball
         raised = np.diag([lightest * _LENGTH**2 / 10.0] * 3 + [lightest])
-    return inertial_parameters(raised)
+    return possible_bodies.inertial_parameters(raised)
 
 
-def scaled_inverse(matrix: Array) -> Array:
-    """Of a positive definite matrix whose entries differ in unit."""
+def scaled_inverse(matrix: Array, ridge: float = 0.0) -> Array:
+    """Of a positive definite matrix whose entries differ in unit; `ridge` is added where they are scaled to 1."""
     scale = 1.0 / np.sqrt(np.diag(matrix))
-    return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))
+    even = matrix * np.outer(scale, scale) + ridge * np.eye(scale.size)
+    return np.asarray(np.linalg.inv(even) * np.outer(scale, scale))
 
 
 TOTAL_MASS = "total mass"
@@ -293,7 +289,11 @@ def constrained_prior(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
     ----------
     Dhillon, Tropp, Matrix nearness problems with Bregman divergences (2007), section 2.4.
     """
-    prior = _without_rotors(prior, constraints)
+    alone = np.count_nonzero(constraints.matrix, axis=1) == 1
+    zero = constraints.matrix[alone & (constraints.values == 0.0)].any(axis=0)
+    kept, table = ~zero[prior.rotors], prior.table.copy()
+    table[prior.rotors[~kept]] = 0.0  # rotors that are said to be 0 are none: no distance keeps them above 0
+    prior = replace(prior, table=table, rotors=prior.rotors[kept], unknown_rotors=prior.unknown_rotors[kept])
     every = np.arange(len(constraints.names))
     nearest = _nearest(prior, constraints, every)
     if nearest is not None:
@@ -304,15 +304,6 @@ def constrained_prior(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
         if fewer.size and _nearest(prior, constraints, fewer) is None:
             needed = fewer
     raise ConstraintError([constraints.names[k] for k in needed])
-
-
-def _without_rotors(prior: BodyPrior, constraints: Constraints) -> BodyPrior:
-    """Rotors that are said to be 0 are none: no distance keeps them above 0."""
-    alone = np.count_nonzero(constraints.matrix, axis=1) == 1
-    zero = constraints.matrix[alone & (constraints.values == 0.0)].any(axis=0)
-    kept, table = ~zero[prior.rotors], prior.table.copy()
-    table[prior.rotors[~kept]] = 0.0
-    return replace(prior, table=table, rotors=prior.rotors[kept], unknown_rotors=prior.unknown_rotors[kept])
 
 
 def _nearest(prior: BodyPrior, constraints: Constraints, rows: NDArray[np.intp]) -> Array | None:
@@ -352,13 +343,14 @@ def _of_multipliers(prior: BodyPrior, A: Array, units: Array, multipliers: Array
     """Where the distance has the gradient A^T multipliers; None where no bodies do."""
     slope = (multipliers @ A) / units
     table, links = prior.table, prior.table[: prior.bodies].reshape(-1, 10)
-    pull = pseudo_inertia_weights(slope[: prior.bodies].reshape(-1, 10))
-    inverse = np.linalg.inv(pseudo_inertias(links)) - pull
+    pull = possible_bodies.pseudo_inertia_weights(slope[: prior.bodies].reshape(-1, 10))
+    inverse = np.linalg.inv(possible_bodies.pseudo_inertias(links)) - pull
     rotors = 1.0 / table[prior.rotors] - slope[prior.rotors]
     if np.linalg.eigvalsh(inverse).min() <= 0.0 or (rotors <= 0.0).any():
         return None
     out = table + prior.spread**2 * slope
-    out[: prior.bodies] = inertial_parameters(np.asarray(np.linalg.inv(inverse), dtype=np.float64)).ravel()
+    bodies = np.asarray(np.linalg.inv(inverse), dtype=np.float64)
+    out[: prior.bodies] = possible_bodies.inertial_parameters(bodies).ravel()
     out[prior.rotors] = 1.0 / rotors
     return np.asarray(out)
 

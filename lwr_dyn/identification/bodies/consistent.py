@@ -22,13 +22,7 @@ from scipy.optimize import minimize_scalar
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.bodies.body_prior import (
-    BodyPrior,
-    Constraints,
-    body_prior,
-    constrained_prior,
-    scaled_inverse,
-)
+from lwr_dyn.identification.bodies import body_prior
 from lwr_dyn.identification.bodies.possible_bodies import are_bodies
 from lwr_dyn.identification.regression.information import Information
 
@@ -79,29 +73,23 @@ class NearestBodies:
     @property
     def covariance(self) -> Array:
         """(p, p) of the parameters: the inverse of the Hessian, none across the free directions."""
-        inverse = scaled_inverse(self.hessian)
+        inverse = body_prior.scaled_inverse(self.hessian)
         return inverse if self.free is None else np.asarray(self.free @ inverse @ self.free.T)
 
 
 def nearest_bodies(
-    target: Target, prior: BodyPrior, weight: float, start: Array, free: Array | None = None
+    target: Target, prior: body_prior.BodyPrior, weight: float, start: Array, free: Array | None = None
 ) -> NearestBodies:
     """Newton's method with backtracking.
 
     Parameters
     ----------
-    target : Target
-    prior : BodyPrior
     weight : float
         Of the distance, 1/deviation^2.
     start : (p,) array
         Parameters of bodies that obey the constraints.
     free : (p, f) array, optional
         Directions that constraints leave; all if not given.
-
-    Returns
-    -------
-    NearestBodies
     """
 
     def reduced(array: Array) -> Array:
@@ -146,7 +134,9 @@ _WEIGHT_STEP = 0.2
 class WeightedProblem:
     """The cost of one log, one table and its constraints."""
 
-    def __init__(self, information: Information, prior: BodyPrior, constraints: Constraints | None) -> None:
+    def __init__(
+        self, information: Information, prior: body_prior.BodyPrior, constraints: body_prior.Constraints | None
+    ) -> None:
         self.prior = prior
         self._target = Target(information.values, information.precision, information.base.grouping)
         self._free = None if constraints is None else constraints.free(prior.units)
@@ -256,7 +246,7 @@ def consistent_fit(
     *,
     weight: float | None = None,
     rotor_weight: float | None = None,
-    constraints: Constraints | None = None,
+    constraints: body_prior.Constraints | None = None,
 ) -> ConsistentFit:
     """Bodies, rotors and friction that explain a log, near a table.
 
@@ -272,10 +262,6 @@ def consistent_fit(
         The same of the table's rotors, beside a given weight; by default that weight.
     constraints : Constraints, optional
         What is known for certain (`constraints_of`).
-
-    Returns
-    -------
-    ConsistentFit
 
     Raises
     ------
@@ -294,21 +280,16 @@ def consistent_fit(
     for given in (weight, rotor_weight):
         if given is not None and not (np.isfinite(given) and given > 0.0):
             raise OptionError("weight of the table", given, "a number above 0")
-    prior = body_prior(information.columns, np.asarray(table, dtype=np.float64))
+    prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
     if constraints is not None:
-        prior = constrained_prior(prior, constraints)
+        prior = body_prior.constrained_prior(prior, constraints)
     problem = WeightedProblem(information, prior, constraints)
     best = problem.search() if weight is None else problem.fit(weight, rotor_weight or weight, prior.table)
     names = () if constraints is None else constraints.names
-    return ConsistentFit(
-        best.parameters, best.covariance, prior.bodies, best.weight, best.rotor_weight, weight is None,
-        _price(information, best.parameters), best.iterations, prior.lifted, names,
-    )  # fmt: skip
-
-
-def _price(information: Information, parameters: Array) -> Price:
-    """Against the least squares of the log."""
-    off, normal = information.base.of(parameters) - information.values, information.normal
+    off, normal = information.base.of(best.parameters) - information.values, information.normal
     squares = np.einsum("b,jbc,c->j", off, normal.matrices, off)
     mean = np.maximum(squares, 0.0) / np.maximum(normal.equations, 1)
-    return Price(float(off @ information.precision @ off), np.sqrt(mean))
+    return ConsistentFit(
+        best.parameters, best.covariance, prior.bodies, best.weight, best.rotor_weight, weight is None,
+        Price(float(off @ information.precision @ off), np.sqrt(mean)), best.iterations, prior.lifted, names,
+    )  # fmt: skip

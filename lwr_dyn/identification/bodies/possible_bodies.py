@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from lwr_dyn.dynamics.regressor import INERTIAL
-from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.document import Fact
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.least_squares import SIGMAS, Estimate
@@ -110,7 +110,7 @@ class IndefiniteMassMatrix:
     """False: at some configuration it is negative beyond the simultaneous interval of all combinations (Scheffe)."""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "q", read_only(self.q))
+        freeze_arrays(self, "q")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,11 +152,9 @@ def never_negative(columns: TorqueColumns) -> NDArray[np.bool_]:
     rotors = grouping[:, columns.rotor_indices]
     size = np.abs(grouping).max(axis=1)
     bodies = np.linalg.eigvalsh(pseudo_inertia_weights(inertial)).min(axis=(1, 2))
-    no_friction = (np.abs(grouping[:, columns.friction_indices]).max(axis=1, initial=0.0) < _ROUNDING * size) & (
-        size > 0.0
-    )
-    positive: NDArray[np.bool_] = no_friction & (np.minimum(bodies, rotors.min(axis=1)) > -_ROUNDING * size)
-    return positive
+    friction = np.abs(grouping[:, columns.friction_indices]).max(axis=1, initial=0.0)
+    no_friction = (friction < _ROUNDING * size) & (size > 0.0)
+    return np.asarray(no_friction & (np.minimum(bodies, rotors.min(axis=1)) > -_ROUNDING * size))
 
 
 def _links(columns: TorqueColumns, row: Array) -> tuple[int, ...]:
@@ -178,8 +176,10 @@ def _indefinite(arm: Arm, columns: TorqueColumns, estimate: Estimate) -> Indefin
     # lowest = motion^T B motion is a sum of base parameters, chosen among all sums: hence Scheffe's factor
     sums = np.einsum("ki,kijb,kj->kb", motion, per_unit, motion)
     spread = np.sqrt(np.einsum("kb,bc,kc->k", sums, estimate.covariance, sums))
-    worst = int(np.argmin(lowest))
-    beyond = lowest + _scheffe_factor(len(estimate.values), estimate.dof) * spread < 0.0
+    worst, b, dof = int(np.argmin(lowest)), len(estimate.values), estimate.dof
+    both_sides = 1.0 - 2.0 * stats.norm.sf(SIGMAS)
+    scheffe = float(np.sqrt(b * stats.f.ppf(both_sides, b, dof))) if dof > 0 else float("inf")
+    beyond = lowest + scheffe * spread < 0.0
     joint = int(np.argmax(np.abs(motion[worst]))) + 1
     return IndefiniteMassMatrix(float(lowest[worst]), q[worst], joint, float(bad.mean()), not beyond.any())
 
@@ -193,14 +193,6 @@ def mass_matrix_columns(columns: TorqueColumns, q: Array) -> Array:
     Y = columns(rows, np.zeros((k * n, n)), np.tile(np.eye(n), (k, 1)))[:, :, kept] - np.repeat(still, n, axis=0)
     # row (k, i) is the torque of a unit acceleration of joint i: column i of B
     return np.swapaxes(Y.reshape(k, n, n, len(kept)), 1, 2)
-
-
-def _scheffe_factor(parameters: int, dof: int) -> float:
-    """Half width of the interval that holds for all sums of the parameters at once, in standard errors."""
-    if dof <= 0:
-        return float("inf")
-    both_sides = 1.0 - 2.0 * stats.norm.sf(SIGMAS)
-    return float(np.sqrt(parameters * stats.f.ppf(both_sides, parameters, dof)))
 
 
 LONGEST = 48

@@ -146,7 +146,7 @@ def design_excitation(
         found.append(design.start(np.random.default_rng([seed, i])))
         report((i + 1) / (starts + 1))
     best = design.best_of(found)
-    motion, states = design.motion(best.X), design.states(best.X)
+    motion, states = design.check.motion(best.X), design.states(best.X)
     lower, upper = (np.where(np.isinf(x), np.nan, x) for x in (arm.lower, arm.upper))
     aside = np.abs(states[0] - (lower + upper) / 2.0).max(axis=0)
     distances = design.clearance.of(states[0])
@@ -200,7 +200,6 @@ def _share(used: Array, limit: Array) -> Array:
 
 
 KINDS = {name: "first moments" for name in ("mx", "my", "mz")}
-
 KINDS |= {name: "tensors" for name in ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")} | {"m": "masses"}
 """The kind of a column of a body; columns of joints are their own kind."""
 
@@ -209,6 +208,8 @@ def _document(found: Excitation) -> Document:
     """What the motion shows, how it uses the limits, and the parameters that are known least."""
     arm, motion, score = found.arm, found.motion, found.score
     clear = f"at least {found.clear:.3f} m between {found.nearest}" if found.nearest else "nothing to keep clear of"
+    rate = min(motion_design.CHECK_RATE, motion_design.MOST_CHECKS / motion.duration)
+    checked = "1 kHz" if rate == motion_design.CHECK_RATE else f"{rate:.3g} Hz"
     facts = [
         Fact("robot", arm.name, "Name of the robot."), Fact("reading", arm.reading, "Its reading.", kind=str),
         Fact("duration", motion.duration, "s."), Fact("harmonics", len(motion.sines), "Of one over the duration."),
@@ -227,7 +228,7 @@ def _document(found: Excitation) -> Document:
         Fact("check_rate", found.check_rate, "Of the instants at which limits and distances are checked, Hz."),
         Fact("clearance", found.clear,
              "Least distance at the instants of the check beyond the radii; null without obstacles.",
-             f"checked at {_check_rate(motion.duration)}", format=lambda _: clear),
+             f"checked at {checked}", format=lambda _: clear),
         Fact("nearest", found.nearest, "Between what."),
         Note(found.column, bool(found.column)),
     ])  # fmt: skip
@@ -244,13 +245,15 @@ def _document(found: Excitation) -> Document:
         f"{arm.name}, reading {arm.reading}: {motion.duration:g} s at rest at both ends, {len(motion.sines)} harmonics"
         f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s"
     )
-    parts = [whole, series, Section("", [use_table(found)]), Section("", [sigma_table(found), _parameters(found)])]
-    return Document(title, "", [*parts, Section("", [searched])], "lwr-dyn excite", "excitation", facts)
-
-
-def _check_rate(duration: float) -> str:
-    rate = min(motion_design.CHECK_RATE, motion_design.MOST_CHECKS / duration)
-    return "1 kHz" if rate == motion_design.CHECK_RATE else f"{rate:.3g} Hz"
+    rows = zip(score.names, found.columns.base().statements(), own_values(found), score.sigma, strict=True)
+    parameters = Table("", (
+        Heading(key="name"), Heading(key="combination", says="Of the parameters of links and joints."),
+        Heading(key="table", says="Its value in the arm's table."),
+        Heading(key="sigma", says="What noise leaves of it."),
+    ), [*rows], key="parameters", says="The base parameters.")  # fmt: skip
+    parts = [[use_table(found)], [sigma_table(found), parameters], [searched]]
+    sections = [whole, series, *(Section("", part) for part in parts)]
+    return Document(title, "", sections, "lwr-dyn excite", "excitation", facts)
 
 
 def use_table(found: Excitation) -> Table:
@@ -263,7 +266,8 @@ def use_table(found: Excitation) -> Table:
         use = [x[j] for x in (found.position_use, found.speed_use, found.torque_use)]
         rows.append((link.joint, f"{low:.4g} to {high:.4g} {unit}", *use))
     head = [Heading("joint"), Heading("from, to", key=None)]
-    head += [Heading(name, format=_percent, kind=float) for name in ("position", "speed", "torque")]
+    for name in ("position", "speed", "torque"):
+        head.append(Heading(name, format=lambda x: "unknown" if np.isnan(x) else f"{100.0 * x:.0f} %", kind=float))
     says = (
         "Shares of the arm's own limits that are used; null where a limit is unknown. Torques have the friction that "
         "the arm's file gives, none where it gives none."
@@ -300,19 +304,6 @@ def sigma_table(found: Excitation) -> Table:
 def own_values(found: Excitation) -> Any:
     """The base parameters (b,) of the arm's own table and friction."""
     return found.columns.base().of(found.columns.own(found.arm))
-
-
-def _parameters(found: Excitation) -> Table:
-    rows = zip(found.score.names, found.columns.base().statements(), own_values(found), found.score.sigma, strict=True)
-    return Table("", (
-        Heading(key="name"), Heading(key="combination", says="Of the parameters of links and joints."),
-        Heading(key="table", says="Its value in the arm's table."),
-        Heading(key="sigma", says="What noise leaves of it."),
-    ), [*rows], key="parameters", says="The base parameters.")  # fmt: skip
-
-
-def _percent(share: float) -> str:
-    return "unknown" if np.isnan(share) else f"{100.0 * share:.0f} %"
 
 
 SUFFIXES = (".csv", ".parquet", ".npz")

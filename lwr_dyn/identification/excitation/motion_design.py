@@ -245,10 +245,6 @@ class MotionDesign:
             torque = min(torque, 1.0) / max(best.torque + 0.01, 1.0) if best.torque > 1.0 else torque
         return best
 
-    def motion(self, X: Array) -> objectives.FourierMotion:
-        """The series of coordinates X (b, n)."""
-        return self.check.motion(X)
-
     def states(self, X: Array) -> tuple[Array, Array, Array]:
         """q, dq, ddq (k, n) at the instants of the check."""
         return self.check.position @ X, self.check.speed @ X, self.check.acceleration @ X

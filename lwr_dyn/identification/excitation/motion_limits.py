@@ -114,9 +114,7 @@ class Clearance:
 
     def _capsule(self, i: int) -> str:
         start, end = self.capsules[i]
-        if end == self.arm.n + 1:
-            return "the column"
-        return self.arm.chain.links[start].link
+        return "the column" if end == self.arm.n + 1 else self.arm.chain.links[start].link
 
 
 def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, column: float | None = None) -> Clearance:
@@ -124,7 +122,6 @@ def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, colum
 
     Parameters
     ----------
-    arm : Arm
     kept : float
         Distance beyond the radii of links and column [m].
     floor : float, optional
@@ -158,23 +155,18 @@ def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, colum
         for a, b in combinations(range(len(capsules)), 2)
         if sum(long[ends[a] : capsules[b][0]]) > sizes[a] + sizes[b] + KEPT
     )
-    planes = _planes(arm, level)
+    planes, (mount, _) = [Plane("floor", np.array([0.0, 0.0, 1.0]), level)], ends_of(arm.installation)
+    up = mount.rotation[:, 2]
+    if up[2] <= _UPRIGHT:
+        planes.append(Plane("wall" if up[2] > -_UPRIGHT else "ceiling", up, float(up @ stand_foot(arm))))
     low = tuple((i + 1, radii[i], plane) for plane in range(len(planes)) for i in limbs)
-    return _without_idle(Clearance(arm, kept, level, planes, stand_foot(arm), capsules, sizes, pairs, low))
+    return _without_idle(Clearance(arm, kept, level, tuple(planes), stand_foot(arm), capsules, sizes, pairs, low))
 
 
 def random_positions(arm: Arm, count: int, rng: np.random.Generator) -> Array:
     """(count, n) positions inside the limits, within +-pi where they are unknown."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     return np.asarray(rng.uniform(np.minimum(lower, upper), np.maximum(lower, upper), (count, arm.n)))
-
-
-def _planes(arm: Arm, level: float) -> tuple[Plane, ...]:
-    floor, (mount, _) = Plane("floor", np.array([0.0, 0.0, 1.0]), level), ends_of(arm.installation)
-    up = mount.rotation[:, 2]
-    if up[2] > _UPRIGHT:
-        return (floor,)
-    return (floor, Plane("wall" if up[2] > -_UPRIGHT else "ceiling", up, float(up @ stand_foot(arm))))
 
 
 def _without_idle(every: Clearance) -> Clearance:
@@ -207,9 +199,8 @@ def closest_parts(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]
     uw, vw = np.einsum("kx,kx->k", u, w), np.einsum("kx,kx->k", v, w)
     small, one = _LEAST_LENGTH**2, np.ones(len(u))
     across = uu * vv - uv**2
-    x = np.where(
-        across > 1e-12 * uu * vv, np.clip((uv * vw - uw * vv) / np.where(across > 0.0, across, one), 0, 1), 0.0
-    )
+    share = (uv * vw - uw * vv) / np.where(across > 0.0, across, one)
+    x = np.where(across > 1e-12 * uu * vv, np.clip(share, 0.0, 1.0), 0.0)
     y = np.where(vv > small, np.clip((uv * x + vw) / np.maximum(vv, small), 0.0, 1.0), 0.0)
     x = np.where(uu > small, np.clip((uv * y - uw) / np.maximum(uu, small), 0.0, 1.0), 0.0)
     return x, y
@@ -255,7 +246,6 @@ class MotionLimits:
 
         Parameters
         ----------
-        arm : Arm
         margin : float
             [rad] Kept from position limits; sliding joints keep `SLIDING_MARGIN` of their travel. A turning joint
             without limits may use +-pi.
@@ -282,13 +272,13 @@ class MotionLimits:
         for j, name in enumerate(arm.joint_names):
             if not (np.isfinite(travel[j]) and travel[j] > 2.0 * kept[j]):
                 more = f"more than twice the margin of {_in_words(kept[j], slides[j])}"
-                raise OptionError(f"travel of {name}", _travel(lower[j], upper[j], slides[j]), more)
+                found = " to ".join(_in_words(x[j], slides[j]) for x in (lower, upper))
+                raise OptionError(f"travel of {name}", "unknown" if math.isinf(travel[j]) else found, more)
         speed = np.where(np.isinf(arm.velocity), np.nan if unknown_speed is None else unknown_speed, arm.velocity)
         for j, name in enumerate(arm.joint_names):
             if not (math.isfinite(speed[j]) and speed[j] > 0.0):
-                raise OptionError(
-                    f"speed limit of {name}", "unknown", "a limit for it, rad/s or m/s: unknown_speed (--speed)"
-                )
+                needed = "a limit for it, rad/s or m/s: unknown_speed (--speed)"
+                raise OptionError(f"speed limit of {name}", "unknown", needed)
         return cls(lower + kept, upper - kept, speed_share * speed, torque_share * arm.effort)
 
     def fitted(self, X: Array, basis: FourierBasis, fill: bool = False) -> Array:
@@ -304,12 +294,6 @@ class MotionLimits:
         out *= share
         out[0] = np.clip(X[0], self.lower - share * q.min(axis=0), self.upper - share * q.max(axis=0))
         return out
-
-
-def _travel(lower: float, upper: float, slides: bool) -> str:
-    if math.isinf(upper - lower):
-        return "unknown"
-    return f"{_in_words(lower, slides)} to {_in_words(upper, slides)}"
 
 
 def _in_words(x: float, slides: bool) -> str:

@@ -166,7 +166,14 @@ class MotionObjective:
 
     def __post_init__(self) -> None:
         _kernel(self.columns)
-        check_columns(self.columns)
+        allowed = "symmetric friction without Stribeck columns or a transmission: TorqueColumns(chain)"
+        for fault, found in (
+            (self.columns.friction != "symmetric", f"friction {self.columns.friction!r}"),
+            (any(len(joint.names) > OWN for joint in self.columns.joints), "Stribeck columns"),
+            (self.columns.transmission is not None, "a transmission"),
+        ):
+            if fault:
+                raise OptionError("columns of a motion", found, allowed)
         object.__setattr__(self, "_kept", self.columns.base().kept)
         n = self.columns.n
         places = (len(FROM_KERNEL) * np.arange(n)[:, None] + FROM_KERNEL).ravel()
@@ -220,17 +227,6 @@ class MotionObjective:
             out[1][:, j] += viscous + coulomb * (1.0 - tanh[:, j] ** 2) / SMOOTH
             out[2][:, j] += armature
         return out
-
-
-def check_columns(columns: TorqueColumns) -> None:
-    """Raise `OptionError` for columns whose smooth sign and gradient are not written here."""
-    allowed = "symmetric friction without Stribeck columns or a transmission: TorqueColumns(chain)"
-    if columns.friction != "symmetric":
-        raise OptionError("columns of a motion", f"friction {columns.friction!r}", allowed)
-    if any(len(joint.names) > OWN for joint in columns.joints):
-        raise OptionError("columns of a motion", "Stribeck columns", allowed)
-    if columns.transmission is not None:
-        raise OptionError("columns of a motion", "a transmission", allowed)
 
 
 def d_value(M: Array) -> tuple[float, Array]:

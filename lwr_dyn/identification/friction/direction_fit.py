@@ -66,7 +66,6 @@ def fit_direction(
 
     Parameters
     ----------
-    points : sequence of FrictionPoint
     model : {"viscous+coulomb", "stribeck"}
         F = Fc + sigma v (the paper's eq. 6), or with (Fs - Fc) exp(-(v/vs)^2) more.
     robust : bool
@@ -94,10 +93,13 @@ def fit_direction(
     v = np.array([abs(p.velocity) for p in points])
     y = np.array([sign * p.torque for p in points])
     weights = np.ones_like(v) if equal_weights else np.array([float(p.samples) for p in points])
-    _check_speeds(points, v, model)
+    count = distinct_speeds(v)
+    if count < len(NAMES[model]):
+        found = f"{count} speed{'s' if count > 1 else ''} ({v.min():.4g} to {v.max():.4g} rad/s)"
+        raise _undetermined(points, found)
     estimate = _fitted(v, y, weights, model, robust)
     if estimate is None:
-        raise _undetermined(points, v, "no Stribeck velocity within the speeds fits best")
+        raise _undetermined(points, "no Stribeck velocity within the speeds fits best")
     bias = None
     if points[0].inertia is not None:
         extra = np.array([sign * (p.inertia or 0.0) for p in points])
@@ -113,41 +115,26 @@ def distinct_speeds(v: Array) -> int:
     >>> distinct_speeds(np.array([0.1, 0.1005, 0.2]))
     2
     """
-    ordered = np.sort(v)
     count, last = 0, 0.0
-    for speed in ordered.tolist():
+    for speed in np.sort(v).tolist():
         if count == 0 or speed > last * (1 + SAME_SPEED):
             count, last = count + 1, speed
     return count
 
 
-def _check_speeds(points: Sequence[FrictionPoint], v: Array, model: Model) -> None:
-    least, count = len(NAMES[model]), distinct_speeds(v)
-    if count < least:
-        raise _undetermined(
-            points, v, f"{count} speed{'s' if count > 1 else ''} ({v.min():.4g} to {v.max():.4g} rad/s)"
-        )
-
-
-def _undetermined(points: Sequence[FrictionPoint], v: Array, found: str) -> LogError:
-    model_points = len(v)
+def _undetermined(points: Sequence[FrictionPoint], found: str) -> LogError:
     files = ", ".join(dict.fromkeys(p.source for p in points))
     way = "positive" if points[0].velocity > 0 else "negative"
     where = f"column q{points[0].joint}, {way} direction"
     needed = "two or more different speeds each way for Coulomb and viscous friction, four around the dip for Stribeck"
-    return LogError(files, where, f"{found} in {model_points} cruise{'s' if model_points > 1 else ''}", needed)
+    return LogError(files, where, f"{found} in {len(points)} cruise{'s' if len(points) > 1 else ''}", needed)
 
 
 def _fitted(v: Array, y: Array, weights: Array, model: Model, robust: bool) -> Estimate | None:
+    """With a Stribeck velocity, in all else linear: the best of many, then all four parameters refined together."""
     solve = huber if robust else weighted
     if model == "viscous+coulomb":
         return solve(np.column_stack([np.ones_like(v), v]), y, weights)
-    return _stribeck(v, y, weights, robust)
-
-
-def _stribeck(v: Array, y: Array, weights: Array, robust: bool) -> Estimate | None:
-    """Linear in all but the Stribeck velocity: the best of many, then all four refined together."""
-    solve = huber if robust else weighted
     low, high = v.min() / WITHIN, v.max() * WITHIN
     best, start = np.inf, None
     for vs in np.geomspace(low, high, STRIBECK_CANDIDATES):
@@ -165,8 +152,7 @@ def _stribeck(v: Array, y: Array, weights: Array, robust: bool) -> Estimate | No
 def _refined(
     start: Array, v: Array, y: Array, weights: Array, robust: bool, between: tuple[float, float]
 ) -> Estimate | None:
-    root = np.sqrt(weights)
-    scale = 1.0
+    root, scale = np.sqrt(weights), 1.0
     if robust:
         first = np.abs(root * (y - _magnitude(start, v)))
         scale = HUBER * max(1.4826 * float(np.median(first)), 1e-12 * float(np.abs(root * y).max()))

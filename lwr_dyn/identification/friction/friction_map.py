@@ -67,10 +67,7 @@ def find_cruises(t: Array, q: Array, rule: CruiseRule = DEFAULT_CRUISE) -> tuple
     >>> [(c.first, c.last) for c in find_cruises(t, 0.2 * np.clip(t, 0.5, 2.5))]
     [(67, 233)]
     """
-    cruises: list[Cruise] = []
-    for piece in recordings(t):
-        cruises += _in_piece(t[piece], q[piece], piece.start, rule)
-    return tuple(cruises)
+    return tuple(c for piece in recordings(t) for c in _in_piece(t[piece], q[piece], piece.start, rule))
 
 
 def position_noise(q: Array) -> float:
@@ -144,16 +141,14 @@ class ModelTorque:
 
     def gravity(self, log: JointLog) -> Array:
         """g(q) of every row, (k, n) [N m or N]."""
-        parts = [self._recursion.gravity_vector(q) for q in _chunks(log.q)]
-        return np.concatenate(parts)
+        return np.concatenate([self._recursion.gravity_vector(q) for q in _chunks(log.q)])
 
     def inertia(self, log: JointLog) -> Array:
         """B ddq + C dq of every row, (k, n) [N m or N], from positions alone; raises `LogError` for uneven rows."""
         out = np.empty_like(log.q)
         for piece in recordings(log.t):
-            dq, ddq = local_derivatives(log, piece, self.window)
-            q = log.q[piece]
-            rows = zip(_chunks(q), _chunks(dq), _chunks(ddq), strict=True)
+            states = log.q[piece], *local_derivatives(log, piece, self.window)
+            rows = zip(*map(_chunks, states), strict=True)
             out[piece] = np.concatenate([self._weightless.inverse_dynamics(*row) for row in rows])
         return out
 
@@ -209,10 +204,8 @@ def map_points(
 
     Parameters
     ----------
-    log : JointLog
     model : ModelTorque, optional
         Its torques are taken out; without it they count as friction as they are.
-    rule : CruiseRule
 
     Raises
     ------
@@ -223,18 +216,14 @@ def map_points(
     kept = {i: [c for c in several if c.duration >= rule.shortest] for i, several in cruises.items()}
     if not any(kept.values()):
         raise _no_cruise(log, cruises, rule)
-    friction, inertia = _friction(log, model, cruise_span(kept, log.t.size))
+    every = [cruise for several in kept.values() for cruise in several]
+    rows = slice(min(c.first for c in every), min(log.t.size, max(c.last for c in every) + 1))
+    friction, inertia = _friction(log, model, rows)  # the model is evaluated only from the first cruise to the last
     return tuple(
         _point(log, i, cruise, friction[:, i], None if inertia is None else inertia[:, i])
         for i, cruises in kept.items()
         for cruise in cruises
     )
-
-
-def cruise_span(kept: dict[int, list[Cruise]], rows: int) -> slice:
-    """The rows from the first cruise to the end of the last: the model is evaluated only there."""
-    cruises = [c for several in kept.values() for c in several]
-    return slice(min(c.first for c in cruises), min(rows, max(c.last for c in cruises) + 1))
 
 
 def _friction(log: JointLog, model: ModelTorque | None, rows: slice) -> tuple[Array, Array | None]:

@@ -80,7 +80,6 @@ def identify_friction(
 
     Parameters
     ----------
-    logs : iterable of JointLog
     arm : Arm, optional
         Its model is taken out of the torques; without it the torques count as friction as they are.
     subtract : {"none", "gravity", "inertia", "all"}
@@ -128,8 +127,7 @@ def identify_friction_files(
             except LwrDynError as fault:
                 faults.append(fault)
                 continue
-            repeat = repeated(log, seen)
-            if repeat is None:
+            if (repeat := repeated(log, seen)) is None:
                 yield log
             else:
                 faults.append(repeat)
@@ -151,9 +149,8 @@ def _fits(
                     files = ", ".join(dict.fromkeys(p.source for p in points if p.joint == joint))
                     needed = "cruises at two or more speeds in either direction"
                     raise LogError(files, f"column q{joint}", f"no cruise in the {way} direction", needed)
-                fits.append(
-                    fit_direction(chosen, options.model, options.robust, options.equal_weights, inertia_left_in)
-                )
+                given = options.model, options.robust, options.equal_weights
+                fits.append(fit_direction(chosen, *given, inertia_left_in))
             except LogError as fault:
                 misses.append(fault)
     return tuple(fits), misses
@@ -171,15 +168,14 @@ def friction_map_figure(identification: FrictionIdentification) -> Figure:
         raise OptionError("friction map", "without a point", "at least one cruise")
     panels = []
     for joint in identification.joints:
-        points = [p for p in identification.points if p.joint == joint]
-        speeds, torques = (np.array([getattr(p, name) for p in points]) for name in ("velocity", "torque"))
+        points = [(p.velocity, p.torque) for p in identification.points if p.joint == joint]
+        speeds, torques = np.array(points).T
         curves = [Curve("mean of a cruise", torques, speeds, "points", colour=0)]
         for fit in (f for f in identification.fits if f.joint == joint):
             curves += [_fitted(fit, f"fit, {fit.model}", fit.slowest, fit.fastest)]
             curves += [_fitted(fit, BEYOND, 0.0, fit.slowest)]
         panels.append(Panel(f"joint {joint}", "friction", "N m", tuple(curves)))
-    title = "Friction-velocity maps"
-    return Figure("friction-maps", title, "", "velocity", "rad/s", tuple(panels), columns=2)
+    return Figure("friction-maps", "Friction-velocity maps", "", "velocity", "rad/s", tuple(panels), columns=2)
 
 
 def _fitted(fit: DirectionFit, label: str, start: float, end: float) -> Curve:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
+from lwr_dyn.identification.bodies.body_prior import scaled_inverse
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -77,51 +78,37 @@ def column_changes(n: int) -> Iterator[ColumnChange]:
     >>> sum(1 for _ in column_changes(7))
     112
     """
-    yield from _sign_changes(n)
-    yield from _order_changes(n)
-    yield from _unit_changes(n)
-
-
-def _sign_changes(n: int) -> Iterator[ColumnChange]:
     for side in SIDES:
         for j in range(n):
-            yield _change("sign", (j + 1,), side, _signs(n, [j]), f"{_columns(side, j + 1)} with the opposite sign")
-        yield _change("sign", (), side, _signs(n, range(n)), f"all {_WHOSE[side]} with the opposite sign")
-
-
-def _order_changes(n: int) -> Iterator[ColumnChange]:
+            one = np.diag(np.where(np.arange(n) == j, -1.0, 1.0))
+            yield _change("sign", (j + 1,), side, one, f"{_columns(side, j + 1)} with the opposite sign")
+        yield _change("sign", (), side, np.diag(-np.ones(n)), f"all {_WHOSE[side]} with the opposite sign")
     for side in SIDES:
-        for i, j in combinations(range(n), 2):
-            order = list(range(n))
-            order[i], order[j] = j, i
-            text = f"{_columns(side, i + 1)} exchanged with {_columns(side, j + 1)}"
-            yield _change("order", (i + 1, j + 1), side, np.eye(n)[order], text)
-        if n > 3:
-            yield _change("order", (), side, np.eye(n)[::-1], f"all {_WHOSE[side]} in reverse order")
-            for shift, way in ((1, "up"), (-1, "down")):
-                moved = np.roll(np.eye(n), shift, axis=1)
-                yield _change("order", (), side, moved, f"all {_WHOSE[side]} one joint further {way}")
-
-
-def _unit_changes(n: int) -> Iterator[ColumnChange]:
+        yield from _order_changes(n, side)
     for factor, slip in TURN_SLIPS.items():
         text = f"{factor:.4g} times as large ({slip})"
         yield _change("unit", (), "q", factor * np.eye(n), f"all positions {text}")
         for j in range(n):
-            one = np.eye(n)
-            one[j, j] = factor
+            one = np.diag(np.where(np.arange(n) == j, factor, 1.0))
             yield _change("unit", (j + 1,), "q", one, f"q{j + 1} {text}")
+
+
+def _order_changes(n: int, side: Side) -> Iterator[ColumnChange]:
+    for i, j in combinations(range(n), 2):
+        order = list(range(n))
+        order[i], order[j] = j, i
+        text = f"{_columns(side, i + 1)} exchanged with {_columns(side, j + 1)}"
+        yield _change("order", (i + 1, j + 1), side, np.eye(n)[order], text)
+    if n > 3:
+        yield _change("order", (), side, np.eye(n)[::-1], f"all {_WHOSE[side]} in reverse order")
+        for shift, way in ((1, "up"), (-1, "down")):
+            moved = np.roll(np.eye(n), shift, axis=1)
+            yield _change("order", (), side, moved, f"all {_WHOSE[side]} one joint further {way}")
 
 
 def _change(kind: FaultKind, joints: tuple[int, ...], side: Side, map_: Array, text: str) -> ColumnChange:
     none = np.eye(len(map_))
     return ColumnChange(kind, joints, side, text, none if side == "tau" else map_, none if side == "q" else map_)
-
-
-def _signs(n: int, joints: Iterable[int]) -> Array:
-    out = np.ones(n)
-    out[list(joints)] = -1.0
-    return np.diag(out)
 
 
 def _columns(side: Side, joint: int) -> str:
@@ -236,7 +223,7 @@ class _ColumnJudge:
         variance = mean
         for _ in range(_ROUNDS):
             matrix = np.tensordot(1.0 / variance, states.matrices, 1) + self.prior
-            inverse = _inverse(matrix)
+            inverse = scaled_inverse(matrix, ROUNDING)
             values = inverse @ ((1.0 / variance) @ sides + self.prior @ self.own)
             across = (states.matrices @ values) @ values
             left = np.maximum(squares - 2.0 * sides @ values + across, 0.0) / count
@@ -276,13 +263,6 @@ class _ColumnStates:
     used: NDArray[np.bool_]
 
 
-def _inverse(matrix: Array) -> Array:
-    """The inverse of a positive definite matrix whose rows may differ in size by many orders."""
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    even = matrix * np.outer(scale, scale) + ROUNDING * np.eye(scale.size)
-    return np.asarray(np.linalg.inv(even) * np.outer(scale, scale))
-
-
 def column_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
     """The columns of logs that have a wrong sign, order or unit: those whose change lets the arm explain the log.
 
@@ -301,7 +281,7 @@ def column_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
     judge = _ColumnJudge.of(arm)
     Q, T = np.eye(arm.n), np.eye(arm.n)
     now = judge.trial(judge.states(samples, Q), samples.tau)
-    where = ", ".join(dict.fromkeys(source for source in samples.sources))
+    where = ", ".join(dict.fromkeys(samples.sources))
     faults: list[LogFault] = []
     changes = sorted(column_changes(arm.n), key=lambda change: change.Q.tobytes())
     for _ in range(MOST):
@@ -309,7 +289,8 @@ def column_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
         for _, alike in groupby(changes, key=lambda change: change.Q.tobytes()):
             group = list(alike)
             moved = Q @ group[0].Q
-            if _inside(samples.q @ moved, arm):
+            q = samples.q @ moved
+            if (q.min(axis=0) > arm.lower - BEYOND).all() and (q.max(axis=0) < arm.upper + BEYOND).all():
                 states = judge.states(samples, moved)
                 tried += [(judge.trial(states, samples.tau @ T @ change.T), change) for change in group]
         best, chosen = min(tried, key=lambda pair: pair[0].score)
@@ -339,11 +320,6 @@ def not_tried(logs: Iterable[JointLog]) -> LogFault:
     where = ", ".join(dict.fromkeys(log.source for log in logs))
     found = "torques are cut out of most instants: signs, order and units of columns were not checked"
     return LogFault("saturated", (), where, found, "a motion below the torques' bounds")
-
-
-def _inside(q: Array, arm: Arm) -> bool:
-    low, high = q.min(axis=0), q.max(axis=0)
-    return bool((low > arm.lower - BEYOND).all() and (high < arm.upper + BEYOND).all())
 
 
 def _said(

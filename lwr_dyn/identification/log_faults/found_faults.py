@@ -58,19 +58,13 @@ def saturated_rows(log: JointLog, arm: Arm | None = None) -> NDArray[np.bool_]:
 
 def _at_level(tau: Array) -> NDArray[np.bool_]:
     """Rows at the largest value, if it comes too often for a peak."""
-    none = np.zeros(tau.size, dtype=bool)
     known = tau[np.isfinite(tau)]
-    if known.size == 0:
-        return none
-    at = np.equal(tau, float(known.max()))
-    count = int(at.sum())
-    if count < OFTEN:
-        return none
-    values, rows = np.unique(known, return_counts=True)
-    beside = float(rows[-1 - NEXT : -1].mean()) if values.size > NEXT else 1.0
-    if values.size < FEW or count < OFTEN * beside:
-        return none
-    return np.asarray(at)
+    at = np.asarray(tau == known.max(initial=-np.inf))
+    if at.sum() >= OFTEN:
+        values, rows = np.unique(known, return_counts=True)
+        if values.size >= FEW and rows[-1] >= OFTEN * rows[-1 - NEXT : -1].mean():
+            return at
+    return np.zeros(tau.size, dtype=bool)
 
 
 def cut_saturated(log: JointLog, arm: Arm | None = None) -> tuple[JointLog, tuple[LogFault, ...]]:
@@ -82,12 +76,9 @@ def cut_saturated(log: JointLog, arm: Arm | None = None) -> tuple[JointLog, tupl
     for j in np.flatnonzero(rows.any(axis=0)):
         level = float(np.abs(log.tau[rows[:, j], j]).min())
         count, first = int(rows[:, j].sum()), int(np.argmax(rows[:, j]))
-        whole = rows[:, j].mean()
-        found = f"{count} rows ({whole:.1%}, first {first + 1}) at {level:.4g} or beyond, cut out"
-        needed = "torques below the bound: a slower or shorter motion"
-        faults.append(
-            LogFault("saturated", (int(log.joints[j]),), f"{log.source}: column tau{log.joints[j]}", found, needed)
-        )
+        found = f"{count} rows ({rows[:, j].mean():.1%}, first {first + 1}) at {level:.4g} or beyond, cut out"
+        needed, joint = "torques below the bound: a slower or shorter motion", int(log.joints[j])
+        faults.append(LogFault("saturated", (joint,), f"{log.source}: column tau{joint}", found, needed))
     tau = np.where(rows, np.nan, log.tau)
     return replace(log, tau=tau, notes=(*log.notes, *map(str, faults))), tuple(faults)
 

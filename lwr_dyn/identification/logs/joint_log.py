@@ -73,11 +73,10 @@ def _check_finite(file: str, lines: int, columns: Sequence[LogColumn], table: Ar
     finite = np.isfinite(table)
     if not finite.all():
         bad = np.flatnonzero(~finite.all(axis=1))
-        row, column = int(bad[0]), columns[int(np.argmin(finite[bad[0]]))]
-        found = f"{table[row, int(np.argmin(finite[row]))]}" + (f" ({bad.size} such rows)" if bad.size > 1 else "")
-        raise LogError(
-            file, f"{_row(lines, row)}, column {column.shown}", found, "finite numbers; drop or repair the rows"
-        )
+        row, place = int(bad[0]), int(np.argmin(finite[bad[0]]))
+        found = f"{table[row, place]}" + (f" ({bad.size} such rows)" if bad.size > 1 else "")
+        where = f"{_row(lines, row)}, column {columns[place].shown}"
+        raise LogError(file, where, found, "finite numbers; drop or repair the rows")
 
 
 def _check_times(file: str, lines: int, column: LogColumn, time: Array) -> None:
@@ -87,9 +86,8 @@ def _check_times(file: str, lines: int, column: LogColumn, time: Array) -> None:
     bad = np.flatnonzero(steps <= 0.0)
     if bad.size:
         row = int(bad[0]) + 1
-        found = (
-            "repeats the time before" if steps[row - 1] == 0.0 else f"goes back by {-steps[row - 1]:.6g} {column.unit}"
-        )
+        back = -steps[row - 1]
+        found = "repeats the time before" if back == 0.0 else f"goes back by {back:.6g} {column.unit}"
         where = f"{_row(lines, row)}, column time"
         raise LogError(file, where, f"{time[row]:.10g} {column.unit} {found}", "times that rise from row to row")
     step = float(np.median(steps)) * column.factor
@@ -145,12 +143,10 @@ def _check_speed(file: str, column: LogColumn, position: LogColumn, t: Array, q:
     mean = np.diff(total) / np.diff(t[::span]) * column.factor
     ratio = float((mean @ slope) / (slope @ slope))
     if not 1 / AGREEMENT < ratio < AGREEMENT:
-        found = (
-            f"{ratio:.4g} times the slope of {position.shown}, as [{column.unit}] and [{position.unit}] are declared"
-        )
-        raise LogError(
-            file, f"column {column.shown}", found, "velocities of the same joint; declare the units they are in"
-        )
+        units = f"[{column.unit}] and [{position.unit}]"
+        found = f"{ratio:.4g} times the slope of {position.shown}, as {units} are declared"
+        needed = "velocities of the same joint; declare the units they are in"
+        raise LogError(file, f"column {column.shown}", found, needed)
 
 
 def _slides(column: LogColumn, arm: Arm | None) -> bool:
@@ -300,13 +296,11 @@ def log_of_run(run: Run, rate: float = 100.0, source: str = "run") -> JointLog:
     At a sample of the controller the held torque jumps; a row has the mean of what was held before and after it, as any
     transducer of finite speed shows. `lwr_dyn.identification.logs.simulated_logs` adds noise and rounding.
     """
-    step = max(1, round(1.0 / (rate * float(run.t[1] - run.t[0]))))
-    rows = slice(0, None, step)
-    joints = tuple(range(1, run.n + 1))
+    rows = slice(0, None, max(1, round(1.0 / (rate * float(run.t[1] - run.t[0])))))
     held = run.tau_applied
     tau = np.concatenate([held[:1], (held[1:] + held[:-1]) / 2])
     theta = run.signals.get("theta")  # of elastic joints: the motors, seen at the joints
-    motors = None if theta is None else theta[rows]
+    motors, joints = None if theta is None else theta[rows], tuple(range(1, run.n + 1))
     return JointLog(source, joints, run.t[rows], run.q[rows], tau[rows], motor_q=motors)
 
 

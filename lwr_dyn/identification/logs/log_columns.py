@@ -137,10 +137,8 @@ def layout_of(
     missing = [name for name in wanted if name not in columns]
     if missing:
         found = f"{', '.join(missing)} missing; the file has {', '.join(filter(None, names)) or 'no columns'}"
-        listed = ", ".join(f"{quantity}1.." for quantity in needs)
-        raise LogError(
-            file, "columns", found, f"time, {listed}" + ("" if "dq" in needs else " (and dq1.. if measured)")
-        )
+        listed = ", ".join(["time", *(f"{quantity}1.." for quantity in needs)])
+        raise LogError(file, "columns", found, listed + ("" if "dq" in needs else " (and dq1.. if measured)"))
     return Layout(joints, columns)
 
 

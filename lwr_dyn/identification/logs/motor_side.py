@@ -71,18 +71,17 @@ def motor_map(arm: Arm, torque_constant: ArrayLike | None = None, home: ArrayLik
     ShapeError, OptionError
         As `MotorMap`.
     """
-    gears = arm.transmission or _gears(arm)
+    gears = arm.transmission
+    if gears is None:
+        rotors = [link.rotor for link in arm.chain.links]
+        for joint, rotor in zip(arm.joint_names, rotors, strict=True):
+            if rotor is None or rotor.reflected:
+                lacking = f"the motor map and the gear ratio of {joint}"
+                raise MissingDataError(arm.name, lacking, "logs of the motors' side")
+        gears = Transmission(np.diag([rotor.gear_ratio for rotor in rotors if rotor is not None]))
     as_array = [None if x is None else fixed_array(name, x, (arm.n,))
                 for name, x in (("torque constants", torque_constant), ("home", home))]  # fmt: skip
     return MotorMap(gears, *as_array)
-
-
-def _gears(arm: Arm) -> Transmission:
-    rotors = [link.rotor for link in arm.chain.links]
-    for joint, rotor in zip(arm.joint_names, rotors, strict=True):
-        if rotor is None or rotor.reflected:
-            raise MissingDataError(arm.name, f"the motor map and the gear ratio of {joint}", "logs of the motors' side")
-    return Transmission(np.diag([rotor.gear_ratio for rotor in rotors if rotor is not None]))
 
 
 def log_at_joints(log: JointLog, motors: MotorMap) -> JointLog:
@@ -94,7 +93,6 @@ def log_at_joints(log: JointLog, motors: MotorMap) -> JointLog:
     ----------
     log : JointLog
         Of as many motors as the map has, in its order.
-    motors : MotorMap
 
     Raises
     ------
@@ -122,7 +120,6 @@ def _shaft_torque(log: JointLog, motors: MotorMap) -> Array:
             raise LogError(log.source, "columns i1..", "none", "currents, for the torque constants that are given")
         return log.current * motors.torque_constant
     if log.current is not None and not np.isfinite(log.tau).all():
-        raise LogError(
-            log.source, "columns i1..", "currents alone", "torque constants (N m/A), or torques of the motors"
-        )
+        needed = "torque constants (N m/A), or torques of the motors"
+        raise LogError(log.source, "columns i1..", "currents alone", needed)
     return log.tau

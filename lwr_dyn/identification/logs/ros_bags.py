@@ -152,7 +152,6 @@ def bag_table(
 
     Parameters
     ----------
-    path : Path
     columns : ColumnMap
         Quantity -> topic or topic.field (position, velocity, effort); `joints` are the names in the messages. A
         quantity that is not in it is taken from the only topic that has it.
@@ -179,7 +178,9 @@ def bag_table(
         track = _track(file, states, quantity, columns, joints, quantity in needs)
         if track is not None:
             tracks[quantity] = _each_time_once(file, track, notes)
-    clock = _clock(tracks)
+    base = next(tracks[quantity] for quantity in ("q", "qm", *tracks) if quantity in tracks)
+    slowest = max(tracks.values(), key=lambda track: track.step)
+    clock = slowest if base.step < SLOWER * slowest.step else base
     notes += [
         f"{file}: {quantity} of {track.origin} ({1e9 / track.step:.4g} Hz) interpolated at the times of {clock.origin} "
         f"({1e9 / clock.step:.4g} Hz)"
@@ -234,20 +235,13 @@ def _each_time_once(file: str, track: _Track, notes: list[str]) -> _Track:
     if differ.size:
         row = int(again[differ[0]])
         joint = int(np.argmax(track.values[row] != track.values[row - 1]))
-        found = (
-            f"{track.values[row - 1, joint]:.6g} and {track.values[row, joint]:.6g} at the same time, joint {joint + 1}"
-        )
+        before, after = track.values[row - 1 : row + 1, joint]
+        found = f"{before:.6g} and {after:.6g} at the same time, joint {joint + 1}"
         where = f"{track.origin}, messages {row} and {row + 1}"
         more = f" ({differ.size} such pairs)" if differ.size > 1 else ""
         raise LogError(file, where, found + more, "one publisher, and one message a time")
     notes.append(f"{file}: {again.size} messages of {track.origin} came twice and count once")
     return _Track(np.delete(track.t, again), np.delete(track.values, again, axis=0), track.origin)
-
-
-def _clock(tracks: Mapping[str, _Track]) -> _Track:
-    base = next(tracks[quantity] for quantity in ("q", "qm", *tracks) if quantity in tracks)
-    slowest = max(tracks.values(), key=lambda track: track.step)
-    return slowest if base.step < SLOWER * slowest.step else base
 
 
 def _covered(t: NDArray[np.int64], at: NDArray[np.int64]) -> NDArray[np.bool_]:

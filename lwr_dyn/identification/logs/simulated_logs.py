@@ -71,7 +71,6 @@ def cruise_and_back(arm: Arm, start: ArrayLike, stroke: ArrayLike, speed: float,
 
     Parameters
     ----------
-    arm : Arm
     start, stroke : (n,) array_like
         [rad or m]; joints with a stroke of 0 stand still.
     speed : float

@@ -13,14 +13,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import Information, normal_equations
-from lwr_dyn.identification.regression.least_squares import (
-    IDENTIFIED,
-    NO_ERROR,
-    NOT_EXCITED,
-    SIGMAS,
-    ZERO,
-    student_factor,
-)
+from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, SIGMAS, ZERO
 from lwr_dyn.identification.regression.samples import exact_samples
 from lwr_dyn.model.arm import Arm
 
@@ -34,14 +27,9 @@ tenths, or is not."""
 MOSTLY_LOG, MOSTLY_TABLE = 1.0 / 3.0, 0.9
 
 
-def half_widths(information: Information) -> Array:
-    """Of the 3-sigma intervals (b,), with Student's t; infinite where not determined."""
-    return np.asarray(information.sigma * student_factor(information.dof))
-
-
 def parameter_states(information: Information, own: Array) -> tuple[str, ...]:
     """Of each base parameter, beside the arm's own values (b,): identified, or why not."""
-    half, values = half_widths(information), information.values
+    half, values = information.half_widths, information.values
     rows = [
         ~information.determined, np.isnan(half), np.abs(values) > half, (own != 0.0) & (np.abs(own) <= half),
     ]  # fmt: skip
@@ -181,11 +169,11 @@ def missing_motions(information: Information, arm: Arm, wanted: Sequence[int]) -
 
 def _after(information: Information, swing: _Swing) -> Array:
     """Standard errors (b,) with the log and a swing."""
-    slowest = 0.1 * float(np.abs(swing.dq).max())
-    samples = exact_samples(
-        np.arange(len(swing.q)) / RATE * STRIDE, swing.q, swing.dq, swing.ddq, np.zeros(swing.q.shape), slowest
-    )
-    more, _ = normal_equations(samples, information.columns, information.base).weighted(_noise(information))
+    t, slowest = np.arange(len(swing.q)) / RATE * STRIDE, 0.1 * float(np.abs(swing.dq).max())
+    samples = exact_samples(t, swing.q, swing.dq, swing.ddq, np.zeros(swing.q.shape), slowest)
+    known = information.noise[np.isfinite(information.noise)]  # a joint that never moved is taken to have the largest
+    noise = np.where(np.isfinite(information.noise), information.noise, known.max(initial=0.0) or 1.0)
+    more, _ = normal_equations(samples, information.columns, information.base).weighted(noise)
     together = information.precision + STRIDE * more
     size = np.sqrt(np.diag(together))
     scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
@@ -194,12 +182,6 @@ def _after(information: Information, swing: _Swing) -> Array:
     root = turned[:, shown] / np.sqrt(lengths[shown])
     hidden = np.linalg.norm(turned[:, ~shown], axis=1) > 1e-3
     return np.where(hidden | (size == 0.0), np.inf, np.linalg.norm(root, axis=1) * scale)
-
-
-def _noise(information: Information) -> Array:
-    """Of every joint; a joint that never moved is taken to have the largest."""
-    known = information.noise[np.isfinite(information.noise)]
-    return np.where(np.isfinite(information.noise), information.noise, known.max(initial=0.0) or 1.0)
 
 
 def _swings(arm: Arm) -> Iterator[_Swing]:

@@ -14,16 +14,9 @@ from lwr_dyn.identification.bodies.body_prior import constraints_of
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.possible_bodies import judge_bodies
 from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.motion import validation
 from lwr_dyn.identification.motion.identifiable import correlated_groups
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
-from lwr_dyn.identification.motion.validation import (
-    Folds,
-    Whiteness,
-    cross_validation,
-    inflation_of,
-    residuals_of,
-    whiteness_of,
-)
 from lwr_dyn.identification.regression.information import Information, widened
 from lwr_dyn.identification.regression.instrumental import instrumental_information
 from lwr_dyn.identification.regression.least_squares import ROUNDING, Estimate
@@ -44,14 +37,9 @@ def identify_motion(
         Evenly sampled.
     arm : Arm
         Gives the geometry; its masses are what the consistent fit stays near, where the logs do not say otherwise.
-    rule : MotionRule
     instruments : sequence of JointLog, optional
         The motion that was commanded for each log: parameters are then those of instrumental variables on unfiltered
         rows (`instrumental_information`), and no part of the motion is kept from the fit.
-
-    Returns
-    -------
-    MotionIdentification
 
     Raises
     ------
@@ -65,7 +53,13 @@ def identify_motion(
         Something is known of the bodies of an arm without masses.
     """
     several = list(logs)
-    seen = _commanded(several, arm, rule, instruments) if instruments else _filtered(several, arm, rule)
+    if instruments:
+        slowest = float(np.max(rule.samples.slowest))
+        columns = TorqueColumns(arm.chain, rule.friction)
+        information, along = instrumental_information(several, instruments, columns, slowest)
+        seen = _SeenLogs(along, information)
+    else:
+        seen = _filtered(several, arm, rule)
     columns, information = seen.information.columns, seen.information
     own = columns.own(arm)
     constraints = constraints_of(rule.known, columns.names) if rule.known else None
@@ -82,11 +76,13 @@ def identify_motion(
         return consistent_fit(found, own, **weights, constraints=constraints).parameters
 
     refit = None if consistent is None else again
-    validation = () if seen.folds is None else cross_validation(seen.folds, information, own, refit)
+    unseen = () if seen.folds is None else validation.cross_validation(seen.folds, information, own, refit)
+    covariance = information.covariance.copy()
+    covariance[np.diag_indices_from(covariance)] = np.square(information.sigma)  # infinite where not determined
+    estimate = Estimate(information.values, covariance, np.zeros(0), information.dof)
     return MotionIdentification(
-        arm, rule, seen.samples, information, consistent, of_the_model, validation, seen.whiteness,
-        correlated_groups(information), judge_bodies(arm, columns, _estimate(information)), seen.search,
-        seen.search_sigma,
+        arm, rule, seen.samples, information, consistent, of_the_model, unseen, seen.whiteness,
+        correlated_groups(information), judge_bodies(arm, columns, estimate), seen.search, seen.search_sigma,
     )  # fmt: skip
 
 
@@ -96,8 +92,8 @@ class _SeenLogs:
 
     samples: Samples
     information: Information
-    folds: Folds | None = None
-    whiteness: tuple[Whiteness, ...] = ()
+    folds: validation.Folds | None = None
+    whiteness: tuple[validation.Whiteness, ...] = ()
     search: StribeckSearch | None = None
     search_sigma: Array | None = None
 
@@ -108,28 +104,16 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     search = stribeck_search(samples, columns) if rule.stribeck else None
     columns = columns if search is None else search.columns
     known = samples_of(logs, rule.samples.taking_all()).used
-    folds = Folds.of(samples, columns, rule.folds, known)
+    folds = validation.Folds.of(samples, columns, rule.folds, known)
     information = folds.information()
     _check_enough(logs, information, samples, rule.samples)
-    whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
-    information = widened(information, inflation_of(whiteness, arm.n))
+    residuals = validation.residuals_of(samples, columns, information.values)
+    whiteness = validation.whiteness_of(residuals, samples.recording)
+    information = widened(information, validation.inflation_of(whiteness, arm.n))
     if search is None or columns.stribeck_velocity is None:
         return _SeenLogs(samples, information, folds, whiteness, search)
     information, sigma = with_unknown_speeds(samples, information)
     return _SeenLogs(samples, information, folds, whiteness, search, sigma)
-
-
-def _commanded(logs: Sequence[JointLog], arm: Arm, rule: MotionRule, instruments: Sequence[JointLog]) -> _SeenLogs:
-    columns = TorqueColumns(arm.chain, rule.friction)
-    information, along = instrumental_information(logs, instruments, columns, float(np.max(rule.samples.slowest)))
-    return _SeenLogs(along, information)
-
-
-def _estimate(information: Information) -> Estimate:
-    """With infinite errors where a parameter is not determined."""
-    covariance = information.covariance.copy()
-    covariance[np.diag_indices_from(covariance)] = np.square(information.sigma)
-    return Estimate(information.values, covariance, np.zeros(0), information.dof)
 
 
 def _check_enough(logs: Sequence[JointLog], information: Information, samples: Samples, rule: SampleRule) -> None:

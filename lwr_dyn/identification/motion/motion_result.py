@@ -4,7 +4,7 @@ left of torques that it did not see.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -17,16 +17,8 @@ from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import LONGEST, BodyVerdict, body_lines, body_parts, short
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion import identifiable
-from lwr_dyn.identification.motion.identifiable import FROM_BOTH, FROM_LOG, FROM_TABLE, TOGETHER
-from lwr_dyn.identification.motion.validation import (
-    Validation,
-    Whiteness,
-    residuals_of,
-    validated_on,
-    validation_table,
-    whiteness_table,
-)
+from lwr_dyn.identification.motion import identifiable, validation
+from lwr_dyn.identification.motion.validation import Validation, Whiteness
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, BaseParameters
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
@@ -47,8 +39,6 @@ WITHOUT_PARTS = (
 )
 _FEW = 5
 """Groups and motions that the text names."""
-
-
 LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
 
 
@@ -145,7 +135,7 @@ class MotionIdentification:
     @property
     def half_widths(self) -> Array:
         """Of the 3-sigma intervals of the base parameters (b,)."""
-        return identifiable.half_widths(self.information)
+        return self.information.half_widths
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -174,9 +164,8 @@ class MotionIdentification:
             return ()
         own = self.columns.own(self.arm)
         prior = replace(body_prior(self.columns, own), rotor_weight=self.consistent.rotor_weight)
-        return identifiable.cell_origins(
-            self.consistent.sigma, np.sqrt(np.diag(prior.covariance(self.consistent.weight)))
-        )
+        table_sigma = np.sqrt(np.diag(prior.covariance(self.consistent.weight)))
+        return identifiable.cell_origins(self.consistent.sigma, table_sigma)
 
     def missing_motions(self) -> tuple[identifiable.MissingMotion, ...]:
         """Swings that would identify what this motion does not."""
@@ -185,7 +174,7 @@ class MotionIdentification:
 
     def residuals(self) -> Array:
         """Measured torques less those of the fit, (k, n) [N m or N], NaN where not used."""
-        return residuals_of(self.samples, self.columns, self.information.values)
+        return validation.residuals_of(self.samples, self.columns, self.information.values)
 
     def validated_on(self, logs: Iterable[JointLog]) -> tuple[Validation, ...]:
         """The same figures on logs that the fit has not seen; raises `LogError` as `identify_motion`."""
@@ -194,14 +183,14 @@ class MotionIdentification:
         samples = samples_of(several, self.rule.samples)
         known = samples_of(several, self.rule.samples.taking_all()).used
         values, own = self.information.values, self.columns.own(self.arm)
-        return validated_on(samples, known, self.columns, values, own, parameters)
+        return validation.validated_on(samples, known, self.columns, values, own, parameters)
 
 
 def motion_document(
     result: MotionIdentification, *, robot: str = "", unseen: Sequence[Validation] = (), files: str = ""
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
-    arm, found, fit = result.arm, result.information, result.consistent
+    arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
     verdict = (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
         f"condition {result.condition:.3g}"
@@ -238,11 +227,11 @@ def motion_document(
                 says="Bodies, rotors and friction near the robot's table; null for a robot without masses."),
         Section("Links", [] if fit is None else [links(result)]),
         Section("Validation", [
-            validation_table(result.validation, kept, "validation", "RMS torques of each joint that are left."),
-            whiteness_table(result.whiteness),
+            judged(result.validation, kept, "validation", "RMS torques of each joint that are left."),
+            validation.whiteness_table(result.whiteness),
         ], brief=True),
         Section("Validation on other logs", [
-            validation_table(unseen, seen, "validated_on", "The same as `validation` on logs that no fit has seen."),
+            judged(unseen, seen, "validated_on", "The same as `validation` on logs that no fit has seen."),
         ]),
     ]  # fmt: skip
     return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
@@ -297,9 +286,8 @@ def together(result: MotionIdentification) -> Table:
     )
     rows = [(g.largest, g.members) for g in result.groups]
     says = "Parameters, by index from 0, that are known only together."
-    return Table(
-        f"known only together (correlation above {TOGETHER:g})", columns, rows, "", "together", says, most=_FEW
-    )
+    title = f"known only together (correlation above {identifiable.TOGETHER:g})"
+    return Table(title, columns, rows, "", "together", says, most=_FEW)
 
 
 def missing(result: MotionIdentification) -> Table:
@@ -357,7 +345,7 @@ def links(result: MotionIdentification) -> Table:
     for i, rotor in enumerate(result.columns.rotor_indices):
         ten = slice(len(INERTIAL) * i, len(INERTIAL) * (i + 1))
         found, sigma = fit.parameters[ten], fit.sigma[ten]
-        counts = [origins[ten].count(word) for word in (FROM_LOG, FROM_BOTH, FROM_TABLE)]
+        counts = [origins[ten].count(word) for word in get_args(Origin)]
         rows.append((str(i + 1), found[0], sigma[0], own[ten][0], found[1:4] / found[0], fit.parameters[rotor],
                      fit.sigma[rotor], *counts))  # fmt: skip
     columns = (

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from lwr_dyn.foundation.arrays import Array, read_only
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information, NormalEquations, normal_equations, solve
@@ -54,7 +54,7 @@ class Whiteness:
     inflation: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "autocorrelation", read_only(self.autocorrelation))
+        freeze_arrays(self, "autocorrelation")
 
     @property
     def white(self) -> bool:
@@ -144,18 +144,13 @@ def motion_pieces(samples: Samples, folds: int) -> NDArray[np.intp]:
     if len(numbers) >= folds:
         return np.asarray(np.searchsorted(numbers, samples.recording) % folds)
     out = np.empty(len(samples), dtype=np.intp)
-    speed = _relative_speed(samples.dq)
+    fastest = np.abs(samples.dq).max(axis=0)
+    speed = (np.abs(samples.dq) / np.where(fastest > 0.0, fastest, 1.0)).max(axis=1)
     for number in numbers:
         rows = np.flatnonzero(samples.recording == number)
         cuts = _slow_cuts(speed[rows], folds)
         out[rows] = np.searchsorted(cuts, np.arange(len(rows)), side="right")
     return out
-
-
-def _relative_speed(dq: Array) -> Array:
-    """The largest over the joints of |dq| as a share of its joint's largest, (k,)."""
-    fastest = np.abs(dq).max(axis=0)
-    return np.asarray((np.abs(dq) / np.where(fastest > 0.0, fastest, 1.0)).max(axis=1))
 
 
 def _slow_cuts(speed: Array, parts: int) -> NDArray[np.intp]:
@@ -250,7 +245,6 @@ def cross_validation(
 
     Parameters
     ----------
-    folds : Folds
     information : Information
         Of all of them.
     own : (p,) array

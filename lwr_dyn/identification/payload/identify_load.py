@@ -83,10 +83,8 @@ def arm_doubt(
     ----------
     normal : NormalEquations
         Of `fitted` columns, then all bodies and rotors of `columns`.
-    columns : TorqueColumns
     own : (p,) array
         The table's parameters.
-    fitted : int
     noise, wrong : (n,) array
         Noise that weighs each joint's equations, and the mean squares of `model_squares`.
 
@@ -194,10 +192,6 @@ def identify_load(
         Recordings of the same arm without the load: then its base parameters are fitted too, in all logs together, and
         errors of its table do not go into the load.
 
-    Returns
-    -------
-    LoadIdentification
-
     Raises
     ------
     OptionError
@@ -211,7 +205,13 @@ def identify_load(
     methods 2 (known arm) and 3 (both together).
     """
     several, empty = list(logs), list(unloaded)
-    _check(arm, friction, bool(empty))
+    arm.require_dynamics()
+    if friction not in FRICTIONS:
+        raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
+    if friction == "own" and empty:
+        raise OptionError("friction", "the arm's own, with unloaded logs", "fitted, as the whole arm is then")
+    if friction == "own" and not any(arm.friction_models()):
+        raise OptionError("friction", f"the own one of {arm.name}, which has none", "fitted")
     found = [_identified(several, arm, each, friction, empty) for each in rules]
     return min(found, key=lambda each: each.colour)
 
@@ -238,22 +238,10 @@ def _identified(
     start = np.sqrt(normal.squares / np.maximum(normal.equations, 1)) + 1e-9
     fit = grouped(normal, start)
     if not fit.determined[0]:
-        raise LogError(loaded.sources[0], "columns q1..", "the load's mass is not determined", _NEEDED)
+        needed = "a motion that turns the load against gravity, at changing speeds"
+        raise LogError(loaded.sources[0], "columns q1..", "the load's mass is not determined", needed)
     found = _result(fit, problems, rule.cutoff, said, tuple(columns.names[k] for k in beside))
     return found if empty else _doubted(found, fit, problems[0])
-
-
-_NEEDED = "a motion that turns the load against gravity, at changing speeds"
-
-
-def _check(arm: Arm, friction: str, empty: bool) -> None:
-    arm.require_dynamics()
-    if friction not in FRICTIONS:
-        raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
-    if friction == "own" and empty:
-        raise OptionError("friction", "the arm's own, with unloaded logs", "fitted, as the whole arm is then")
-    if friction == "own" and not any(arm.friction_models()):
-        raise OptionError("friction", f"the own one of {arm.name}, which has none", "fitted")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -318,5 +306,5 @@ def _result(
     covariance[hidden, hidden] = np.inf
     return LoadIdentification(
         fit.values[:TEN], covariance[:TEN, :TEN], fit.determined[:TEN], fit.noise, slow, n.equations,
-        fit.rms(fit.values), fit.rms(np.concatenate([np.zeros(TEN), without])), cutoff, known, nuisance,
+        n.residual_rms(fit.values), n.residual_rms(np.concatenate([np.zeros(TEN), without])), cutoff, known, nuisance,
     )  # fmt: skip

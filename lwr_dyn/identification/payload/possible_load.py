@@ -74,13 +74,8 @@ def possible_load(found: LoadIdentification, weight: float = WEIGHT) -> Possible
 
     Parameters
     ----------
-    found : LoadIdentification
     weight : float
         Of the distance to the ball, above 0: 1/deviation^2.
-
-    Returns
-    -------
-    PossibleLoad
 
     Raises
     ------
@@ -175,7 +170,9 @@ def load_document(found: LoadIdentification, robot: str = "") -> Document:
         [*linear], key="least_squares", says="The ten linear parameters about the flange's origin.",
     )  # fmt: skip
     mass, sigma = (found.parameters, found.sigma) if load is None else (load.values, load.sigma)
-    kilograms = f"{with_error(float(mass[0]), float(sigma[0]))} kg{_doubt(found)}"
+    wide = f", its errors widened for an arm {found.share:.0%} off its table" if found.share else ""
+    doubt = f"; IN DOUBT: residuals are not noise alone{wide}" if found.systematic or found.share else ""
+    kilograms = f"{with_error(float(mass[0]), float(sigma[0]))} kg{doubt}"
     verdict = f"load of {kilograms}" if load else f"no load found: torques give {kilograms}"
     return Document("Load in the hand", verdict, [body, Section("Torques", [joints, least_squares])],
                     "lwr-dyn identify payload", facts=facts)  # fmt: skip
@@ -200,13 +197,6 @@ def _body(found: LoadIdentification, load: PossibleLoad | None) -> Table:
         "load is found."
     )
     return Table("", columns, rows, note, "load", says)
-
-
-def _doubt(found: LoadIdentification) -> str:
-    if not (found.systematic or found.share):
-        return ""
-    wide = f", its errors widened for an arm {found.share:.0%} off its table" if found.share else ""
-    return f"; IN DOUBT: residuals are not noise alone{wide}"
 
 
 def load_warnings(found: LoadIdentification) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from scipy.linalg.blas import dsyrk
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.identification.regression.least_squares import BaseParameters, Spectrum, solved
+from lwr_dyn.identification.regression.least_squares import BaseParameters, Spectrum, solved, student_factor
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import FROM_KERNEL, TorqueColumns
 
@@ -74,7 +74,6 @@ def normal_equations(
     ----------
     samples : Samples or iterable of Samples
         All instants, or a part at a time (`sample_parts`).
-    columns : TorqueColumns
     base : BaseParameters
         Of these columns.
 
@@ -184,10 +183,6 @@ class GroupedEstimate:
         """Standard errors (p,), infinite where a parameter is not determined."""
         return np.sqrt(np.diag(self.covariance))
 
-    def rms(self, values: Array) -> Array:
-        """RMS residual of every group (g,) with parameters (p,); NaN of an empty group."""
-        return self.normal.residual_rms(values)
-
 
 def equations_of(X: Array, y: Array, used: NDArray[np.bool_]) -> NormalEquations:
     """The normal equations of rows X (k, g, p), y (k, g) where `used` (k, g)."""
@@ -209,10 +204,6 @@ def grouped(normal: NormalEquations, start: Array, known: bool = False) -> Group
         Noise of the groups in the first round, above 0.
     known : bool
         That noise is right and stays.
-
-    Returns
-    -------
-    GroupedEstimate
 
     Notes
     -----
@@ -292,6 +283,11 @@ class Information:
         return np.where(self.determined, np.sqrt(np.diag(self.covariance)), np.inf)
 
     @property
+    def half_widths(self) -> Array:
+        """Of the 3-sigma intervals (b,), with Student's t; infinite where not determined."""
+        return np.asarray(self.sigma * student_factor(self.dof))
+
+    @property
     def factor(self) -> Array:
         """R (b, b), upper triangular with R^T R = precision."""
         return Spectrum.of(self.precision).factor()
@@ -300,15 +296,6 @@ class Information:
     def condition(self) -> float:
         """Condition number of the weighted columns scaled to length 1; infinite where a parameter is not seen."""
         return Spectrum.of(self.precision).condition
-
-    def chi2_of(self, values: Array) -> float:
-        """chi^2 of other base values (b,)."""
-        away = values - self.values
-        return self.chi2 + float(away @ self.precision @ away)
-
-    def residual_rms(self, values: Array) -> Array:
-        """RMS residual of every joint (n,) with base values (b,) [N m or N]; NaN without equations."""
-        return self.normal.residual_rms(values)
 
 
 def information_of(
@@ -320,13 +307,8 @@ def information_of(
     ----------
     samples : Samples or iterable of Samples
         All instants, or a part at a time (`sample_parts`).
-    columns : TorqueColumns
     noise : (n,) array, optional
         Standard deviation of every joint's torque [N m or N]; estimated from the residuals if not given.
-
-    Returns
-    -------
-    Information
 
     Raises
     ------

@@ -31,7 +31,7 @@ from lwr_dyn.identification.regression.information import BLOCK, Information, no
 from lwr_dyn.identification.regression.least_squares import BaseParameters
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.run import Motion, Run
+from lwr_dyn.model.run import Motion
 
 WINDOW = 0.1
 """[s] Longer than the memory of noise, shorter than a motion. A fit takes up slow noise: from windows of 0.2 s errors
@@ -105,15 +105,6 @@ class InstrumentalEstimate:
         return np.sqrt(np.diag(self.covariance))
 
 
-def motion_of_run(run: Run, t: Array) -> Motion:
-    """The motion of a simulated run at times t (k,) [s] inside it: what the loop does, not what it was asked for.
-
-    Accelerations are slopes of a spline through the run's own velocities.
-    """
-    speed = CubicSpline(run.t, run.dq)
-    return Motion(t, CubicSpline(run.t, run.q)(t), speed(t), speed(t, 1))
-
-
 def instrumental(
     samples: Samples, columns: TorqueColumns, motion: Motion, slowest: float = 0.05, window: float = WINDOW
 ) -> InstrumentalEstimate:
@@ -123,18 +114,13 @@ def instrumental(
     ----------
     samples : Samples
         Every row without a filter: `samples_of(logs, UNFILTERED)`.
-    columns : TorqueColumns
     motion : Motion
-        The reference sampled at `samples.t`, or the motion of a simulated run (`motion_of_run`): (k, n) each.
+        The reference sampled at `samples.t`, or the motion of a simulated run there: (k, n) each.
     slowest : float
         Speed of the reference up to which a joint's equation is left out [rad/s or m/s]; from twice that on it counts
         fully. The measured speed would choose by its noise.
     window : float
         Of the sums in which noise is seen [s].
-
-    Returns
-    -------
-    InstrumentalEstimate
 
     Raises
     ------
@@ -229,10 +215,6 @@ def commanded_motion(command: JointLog, t: Array) -> Motion:
         command by `lwr-dyn simulate`, whose motion is nearer to that of the arm.
     t : (k,) array
 
-    Returns
-    -------
-    Motion
-
     Raises
     ------
     LogError
@@ -255,7 +237,6 @@ def instrumental_information(
     ----------
     logs, commands : sequence of JointLog
         Recordings, and the command of each.
-    columns : TorqueColumns
     slowest : float
         Speed of the command up to which a joint's equation is left out [rad/s or m/s].
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.linalg import qr, solve_triangular
 
-from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only
+from lwr_dyn.foundation.arrays import Array, freeze_arrays
 
 BASE_RANK = 1e-9
 """Share of the largest diagonal element of R below which a column is a combination of those before it."""
@@ -33,7 +33,7 @@ class BaseParameters:
     grouping: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "grouping", read_only(self.grouping))
+        freeze_arrays(self, "grouping")
 
     @property
     def count(self) -> int:
@@ -46,16 +46,14 @@ class BaseParameters:
 
     def statements(self) -> tuple[str, ...]:
         """Every base parameter as a combination of the full ones, such as `Izz_2 + 0.16 m_3`."""
-        return tuple(self._statement(row, int(k)) for row, k in zip(self.grouping, self.kept, strict=True))
-
-    def _statement(self, row: Array, kept: int) -> str:
-        others = [j for j in np.flatnonzero(np.abs(row) > NEGLIGIBLE) if j != kept]
-        terms = [f"{'+' if row[j] > 0 else '-'} {_factor(abs(row[j]))}{self.names[j]}" for j in others]
-        return " ".join([self.names[kept], *terms])
-
-
-def _factor(value: float) -> str:
-    return "" if abs(value - 1.0) < NEGLIGIBLE else f"{value:.4g} "
+        found = []
+        for row, kept in zip(self.grouping, self.kept, strict=True):
+            terms = [self.names[kept]]
+            for j in (j for j in np.flatnonzero(np.abs(row) > NEGLIGIBLE) if j != kept):
+                factor = "" if abs(abs(row[j]) - 1.0) < NEGLIGIBLE else f"{abs(row[j]):.4g} "
+                terms.append(f"{'+' if row[j] > 0 else '-'} {factor}{self.names[j]}")
+            found.append(" ".join(terms))
+        return tuple(found)
 
 
 def base_parameters(stacked: Array, names: Sequence[str]) -> BaseParameters:
@@ -211,10 +209,6 @@ def weighted(X: Array, y: Array, weights: Array) -> Estimate:
     y : (m,) array
     weights : (m,) array
         Inverse variances of y up to a common factor, which the residuals give.
-
-    Returns
-    -------
-    Estimate
 
     >>> weighted(np.array([[1.0, 0.0], [1.0, 1.0], [1.0, 2.0]]), np.array([1.0, 3.0, 5.0]), np.ones(3)).values.round(9)
     array([1., 2.])

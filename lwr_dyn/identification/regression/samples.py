@@ -168,11 +168,6 @@ def samples_of(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -> 
     ----------
     logs : iterable of JointLog
         Evenly sampled. A torque of NaN (cut out) is an equation that is not used.
-    rule : SampleRule
-
-    Returns
-    -------
-    Samples
 
     Raises
     ------

@@ -11,10 +11,6 @@ How well they are known, and what that costs the other parameters, follows from 
 With T these columns and W those of the base parameters, both weighted by the noise, the precision of all is
 [W^T W, W^T T; T^T W, T^T T]. The covariance of v_s is the inverse of its Schur complement, and the precision of the
 base parameters with v_s unknown is W^T W - W^T T (T^T T)^-1 T^T W.
-
-References
-----------
-Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems (1973), section 2.
 """
 
 from dataclasses import dataclass, replace
@@ -24,14 +20,8 @@ from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
-from lwr_dyn.identification.regression.information import (
-    BLOCK,
-    Information,
-    NormalEquations,
-    information_of,
-    normal_equations,
-    solve,
-)
+from lwr_dyn.identification.regression import information
+from lwr_dyn.identification.regression.information import BLOCK, Information, NormalEquations, normal_equations
 from lwr_dyn.identification.regression.least_squares import RANK, BaseParameters, Spectrum
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -85,19 +75,15 @@ def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
     columns : TorqueColumns
         Whose geometry and form of friction stay; their v_s do not count.
 
-    Returns
-    -------
-    StribeckSearch
-
     Notes
     -----
     Standard errors of `information` take v_s as known; `with_unknown_speeds` does not.
 
     References
     ----------
-    Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems (1973), for the
-    separation of linear parameters; Davies, Hypothesis testing when a nuisance parameter is present only under the
-    alternative (1987).
+    Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems (1973), section 2,
+    for the separation of linear parameters; Davies, Hypothesis testing when a nuisance parameter is present only under
+    the alternative (1987).
     """
     plain = replace(columns, stribeck_velocity=None)
     lowest, highest = _bounds(samples)
@@ -114,7 +100,7 @@ def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
         high = np.where(found, np.minimum(middle * step, highest), high)
     speeds = np.where(chosen >= 0, grid[np.arange(columns.n), chosen], np.nan)
     final = plain if (chosen < 0).all() else replace(plain, stribeck_velocity=speeds)
-    return StribeckSearch(final, speeds, information_of(samples, final), drop, lowest, highest)
+    return StribeckSearch(final, speeds, information.information_of(samples, final), drop, lowest, highest)
 
 
 def _bounds(samples: Samples) -> tuple[Array, Array]:
@@ -129,13 +115,14 @@ def _bounds(samples: Samples) -> tuple[Array, Array]:
 
 def _choice(samples: Samples, several: TorqueColumns, plain: BaseParameters) -> tuple[NDArray[np.intp], Array]:
     """Which v_s of each joint's is best, -1 for none, and the drop of chi^2 that it brings."""
-    terms, kept = _terms(several), plain.kept + _shift(several, plain)
+    at = {name: k for k, name in enumerate(several.names)}  # columns of drops have moved the kept ones
+    terms, kept = _terms(several), np.array([at[plain.names[k]] for k in plain.kept], dtype=np.intp)
     whole = BaseParameters(several.names, np.concatenate([kept, *terms.reshape(-1, terms.shape[2])]), np.eye(1))
     normal = normal_equations(samples, several, whole)
     b, width = plain.count, terms.shape[2]
     chosen = np.full(several.n, -1, dtype=np.intp)
     drop = np.zeros(several.n)
-    noise = solve(_part(normal, np.arange(b)), several, plain).noise
+    noise = information.solve(_part(normal, np.arange(b)), several, plain).noise
     for _ in range(SWEEPS):
         before = chosen.copy()
         for j in range(several.n):
@@ -150,7 +137,7 @@ def _choice(samples: Samples, several: TorqueColumns, plain: BaseParameters) -> 
                 rises = values[-width * np.count_nonzero(trial[j:] >= 0) :][:width].sum() > 0.0
                 if rises and without - chi2 > max(WORTH, drop[j]):
                     chosen[j], drop[j] = k, without - chi2
-        noise = solve(_part(normal, _places(chosen, b, width)), several, plain).noise
+        noise = information.solve(_part(normal, _places(chosen, b, width)), several, plain).noise
         if (chosen == before).all():
             break
     return chosen, drop
@@ -163,12 +150,6 @@ def _terms(several: TorqueColumns) -> NDArray[np.intp]:
         part = several.of_joint(j)
         out.append(np.arange(part.start + joint.linear, part.stop).reshape(SPEEDS, -1))
     return np.array(out)
-
-
-def _shift(several: TorqueColumns, plain: BaseParameters) -> NDArray[np.intp]:
-    """How far the kept columns have moved by the columns of drops before them."""
-    at = {name: k for k, name in enumerate(several.names)}
-    return np.array([at[plain.names[k]] - k for k in plain.kept], dtype=np.intp)
 
 
 def _places(chosen: NDArray[np.intp], b: int, width: int) -> NDArray[np.intp]:
@@ -201,7 +182,6 @@ def with_unknown_speeds(samples: Samples, information: Information) -> tuple[Inf
 
     Parameters
     ----------
-    samples : Samples
     information : Information
         Of columns with one v_s a joint, NaN for none.
 

@@ -134,7 +134,6 @@ class TorqueColumns:
 
     Parameters
     ----------
-    chain : Chain
     friction : {"symmetric", "directions"}
     stribeck_velocity : (n,) array_like, optional
         v_s of every joint [rad/s or m/s], NaN for a joint without a Stribeck column; (n, s) for several of each, to
@@ -174,9 +173,8 @@ class TorqueColumns:
         joints = tuple(JointColumns(self.friction, tuple(v[~np.isnan(v)].tolist())) for v in speeds)
         links = [f"{name}_{i}" for i in range(1, n + 1) for name in INERTIAL]
         own = [f"{name}_{i}" for i, joint in enumerate(joints, 1) for name in joint.names]
-        object.__setattr__(
-            self, "stribeck_velocity", None if self.stribeck_velocity is None else read_only(self.stribeck_velocity)
-        )
+        if self.stribeck_velocity is not None:
+            object.__setattr__(self, "stribeck_velocity", read_only(self.stribeck_velocity))
         object.__setattr__(self, "joints", joints)
         object.__setattr__(self, "names", (*links, *own))
         object.__setattr__(self, "_kernel", _kernel_of(self.chain))
@@ -252,23 +250,20 @@ class TorqueColumns:
         if parameters.size != self.count:
             pi = np.zeros(self.count)
             pi[self.base().kept] = parameters
-        out = np.empty((len(q), self.n))
+        out, inertia = np.empty((len(q), self.n)), np.empty((self.n, len(INERTIAL)))
+        inertia[:, FROM_KERNEL] = pi[: self.bodies].reshape(self.n, -1)
         for first in range(0, len(q), BLOCK):
             rows = slice(first, first + BLOCK)
-            out[rows] = self._bodies_torque(q[rows], dq[rows], ddq[rows], pi[: self.bodies], len(q) > MANY)
+            if self._kernel is None or len(q) <= MANY:
+                out[rows] = self.body_columns(q[rows], dq[rows], ddq[rows]) @ pi[: self.bodies]
+            else:
+                out[rows] = self._kernel.inverse_dynamics(q[rows], dq[rows], ddq[rows], inertia=inertia)
             for i in range(self.n):
                 own = self.own_columns(i, dq[rows], ddq[rows]) @ pi[self.of_joint(i)]
                 for j in range(self.n):
                     if reach := self.reach(j, i):
                         out[rows, j] += reach * own
         return out
-
-    def _bodies_torque(self, q: Array, dq: Array, ddq: Array, pi: Array, many: bool) -> Array:
-        if self._kernel is None or not many:
-            return self.body_columns(q, dq, ddq) @ pi
-        inertia = np.empty((self.n, len(INERTIAL)))
-        inertia[:, FROM_KERNEL] = pi.reshape(self.n, -1)
-        return self._kernel.inverse_dynamics(q, dq, ddq, inertia=inertia)
 
     def own_columns(self, joint: int, dq: Array, ddq: Array) -> Array:
         """Rotor and friction of a joint (from 0; of a motor with a transmission), (k, f), at its own speed."""

@@ -23,20 +23,16 @@ from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report import arm_stage
-from lwr_dyn.identification.report.charts import KEY, ShownRecording, friction_maps_html, torque_rows_html
+from lwr_dyn.identification.report import charts
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import JointFriction
-from lwr_dyn.model.transmission import Transmission
 from lwr_dyn.pages.replay.replay_page import resource_text
 
 MOST_ROWS = 12_000
 """Instants of a recording that the page draws: two minutes at 100 Hz; of longer ones every second, third, ..."""
-
 MOST_RECORDINGS = 8
 """Recordings that are drawn, the first ones."""
-
 _BLOCK = 1000
 
 
@@ -44,7 +40,7 @@ _BLOCK = 1000
 class DrawnFit:
     """The recordings as they are drawn, and the dots of the friction maps: speed and torque (k, n)."""
 
-    recordings: tuple[ShownRecording, ...]
+    recordings: tuple[charts.ShownRecording, ...]
     speed: Array
     torque: Array
     left_out: int
@@ -83,10 +79,12 @@ def drawn_fit(samples: Samples, columns: TorqueColumns, parameters: Array) -> Dr
         whole, bodies = _torques(one, columns, parameters, rigid)
         cut = ~one.used & (one.tau == 0.0)  # a torque that was cut out stands as 0 there
         measured = np.where(cut, np.nan, one.tau)
-        recordings.append(ShownRecording(name, one.t - one.t[0], one.q, measured, whole, one.used))
+        recordings.append(charts.ShownRecording(name, one.t - one.t[0], one.q, measured, whole, one.used))
         left = np.where(one.used, one.tau - bodies, np.nan)
         speeds.append(one.dq if columns.transmission is None else one.dq @ columns.transmission.matrix.T)
-        torques.append(left if columns.transmission is None else _at_motors(left, columns.transmission))
+        if columns.transmission is not None:  # torques of the motors: T^T tau_m = tau; NaN where one joint's is unknown
+            left = np.asarray(np.linalg.solve(columns.transmission.matrix.T, left.T).T)
+        torques.append(left)
     hidden = len(numbers) - len(recordings)
     return DrawnFit(tuple(recordings), np.concatenate(speeds), np.concatenate(torques), hidden, every)
 
@@ -97,11 +95,6 @@ def _torques(one: Samples, columns: TorqueColumns, *sets: Array) -> Iterator[Arr
     blocks = [slice(k, k + _BLOCK) for k in range(0, len(one), _BLOCK)]
     out = np.concatenate([columns(one.q[b], one.dq[b], one.ddq[b]) @ both for b in blocks])
     return (out[..., k] for k in range(len(sets)))
-
-
-def _at_motors(left: Array, transmission: Transmission) -> Array:
-    """Torques of the motors (k, n): T^T tau_m = tau; NaN where one joint's is unknown."""
-    return np.asarray(np.linalg.solve(transmission.matrix.T, left.T).T)
 
 
 def _names(sources: Sequence[str]) -> list[str]:
@@ -131,7 +124,7 @@ class DrawnMotion:
     """
 
     arm: Arm
-    recordings: tuple[ShownRecording, ...]
+    recordings: tuple[charts.ShownRecording, ...]
     noise: Array
     before: Array
     after: Array
@@ -198,15 +191,15 @@ def figure_sections(drawn: DrawnMotion) -> list[Section]:
     """The motion in 3D with the links before and after, torques against their prediction, friction over speed."""
     units = [UNITS[link.kind] for link in drawn.arm.chain.links]
     stage = PageFigure(
-        lambda: arm_stage.stage_html(drawn.recordings), resource_text("report.css", arm_stage.PACKAGE),
-        lambda: arm_stage.stage_scripts(arm_stage.stage_data(drawn.arm, drawn.recordings, drawn.before, drawn.after)),
+        lambda: charts.stage_html(drawn.recordings), resource_text("report.css", charts.PACKAGE),
+        lambda: charts.stage_scripts(charts.stage_data(drawn.arm, drawn.recordings, drawn.before, drawn.after)),
     )  # fmt: skip
     return [
         Section("The motion, and the links before and after", [Note(ELLIPSOIDS), stage, link_table(drawn)], page=True),
         Section(
             "Torque against prediction", [PageFigure(lambda: _torques_html(drawn, [u[1] for u in units]))], page=True
         ),
-        Section("Friction", [Note(DOTS), PageFigure(lambda: friction_maps_html(
+        Section("Friction", [Note(DOTS), PageFigure(lambda: charts.friction_maps_html(
             drawn.speed, drawn.friction_torque, drawn.friction, drawn.friction_before, drawn.friction_at, tuple(units)
         ))], page=True),
     ]  # fmt: skip
@@ -226,23 +219,21 @@ def _torques_html(drawn: DrawnMotion, units: Sequence[str]) -> str:
     names = [escape(one.source) for one in drawn.recordings]
     options = "".join(f'<option value="{k}">{name}</option>' for k, name in enumerate(names))
     choice = f'<p class="pick"><label>recording <select class="which">{options}</select></label></p>'
-    charts = "".join(
+    drawn_rows = "".join(
         f'<div data-recording="{k}"{" hidden" if k else ""}>'
-        f"{torque_rows_html(one, drawn.noise, drawn.arm.joint_names, tuple(units))}</div>"
+        f"{charts.torque_rows_html(one, drawn.noise, drawn.arm.joint_names, tuple(units))}</div>"
         for k, one in enumerate(drawn.recordings)
     )
-    return (choice if len(names) > 1 else "") + KEY + charts
+    return (choice if len(names) > 1 else "") + charts.KEY + drawn_rows
 
 
 def link_table(drawn: DrawnMotion) -> Table:
     """Mass, centre of mass and ellipsoid of each link, by the table and by the result."""
     rows = []
     for link, before, after in zip(drawn.arm.chain.links, drawn.before, drawn.after, strict=True):
-        (m0, c0, _), (m1, c1, _) = arm_stage.central_moments(before), arm_stage.central_moments(after)
+        (m0, c0, _), (m1, c1, _) = charts.central_moments(before), charts.central_moments(after)
         moved = 1e3 * float(np.linalg.norm(c1 - c0)) if m0 > 0.0 and m1 > 0.0 else None
-        rows.append(
-            (link.link, m0, m1, moved, _axes(before), _axes(after), arm_stage.link_ellipsoid(after) is not None)
-        )
+        rows.append((link.link, m0, m1, moved, _axes(before), _axes(after), charts.link_ellipsoid(after) is not None))
     columns = (
         Heading("link"), Heading("mass, table", "kg", short), Heading("mass", "kg", short),
         Heading("centre moved by", "mm", short), Heading("semi-axes, table", "mm"),
@@ -252,7 +243,7 @@ def link_table(drawn: DrawnMotion) -> Table:
 
 
 def _axes(parameters: Array) -> str:
-    found = arm_stage.link_ellipsoid(parameters)
+    found = charts.link_ellipsoid(parameters)
     return "none" if found is None else ", ".join(f"{1e3 * x:.0f}" for x in found.semi_axes)
 
 

@@ -45,6 +45,11 @@ class Cell(NamedTuple):
     quantity: int
 
     @property
+    def column(self) -> str:
+        """Its kind, one of `COLUMNS`."""
+        return next(name for name, part in COLUMNS.items() if part.start <= self.quantity < part.stop)
+
+    @property
     def name(self) -> str:
         """As the paper's errata name it.
 
@@ -109,15 +114,12 @@ class PrintedCells:
         number = (self.value(cell) if value is None else value) / to_si(1.0, unit)
         return f"{number:.6g}" if unit == "1" else f"{number:.6g} {unit}"
 
-    def column(self, cell: Cell) -> slice:
-        """The quantities of a cell's kind."""
-        return next(part for part in COLUMNS.values() if part.start <= cell.quantity < part.stop)
-
     def typical_sizes(self, cells: Sequence[Cell]) -> Array:
         """Root mean square of the printed numbers of each cell's kind, (cells,) [SI]."""
-        squares = {c.quantity: np.square(self.values[:, part][self.known[:, part]])
-                   for c in cells for part in (self.column(c),)}  # fmt: skip
-        return np.array([float(np.sqrt(np.mean(squares[c.quantity]))) or 1.0 for c in cells])
+        parts = {c.column: COLUMNS[c.column] for c in cells}
+        known = {name: self.values[:, part][self.known[:, part]] for name, part in parts.items()}
+        sizes = {name: float(np.sqrt(np.mean(np.square(x)))) or 1.0 for name, x in known.items()}
+        return np.array([sizes[c.column] for c in cells])
 
     def with_values(self, values: Array) -> "PrintedCells":
         """The table with other cells (n, 11) [SI]."""

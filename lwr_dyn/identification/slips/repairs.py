@@ -15,18 +15,8 @@ import numpy as np
 
 from lwr_dyn.dynamics.regressor import ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.slips.printed_cells import (
-    COLUMNS,
-    COM,
-    DIAGONAL,
-    MASS,
-    PRODUCTS,
-    QUANTITIES,
-    ROTOR,
-    TENSOR,
-    Cell,
-    PrintedCells,
-)
+from lwr_dyn.identification.slips import printed_cells as printed
+from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells
 
 SlipKind = Literal[
     "sign", "power of ten", "two powers of ten", "unit", "gear ratio", "column", "exchange", "axes", "rows", "copy",
@@ -39,7 +29,7 @@ POWERS: Mapping[float, SlipKind] = {
 }  # fmt: skip
 """Factors of one cell."""
 _AXES = "xyz"
-_EVERY = range(len(QUANTITIES))
+_EVERY = range(len(printed.QUANTITIES))
 COLUMN_FACTORS = {"mass": (1e3, 1e-3), "com": (1e3, 1e2, 10.0, 0.1, 1e-2, 1e-3),
                   "tensor": (1e9, 1e7, 1e6, 1e4, 1e3, 10.0, 0.1, 1e-3, 1e-4, 1e-6, 1e-7, 1e-9),
                   "rotor": (1e6, 1e4, 1e3, 1e2, 10.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6)}  # fmt: skip
@@ -72,12 +62,12 @@ def of_cells(table: PrintedCells) -> Iterator[Repair]:
     for cell in table.cells:
         if table.value(cell) == 0.0:
             continue
-        if cell.quantity not in (MASS, ROTOR):
+        if cell.quantity not in (printed.MASS, printed.ROTOR):
             yield _cell(table, cell, -1.0, "sign")
         for factor, kind in POWERS.items():
             yield _cell(table, cell, factor, kind)
         ratio = float(np.sqrt(table.rotor_factor[cell.link]))
-        if cell.quantity == ROTOR and ratio not in (0.0, 1.0):
+        if cell.quantity == printed.ROTOR and ratio not in (0.0, 1.0):
             for factor in (ratio, 1.0 / ratio, ratio**2, ratio**-2):
                 yield _cell(table, cell, factor, "gear ratio")
 
@@ -114,8 +104,8 @@ def _cells(table: PrintedCells, rows: Array, quantities: Sequence[int]) -> tuple
 
 def _scaled(table: PrintedCells, rows: Array, column: str, factor: float, kind: SlipKind) -> Repair:
     values = table.values.copy()
-    values[rows, COLUMNS[column]] *= factor
-    cells = _cells(table, rows, _EVERY[COLUMNS[column]])
+    values[rows, printed.COLUMNS[column]] *= factor
+    cells = _cells(table, rows, _EVERY[printed.COLUMNS[column]])
     text = f"{column} of {_of_links(rows)} times {factor:g}"
     again = partial(_scaled, rows=rows, column=column, factor=factor, kind=kind)
     return Repair(kind, cells, text, table.with_values(values), again)
@@ -123,7 +113,7 @@ def _scaled(table: PrintedCells, rows: Array, column: str, factor: float, kind: 
 
 def _turned(table: PrintedCells, rows: Array, flag: str) -> Repair:
     """The tensor of some links about the other point (`about_origin`), or its products of the other sign."""
-    now, places = getattr(table, flag), PRODUCTS if flag == "integral" else _EVERY[TENSOR]
+    now, places = getattr(table, flag), printed.PRODUCTS if flag == "integral" else _EVERY[printed.TENSOR]
     kind: SlipKind = "sign" if flag == "integral" else "rows"
     if flag == "integral":
         text = f"products of inertia of {_of_links(rows)} of the other sign"
@@ -137,7 +127,7 @@ def _turned(table: PrintedCells, rows: Array, flag: str) -> Repair:
 
 def possible(table: PrintedCells, before: PrintedCells) -> bool:
     """Whether no mass, rotor or diagonal moment is negative that was not before."""
-    places = [MASS, ROTOR, *DIAGONAL]
+    places = [printed.MASS, printed.ROTOR, *printed.DIAGONAL]
     return not ((table.values[:, places] < 0.0) & (before.values[:, places] >= 0.0)).any()
 
 
@@ -197,11 +187,11 @@ def _permutations(n: int) -> Iterator[Move]:
     for i in range(n):
         for a, b in combinations(range(3), 2):
             yield from _within(i, a, b)
-        for j, k in (*combinations(DIAGONAL, 2), *combinations(PRODUCTS, 2)):
+        for j, k in (*combinations(printed.DIAGONAL, 2), *combinations(printed.PRODUCTS, 2)):
             yield _swap([(i, j)], [(i, k)])
     for i, j in combinations(range(n), 2):
         yield from _between(i, j)
-    for name, part in COLUMNS.items():
+    for name, part in printed.COLUMNS.items():
         for step in (1, -1):
             rows = [((i, k), ((i + step) % n, k)) for i in range(n) for k in _EVERY[part]]
             yield rows, f"{name}: every row belongs one {'lower' if step == 1 else 'higher'}", "rows"
@@ -213,7 +203,7 @@ def _between(i: int, j: int) -> Iterator[Move]:
         for k in _EVERY:
             yield _swap([(i, k)], [(j, k)])
     if j - i == 1:
-        for name, part in (("com", COM), ("tensor", TENSOR), ("row", slice(0, ROTOR))):
+        for name, part in (("com", printed.COM), ("tensor", printed.TENSOR), ("row", slice(0, printed.ROTOR))):
             here, there = ([(link, k) for k in _EVERY[part]] for link in (i, j))
             yield _swap(here, there, f"{name} of links {i + 1} and {j + 1} exchanged", "rows")
 

@@ -12,18 +12,9 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.number_text import short
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.slips import printed_cells
 from lwr_dyn.identification.slips.hypotheses import Hypothesis, as_printed, free_cells, log_evidence
-from lwr_dyn.identification.slips.printed_cells import (
-    MASS,
-    PRODUCTS,
-    QUANTITIES,
-    ROTOR,
-    TENSOR,
-    Cell,
-    PrintedCells,
-    printed_cells,
-    shown_cells,
-)
+from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells
 from lwr_dyn.identification.slips.repairs import Repair, SlipKind
 from lwr_dyn.identification.slips.trace import DEVIATION, SlipReport, checked_deviation
 from lwr_dyn.model.arm import Arm
@@ -82,9 +73,9 @@ def table_against_log(
     OptionError
         As `trace_slips`.
     """
-    table = printed_cells(source) if at is None else at.table
+    table = printed_cells.printed_cells(source) if at is None else at.table
     log = log_evidence(information, table, checked_deviation(deviation))
-    shown = shown_cells(information, table)
+    shown = printed_cells.shown_cells(information, table)
     # cells of a repair that were freed count as the others do
     free = free_cells(as_printed(log, table), table.cells)
     rows = []
@@ -235,13 +226,13 @@ def _errata(repair: Repair, paper: Paper | None) -> list[str]:
 
 def _places(repair: Repair) -> tuple[str, ...]:
     """Where a data file has what is repaired."""
-    quantities = {cell.quantity for cell in repair.cells}
     if repair.kind == "convention":
-        return ("inertial.inertia.products" if quantities <= set(PRODUCTS) else "inertial.inertia.about",)
-    columns = {c.quantity: "mass" if c.quantity == MASS else "com" if c.quantity < TENSOR.start else "inertia"
-               for c in repair.cells}  # fmt: skip
-    cells = [f"inertial.{columns[c.quantity]}.values[{c.link}]" for c in repair.cells if c.quantity != ROTOR]
-    return (*cells, *(("rotors.",) if ROTOR in quantities else ()))
+        products = {cell.quantity for cell in repair.cells} <= set(printed_cells.PRODUCTS)
+        return ("inertial.inertia.products" if products else "inertial.inertia.about",)
+    names = {"mass": "mass", "com": "com", "tensor": "inertia"}
+    return tuple(
+        "rotors." if c.column == "rotor" else f"inertial.{names[c.column]}.values[{c.link}]" for c in repair.cells
+    )
 
 
 def _row(row: CellAgainstLog, table: PrintedCells) -> tuple[str, ...]:
@@ -269,7 +260,7 @@ def table_card(information: Information, source: Paper | Arm) -> tuple[Section, 
     if information.columns.transmission is not None:
         return ()
     try:
-        table = printed_cells(source)
+        table = printed_cells.printed_cells(source)
     except OptionError:
         return ()
     notes = ("A slip pulls at many cells; lwr-dyn identify table looks for the repairs that explain them.",)
@@ -300,7 +291,7 @@ def _section(
 ) -> Section:
     off = [one for one in cells if one.state == OFF]
     tables = [*first, cell_map(cells, table, "Sigmas off, as printed")]
-    tables += [_cells("Cells that are off, as printed", off, table)] if off else []
+    tables += [_cells(off, table)] if off else []
     notes = [
         *said,
         "Sigmas by which each cell alone would have to change for the logs, with the arm itself "
@@ -308,18 +299,16 @@ def _section(
         f"source does not print it. {sum(one.state == AGREES for one in cells)} of {len(cells)} cells agree.",
     ]
     groups = {tuple(sorted((one.cell, *one.like))) for one in cells if one.like and one.state != HIDDEN}
-    pairs = _groups(sorted(groups))
-    notes += [f"No motion tells apart: {pairs}."] if pairs else []
+    notes += [f"No motion tells apart: {_groups(sorted(groups))}."] if groups else []
     return Section("The table against the logs, cell by cell", [*tables, Note(notes)], page=True)
 
 
 def cell_map(cells: Sequence[CellAgainstLog], table: PrintedCells, title: str) -> Table:
     """Links by rows, quantities by columns: sigmas off, darker the farther off; a dot where no motion shows a cell."""
     found = {one.cell: one for one in cells}
-    rows = [
-        (f"{i + 1}", *(found.get(Cell(i, quantity)) for quantity in range(len(QUANTITIES)))) for i in range(table.n)
-    ]
-    return Table(title, (Heading("link"), *(Heading(name, "", _pull, shade=_shade) for name in QUANTITIES)), rows)
+    quantities = printed_cells.QUANTITIES
+    rows = [(f"{i + 1}", *(found.get(Cell(i, k)) for k in range(len(quantities)))) for i in range(table.n)]
+    return Table(title, (Heading("link"), *(Heading(name, "", _pull, shade=_shade) for name in quantities)), rows)
 
 
 def _pull(one: CellAgainstLog) -> str:
@@ -330,16 +319,13 @@ def _shade(one: CellAgainstLog | None) -> float:
     return 0.0 if one is None or one.state != OFF else _SHADE * min(abs(one.pull), FAR) / FAR
 
 
-def _cells(title: str, cells: Sequence[CellAgainstLog], table: PrintedCells) -> Table:
-    rows = [
-        (
-            one.cell.name, table.shown(one.cell, one.printed), table.shown(one.cell, one.value),
-            table.shown(one.cell, one.sigma), one.pull, _names(one.like),
-        )
-        for one in sorted(cells, key=lambda one: -abs(one.pull))
-    ]  # fmt: skip
+def _cells(cells: Sequence[CellAgainstLog], table: PrintedCells) -> Table:
+    rows = []
+    for one in sorted(cells, key=lambda one: -abs(one.pull)):
+        numbers = (table.shown(one.cell, x) for x in (one.printed, one.value, one.sigma))
+        rows.append((one.cell.name, *numbers, one.pull, _names(one.like)))
     headings = (
         Heading("cell"), Heading("printed"), Heading("by the log, if it alone is off"), Heading("sigma"),
         Heading("sigmas off", "", ".3g"), Heading("same effect"),
     )  # fmt: skip
-    return Table(title, headings, rows)
+    return Table("Cells that are off, as printed", headings, rows)

@@ -8,6 +8,7 @@ for slips would still blame the cell that bends the table the right way.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
+from operator import attrgetter
 
 import numpy as np
 
@@ -15,30 +16,13 @@ from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.regression.information import Information
-from lwr_dyn.identification.slips.hypotheses import (
-    FREED,
-    WAYS,
-    Hypothesis,
-    Key,
-    as_printed,
-    free_cells,
-    freed_repair,
-    log_evidence,
-    repaired,
-)
-from lwr_dyn.identification.slips.printed_cells import (
-    MASS,
-    TENSOR,
-    Cell,
-    PrintedCells,
-    ShownCells,
-    printed_cells,
-    shown_cells,
-    stacked_parameters,
-)
+from lwr_dyn.identification.slips import hypotheses, printed_cells
+from lwr_dyn.identification.slips.hypotheses import Hypothesis, Key, freed_repair
+from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, ShownCells
 from lwr_dyn.identification.slips.repairs import Repair, exchanges, of_cells, of_columns, possible, repeats
 from lwr_dyn.model.arm import Arm
 
+_evidence = attrgetter("evidence")
 LARGEST = 3.0
 """Factor, or its inverse, beyond which it is a unit, which is a slip."""
 
@@ -49,8 +33,8 @@ def common_factor(printed: Hypothesis) -> float | None:
     To first order in the discrepancy, which is taken at the table as printed.
     """
     log, values = printed.log, printed.table.values.copy()
-    values[:, MASS] *= 2.0
-    values[:, TENSOR] *= 2.0
+    values[:, printed_cells.MASS] *= 2.0
+    values[:, printed_cells.TENSOR] *= 2.0
     left = printed.whitened(log.misfit(printed.table))
     change = printed.whitened(log.misfit(printed.table.with_values(values))) - left  # of one table more
     best = -float(change @ left) / float(change @ change)
@@ -71,7 +55,7 @@ def steps(printed: Hypothesis, shown: ShownCells, most: int) -> Iterator[tuple[H
     """The hypotheses of one repair, of two, ... until one fits well, or one more repair makes none likelier."""
     beam, likeliest = [printed], np.inf
     for _ in range(most):
-        found = each_once(repaired(h, repair) for h in beam for repair in _promising(h, shown))
+        found = each_once(hypotheses.repaired(h, repair) for h in beam for repair in _promising(h, shown))
         if not found:
             return
         yield found
@@ -82,10 +66,10 @@ def steps(printed: Hypothesis, shown: ShownCells, most: int) -> Iterator[tuple[H
         beam = _beam(found)
 
 
-def each_once(hypotheses: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
+def each_once(several: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
     """The likeliest first, those with the same repairs once."""
     kept: dict[frozenset[Key], Hypothesis] = {}
-    for hypothesis in sorted(hypotheses, key=_unlikeliness):
+    for hypothesis in sorted(several, key=_evidence):
         kept.setdefault(frozenset(hypothesis.keys), hypothesis)
     return tuple(kept.values())
 
@@ -102,23 +86,21 @@ def _beam(found: Sequence[Hypothesis]) -> list[Hypothesis]:
 def _unlike(found: Sequence[Hypothesis], count: int) -> list[Hypothesis]:
     """The likeliest that the log can tell from each other."""
     kept: list[Hypothesis] = []
-    for hypothesis in found:
-        if not any(abs(h.chi2 - hypothesis.chi2) < 1.0 > abs(h.evidence - hypothesis.evidence) for h in kept):
-            kept.append(hypothesis)
-        if len(kept) == count:
-            break
+    for one in found:
+        if len(kept) < count and not any(abs(h.chi2 - one.chi2) < 1.0 > abs(h.evidence - one.evidence) for h in kept):
+            kept.append(one)
     return kept
 
 
 def _hope(at: Hypothesis) -> bool:
     """Whether some repair more leaves so much less chi^2 that it may be worth it."""
-    return bool(_looked_through(at)[1].min() < at.chi2 - 2.0 * np.log(min(WAYS.values())))
+    return bool(_looked_through(at)[1].min() < at.chi2 - 2.0 * np.log(min(hypotheses.WAYS.values())))
 
 
 def _looked_through(at: Hypothesis) -> tuple[list[Repair], Array]:
     """Every stated repair of a table, and chi^2 with it while the discrepancy stays that of the table."""
     every = (*of_cells(at.table), *of_columns(at.table), *exchanges(at.table))
-    parameters = stacked_parameters([r.table for r in every])
+    parameters = printed_cells.stacked_parameters([r.table for r in every])
     changed = (parameters != at.table.parameters()).any(axis=1)
     kept = [i for i, r in enumerate(every) if changed[i] and possible(r.table, at.table)]
     misfits = parameters[kept] @ at.log.K.T - at.log.y
@@ -134,7 +116,7 @@ def are_slips(hypothesis: Hypothesis, printed: PrintedCells) -> bool:
 def _least_slip(table: PrintedCells, cell: Cell, deviation: float) -> float:
     if repeats(table, cell):
         return 0.0
-    return SLIP * deviation * float(np.abs(table.values[cell.link, table.column(cell)]).max())
+    return SLIP * deviation * float(np.abs(table.values[cell.link, printed_cells.COLUMNS[cell.column]]).max())
 
 
 def _promising(at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
@@ -143,7 +125,7 @@ def _promising(at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
     ways = [i for i, r in enumerate(repairs) if r.kind == "convention"]
     order = list(dict.fromkeys([*np.argsort(chi2, kind="stable")[:LOOKED_AT], *ways]))
     cells = [c for c in shown.visible if c not in at.freed]
-    free = free_cells(at, cells)
+    free = hypotheses.free_cells(at, cells)
     printed = np.array([at.table.value(c) for c in cells])
     least = np.array([_least_slip(at.table, c, at.log.deviation) for c in cells])
     left = np.where(np.abs(free.step) > least, free.chi2, np.inf)
@@ -226,23 +208,23 @@ def trace_slips(
     OptionError
         A deviation outside 0 to 1, or a source without inertias.
     """
-    return trace_cells(information, printed_cells(source), deviation=deviation, most=most)
+    return trace_cells(information, printed_cells.printed_cells(source), deviation=deviation, most=most)
 
 
 def trace_cells(
     information: Information, table: PrintedCells, *, deviation: float = DEVIATION, most: int = MOST
 ) -> SlipReport:  # fmt: skip
     """`trace_slips` of a table that has been read."""
-    printed = as_printed(log_evidence(information, table, checked_deviation(deviation)), table)
-    shown = shown_cells(information, table)
+    printed = hypotheses.as_printed(hypotheses.log_evidence(information, table, checked_deviation(deviation)), table)
+    shown = printed_cells.shown_cells(information, table)
     tried = [printed]
     if not printed.fits:
         for found in steps(printed, shown, most):
             tried += found
-    meeting = sorted((h for h in tried if h.repairs and h.fits and are_slips(h, table)), key=_unlikeliness)
+    meeting = sorted((h for h in tried if h.repairs and h.fits and are_slips(h, table)), key=_evidence)
     likely = [_without_idle(printed, h) for h in meeting if h.evidence <= meeting[0].evidence + DOUBT][:SAID]
     tables = {h.table.about_origin.tobytes(): h.table for h in likely}
-    same = {key: shown_cells(information, each) for key, each in tables.items()}
+    same = {key: printed_cells.shown_cells(information, each) for key, each in tables.items()}
     partners = [p for h in likely for p in _partners(printed, h, same[h.table.about_origin.tobytes()])]
     every = each_once([*likely, *partners])
     believed = [h for h in every if h.fits and h.evidence <= every[0].evidence + DOUBT]
@@ -250,17 +232,11 @@ def trace_cells(
     for h in sorted(believed, key=_order):
         if not any(_says_less(h, other) for other in plain):
             plain.append(h)
-    explained = tuple(_with_values(h, table) for h in sorted(plain, key=_unlikeliness))
+    explained = tuple(_with_values(h, table) for h in sorted(plain, key=_evidence))
     if explained:
-        shown = shown_cells(information, explained[0].table)
+        shown = printed_cells.shown_cells(information, explained[0].table)
     factor = None if printed.fits else common_factor(printed)
-    return SlipReport(
-        printed, explained, min(tried, key=_unlikeliness), shown, printed.log.limit(), deviation, factor
-    )  # fmt: skip
-
-
-def _unlikeliness(hypothesis: Hypothesis) -> float:
-    return hypothesis.evidence
+    return SlipReport(printed, explained, min(tried, key=_evidence), shown, printed.log.limit(), deviation, factor)
 
 
 def _says_less(one: Hypothesis, other: Hypothesis) -> bool:
@@ -281,7 +257,7 @@ def _order(hypothesis: Hypothesis) -> tuple[int, float]:
 def _with_values(hypothesis: Hypothesis, printed: PrintedCells) -> Hypothesis:
     """The hypothesis that says the values its freed cells have at the end."""
     said = tuple(
-        freed_repair(printed, r.cells[0], hypothesis.table.value(r.cells[0])) if r.kind in FREED else r
+        freed_repair(printed, r.cells[0], hypothesis.table.value(r.cells[0])) if r.kind in hypotheses.FREED else r
         for r in hypothesis.repairs
     )
     return replace(hypothesis, repairs=said)
@@ -296,7 +272,7 @@ def checked_deviation(deviation: float) -> float:
 
 def _redone(printed: Hypothesis, changes: Iterable[Callable[[PrintedCells], Repair]]) -> Hypothesis:
     for change in changes:
-        printed = repaired(printed, change(printed.table))
+        printed = hypotheses.repaired(printed, change(printed.table))
     return printed
 
 
@@ -314,10 +290,10 @@ def _partners(printed: Hypothesis, hypothesis: Hypothesis, shown: ShownCells) ->
     """The hypothesis with a freed cell's place taken by a cell that no motion distinguishes from it."""
     changes = [r.again for r in hypothesis.repairs]
     for k, repair in enumerate(hypothesis.repairs):
-        others = [c for c in shown.like(repair.cells[0]) if c not in repair.cells] if repair.kind in FREED else []
-        for cell in others:
+        for cell in shown.like(repair.cells[0]) if repair.kind in hypotheses.FREED else ():
+            if cell not in repair.cells:
 
-            def free(table: PrintedCells, cell: Cell = cell) -> Repair:
-                return freed_repair(table, cell, table.value(cell))
+                def free(table: PrintedCells, cell: Cell = cell) -> Repair:
+                    return freed_repair(table, cell, table.value(cell))
 
-            yield _redone(printed, [*changes[:k], free, *changes[k + 1 :]])
+                yield _redone(printed, [*changes[:k], free, *changes[k + 1 :]])

@@ -76,14 +76,8 @@ def joint_columns(arm: Arm) -> tuple[NumberColumn, ...]:
 def link_columns(arm: Arm) -> tuple[NumberColumn, ...]:
     """Mass, centre of mass, principal moments and the ellipsoid of each link, in its URDF frame."""
     rows = [_link_cells(arm, link.link, body) for link, body in zip(arm.chain.links, arm.bodies(), strict=True)]
-    heads = (
-        ("mass", "kg"),
-        ("centre of mass x, y, z", "mm"),
-        ("principal moments", "kg m²"),
-        ("semi-axes of the ellipsoid", "mm"),
-    )
-    cells = zip(*rows, strict=True)
-    return tuple(NumberColumn(title, unit, tuple(each)) for (title, unit), each in zip(heads, cells, strict=True))
+    titles = ("mass", "centre of mass x, y, z", "principal moments", "semi-axes of the ellipsoid")
+    return tuple(map(NumberColumn, titles, ("kg", "mm", "kg m²", "mm"), zip(*rows, strict=True)))
 
 
 def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...]:
@@ -95,14 +89,13 @@ def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...
     moments, shape = principal_moments(body.inertia_com), inertia_ellipsoid(body)
     tensor = "eigenvalues of the inertia about the centre of mass"
     root = "a = sqrt(5 (I2 + I3 - I1) / (2 m)), and so on"
-    last = NumberCell(names[3], "", how=no_ellipsoid(body))
-    if shape is not None:
-        last = _cell(names[3], shape.semi_axes, "m", (*mass, *inertia), root, 1000.0)
     return (
         _cell(names[0], np.array([body.mass]), "kg", mass),
         _cell(names[1], body.com, "m", com, scale=1000.0),
         _cell(names[2], moments, "kg m^2", inertia, tensor),
-        last,
+        NumberCell(names[3], "", how=no_ellipsoid(body))
+        if shape is None
+        else _cell(names[3], shape.semi_axes, "m", (*mass, *inertia), root, 1000.0),
     )
 
 
@@ -117,15 +110,11 @@ def table(
     caption: str, about: str, ident: str, names: Sequence[tuple[str, str]], columns: Sequence[NumberColumn]
 ) -> str:
     """A table with the popovers of its numbers, as a section of the page; `names` are (name, kind) of the rows."""
-    pieces = table_cells(ident, columns)
-    heads = "".join(
-        f'<th scope="col" class="num" id="{_head(ident, k)}">{pieces[_head(ident, k)]}</th>'
-        for k in range(len(columns))
-    )
+    pieces, n = list(table_cells(ident, columns).items()), len(columns)
+    heads = "".join(f'<th scope="col" class="num" id="{key}">{piece}</th>' for key, piece in pieces[:n])
     rows = []
-    for i, (name, kind) in enumerate(names):
-        keys = [_cell_id(ident, i * len(columns) + k) for k in range(len(columns))]
-        cells = "".join(f'<td class="num" id="{key}">{pieces[key]}</td>' for key in keys)
+    for i, (name, kind) in enumerate(names, start=1):
+        cells = "".join(f'<td class="num" id="{key}">{piece}</td>' for key, piece in pieces[i * n : (i + 1) * n])
         small = f" <small>{escape(kind)}</small>" if kind else ""
         rows.append(f'<tr><th scope="row">{escape(name)}{small}</th>{cells}</tr>')
     title, label = escape(caption), f'aria-label="{escape(caption)}, scrolls sideways"'
@@ -138,24 +127,13 @@ def table(
 
 
 def table_cells(ident: str, columns: Sequence[NumberColumn]) -> dict[str, str]:
-    """What stands in the heads and cells of a table, each number with its popover: id of the element -> HTML."""
-    kinds = [escape(" · ".join([column.unit, *column.kinds])) for column in columns]
-    pieces = {
-        _head(ident, k): f"{escape(column.title)}<br><small>{kinds[k]}</small>" for k, column in enumerate(columns)
-    }
-    cells = [cell for row in zip(*(column.cells for column in columns), strict=True) for cell in row]
-    for k, cell in enumerate(cells):
-        key = f"{ident}_{k + 1}"
-        pieces[_cell_id(ident, k)] = _number(cell, key)
-    return pieces
-
-
-def _head(ident: str, column: int) -> str:
-    return f"{ident}_h{column + 1}"
-
-
-def _cell_id(ident: str, cell: int) -> str:
-    return f"{ident}_{cell + 1}_c"
+    """Id of an element -> what stands in it: heads, then the cells row by row, each number with its popover."""
+    pieces = {}
+    for k, column in enumerate(columns, start=1):
+        kinds = escape(" · ".join([column.unit, *column.kinds]))
+        pieces[f"{ident}_h{k}"] = f"{escape(column.title)}<br><small>{kinds}</small>"
+    cells = (cell for row in zip(*(column.cells for column in columns), strict=True) for cell in row)
+    return pieces | {f"{ident}_{k}_c": _number(cell, f"{ident}_{k}") for k, cell in enumerate(cells, start=1)}
 
 
 def _number(cell: NumberCell, key: str) -> str:
@@ -261,16 +239,10 @@ def _facts(arm: Arm) -> str:
     mass = f"masses of {len(known)} of {arm.n} links known"
     if len(known) == arm.n:
         mass = f"moving links {sum(known):.6g} kg"
-    g = arm.chain.gravity
+    g, size = arm.chain.gravity, float(np.linalg.norm(arm.chain.gravity))
+    along = ", ".join(f"{x:.3g}" for x in (g / size + 0.0 if size else g))
     origin = escape(arm.title) if arm.layout is not None else f"reading <b>{escape(arm.reading)}</b>"
-    facts = [origin, f"{arm.n} joints", mass]
-    facts.append(f"gravity {np.linalg.norm(g):.6g} m/s² along ({', '.join(f'{x:.3g}' for x in _unit(g))})")
-    return " · ".join(facts)
-
-
-def _unit(g: np.ndarray) -> np.ndarray:
-    size = float(np.linalg.norm(g))
-    return g / size + 0.0 if size else g
+    return " · ".join([origin, f"{arm.n} joints", mass, f"gravity {size:.6g} m/s² along ({along})"])
 
 
 def _notes(arm: Arm, missing: str) -> str:

@@ -24,7 +24,7 @@ from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.number_text import written_out
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.spatial import Pose, to_rpy
+from lwr_dyn.model.spatial import to_rpy
 from lwr_dyn.pages.explorer import arm_html, page_data
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.look import font_faces, look_css
@@ -39,11 +39,13 @@ def slips_record(arms: Sequence[Arm]) -> dict[str, Any]:
     paper = open_paper(arms[0].name)
     chosen = [paper.readings[arm.reading] for arm in arms]
     common = set.intersection(*(set(reading.errata) for reading in chosen))
-    applied = [[name for name in reading.errata if name not in common] for reading in chosen]
-    named = {name for names in applied for name in names}
-    errata = {e.id: [e.where, e.printed, e.read_as, e.why] for e in paper.errata if e.id in named}
-    about = [reading.about for reading in chosen]
-    return {"about": about, "applied": applied, "errata": errata, "numbers": differing_numbers(arms)}
+    named = set.union(*(set(reading.errata) for reading in chosen)) - common
+    return {
+        "about": [reading.about for reading in chosen],
+        "applied": [[name for name in reading.errata if name not in common] for reading in chosen],
+        "errata": {e.id: [e.where, e.printed, e.read_as, e.why] for e in paper.errata if e.id in named},
+        "numbers": differing_numbers(arms),
+    }
 
 
 def differing_numbers(arms: Sequence[Arm]) -> dict[str, list[str]]:
@@ -66,16 +68,10 @@ def _numbers(arm: Arm) -> dict[str, str]:
             entries = [body.inertia_com[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
             out[f"{link.link}, xx, yy, zz, xy, xz, yz, kg m²"] = ", ".join(written_out(float(x)) for x in entries)
     for name, pose in frames.items():
-        out |= _frame_texts(name, pose)
+        angles = np.degrees(to_rpy(pose.rotation))
+        out[f"{name}, origin x, y, z, mm"] = ", ".join(written_out(1000.0 * float(x)) for x in pose.position)
+        out[f"{name}, roll, pitch, yaw, deg"] = ", ".join(written_out(float(x)) for x in angles)
     return out
-
-
-def _frame_texts(name: str, pose: Pose) -> dict[str, str]:
-    angles = np.degrees(to_rpy(pose.rotation))
-    return {
-        f"{name}, origin x, y, z, mm": ", ".join(written_out(1000.0 * float(x)) for x in pose.position),
-        f"{name}, roll, pitch, yaw, deg": ", ".join(written_out(float(x)) for x in angles),
-    }
 
 
 FUNCTIONS = (
@@ -128,12 +124,10 @@ def functions_script(arm: Arm, name: str) -> tuple[str, str]:
         spec = _spec(arm)
     except LwrDynError as fault:
         return "", f"this page does not compute: {fault}"
-    functions: list[Emitted] = []
-    is_long = arm.n > MOST_JOINTS
-    missing = (
-        [f"torques are computed for arms of at most {MOST_JOINTS} joints; this one has {arm.n}"] if is_long else []
-    )
-    for function in KINEMATICS if is_long else FUNCTIONS:
+    functions, missing = list[Emitted](), list[str]()
+    if arm.n > MOST_JOINTS:
+        missing = [f"torques are computed for arms of at most {MOST_JOINTS} joints; this one has {arm.n}"]
+    for function in KINEMATICS if missing else FUNCTIONS:
         try:
             functions.append(emitted_function(spec, function, arm))
         except LwrDynError as fault:

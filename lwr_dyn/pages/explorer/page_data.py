@@ -27,9 +27,8 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
-from lwr_dyn.model.run import Run
 from lwr_dyn.pages.replay import replay_page
-from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
 _HALF_TURN, _SLIDE = float(np.pi), 1.0
 """Ends of a slider of a joint without known limits: [rad] of a turning joint, [m] of a sliding one."""
@@ -44,7 +43,7 @@ _ROUNDING = 1e-9
 def arm_record(arm: Arm) -> dict[str, Any]:
     """The arm's kinematics: joints in URDF frames, the flange in the last link, gravity in the first frame [m/s^2]."""
     first, last = names_of_ends(arm.installation)
-    ranges = slider_ranges(arm)
+    ranges, native = slider_ranges(arm), [replay_page.column_major(link.after) for link in arm.chain.links]
     return {
         "name": arm.name,
         "reading": arm.reading,
@@ -60,9 +59,7 @@ def arm_record(arm: Arm) -> dict[str, Any]:
             for i, joint in enumerate(arm.joints())
         ],
         "flange": replay_page.column_major(arm.flange()),
-        "native": [replay_page.column_major(link.after) for link in arm.chain.links]
-        if has_frames_of_its_own(arm)
-        else None,
+        "native": native if has_frames_of_its_own(arm) else None,
         "gravity": arm.chain.gravity.tolist(),
         "ends": [first, last],
     }
@@ -78,8 +75,7 @@ def body_record(body: Body | None) -> dict[str, Any]:
     if body is None:
         return {"mass": None, "ellipsoid": None, "why": no_ellipsoid(body)}
     record = {"mass": body.mass, "com": body.com.tolist(), "inertia": body.inertia_com.tolist()}
-    shape = inertia_ellipsoid(body)
-    if shape is None:
+    if (shape := inertia_ellipsoid(body)) is None:
         return record | {"ellipsoid": None, "why": no_ellipsoid(body)}
     return record | {"ellipsoid": replay_page.column_major(shape.image)}
 
@@ -141,15 +137,7 @@ def position_text(kind: JointKind, x: float | None) -> str:
     return f"{np.degrees(x):.6g} deg" if kind is JointKind.REVOLUTE else f"{x:.6g} m"
 
 
-def pose_as_run(arm: Arm, q: Array) -> Run:
-    """A pose as a run of one sample, which is what the stage draws."""
-    nothing, zero = np.zeros((1, arm.n)), np.zeros(1)
-    return Run(zero, q[None], nothing, q[None], nothing, nothing, nothing, nothing, zero, {})
-
-
 _LETTER = re.compile(r"\b[A-Za-z]+\d+[xyz]*\b")
-
-_AXES = "xyz"
 
 
 def closed_forms(arm: Arm) -> dict[str, Any]:
@@ -181,9 +169,9 @@ def letter_values(arm: Arm) -> dict[str, float]:
         if link.body is None:
             continue
         values |= {f"m{k}": link.body.mass}
-        for i, a in enumerate(_AXES):
+        for i, a in enumerate("xyz"):
             values[f"c{k}{a}"] = float(link.body.com[i])
-            values |= {f"I{k}{a}{b}": float(link.body.inertia_com[i, j]) for j, b in enumerate(_AXES) if j >= i}
+            values |= {f"I{k}{a}{b}": float(link.body.inertia_com[i, j]) for j, b in enumerate("xyz") if j >= i}
     return values
 
 

@@ -63,27 +63,13 @@ def picture_writer(wish: str) -> Callable[[MarginReport, tuple[int, int] | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CutLoops:
-    """The loops of an arm at one pose, each cut at one joint with all others closed.
+    """The loops of an arm at one pose, each cut at one joint with all others closed."""
 
-    Parameters
-    ----------
-    hz : (f,) array
-        [Hz]
-    loops : mapping
-        Name of a joint -> L_i (f,), complex.
-    shown : str
-        The joint that is drawn in ink.
-    limit : float
-        Of |S_ii|.
-    note : str
-        What they are loops of, in words.
-    """
-
-    hz: Array
-    loops: Mapping[str, Any]
-    shown: str
-    limit: float
-    note: str
+    hz: Array  # (f,) [Hz]
+    loops: Mapping[str, Any]  # name of a joint -> L_i (f,), complex
+    shown: str  # the joint that is drawn in ink
+    limit: float  # of |S_ii|
+    note: str  # what they are loops of, in words
 
     def figure(self, kind: str) -> Figure:
         """The figure "bode", "nyquist" or "sensitivity"."""
@@ -108,24 +94,19 @@ class CutLoops:
         return Figure("bode", "Bode: the loop cut at one joint", "", "frequency", "Hz", panels, note=self.note)
 
     def _nyquist(self) -> Figure:
-        inside = {name: np.maximum(np.abs(x.real + 1), np.abs(x.imag)) <= NEAR for name, x in self.loops.items()}
-        real, imaginary = (
-            {name: np.where(inside[name], part(x), np.nan) for name, x in self.loops.items()}
-            for part in (np.real, np.imag)
-        )
-        turn = np.linspace(0, 2 * np.pi, 181)
-        radius = 1.0 / self.limit
+        seen = {name: np.maximum(np.abs(x.real + 1), np.abs(x.imag)) <= NEAR for name, x in self.loops.items()}
+        shown = {name: np.where(seen[name], x, complex(np.nan, np.nan)) for name, x in self.loops.items()}
+        real, imaginary = ({name: part(x) for name, x in shown.items()} for part in (np.real, np.imag))
+        turn, radius = np.linspace(0, 2 * np.pi, 181), 1.0 / self.limit
         circle = Curve(f"|S_ii| = {self.limit:g}", radius * np.sin(turn), radius * np.cos(turn) - 1, colour=0)
         point = Curve("-1", np.array([0.0]), np.array([-1.0]), style="points", colour=0)
-        curves = (*self._curves(imaginary, real), circle, point)
-        panel = Panel("", "Im L_i", "", curves)
+        panel = Panel("", "Im L_i", "", (*self._curves(imaginary, real), circle, point))
         title = "Nyquist: the loop cut at one joint"
         return Figure("nyquist", title, "", "Re L_i", "", (panel,), equal_aspect=True, note=self.note)
 
     def _sensitivity(self) -> Figure:
         size = {name: np.abs(1 / (1 + loop)) for name, loop in self.loops.items()}
-        levels = (Level(f"margin {self.limit:g}", self.limit),)
-        panel = Panel("", "|S_ii|", "", self._curves(size), levels)
+        panel = Panel("", "|S_ii|", "", self._curves(size), (Level(f"margin {self.limit:g}", self.limit),))
         return Figure("sensitivity", "Sensitivity of each joint", "", "frequency", "Hz", (panel,), note=self.note)
 
 
@@ -160,8 +141,8 @@ def pose_map(
     axes, here = [], []
     for joint in (across, up):
         turning = arm.chain.links[joint].kind is JointKind.REVOLUTE
-        shown = np.degrees if turning else np.asarray
-        axes.append((f"{arm.joint_names[joint]}, {'deg' if turning else 'm'}", np.asarray(shown(sides[joint]))))
+        unit, shown = ("deg", np.degrees) if turning else ("m", np.asarray)
+        axes.append((f"{arm.joint_names[joint]}, {unit}", np.asarray(shown(sides[joint]))))
         here.append(float(shown(worst[joint])))
     title = f"Margin of {arm.name}, reading {arm.reading}"
     note = f"{report.label}; {report.case.words}\nother joints as at the {_pose(report)}"

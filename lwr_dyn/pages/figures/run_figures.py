@@ -145,14 +145,14 @@ def widest_plane(points: Array) -> str:
 
 def register_figure(run: int, joint: int) -> Figure:
     """Position, velocity, and torques of motor and friction of a 0-based joint of run `run` over time."""
-    rows: tuple[tuple[str, str, dict[str, SeriesName]], ...] = (
-        ("position", "rad", {"q": "q"}),
-        ("velocity", "rad/s", {"dq": "dq"}),
-        ("torque", "N m", {"motor": "torque", "friction": "friction"}),
-    )
-    panels = tuple(
-        Panel(name, name, unit, tuple(Curve(label, Series(run, quantity, joint)) for label, quantity in curves.items()))
-        for name, unit, curves in rows
+
+    def curve(label: str, quantity: SeriesName) -> Curve:
+        return Curve(label, Series(run, quantity, joint))
+
+    panels = (
+        Panel("position", "position", "rad", (curve("q", "q"),)),
+        Panel("velocity", "velocity", "rad/s", (curve("dq", "dq"),)),
+        Panel("torque", "torque", "N m", (curve("motor", "torque"), curve("friction", "friction"))),
     )
     return Figure("register", f"Register of joint {joint + 1}", "", "time", "s", panels, over_time=True)
 
@@ -191,16 +191,11 @@ def contact_figure(runs: Run | Sequence[Run], wall: Wall, labels: Sequence[str] 
     if not several or len(names) != len(several):
         raise OptionError("labels", f"{len(names)} for {len(several)} runs", "one for each run, at least one run")
     forces = [pressing_and_drag(run, wall) for run in several]
-    panels = [
-        Panel(
-            title, "force", "N",
-            tuple(
-                Curve(name, both[which], x=run.t, colour=place)
-                for place, (name, run, both) in enumerate(zip(names, several, forces, strict=True))
-            ),
-        )
-        for which, title in enumerate(("Into the wall", "Along the wall"))
-    ]  # fmt: skip
+    panels = []
+    for which, title in enumerate(("Into the wall", "Along the wall")):
+        rows = enumerate(zip(names, several, forces, strict=True))
+        curves = (Curve(name, both[which], x=run.t, colour=place) for place, (name, run, both) in rows)
+        panels.append(Panel(title, "force", "N", tuple(curves)))
     return Figure("contact", "Force of the wall on the tip", "", "time", "s", tuple(panels))
 
 

@@ -1,7 +1,4 @@
-"""A panel of a figure, ready to draw: its curves as numbers with their colours, and axes that follow the data.
-
-As HTML, lines are SVG that stretches with the page, and every text is text of the page.
-"""
+"""A panel of a figure, ready to draw: its curves as numbers with their colours, and axes that follow the data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,21 +8,9 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import short
-from lwr_dyn.pages.figures.figure import (
-    GREY,
-    Axis,
-    Curve,
-    Figure,
-    Level,
-    Panel,
-    Series,
-    apart,
-    axis_of,
-    frequency_axis,
-    logarithmic_axis,
-    round_length,
-)
-from lwr_dyn.pages.plotting.line_plane import extremes, grid_path, places, plane_html
+from lwr_dyn.pages.figures import figure as axes
+from lwr_dyn.pages.figures.figure import GREY, Axis, Curve, Figure, Level, Panel, Series
+from lwr_dyn.pages.plotting.line_plane import extremes, grid_path, places, plane_html, tick_marks
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 NEAR_LEVEL = 1.5
@@ -45,11 +30,6 @@ ROUNDING = 1e-9
 
 _AROUND_ZERO = 1e-3
 """on an axis over this share of it."""
-
-_WIDEST_ERROR = 0.15
-"""Of the path's extent: what a magnified error may take."""
-
-_MAGNIFICATIONS = (1000, 100, 10)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +80,7 @@ def drawn_panels(figure: Figure, runs: Sequence[ReplayedRun]) -> tuple[DrawnPane
     drawn = [[_drawn(figure, panel, k, runs, factor) for k in range(len(panel.curves))] for panel in figure.panels]
     over = np.concatenate([one.x for curves in drawn for one in curves])
     most = 3 if len(figure.panels) > 3 else 8
-    time = axis_of(over, most, padding=0.0)
+    time = axes.axis_of(over, most, padding=0.0)
     return tuple(
         _panel(figure, panel, curves, time if figure.over_time else None, factor)
         for panel, curves in zip(figure.panels, map(tuple, drawn), strict=True)
@@ -108,7 +88,7 @@ def drawn_panels(figure: Figure, runs: Sequence[ReplayedRun]) -> tuple[DrawnPane
 
 
 def magnification(figure: Figure, runs: Sequence[ReplayedRun]) -> int:
-    """How much larger a path figure draws its errors: the largest of 10, 100, 1000 that leaves the path readable."""
+    """How much larger a path figure draws its errors: by 10, 100, 1000, up to 15 % of the path's extent."""
     paths = [curve for curve in figure.curves if _is_path(curve)]
     if not (figure.equal_aspect and paths):
         return 1
@@ -116,7 +96,7 @@ def magnification(figure: Figure, runs: Sequence[ReplayedRun]) -> int:
     errors = [np.column_stack(c.points(runs)) - ref for c, ref in zip(paths, wanted, strict=True)]
     largest = max(float(np.hypot(*error.T).max()) for error in errors)
     extent = max(float(np.ptp(ref, axis=0).max()) for ref in wanted)
-    return next((m for m in _MAGNIFICATIONS if m * largest <= _WIDEST_ERROR * extent), 1)
+    return next((m for m in (1000, 100, 10) if m * largest <= 0.15 * extent), 1)
 
 
 def _is_path(curve: Curve) -> bool:
@@ -145,9 +125,9 @@ def _ink(figure: Figure, panel: Panel, k: int, runs: Sequence[ReplayedRun]) -> s
     if curve.is_reference or curve.colour == GREY:
         return "ref"
     if isinstance(curve.y, Series):
-        run = curve.y.run
-        before = [c for c in panel.curves[:k] if isinstance(c.y, Series) and c.y.run == run and not c.is_reference]
-        return "soft" if before else run_ink(runs[run])
+        before = (c for c in panel.curves[:k] if not c.is_reference)
+        again = any(isinstance(c.y, Series) and c.y.run == curve.y.run for c in before)
+        return "soft" if again else run_ink(runs[curve.y.run])
     if curve.colour is not None and not curve.is_filled:
         return f"r{min(curve.colour, 4) + 1}"
     return "ink" if figure.labels.index(curve.label) == 0 else "soft"
@@ -162,7 +142,7 @@ def _panel(figure: Figure, panel: Panel, curves: tuple[DrawnCurve, ...], time: A
     largest = max((abs(level.value) for level in far if level.axis == "y"), default=0.0)
     if np.nanmax(np.abs(up), initial=0.0) < ROUNDING * largest:
         up = np.append(up, [-_AROUND_ZERO * largest, _AROUND_ZERO * largest])
-    x = time or (frequency_axis(across) if figure.x_unit == FREQUENCY else axis_of(across))
+    x = time or (axes.frequency_axis(across) if figure.x_unit == FREQUENCY else axes.axis_of(across))
     y = _vertical(figure, curves, up)
     if figure.equal_aspect:
         x, y = _same_scale(across, up)
@@ -175,8 +155,8 @@ def _vertical(figure: Figure, curves: Sequence[DrawnCurve], values: Array) -> Ax
     if len(figure.panels) == 1 and len(curves) > 1 and are_distances:
         peaks = [float(one.y.max()) for one in curves]
         if min(peaks) > 0.0 and max(peaks) > FAR_APART * min(peaks):
-            return logarithmic_axis(values)
-    return axis_of(values)
+            return axes.logarithmic_axis(values)
+    return axes.axis_of(values)
 
 
 def _same_scale(across: Array, up: Array) -> tuple[Axis, Axis]:
@@ -184,7 +164,7 @@ def _same_scale(across: Array, up: Array) -> tuple[Axis, Axis]:
     spans = [(float(np.nanmin(v)), float(np.nanmax(v))) for v in (across, up)]
     side = max(high - low for low, high in spans)
     middle = [0.5 * (low + high) for low, high in spans]
-    x, y = (axis_of(np.array([m - 0.5 * side, m + 0.5 * side])) for m in middle)
+    x, y = (axes.axis_of(np.array([m - 0.5 * side, m + 0.5 * side])) for m in middle)
     return x, y
 
 
@@ -215,38 +195,22 @@ def chart_html(figure: Figure, runs: Sequence[ReplayedRun]) -> str:
     about = [panel.panel.y_unit] if figure.over_time else [_errors(panel)]
     about += ["logarithmic"] if panel.y.is_logarithmic else []
     head = f"<figcaption><h3>{escape(figure.title)} <small>{escape(', '.join(about))}</small></h3></figcaption>"
-    lines = "".join(f'<path class="{one.ink}" d="{_line(panel, one)}"/>' for one in widest_first(panel))
-    grid = grid_path(None, panel.y) if figure.over_time else ""
-    plane = plane_html(_description(figure, panel), [grid, lines])
+    lines = [grid_path(None, panel.y) if figure.over_time else ""]
+    for one in widest_first(panel):
+        keep = extremes(one.y, POINTS) | extremes(one.x, POINTS)
+        points = " ".join(f"{a},{b}" for a, b in places(one.x[keep], one.y[keep], panel.x, panel.y))
+        lines.append(f'<path class="{one.ink}" d="M{points}"/>')
+    plane = plane_html(_description(figure, panel), lines)
     if not figure.over_time:
         return f'<figure class="path">{head}{plane}{_scale(panel)}</figure>'
     up, across = tick_marks(panel.y, "yt", "top"), tick_marks(panel.x, "xt", "left", "s")
-    return f'<figure>{head}<div class="area">{up}{plane}{_ends(panel)}{across}</div>{_names(panel)}</figure>'
+    names = "".join(f'<li><i class="sw {one.ink}"></i>{escape(one.curve.label)}</li>' for one in panel.curves)
+    area = f'<div class="area">{up}{plane}{_ends(panel)}{across}</div>'
+    return f'<figure>{head}{area}<ul class="names">{names}</ul></figure>'
 
 
 def _errors(panel: DrawnPanel) -> str:
     return f"errors \u00d7 {panel.magnified}" if panel.magnified > 1 else "true to scale"
-
-
-def _line(panel: DrawnPanel, one: DrawnCurve) -> str:
-    keep = extremes(one.y, POINTS) | extremes(one.x, POINTS)
-    return "M" + " ".join(f"{a},{b}" for a, b in places(one.x[keep], one.y[keep], panel.x, panel.y))
-
-
-def tick_marks(axis: Axis, kind: str, side: str, unit: str = "") -> str:
-    """The ticks of an axis as texts at the "left" or "top" side of their places; `kind` is their class."""
-    labels = list(axis.labels)
-    labels[-1] += f" {unit}" if unit else ""
-    return marks([float(axis.share(tick)) for tick in axis.ticks], labels, kind, side)
-
-
-def marks(places: Sequence[float], labels: Sequence[str], kind: str, side: str) -> str:
-    """Texts at shares of an axis, from its left or from its lower end."""
-    shares = places if side == "left" else [1.0 - place for place in places]
-    spans = "".join(
-        f'<span style="{side}:{100 * at:.1f}%">{escape(text)}</span>' for at, text in zip(shares, labels, strict=True)
-    )
-    return f'<div class="{kind}" aria-hidden="true">{spans}</div>'
 
 
 def _ends(panel: DrawnPanel) -> str:
@@ -254,22 +218,17 @@ def _ends(panel: DrawnPanel) -> str:
     ends = sorted((1.0 - float(panel.y.share(float(one.y[-1]))), one.ink, one.curve.label) for one in panel.curves)
     names = "".join(
         f'<span style="top:{100 * at:.1f}%"><i class="sw {ink}"></i>{escape(label)}</span>'
-        for at, (_, ink, label) in zip(apart([end[0] for end in ends], _APART), ends, strict=True)
+        for at, (_, ink, label) in zip(axes.apart([end[0] for end in ends], _APART), ends, strict=True)
     )
     return f'<div class="ends">{names}</div>'
-
-
-def _names(panel: DrawnPanel) -> str:
-    items = "".join(f'<li><i class="sw {one.ink}"></i>{escape(one.curve.label)}</li>' for one in panel.curves)
-    return f'<ul class="names">{items}</ul>'
 
 
 def _scale(panel: DrawnPanel) -> str:
     """A length on the path, and a length of its errors."""
     whole = panel.x.high - panel.x.low
     items = []
-    for what, factor in (("path", 1), ("error", panel.magnified))[: 1 + (panel.magnified > 1)]:
-        length = round_length(0.25 * whole / factor)
+    for what, factor in [("path", 1), *([("error", panel.magnified)] if panel.magnified > 1 else [])]:
+        length = axes.round_length(0.25 * whole / factor)
         bar = f'<i style="width:{100 * factor * length / whole:.2f}%"></i>'
         items.append(f"<li>{bar}{what} {short(1e3 * length)} mm</li>")
     return f'<ul class="scale">{"".join(items)}</ul>'

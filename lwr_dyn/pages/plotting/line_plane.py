@@ -19,14 +19,7 @@ POINTS = 500
 def line_path(x: Array, y: Array, across: Axis, up: Axis, kind: str, points: int = POINTS) -> str:
     """A line through (k,) points, with a gap where y is not finite; empty where nothing is to be drawn.
 
-    Parameters
-    ----------
-    x, y : (k,) array
-    across, up : Axis
-    kind : str
-        Its class.
-    points : int
-        Stretches into which a long line is cut.
+    `kind` is its class; a long line is cut into `points` stretches.
     """
     finite = np.isfinite(y)
     if not finite.any():
@@ -72,6 +65,26 @@ def plane_svg(paths: Sequence[str], height: int = HEIGHT, **attributes: str) -> 
     box = f'viewBox="0 0 {WIDTH} {height}" preserveAspectRatio="none"'
     given = "".join(f'{name.rstrip("_")}="{text}" ' for name, text in attributes.items())
     return Html(f'<svg {given}{box} aria-hidden="true">{"".join(paths)}</svg>')
+
+
+def tick_marks(axis: Axis, kind: str, side: str, unit: str = "", every: int = 1, before: str = "") -> Html:
+    """The ticks of an axis, or one of `every` so many, as texts at the "left" or "top" side of their places.
+
+    `kind` is their class; the last one has the unit; `before` is HTML that stands before them.
+    """
+    labels = list(axis.labels)
+    labels[-1] += f" {unit}" if unit else ""
+    shares = [float(axis.share(tick)) for tick in axis.ticks]
+    return marks(shares[::every], labels[::every], kind, side, before)
+
+
+def marks(places: Sequence[float], labels: Sequence[str], kind: str, side: str, before: str = "") -> Html:
+    """Texts at shares of an axis, from its left or from its lower end."""
+    shares = places if side == "left" else [1.0 - place for place in places]
+    spans = "".join(
+        f'<span style="{side}:{100 * at:.1f}%">{escape(text)}</span>' for at, text in zip(shares, labels, strict=True)
+    )
+    return Html(f'<div class="{kind}" aria-hidden="true">{before}{spans}</div>')
 
 
 def places(x: Array, y: Array, across: Axis, up: Axis) -> list[tuple[int, int]]:

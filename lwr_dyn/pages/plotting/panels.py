@@ -138,14 +138,10 @@ def _named(panels: Sequence[DrawnPanel]) -> list[DrawnCurve]:
 
 def _rows(named: Sequence[DrawnCurve], width: float) -> tuple[tuple[DrawnCurve, ...], ...]:
     rows: list[list[DrawnCurve]] = [[]]
-    used = 0.0
     for one in named:
-        wide = name_width(one)
-        if rows[-1] and used + wide > width - 2 * EDGE:
+        if rows[-1] and sum(map(name_width, [*rows[-1], one])) > width - 2 * EDGE:
             rows.append([])
-            used = 0.0
         rows[-1].append(one)
-        used += wide
     return tuple(map(tuple, rows))
 
 
@@ -154,14 +150,9 @@ def name_width(one: DrawnCurve) -> float:
     return 0.55 + LETTER * len(one.curve.label)
 
 
-_NAMES_APART = 0.075
-"""Least distance of names at the ends of lines, as a share of the panel's height."""
-
-_CROWDED = 0.06
-"""A point so near below another one has its name below; a share of the panel."""
-
-_BAR = 0.22
-"""Length of a scale bar at most, as a share of the path's extent."""
+_NAMES_APART, _CROWDED = 0.075, 0.06
+"""Least distance of names at the ends of lines; a point so near below another one has its name below. Both are shares
+of the panel."""
 
 
 def colour_of(ink: str) -> str:
@@ -196,10 +187,9 @@ def _draw_names(place: SubFigure, laid: FigureLayout, row: tuple[DrawnCurve, ...
     left = EDGE
     for one in row:
         mark = [(left + 0.02) / laid.width, (left + 0.26) / laid.width]
-        look = _look(one)
         if one.curve.style == "points":
             mark = [sum(mark) / 2]
-        place.add_artist(Line2D(mark, [y] * len(mark), transform=place.transSubfigure, **look))
+        place.add_artist(Line2D(mark, [y] * len(mark), transform=place.transSubfigure, **_look(one)))
         name = place.text((left + 0.34) / laid.width, y, one.curve.label, color=_name_colour(one.ink), va="center")
         name.set_fontweight(600)
         left += name_width(one)
@@ -215,15 +205,13 @@ def draw_panel(place: SubFigure, laid: FigureLayout, k: int) -> None:
     for c, drawn in enumerate(one.curves):
         _draw_curve(axes, drawn, f"{figure.id or 'figure'}-{k}-{c}", widest_first(one).index(drawn))
     _draw_levels(axes, one)
-    axes.set_title(one.panel.title or ("" if figure.equal_aspect or laid.about else one.panel.y_label), **_CAPTION)
+    caption = one.panel.title or ("" if figure.equal_aspect or laid.about else one.panel.y_label)
+    axes.set_title(caption, loc="left", fontsize=9.5, fontweight=600, pad=9)
     _draw_fact(axes, laid, one)
     if laid.has_ends:
         _draw_ends(axes, one)
     if one.magnified > 1:
         _draw_scale_bars(axes, one)
-
-
-_CAPTION: dict[str, Any] = {"loc": "left", "fontsize": 9.5, "fontweight": 600, "pad": 9}
 
 
 def _set_axes(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
@@ -282,8 +270,8 @@ def _draw_curve(axes: Axes, one: DrawnCurve, name: str, order: int) -> None:
 
 def _draw_levels(axes: Axes, one: DrawnPanel) -> None:
     style: dict[str, Any] = {"color": tokens()["soft"], "linewidth": 0.9, "linestyle": (0, (4, 3))}
+    name: dict[str, Any] = {"color": tokens()["soft"], "fontsize": 8.5, "textcoords": "offset points"}
     for level in one.levels:
-        name: dict[str, Any] = {"color": tokens()["soft"], "fontsize": 8.5, "textcoords": "offset points"}
         if level.axis == "y":
             axes.axhline(level.value, **style)
             above = float(one.y.share(level.value)) < 0.5
@@ -337,10 +325,8 @@ def _draw_ends(axes: Axes, one: DrawnPanel) -> None:
 def _draw_scale_bars(axes: Axes, one: DrawnPanel) -> None:
     """A length of the path, and one of its errors, below the panel."""
     whole = one.x.high - one.x.low
-    down = -0.035
-    for row, (what, factor) in enumerate((("path", 1), ("errors", one.magnified))):
-        length = round_length(_BAR * whole / factor)
-        y = down - 0.04 * row
+    for y, what, factor in ((-0.035, "path", 1), (-0.035 - 0.04, "errors", one.magnified)):
+        length = round_length(0.22 * whole / factor)
         share = factor * length / whole
         axes.add_patch(_rectangle((0.0, y), share, 0.006, tokens()["soft"], axes.transAxes))
         text = f"{what}: {short(1e3 * length)} mm"

@@ -51,8 +51,6 @@ _STYLE = {
     "axes.facecolor": tokens()["card"],
 }
 
-_DPI = 150
-
 SUFFIXES = (".png", ".svg")
 
 
@@ -66,7 +64,7 @@ def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs
 
 def figure_paths(path: str | Path) -> tuple[Path, Path]:
     """The .png and the .svg of a figure; `path` ends in one of them or has no suffix, else `FileAccessError`."""
-    if Path(path).suffix not in ("", ".png", ".svg"):
+    if Path(path).suffix not in ("", *SUFFIXES):
         raise FileAccessError(str(path), f"ends in {Path(path).suffix}", "no suffix, .png or .svg: both are written")
     return Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")
 
@@ -100,7 +98,7 @@ def drawing_bytes(drawing: Drawing, kind: str) -> bytes:
     """A figure of Matplotlib as "png" or "svg", without dates and names of programs; within `drawing_class`."""
     out = io.BytesIO()
     metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
-    drawing.savefig(out, format=kind, dpi=_DPI, metadata=metadata)
+    drawing.savefig(out, format=kind, dpi=150, metadata=metadata)
     return out.getvalue()
 
 
@@ -117,12 +115,11 @@ def draw(figures: Figure | Sequence[Figure], runs: Runs = ()) -> Drawing:
     parts = [figures] if isinstance(figures, Figure) else list(figures)
     with drawing_class() as drawn_by:
         laid = [layout_of(figure, runs) for figure in parts]
-        size = sum(one.width for one in laid), max(one.height for one in laid)
-        drawing: Drawing = drawn_by(figsize=size)
-        ratios = [one.width for one in laid]
-        places = drawing.subfigures(1, len(parts), squeeze=False, wspace=0.0, width_ratios=ratios)[0]
+        widths, height = [one.width for one in laid], max(one.height for one in laid)
+        drawing: Drawing = drawn_by(figsize=(sum(widths), height))
+        places = drawing.subfigures(1, len(parts), squeeze=False, wspace=0.0, width_ratios=widths)[0]
         for place, one in zip(places, laid, strict=True):
-            one = replace(one, height=size[1])
+            one = replace(one, height=height)
             draw_header(place, one)
             for k in range(len(one.panels)):
                 draw_panel(place, one, k)
@@ -184,7 +181,10 @@ class RunPlot:
 
     def save(self, path: str | Path) -> None:
         """Write as .png or .svg; raises `FileAccessError` for another ending or where nothing can be written."""
-        write_file(path, figure_bytes(self.figures, _ending(path)[1:], self.runs))
+        suffix = Path(path).suffix.lower()
+        if suffix not in SUFFIXES:
+            raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", "a path that ends in .png or .svg")
+        write_file(path, figure_bytes(self.figures, suffix[1:], self.runs))
 
 
 def plot(runs: Run | Sequence[Run], quantity: str = "overview", labels: Sequence[str] | None = None) -> RunPlot:
@@ -244,10 +244,3 @@ def plot_writer(wish: str) -> Callable[[Run], Path]:
         return path
 
     return write
-
-
-def _ending(path: str | Path) -> str:
-    suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", "a path that ends in .png or .svg")
-    return suffix

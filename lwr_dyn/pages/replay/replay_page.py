@@ -40,8 +40,6 @@ PLAYER = ("numbers.js", "drawing.js", "stage.js", "strip.js", "player.js")
 SMALLEST = 1e-290
 """Numbers below this are drawn as zero: their step would not be a normal float."""
 
-_LARGEST_INT32 = 2**31 - 1
-
 
 def fill_template(template: str, parts: Mapping[str, str]) -> str:
     """Replaces each @@name@@ in a template; inserted text is not expanded.
@@ -60,7 +58,7 @@ def pack_int32(values: Array) -> dict[str, Any]:
     [2]
     """
     largest = float(np.abs(values).max(initial=0.0))
-    step = largest / _LARGEST_INT32 if largest > SMALLEST else 1.0
+    step = largest / (2**31 - 1) if largest > SMALLEST else 1.0
     integers = np.rint(values / step).astype("<i4")
     return {"shape": list(values.shape), "step": step, "data": base64.b64encode(integers.tobytes()).decode("ascii")}
 
@@ -111,12 +109,7 @@ ROOT = "arms"
 _UPRIGHT = Pose(rot_x(np.pi / 2), np.zeros(3))
 """Turns the y axis of a three.js cylinder to our z axis."""
 
-_SIDES = 40
-
 _BODY = {"grey": "housing", "orange": "limb", "dark": "joint"}
-
-_BAND = 0.7
-"""A dark cylinder shorter than this, in radii, is a band, and has the colour of its run; a foot has not."""
 
 
 def run_path(run: int) -> str:
@@ -147,8 +140,11 @@ def pose_commands(arm: Arm, q: Array, run: int) -> Iterator[Command]:
 
 
 def cylinder(path: str, shape: Primitive, accent: str) -> Command:
-    """A drawn cylinder: bodies are grey, bands have the token `accent`; the page takes its colour from `userData`."""
-    is_band = shape.colour == "dark" and shape.link != "base" and shape.length <= _BAND * shape.radius
+    """A drawn cylinder: bodies are grey, bands have the token `accent`; the page takes its colour from `userData`.
+
+    A dark cylinder shorter than 0.7 radii is a band, and has the colour of its run; a foot has not.
+    """
+    is_band = shape.colour == "dark" and shape.link != "base" and shape.length <= 0.7 * shape.radius
     token = accent if is_band else _BODY[shape.colour]
     geometry = {
         "uuid": f"{path}#geometry",
@@ -156,7 +152,7 @@ def cylinder(path: str, shape: Primitive, accent: str) -> Command:
         "radiusTop": shape.radius,
         "radiusBottom": shape.radius,
         "height": shape.length,
-        "radialSegments": _SIDES,
+        "radialSegments": 40,
     }
     material = {
         "uuid": f"{path}#material",
@@ -196,8 +192,6 @@ RATE = 100.0
 
 _TRACE_POINTS = 1500
 """Largest number of points of a drawn path."""
-
-_MOST_EVENTS = 400
 
 
 def replay_html(
@@ -307,7 +301,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "tip_error": pack_int32(shown.tip_error[keep]),
         "trace": {"t": pack_int32(run.t[drawn]), "points": pack_int32(shown.pose[drawn, :3, 3])},
         "reference": pack_int32(path),
-        "events": [[event.t, event.kind, event.joint] for event in run.events[:_MOST_EVENTS]],
+        "events": [[event.t, event.kind, event.joint] for event in run.events[:400]],
     }
 
 

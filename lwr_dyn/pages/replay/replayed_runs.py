@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError
@@ -92,6 +93,12 @@ def replayed_runs(
     return tuple(_replayed(*row) for row in zip(runs, arm_of, names, places, strict=True))
 
 
+def pose_as_run(arm: Arm, q: ArrayLike) -> Run:
+    """A pose q (n,) [rad or m] as a run of one sample, which is what a stage draws."""
+    at, nothing, zero = np.asarray(q, dtype=np.float64)[None], np.zeros((1, arm.n)), np.zeros(1)
+    return Run(zero, at, nothing, at, nothing, nothing, nothing, nothing, zero, {})
+
+
 def run_name(run: Run) -> tuple[str, str, str]:
     """What gives a run its colour, as its file has it: the controller; its plant and payload; its label."""
     controller, known = run.meta.get("controller"), facts(run)
@@ -156,37 +163,28 @@ def facts(run: Run) -> dict[str, str]:
 def _facts(run: Run) -> dict[str, str]:
     meta, note = run.meta, run.meta.get("note") or {}
     given = meta.get("loaded_with") or {}
-    values = {"robot": meta.get("robot"), "reading": meta.get("reading")}
-    values |= {what: _shortly(given[what]) for what in ("mount", "tool") if what in given}
-    values["controller"] = _controller(meta)
-    values["task"] = note.get("task", meta.get("task"))
-    carrier = "tool centre point" if "tool" in given else "flange"
-    values["payload"] = _payload(meta.get("payload"), bool(note.get("payload_known")), carrier)
-    values["plant"] = note.get("plant", meta.get("plant"))
-    values["audit"] = audit_words(run.audit)
+    controller, carrier = meta.get("controller"), "tool centre point" if "tool" in given else "flange"
+    if isinstance(controller, Mapping):  # its name in runs that have no label
+        controller = controller.get("label", controller.get("name"))
+    values = {
+        "robot": meta.get("robot"),
+        "reading": meta.get("reading"),
+        **{what: _shortly(given[what]) for what in ("mount", "tool") if what in given},
+        "controller": controller,
+        "task": note.get("task", meta.get("task")),
+        "payload": _payload(meta.get("payload"), bool(note.get("payload_known")), carrier),
+        "plant": note.get("plant", meta.get("plant")),
+        "audit": audit_words(run.audit),
+    }
     return {key: value for key, value in values.items() if isinstance(value, str) and value}
-
-
-def _controller(meta: Mapping[str, Any]) -> Any:
-    """The controller's label; its name in runs that have no label."""
-    controller = meta.get("controller")
-    return controller.get("label", controller.get("name")) if isinstance(controller, Mapping) else controller
 
 
 def _shortly(fields: Mapping[str, Any]) -> str:
     """A mount or a tool in words, with units: "ceiling, at (0, 0, 2.5) m", "at (0, 0, 0.1) m, 0.5 kg"."""
-    forms = {
-        "on": "{}",
-        "xyz": "at {} m",
-        "rpy": "rpy {} rad",
-        "rpy_deg": "rpy {} deg",
-        "pose": "pose {}",
-        "mass": "{} kg",
-    }
-    values = {
-        key: json.dumps(fields[key]).strip('"').replace("[", "(").replace("]", ")") for key in forms if key in fields
-    }
-    return ", ".join(forms[key].format(value) for key, value in values.items())
+    forms = {"on": "{}", "xyz": "at {} m", "rpy": "rpy {} rad", "rpy_deg": "rpy {} deg", "pose": "pose {}"}
+    forms |= {"mass": "{} kg"}
+    shown = ((form, json.dumps(fields[key])) for key, form in forms.items() if key in fields)
+    return ", ".join(form.format(value.strip('"').replace("[", "(").replace("]", ")")) for form, value in shown)
 
 
 def _payload(load: Any, known: bool, carrier: str) -> str | None:

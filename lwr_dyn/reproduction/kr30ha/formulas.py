@@ -22,20 +22,10 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, link_frames
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import from_rpy
-from lwr_dyn.reproduction.case import (
-    AXIS,
-    COMPUTED,
-    REPEATED,
-    SHARED,
-    ComparedExpression,
-    PaperCase,
-    PaperData,
-    Proof,
-    Prove,
-    formulas,
-)
-from lwr_dyn.reproduction.compare import compared, same
-from lwr_dyn.reproduction.kr30ha.planar_dynamics import comparisons, planar_equations
+from lwr_dyn.reproduction import case as shared
+from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove, formulas
+from lwr_dyn.reproduction.compare import compared
+from lwr_dyn.reproduction.kr30ha.planar_dynamics import own_comparisons
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, simplified_solution, wrist_centre_mm
 from lwr_dyn.reproduction.papers import ResultBlock
 
@@ -76,11 +66,8 @@ def simplified_point(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def table_5(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """theta_1, theta_2, theta_3 by the report's own formulas; theta_2 the elbow-up one"""
-    out = {}
-    for name in ("point_1", "point_2", "home"):
-        angles = simplified_point(case, case.block(name))
-        out[name] = [angles["theta_1"][0], angles["theta_2"][0 if name == "home" else 1], angles["theta_3"][0]]
-    return out
+    found = {name: simplified_point(case, case.block(name)) for name in ("point_1", "point_2", "home")}
+    return {name: [x["theta_1"][0], x["theta_2"][name != "home"], x["theta_3"][0]] for name, x in found.items()}
 
 
 def symbolic_matrices(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
@@ -123,17 +110,9 @@ def expressions(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 
 @cache
-def _expression(name: str, applied: frozenset[str]) -> ComparedExpression:
-    comparison = next(c for c in _comparisons() if c.name == name)
-    rest = comparison.printed - comparison.right
-    for matrix in (m for erratum, m in comparison.added.items() if erratum in applied):
-        rest -= matrix
-    return ComparedExpression("; ".join(map(str, comparison.right)), all(same(str(entry), "0") for entry in rest))
-
-
-@cache
-def _comparisons() -> Any:
-    return comparisons(planar_equations())
+def _expression(name: str, applied: frozenset[str]) -> shared.ComparedExpression:
+    found = next(c for c in own_comparisons() if c.name == name)
+    return shared.ComparedExpression("; ".join(map(str, found.right)), found.follows_with(applied))
 
 
 def caption_numbers(_: PaperCase, block: ResultBlock) -> dict[str, Any]:
@@ -189,17 +168,15 @@ def pose_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     wrist = wrist_centre_mm(arm, np.array(arm.mastering)) - 1e3 * columns["poses.mastering_wrist"].si()[0]
     flange = 1e3 * (at_zero[:3, 3] - columns["poses.zero_flange"].si()[0])
     turn = at_zero[:3, :3] - from_rpy(columns["poses.flange_rpy"].si()[0])
-    axis = columns["poses.axis"].si() - _axes(arm, zero)
+    axis = columns["poses.axis"].si() - _axes(arm)
     lengths = {"wrist": [np.abs(wrist).max()], "flange": [np.abs(flange).max()]}
     return lengths | {"axis": np.abs(axis).max(axis=1), "turn": [np.abs(turn).max()]}
 
 
-def _axes(arm: Arm, q: Array) -> Array:
-    """Positive directions of the joints in the base, (n, 3): what turns frame i when q_i grows."""
-    still, out = frames(arm.chain, q), []
-    for i in range(arm.n):
-        moved = q.copy()
-        moved[i] += 1e-3
+def _axes(arm: Arm) -> Array:
+    """Positive directions of the joints at zero in the base, (n, 3): what turns frame i when q_i grows."""
+    still, out = frames(arm.chain, np.zeros(arm.n)), []
+    for i, moved in enumerate(1e-3 * np.eye(arm.n)):
         turn = frames(arm.chain, moved)[i, :3, :3] @ still[i, :3, :3].T
         out.append(np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]))
     return np.asarray(out) / (2.0 * float(np.sin(1e-3)))
@@ -215,7 +192,7 @@ def solids(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """Mass, centre of mass and n . I n, n = (1, 2, 3)/sqrt(14), of each link's cylinders at one density"""
     bodies = list(_bodies(case.paper).values())
     columns = {"mass": [b.mass for b in bodies], "com": [b.com.tolist() for b in bodies]}
-    return columns | {"moment": [AXIS @ b.inertia_com @ AXIS for b in bodies]}
+    return columns | {"moment": [shared.AXIS @ b.inertia_com @ shared.AXIS for b in bodies]}
 
 
 def estimate_misses(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -238,14 +215,14 @@ def _bodies(paper: Paper) -> dict[str, Body]:
 
 
 FORMULAS = (
-    SHARED
+    shared.SHARED
     | formulas(
         axes, link_lengths, coordinates, wrist_at_mastering, simplified_point, table_5, symbolic_matrices,
         numeric_matrices, composite_matrices, flange_at_mastering, envelope, misses, right_angles,
         branches, mastering, elbow, envelope_figures, pose_misses, masses, solids, estimate_misses,
     )
-    | formulas(caption_numbers, basis=REPEATED)  # places in the list of captions
-    | formulas(expressions, slow=True, basis=COMPUTED)  # derived by algebra, no number of the paper enters
+    | formulas(caption_numbers, basis=shared.REPEATED)  # places in the list of captions
+    | formulas(expressions, slow=True, basis=shared.COMPUTED)  # derived by algebra, no number of the paper enters
 )  # fmt: skip
 
 
@@ -253,8 +230,7 @@ def home_x(data: PaperData) -> Proof:
     """Both printed homes against the wrist centre and the flange at mastering."""
     case = data.reading()
     text, table = (float(case.printed["home_position"][name][0]) for name in ("text", "table_4"))
-    wrist = float(wrist_centre_mm(case.arm, np.array(case.arm.mastering))[0])
-    flange = float(1e3 * flange_pose(case.arm.chain, np.array(case.arm.mastering))[0, 3])
+    flange, wrist = (float(place[0]) for place in mastering(case, case.block("mastering")).values())
     return Proof(
         "Table 4's x is the wrist centre's; the text's is neither the wrist centre's nor the flange's",
         agrees(f"{table:.0f}", wrist) and text not in (round(wrist), round(flange)),
@@ -305,12 +281,10 @@ def elbow_offset(data: PaperData) -> Proof:
     T = frames(case.arm.chain, np.zeros(6))
     upper, lower = (1e3 * float(np.linalg.norm(T[b, :3, 3] - T[a, :3, 3])) for a, b in ((0, 1), (1, 4)))
     a2, a3 = (case.numbers("geometry", name)[0] for name in ("a2", "a3"))
+    is_so = abs(upper - 850.0) < 1e-6 and abs(lower - math.hypot(145.0, 820.0)) < 1e-6
     return Proof(
         "the two links are 850 and 832.7 mm long; 995 and 820 mm are another triangle",
-        abs(upper - 850.0) < 1e-6
-        and abs(lower - math.hypot(145.0, 820.0)) < 1e-6
-        and a2 - upper > 1.0
-        and lower - a3 > 1.0,
+        is_so and a2 - upper > 1.0 and lower - a3 > 1.0,
         {"axis 2 to axis 3 [mm]": upper, "axis 3 to wrist [mm]": lower, "printed": f"{a2:g}, {a3:g}"},
     )
 

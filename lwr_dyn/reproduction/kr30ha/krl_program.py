@@ -1,7 +1,4 @@
-"""The KR 30 HA report's KRL program: its faults, each at its line and no other, the corrected program, and its run.
-
-Proofs of the errata in the KR 30 HA report's KRL program: the diagnostics of `check_program`, line by line.
-"""
+"""The KR 30 HA report's KRL program: its faults, each at its line and no other, the corrected program, and its run."""
 
 from dataclasses import dataclass
 from functools import cache, partial
@@ -120,16 +117,9 @@ def write_program(report: ProgramReport, arm: Arm, folder: str | Path) -> None:
     """Write the printed and the corrected program, the diagnosis, the run and its replay; raises `FileAccessError`."""
     right = report.corrected
     assert right.data is not None
-    diagnosis = "\n".join(str(d) for d in report.printed) + "\n"
-    write_folder(
-        folder,
-        {
-            f"{NAME}_printed.src": printed_program().source.to_bytes(),
-            "diagnosis.txt": diagnosis,
-            right.source.name: right.source.to_bytes(),
-            right.data.name: right.data.to_bytes(),
-        },
-    )
+    sources = {f"{NAME}_printed.src": printed_program().source.to_bytes()}
+    sources |= {one.name: one.to_bytes() for one in (right.source, right.data)}
+    write_folder(folder, {"diagnosis.txt": "".join(f"{d}\n" for d in report.printed), **sources})
     run = report.run.to_run()
     run.save(Path(folder) / f"{NAME}.npz")
     write_replay(Path(folder) / "replay.html", [run], arm, title=f"KUKA KR 30 HA runs {NAME}.src")

@@ -2,10 +2,9 @@
 
 Equation (1) is standard DH. For each printed symbolic matrix it is also determined which row of equation (1) it is:
 with the twist reversed, or another angle in place of theta_i.
-
-Proofs of the errata in the KR 30 HA report's frames, axes and matrices.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import Pose, rot_x, rot_z
 from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove
-from lwr_dyn.reproduction.compare import compared
+from lwr_dyn.reproduction.compare import compared, value_of
 from lwr_dyn.reproduction.kr30ha.formulas import IN_MM, POINTS, envelope, pose_misses, symbolic_matrices
 from lwr_dyn.reproduction.kr30ha.krl_program import PROGRAM
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import MOTION
@@ -71,11 +70,6 @@ class MatrixVerdict:
         return tuple(entry for entry in self.entries if not entry.same)
 
     @property
-    def explained(self) -> bool:
-        """Agrees, or an erratum explains the difference."""
-        return self.same or bool(self.erratum)
-
-    @property
     def right_entries(self) -> int:
         """How many of the sixteen agree."""
         return len(self.entries) - len(self.differing)
@@ -103,28 +97,22 @@ class PaperMatrices:
     @property
     def holds(self) -> bool:
         """Every difference is explained."""
-        return all(verdict.explained for verdict in self.all)
+        return all(verdict.same or verdict.erratum for verdict in self.all)
 
 
 def paper_matrices() -> PaperMatrices:
     """Compare every matrix that the report prints."""
     tables = printed_tables("kr30ha")
     right = dh_matrices(open_paper("kr30ha", "printed"))
-    symbolic = tuple(_symbolic(i, tables["symbolic"][f"A{i + 1}"], right[i]) for i in range(6))
     factors = [np.array(tables["numeric"][f"T{i + 1}"], dtype=float) for i in range(6)]
     chain = arm_from_paper(open_paper("kr30ha")).chain
     true = [IN_MM * link.pose(0.0).matrix() for link in chain.links]
-    numeric = tuple(
-        _numeric(f"T{i + 1}", "equation (1) at A = 0", printed, true[i]) for i, printed in enumerate(factors)
-    )
     frames = [IN_MM * frame for frame in link_frames(chain, np.zeros(6))]
     composites = {k: np.array(tables["composite"][f"T0{k}"], dtype=float) for k in range(2, 7)}
-    product = [factors[0]]
-    for factor in factors[1:]:
-        product.append(product[-1] @ factor)
+    product = list(itertools.accumulate(factors, np.matmul))
     return PaperMatrices(
-        symbolic,
-        numeric,
+        tuple(_symbolic(i, tables["symbolic"][f"A{i + 1}"], right[i]) for i in range(6)),
+        tuple(_numeric(f"T{i + 1}", "equation (1) at A = 0", T, true[i]) for i, T in enumerate(factors)),
         tuple(_numeric(f"T0{k}", "product of the printed factors", T, product[k - 1]) for k, T in composites.items()),
         tuple(_numeric(f"T0{k}", "true arm at A = 0", T, frames[k - 1]) for k, T in composites.items()),
     )
@@ -197,15 +185,12 @@ def _row_of(printed: sp.Matrix, i: int) -> str:
     q = sp.Symbol(f"q{i + 1}")
     letters = [paper.columns[f"dh.{x}"].symbols[i] for x in ("a", "d")]
     a, d = (sp.Symbol(x) if x else sp.Integer(0) for x in letters)
-    for alpha in (0, 90, -90):
-        ca, sa = sp.cos(sp.rad(alpha)), sp.sin(sp.rad(alpha))
-        for sign in (1, -1):
-            for offset in (0, 90, 180, -90):
-                theta = sign * q + sp.rad(offset)
-                c, s = sp.cos(theta), sp.sin(theta)
-                if sp.simplify(sp.Matrix(equation_1(c, s, ca, sa, a, d)) - printed) == sp.zeros(4, 4):
-                    shown = f"q{i + 1}" if sign > 0 else f"-q{i + 1}"
-                    return f"alpha = {alpha} deg, theta = {shown}{f' {offset:+d} deg' if offset else ''}"
+    for alpha, sign, offset in itertools.product((0, 90, -90), (1, -1), (0, 90, 180, -90)):
+        theta = sign * q + sp.rad(offset)
+        (c, s), (ca, sa) = ((sp.cos(x), sp.sin(x)) for x in (theta, sp.rad(alpha)))
+        row = sp.Matrix(equation_1(c, s, ca, sa, a, d))
+        if sp.simplify(row - printed) == sp.zeros(4, 4):
+            return f"alpha = {alpha} deg, theta = {sign * q}{f' {offset:+d} deg' if offset else ''}"
     return "no row of equation (1)"
 
 
@@ -220,19 +205,13 @@ OFFSET, HALF_TURN, SIGNS = "table2-offset", "table2-half-turn", "kuka-signs"
 def table2_offset(data: PaperData) -> Proof:
     """The wrist centre at mastering with the offset on theta_2 and on theta_3, against the report's own home."""
     home = np.array(data.case().numbers("home_position", "table_4"))
-    as_printed, as_read = (
-        _mastering_wrist(data.case(*ids)) for ids in ((HALF_TURN, SIGNS), (OFFSET, HALF_TURN, SIGNS))
-    )
-    misses = [float(np.linalg.norm(place - home)) for place in (as_printed, as_read)]
+    arms = (data.case(*ids).arm for ids in ((HALF_TURN, SIGNS), (OFFSET, HALF_TURN, SIGNS)))
+    misses = [float(np.linalg.norm(wrist_centre_mm(arm, np.array(arm.mastering)) - home)) for arm in arms]
     return Proof(
         "with KUKA's axes at mastering the wrist stands where Table 4 has home only if the 90 deg belong to theta_3",
         misses[1] < 1e-6 and misses[0] > 500.0,
         {"missed as printed [mm]": misses[0], "as read [mm]": misses[1]},
     )
-
-
-def _mastering_wrist(case: PaperCase) -> Array:
-    return wrist_centre_mm(case.arm, np.array(case.arm.mastering))
 
 
 def half_turn(data: PaperData) -> Proof:
@@ -282,19 +261,13 @@ def symbolic_a2(data: PaperData) -> Proof:
     """Symbolic T_2^1 against equation (1) at theta_2 + 90 deg, at 90 deg - theta_2, and as read."""
     counts = [_differing(data.case(*ids), ("A2",)) for ids in ((), ("symbolic-a2",))]
     printed = data.case().printed["symbolic"]["A2"]
-    theta = 0.4
-    values = {"S2": math.sin(theta), "C2": math.cos(theta)}
-    turned = rot_z(math.pi / 2 - theta)[:2, :2]
-    rotation = np.array([[_number(printed[r][c], values) for c in range(2)] for r in range(2)])
+    turned = rot_z(math.pi / 2 - value_of("q2", 0))[:2, :2]
+    rotation = np.array([[value_of(text, 0) for text in row[:2]] for row in printed[:2]])
     return Proof(
         "three entries differ from theta_2 + 90 deg; the printed rotation is that of 90 deg - theta_2",
         counts == [3, 0] and float(np.abs(rotation - turned).max()) < 1e-12,
         {"entries that differ as printed": counts[0], "as read": counts[1]},
     )
-
-
-def _number(text: str, values: dict[str, float]) -> float:
-    return -values[text[1:]] if text.startswith("-") else values[text]
 
 
 def composition_order(data: PaperData) -> Proof:

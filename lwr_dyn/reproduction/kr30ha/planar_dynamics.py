@@ -5,11 +5,9 @@ masses half-way. printed = right + what the named errata add, or `Comparison.exp
 from the arm is another question, see `counterparts`.
 
 The equations of an arm's joints, derived with letters, against Pinocchio on the reduced model: `symbolic_verdicts`.
-
-Proofs of the errata in the KR 30 HA report's dynamic analysis: expressions, and the planar model beside the arm.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
@@ -135,6 +133,13 @@ class Comparison:
         rest = normal_form(self.difference - sum(self.added.values(), 0 * self.right), sp.symbols("q1 q2"))
         return bool(rest.is_zero_matrix) and self.agrees == (not self.added)
 
+    def follows_with(self, errata: Collection[str]) -> bool:
+        """The printed expression is the right one and what these errata add."""
+        rest = self.printed - self.right
+        for matrix in (m for erratum, m in self.added.items() if erratum in errata):
+            rest -= matrix
+        return all(same(str(entry), "0") for entry in rest)
+
     def record(self) -> dict[str, Any]:
         """As JSON values."""
         words = {"name": self.name, "where": self.where, "agrees": self.agrees, "errata": list(self.added)}
@@ -252,7 +257,7 @@ def symbolic_verdicts(
 
 
 def _random_chain(chain: Chain, paper: Paper, rng: np.random.Generator) -> tuple[Chain, dict[str, float]]:
-    """The same joints with other lengths [m], bodies and gravity, and the lengths by their letters."""
+    """The same joints with other lengths [m], bodies of five points each and gravity; the lengths by their letters."""
     letters = length_letters(paper)
     names = sorted({x.name for column in letters.values() for x in column if x != 0})
     lengths = {name: float(rng.uniform(0.1, 1.0)) for name in names}
@@ -260,43 +265,30 @@ def _random_chain(chain: Chain, paper: Paper, rng: np.random.Generator) -> tuple
     for i, (row, link) in enumerate(zip(dh_rows(paper), chain.links, strict=True)):
         a, d = (0.0 if letters[x][i] == 0 else lengths[letters[x][i].name] for x in ("a", "d"))
         before, after = replace(row, a=a, d=d).fixed_poses(paper.convention)
-        links.append(replace(link, before=before, after=after, body=_random_body(rng)))
+        points: Array = rng.uniform(-0.5, 0.5, (5, 3))
+        masses = [Body(float(m), p, np.zeros((3, 3))) for m, p in zip(rng.uniform(0.5, 5.0, 5), points, strict=True)]
+        links.append(replace(link, before=before, after=after, body=sum(masses, Body.massless())))
     gravity = chain.gravity / np.linalg.norm(chain.gravity) * rng.uniform(1.0, 20.0)
     return Chain(tuple(links), chain.flange, gravity), lengths
 
 
-def _random_body(rng: np.random.Generator) -> Body:
-    """Five random mass points: a feasible body."""
-    points: Array = rng.uniform(-0.5, 0.5, (5, 3))
-    body = Body.massless()
-    for mass, point in zip(rng.uniform(0.5, 5.0, 5), points, strict=True):
-        body = body + Body(float(mass), point, np.zeros((3, 3)))
-    return body
-
-
 @cache
-def _comparisons() -> tuple[Comparison, ...]:
+def own_comparisons() -> tuple[Comparison, ...]:
+    """`comparisons` of the report's own planar model."""
     return comparisons(planar_equations())
 
 
 def named_erratum(_: PaperData, erratum: str) -> Proof:
     """Every expression with this erratum: printed less right is the sum of its errata, and is not without this one."""
-    touched = [c for c in _comparisons() if erratum in c.added]
-    with_it = [_explained(c, c.added) for c in touched]
-    without = [_explained(c, [e for e in c.added if e != erratum]) for c in touched]
+    touched = [c for c in own_comparisons() if erratum in c.added]
+    with_it = [c.follows_with(c.added) for c in touched]
+    without = [c.follows_with({*c.added} - {erratum}) for c in touched]
     names = ", ".join(c.name for c in touched)
     return Proof(
         f"printed = right + the errors named in {names}; leave this one out and they differ",
         bool(touched) and all(with_it) and not any(without),
         {c.name: f"adds {'; '.join(map(str, c.added[erratum]))}" for c in touched},
     )
-
-
-def _explained(c: Comparison, errata: Iterable[str]) -> bool:
-    rest = c.printed - c.right
-    for erratum in errata:
-        rest -= c.added[erratum]
-    return all(same(str(entry), "0") for entry in rest)
 
 
 def planar_model(_: PaperData) -> Proof:
@@ -316,7 +308,7 @@ def planar_model(_: PaperData) -> Proof:
 def unfinished(_: PaperData) -> Proof:
     """The report's own Lagrangian carried to the end, against the right one of its model."""
     planar = planar_equations()
-    lagrangian = next(c for c in _comparisons() if c.name == "L").printed[0]
+    lagrangian = next(c for c in own_comparisons() if c.name == "L").printed[0]
     torques = finished(lagrangian)
     off = [not same(str(a), str(b)) for a, b in zip(torques, planar.tau, strict=True)]
     return Proof(
@@ -328,7 +320,7 @@ def unfinished(_: PaperData) -> Proof:
 
 def lagrangian_label(_: PaperData) -> Proof:
     """L as printed less K_TOTAL as printed."""
-    printed = {c.name: c.printed[0] for c in _comparisons() if c.printed.shape == (1, 1)}
+    printed = {c.name: c.printed[0] for c in own_comparisons() if c.printed.shape == (1, 1)}
     rest = printed["L"] - printed["K_TOTAL"]
     potential = -(printed["P_1"] + printed["P_2"])
     return Proof("the expression printed as L = K_TOTAL is K_TOTAL - P_1 - P_2",

@@ -53,11 +53,6 @@ class PointCell:
         """To the printed digits."""
         return agrees(self.printed, self.value)
 
-    @property
-    def explained(self) -> bool:
-        """Reproduced, or an erratum explains the difference."""
-        return self.reproduced or bool(self.erratum)
-
     def record(self) -> dict[str, Any]:
         """As JSON values."""
         shown = {"point": self.point, "cell": self.name, "printed": self.printed, "value": self.value}
@@ -106,7 +101,7 @@ class PaperPoints:
     @property
     def holds(self) -> bool:
         """Every printed digit is reproduced or explained by an erratum."""
-        return all(cell.explained for cell in self.cells)
+        return all(cell.reproduced or cell.erratum for cell in self.cells)
 
 
 def paper_points() -> PaperPoints:
@@ -119,7 +114,15 @@ def paper_points() -> PaperPoints:
 
 def point_misses(arm: Arm, tables: Mapping[str, Any]) -> tuple[Miss, ...]:
     """Table 5's angles put through an arm, point by point."""
-    return tuple(_miss(arm, name, tables) for name in POINTS)
+    out = []
+    for name in POINTS:
+        sign, reading = (1.0, "A = theta") if name == "home" else (-1.0, "A = -theta")
+        q = np.zeros(6)
+        q[:3] = sign * np.radians([float(text) for text in tables["table_5"][name]])
+        places = wrist_centre_mm(arm, q), 1e3 * flange_pose(arm.chain, q)[:3, 3]
+        distances = (float(np.linalg.norm(place - np.array(tables[name]["xyz"]))) for place in places)
+        out.append(Miss(name, reading, q + 0.0, *places, *distances))
+    return tuple(out)
 
 
 def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, Any]) -> dict[str, float]:
@@ -130,33 +133,25 @@ def simplified_solution(point: Mapping[str, Any], geometry: Mapping[str, Any]) -
     D = (ahead**2 + height**2 - a2**2 - a3**2) / (2.0 * a2 * a3)
     theta_3 = int(point["elbow"]) * math.acos(D)
     alpha, phi = math.atan2(height, ahead), math.asin(a3 * math.sin(theta_3) / math.hypot(ahead, height))
-    # printed in this order: alpha + phi, alpha - phi
-    angles = {
-        "theta_1": math.atan2(y, x - d2),
-        "theta_3": theta_3,
-        "alpha": alpha,
-        "phi": phi,
-        "theta_2 (first)": alpha + phi,
-        "theta_2 (second)": alpha - phi,
-    }
+    angles = {"theta_1": math.atan2(y, x - d2), "theta_3": theta_3, "alpha": alpha, "phi": phi}
+    angles |= {"theta_2 (first)": alpha + phi, "theta_2 (second)": alpha - phi}  # printed in this order
     return {"D": D} | {name: math.degrees(angle) for name, angle in angles.items()}
 
 
 def _cells(name: str, tables: Mapping[str, Any]) -> list[PointCell]:
     point = tables[name]
-    values = simplified_solution(point, tables["geometry"])
-    places = {cell: (f"results.{name}.{cell}[0]", point[cell][0]) for cell in values if cell in point}
-    for k, (order, text) in enumerate(zip(("first", "second"), point["theta_2"], strict=True)):
-        places[f"theta_2 ({order})"] = (f"results.{name}.theta_2[{k}]", text)
-    chosen = "theta_2 (first)" if name == "home" else "theta_2 (second)"
-    cells = [
-        PointCell(name, cell, text, values[cell], _erratum(at, text, values[cell]))
-        for cell, (at, text) in places.items()
+    values, both = simplified_solution(point, tables["geometry"]), ("theta_2 (first)", "theta_2 (second)")
+    chosen = ("theta_1", both[name != "home"], "theta_3")
+    rows = [(cell, cell, f"{name}.{cell}[0]", point[cell][0]) for cell in values if cell in point]
+    rows += [(cell, cell, f"{name}.theta_2[{k}]", point["theta_2"][k]) for k, cell in enumerate(both)]
+    rows += [
+        (cell, f"{cell.split(' ')[0]} (Table 5)", f"table_5.{name}[{k}]", tables["table_5"][name][k])
+        for k, cell in enumerate(chosen)
     ]
-    for k, (cell, text) in enumerate(zip(("theta_1", chosen, "theta_3"), tables["table_5"][name], strict=True)):
-        erratum = _erratum(f"results.table_5.{name}[{k}]", text, values[cell])
-        cells.append(PointCell(name, f"{cell.split(' ')[0]} (Table 5)", text, values[cell], erratum))
-    return cells
+    return [
+        PointCell(name, shown, text, values[cell], _erratum(f"results.{at}", text, values[cell]))
+        for cell, shown, at, text in rows
+    ]
 
 
 def _erratum(at: str, text: str, value: float) -> str:
@@ -195,16 +190,6 @@ def wrist_centre_mm(arm: Arm, q: Array) -> Array:
     """The wrist centre in the base at q (6,) [rad], (3,) [mm]; ungated."""
     flange = flange_pose(arm.chain, q)
     return np.asarray(1e3 * (flange[:3, 3] + flange[:3, :3] @ require_wrist_arm(arm).wrist_in_flange))
-
-
-def _miss(arm: Arm, name: str, tables: Mapping[str, Any]) -> Miss:
-    sign, reading = (1.0, "A = theta") if name == "home" else (-1.0, "A = -theta")
-    q = np.zeros(6)
-    q[:3] = sign * np.radians([float(text) for text in tables["table_5"][name]])
-    wrist, flange = wrist_centre_mm(arm, q), 1e3 * flange_pose(arm.chain, q)[:3, 3]
-    target = np.array(tables[name]["xyz"])
-    distances = (float(np.linalg.norm(place - target)) for place in (wrist, flange))
-    return Miss(name, reading, q + 0.0, wrist, flange, *distances)
 
 
 WAIT = 2.0

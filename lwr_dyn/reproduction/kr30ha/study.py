@@ -1,9 +1,4 @@
-"""Everything the KR 30 HA report prints, recomputed: points, matrices, envelope, equations, movement, program.
-
-The tables of the KR 30 HA study: every printed result beside what it should be.
-
-The KR 30 HA's working envelope (Figures 3 and 4) and its movement.
-"""
+"""Everything the KR 30 HA report prints, recomputed: points, matrices, envelope, equations, movement, program."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -99,11 +94,8 @@ def envelope_table(envelope: Envelope, arm: Arm) -> Table:
         ("reach behind axis 1, bent back overhead [mm]", f"{1e3 * envelope.reach_behind:.2f}", "-"),
         ("volume with what is reached overhead [m^3]", f"{envelope.volume_with_overhead:.4f}", "-"),
     ]
-    return Table(
-        f"Envelope of the wrist centre from geometry and limits: reach and volume {SECTION}",
-        ("", "computed", "data sheet"),
-        rows,
-    )
+    title = f"Envelope of the wrist centre from geometry and limits: reach and volume {SECTION}"
+    return Table(title, ("", "computed", "data sheet"), rows)
 
 
 def _rating(value: float | None, factor: float) -> str:
@@ -113,14 +105,9 @@ def _rating(value: float | None, factor: float) -> str:
 def motion_tables(motion: planar_dynamics.MotionReport) -> tuple[Table, ...]:
     """The report's dynamic analysis: each expression, its terms, its errata; then its model beside the arm."""
     e = motion.planar
-    torques = {
-        "The report's equations, which it leaves unfinished, carried to the end: from its own Lagrangian": (
-            motion.printed_torques
-        ),
-        "and from the right one of the same planar model": e.tau,
-    }
+    own = "The report's equations, which it leaves unfinished, carried to the end: from its own Lagrangian"
     lines = []
-    for title, tau in torques.items():
+    for title, tau in ((own, motion.printed_torques), ("and from the right one of the same planar model", e.tau)):
         rows = enumerate(tau, start=1)
         lines += [title, *(f"  tau_{i} = {expression_text(readable(row, e.rates, e.weights))}" for i, row in rows)]
     return (
@@ -178,11 +165,8 @@ def cycle_table(cycle: Cycle, arm: Arm) -> Table:
 
 def errata_text(paper: Paper) -> str:
     """The ledger: what is printed, how it is read, why."""
-    rows = [
-        f"{e.id} ({e.status}), {e.where}\n  printed: {e.printed}\n  read as: {e.read_as}\n  {e.why}"
-        for e in paper.errata
-    ]
-    return f"Errata ({len(rows)})\n" + "\n".join(rows)
+    form = "{0.id} ({0.status}), {0.where}\n  printed: {0.printed}\n  read as: {0.read_as}\n  {0.why}"
+    return "\n".join([f"Errata ({len(paper.errata)})", *map(form.format, paper.errata)])
 
 
 def _listed(values: Sequence[float] | Array, digits: int = 2) -> str:
@@ -255,7 +239,7 @@ def envelope_figures(arm: Arm, points: Mapping[str, ArrayLike] | None = None) ->
 
 
 def closed_outlines(envelope: Envelope) -> tuple[Array, ...]:
-    """The outline as closed polygons (m, 2) of (r, z) [m], joined along axis 1 where it is open there."""
+    """The outline as closed polygons (m, 2) of (r, z) [m], arc after arc, joined along axis 1 where open."""
     left = list(envelope.outline)
     loops: list[Array] = []
     while left:
@@ -264,15 +248,10 @@ def closed_outlines(envelope: Envelope) -> tuple[Array, ...]:
         while arc is not None:
             left.remove(arc)
             points.append(arc.points())
-            arc = _next(arc, left)
+            end = arc.point(arc.end)
+            arc = next((other for other in left if math.dist(other.point(other.start), end) < TOUCH), None)
         loops.append(np.concatenate([*points, points[0][:1]]))
     return tuple(loops)
-
-
-def _next(arc: EnvelopeArc, others: Sequence[EnvelopeArc]) -> EnvelopeArc | None:
-    """The arc that starts where this one ends."""
-    end = arc.point(arc.end)
-    return next((other for other in others if math.dist(other.point(other.start), end) < TOUCH), None)
 
 
 SYMMETRIC = "First two joints of the arm, links symmetric about its plane (as estimated); vectors in the base frame"
@@ -292,14 +271,16 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
     progress("equations of motion")
     motion = planar_dynamics.motion_report()
     symbolic = planar_dynamics.symbolic_verdicts(arm, paper, planar_dynamics.FIRST_TWO)
-    _equations(place, motion)
+    symmetric, general = motion.symmetric.equations, motion.general.equations
+    equations = equations_text(symmetric)
+    text = f"{SYMMETRIC}\n{equations}\n\n{GENERAL}\n{equations_text(general)}\n"
+    latex = {"equations.tex": equations_latex(symmetric), "equations_general.tex": equations_latex(general)}
+    write_folder(place, {"equations.txt": text, **latex, "errata.txt": errata_text(paper) + "\n"})
     progress("movement and replay")
     movement = cycle(arm, points.right)
     program = program_report(arm)
     progress("KRL program")
     write_program(program, arm, make_folder(place / "program"))
-    write_folder(place, {"errata.txt": errata_text(paper) + "\n"})
-    equations = equations_text(motion.symmetric.equations)
     return Reproduction(
         holds=all((points.holds, matrices.holds, motion.holds, program.holds, *(v.holds for v in symbolic))),
         document=study_document(
@@ -328,17 +309,3 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
         ),
         pictures=pictures(arm, points.right, movement.run, program.run.to_run()),
     )  # fmt: skip
-
-
-def _equations(place: Path, motion: planar_dynamics.MotionReport) -> None:
-    """Text and LaTeX, for links with mirror symmetry and for any links."""
-    symmetric, general = motion.symmetric.equations, motion.general.equations
-    text = f"{SYMMETRIC}\n{equations_text(symmetric)}\n\n{GENERAL}\n{equations_text(general)}\n"
-    write_folder(
-        place,
-        {
-            "equations.txt": text,
-            "equations.tex": equations_latex(symmetric),
-            "equations_general.tex": equations_latex(general),
-        },
-    )

@@ -115,23 +115,17 @@ def run(_: Path, arm: Arm, __: Progress) -> Reproduction:
         Note(_text(e)), matrices=matrices, identical_to_printed=list(e.identical), wrist=routes,
         routes_agree=e.routes_agree, tool=e.tool,
     )  # fmt: skip
-    return Reproduction(e.holds, found, pictures=Pictures(stills=_stills(arm, e)))
-
-
-def _stills(arm: Arm, e: Exercise) -> tuple[Still, ...]:
-    """Frames in the printed configuration, and the arm at the tool point."""
     place = ", ".join(f"{x + 0.0:.2f}" for x in e.tool)
-    return (
+    stills = (
         Still("Assignment of D-H frames, q = 0", arm, np.zeros(arm.n)),
         Still("tool position", arm, np.radians(e.q_deg), f"the tool point stands at ({place}) m in frame 0"),
     )
+    return Reproduction(e.holds, found, pictures=Pictures(stills=stills))
 
 
 def _text(e: Exercise) -> str:
-    lines = [
-        f"A{i}: {'identical to' if same else 'DIFFERS from'} the printed matrix"
-        for i, same in enumerate(e.identical, 1)
-    ]
+    found = {True: "identical to", False: "DIFFERS from"}
+    lines = [f"A{i}: {found[same]} the printed matrix" for i, same in enumerate(e.identical, 1)]
     full, short = e.wrist_full, e.wrist_short
     lines.append(f"wrist by A1...A7 (0,0,0,1): {full.multiplications} products, {full.additions} sums")
     lines.append(f"wrist by A1..A4 (0,0,M,1):  {short.multiplications} products, {short.additions} sums")

@@ -1,13 +1,10 @@
 """The LWR 4+ paper recomputed: worst-case inertias, gains, both controllers on IST.
 
-formulas             Formulas of the numbers that the LWR 4+ paper prints, by the names that its `results.toml` gives
-                     them
-proofs               Proofs of the errata in the LWR 4+ paper's tables: the printed numbers against what they must be
-proofs_of_equations  Proofs of the errata in the LWR 4+ paper's equations: each equation exactly as printed against
-                     the right one
-study                Everything the LWR 4+ paper prints, recomputed
-worst_cases          Searches for the largest B_ii, cached by all that it depends on: a changed table repeats only
-                     those it touches
+formulas     Formulas of the numbers that the LWR 4+ paper prints, by the names that its `results.toml` gives them
+proofs       Proofs of the errata in the LWR 4+ paper: tables against what they must be, equations exactly as printed
+study        Everything the LWR 4+ paper prints, recomputed; every controller on IST, also with a wrong model; the
+             figures
+worst_cases  Tables IV and VI of the LWR 4+ paper recomputed: worst-case inertias under every reading, and the gains
 """
 
 from lwr_dyn.reproduction.papers import SENSITIVITY, Study, StudyOption

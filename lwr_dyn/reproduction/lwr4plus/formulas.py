@@ -1,7 +1,5 @@
 """Formulas of the numbers that the LWR 4+ paper prints, by the names that its `results.toml` gives them.
 
-Tables VII and VIII of the LWR 4+ paper: both controllers on IST, under each timing and arm angle considered.
-
 Table VII is the PD controller in the paper's form. Table VIII is the inverse-dynamics controller with ddq_d = 0 and,
 by hypothesis, without gravity in n(q, dq): its errors are then the droop B^-1 g / omega_n^2, which is what is printed.
 The printed unit is mm; the numbers are read as mrad (mrad/s).
@@ -100,11 +98,6 @@ class ErrorTable:
         """Joints that met their stops in the run, in words; empty if none did."""
         return stop_contacts(self.run, self.reference.arm).sentence()
 
-    @property
-    def where(self) -> str:
-        """The arm angle, and the stops that joints met."""
-        return "; ".join(text for text in (self.arm_angle, self.stops) if text)
-
     def counts(self) -> dict[str, int]:
         """Cells reproduced, near and not near."""
         words = [cell.verdict.split(",")[0] for cell in self.cells]
@@ -112,9 +105,8 @@ class ErrorTable:
 
     def record(self) -> dict[str, Any]:
         """As JSON values."""
-        conditions = {"timing": self.timing, "arm_angle": self.arm_angle, "distance": self.distance}
-        conditions["stops"] = self.stops
-        return conditions | {"margin": self.reference.margin, "cells": [cell.record() for cell in self.cells]}
+        own = {"timing": self.timing, "arm_angle": self.arm_angle, "distance": self.distance, "stops": self.stops}
+        return own | {"margin": self.reference.margin, "cells": [cell.record() for cell in self.cells]}
 
 
 def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | None = None) -> ErrorTable:
@@ -124,7 +116,9 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     """
     kept = arm_angle is None
     reference = ist_reference(arm, timing, arm_angle=arm_angle, limits=kept)
-    angle = LARGEST_MARGIN if arm_angle is None else _fitted(arm_angle)
+    angle = LARGEST_MARGIN
+    if arm_angle is not None:
+        angle = f"{math.degrees(arm_angle.psi):.0f} deg, branch {arm_angle.branch.label} (fitted to Table VIII)"
     tables = printed_tables("lwr4plus")
     if name == "table_vii":
         controller = make_controller("pd-gravity", arm, inertia=tuple(map(float, tables["table_iv"]["b"])))
@@ -132,13 +126,13 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
         controller = make_controller("inverse-dynamics", arm, feedforward=False, gravity=False)
     run = simulate(arm, controller, reference, position_limits=kept, meta={"task": "ist", "table": name})
     figures, printed = metrics(run, arm).position_mrad, tables[name]
-    cells = []
-    for i in range(arm.n):
-        row_range = float(printed["maximum"][i]) - float(printed["minimum"][i])
-        for column, figure in COLUMNS.items():
-            value = float(getattr(figures, figure)[i])
-            cells.append(ErrorCell(i, column, printed[column][i], value, row_range))
-    return ErrorTable(name, timing, angle, tuple(cells), run, reference)
+    ranges = [float(most) - float(least) for most, least in zip(printed["maximum"], printed["minimum"], strict=True)]
+    cells = tuple(
+        ErrorCell(i, column, printed[column][i], float(getattr(figures, figure)[i]), ranges[i])
+        for i in range(arm.n)
+        for column, figure in COLUMNS.items()
+    )
+    return ErrorTable(name, timing, angle, cells, run, reference)
 
 
 def fitted_arm_angle(arm: Arm) -> FixedArmAngle:
@@ -167,10 +161,6 @@ def fitted_arm_angle(arm: Arm) -> FixedArmAngle:
     return min(fine, key=distance)
 
 
-def _fitted(angle: FixedArmAngle) -> str:
-    return f"{math.degrees(angle.psi):.0f} deg, branch {angle.branch.label} (fitted to Table VIII)"
-
-
 def velocity_rows(table: ErrorTable, arm: Arm) -> dict[str, float]:
     """Two readings of Table VIII's velocity block, and how far each is from the run: RMS of misses over row ranges.
 
@@ -181,9 +171,8 @@ def velocity_rows(table: ErrorTable, arm: Arm) -> dict[str, float]:
     printed = printed_tables("lwr4plus")["table_viii"]
     figures = metrics(table.run, arm).velocity_mrad_s
     computed = np.array([figures.max, figures.min]).T
-    pairs = zip(printed["velocity_average"][1:6], printed["velocity_maximum"][1:6], strict=True)
-    last = printed["velocity_maximum"][6], printed["velocity_minimum"][6]
-    cells = np.array([[float(a), float(b)] for a, b in (*pairs, last)])
+    average, most, least = (printed[f"velocity_{column}"] for column in COLUMNS)
+    cells = np.array([*zip(average[1:6], most[1:6], strict=True), (most[6], least[6])], dtype=np.float64)
     ranges = (cells[:, 0] - cells[:, 1])[:, None]
     readings = {"rows as numbered": computed[1:7], "one row too low": computed[0:6]}
     return {name: float(np.sqrt((((rows - cells) / ranges) ** 2).mean())) for name, rows in readings.items()}
@@ -208,7 +197,7 @@ def condition_tables(tables: Sequence[ErrorTable]) -> tuple[Table, Table]:
     conditions = Table(
         f"{TITLES[nearest.name]}: position errors, printed in mm, read as mrad",
         ("timing (assumed)", "arm angle", miss, "reproduced", f"near ({NEAR:.0%})", "not near"),
-        [(t.timing, t.where, t.distance, *t.counts().values()) for t in ranked],
+        [(t.timing, "; ".join(filter(None, (t.arm_angle, t.stops))), t.distance, *t.counts().values()) for t in ranked],
         f"nearest: {nearest.timing} timing, arm angle: {nearest.arm_angle}",
     )
     numbers = (Heading("recomputed", format=".3g"), Heading("of row range", format="+.0%"))
@@ -299,8 +288,7 @@ def joints_of_largest_average(case: PaperCase, _: ResultBlock) -> dict[str, Any]
 
 def joints_of_largest_velocity(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """The three joints with the largest velocity error in Table VIII, by the size of any of the row's three cells"""
-    names = ("velocity_average", "velocity_maximum", "velocity_minimum")
-    sizes = np.abs([case.numbers("table_viii", name) for name in names]).max(axis=0)
+    sizes = np.abs([case.numbers("table_viii", f"velocity_{column}") for column in COLUMNS]).max(axis=0)
     if "table8-velocity-rows" in case.applied:
         sizes = sizes[1:]  # the block stands one row too low
     return {"joint": _largest(sizes, 3)}

@@ -1,12 +1,8 @@
-"""Everything the LWR 4+ paper prints, recomputed.
-
-The runs of the study: every controller on IST, and their ranking when the model is wrong.
-
-Figures 4, 6, 7, 9 and 10 of the LWR 4+ paper, from the runs of both controllers on IST.
-"""
+"""Everything the LWR 4+ paper prints, recomputed; every controller on IST, also with a wrong model; the figures."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -106,12 +102,8 @@ class ControllerRun:
 
     def record(self) -> dict[str, Any]:
         """As JSON values."""
-        return {
-            "controller": self.controller,
-            "label": self.label,
-            "plant": self.plant,
-            "audit": self.run.meta["audit"],
-        } | self.metrics.to_json()
+        own = {"controller": self.controller, "label": self.label, "plant": self.plant}
+        return own | {"audit": self.run.meta["audit"]} | self.metrics.to_json()
 
 
 def plants(arm: Arm) -> dict[str, Arm]:
@@ -155,14 +147,12 @@ def ranking_table(runs: Sequence[ControllerRun]) -> Table:
 PD, INVERSE, DROOP = 0, 1, 2
 """Places of the runs that are shown: both controllers on the arm as modelled, and what Table VIII seems to be of."""
 
-REPLAYED = ("pd-gravity", "inverse-dynamics")
-
 ASSUMED = "timing, tool orientation and arm angle are not printed: assumed here"
 
 
 def pictures(arm: Arm, simulated: Sequence[ControllerRun], table_viii: Run) -> Pictures:
     """Figures 4, 6, 7, 9 and 10, torques, Figure 2 as a still; both controllers on the arm as modelled are replayed."""
-    replayed = [run for run in simulated if run.plant == "as modelled" and run.controller in REPLAYED]
+    replayed = [run for run in simulated if run.plant == "as modelled" and run.controller != "pid"]
     shown = replayed_runs([*(run.run for run in replayed), table_viii], arm)
     return Pictures(
         simulated=tuple((run.name, run.file, run.run) for run in simulated),
@@ -178,30 +168,25 @@ def pictures(arm: Arm, simulated: Sequence[ControllerRun], table_viii: Run) -> P
 def _figures(runs: Sequence[ReplayedRun]) -> dict[str, Figure]:
     """File -> figure."""
 
-    def like(figure: Figure, name: str, title: str, where: str, note: str = "") -> Figure:
-        return replace(figure, id=name, title=title, where=where, note=note)
+    def like(figure: Figure, number: str, title: str, note: str = "") -> Figure:
+        return replace(figure, id=f"figure-{number}", title=title, where=f"Fig. {number.rstrip('ab')}", note=note)
 
-    position, velocity = (error_figure(runs, (DROOP, INVERSE), q) for q in ("position error", "velocity error"))
-    both = [error_figure(runs, (PD, INVERSE), q) for q in ("position error", "velocity error")]
-    paths = {
-        "figure_04_path": like(path_figure(runs, (PD, INVERSE)), "figure-4", "Trajectory to be implemented", "Fig. 4"),
-        "figure_07_path_pd": like(path_figure(runs, (PD,)), "figure-7", "Trajectory obtained, decentralised", "Fig. 7"),
-        "figure_10_path_inverse_dynamics": like(
-            path_figure(runs, (INVERSE, DROOP)), "figure-10", "Trajectory obtained, centralised", "Fig. 10"
-        ),
-    }
-    return paths | {
+    path, errors = partial(path_figure, runs), partial(error_figure, runs)
+    return {
+        "figure_04_path": like(path((PD, INVERSE)), "4", "Trajectory to be implemented"),
+        "figure_07_path_pd": like(path((PD,)), "7", "Trajectory obtained, decentralised"),
+        "figure_10_path_inverse_dynamics": like(path((INVERSE, DROOP)), "10", "Trajectory obtained, centralised"),
         "tip_error": tip_error_figure(runs),
         "torque": torque_figure(runs, (PD, INVERSE)),
-        "figure_06_position_error_pd": like(
-            error_figure(runs, (PD,)), "figure-6", "Position error, decentral", "Fig. 6", ASSUMED
-        ),
+        "figure_06_position_error_pd": like(errors((PD,)), "6", "Position error, decentral", ASSUMED),
         "figure_09_position_error_inverse_dynamics": like(
-            position, "figure-9a", "Position error, central", "Fig. 9", ASSUMED
+            errors((DROOP, INVERSE)), "9a", "Position error, central", ASSUMED
         ),
-        "figure_09_velocity_error_inverse_dynamics": like(velocity, "figure-9b", "Velocity error, central", "Fig. 9"),
-        "position_error": replace(both[0], id=""),
-        "velocity_error": replace(both[1], id=""),
+        "figure_09_velocity_error_inverse_dynamics": like(
+            errors((DROOP, INVERSE), "velocity error"), "9b", "Velocity error, central"
+        ),
+        "position_error": replace(errors((PD, INVERSE)), id=""),
+        "velocity_error": replace(errors((PD, INVERSE), "velocity error"), id=""),
     }
 
 

@@ -1,6 +1,6 @@
-"""Searches for the largest B_ii, cached by all that it depends on: a changed table repeats only those it touches.
+"""Tables IV and VI of the LWR 4+ paper recomputed: worst-case inertias under every reading, and the gains.
 
-Tables IV and VI of the LWR 4+ paper recomputed: worst-case inertias under every reading, and the gains.
+Searches for the largest B_ii are cached by all that it depends on: a changed table repeats only those it touches.
 """
 
 import itertools
@@ -64,8 +64,7 @@ def _span(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, float]
             angles = (size, -size) if text.startswith("+-") else (size,)
             choices.append([(j, math.radians(a - PAPER_ZERO[j])) for a in angles])
     values = []
-    for combination in itertools.product(*choices):
-        fixed = dict(combination)
+    for fixed in map(dict, itertools.product(*choices)):
         starts = _lattice(arm, joint, fixed)
         values += [worst_case_inertia(arm, joint, fixed, small, starts).value for small in (True, False)]
     return min(values), max(values)
@@ -74,7 +73,7 @@ def _span(arm: Arm, joint: int, printed_q: Sequence[str]) -> tuple[float, float]
 def _lattice(arm: Arm, joint: int, fixed: dict[int, float]) -> Array:
     """Corners of a 60 deg lattice of the free joints that B_ii depends on; the last joint turns a near-round body."""
     free = [j for j in range(joint + 1, arm.n) if j not in fixed]
-    axes = [[0.0] if j == arm.n - 1 else [x for x in (-2.0, -1.0, 0.1, 1.0, 2.0)] for j in free]
+    axes = [[0.0] if j == arm.n - 1 else [-2.0, -1.0, 0.1, 1.0, 2.0] for j in free]
     rows = list(itertools.product(*axes))
     points = np.tile((arm.lower + arm.upper) / 2, (len(rows), 1))
     for j, value in fixed.items():
@@ -182,20 +181,15 @@ def inertia_table(rows: Sequence[InertiaRow]) -> Table:
 
 def maximisers(worst: InertiaMaximum) -> str:
     """Where B_ii is largest, in the paper's whole degrees, "*" for free joints."""
-    shown = [
-        " ".join(
-            "*" if math.isnan(x) else f"{math.degrees(x) + zero:.0f}" for x, zero in zip(q, PAPER_ZERO, strict=True)
-        )
-        for q in worst.maximisers
-    ]
+    rows = (np.degrees(q) + PAPER_ZERO for q in worst.maximisers)
+    shown = [" ".join("*" if math.isnan(x) else f"{x:.0f}" for x in row) for row in rows]
     more = worst.distinct - len(shown)
     return " | ".join(shown) + (f" | and {more} more" if more > 0 else "")
 
 
 def errata_that_matter() -> tuple[str, ...]:
     """The errata by which the reading that reproduces Table IV differs from the printed one."""
-    readings = open_paper("lwr4plus").readings
-    printed, computed = (readings[name].errata for name in ("printed", "computed"))
+    printed, computed = (open_paper("lwr4plus").readings[name].errata for name in ("printed", "computed"))
     return tuple(e for e in computed if e not in printed)
 
 

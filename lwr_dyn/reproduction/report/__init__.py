@@ -1,6 +1,6 @@
 """A report as one HTML file that loads nothing and can be read without a script.
 
-blocks       Errata, checks, sections and files of a report as HTML that is readable without scripts
+blocks       Numbers, errata, checks, sections and files of a report as HTML that is readable without scripts
 content      The content of a report page as plain records, without HTML
 figure_html  A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of
              the page

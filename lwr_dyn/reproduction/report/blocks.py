@@ -1,10 +1,7 @@
-"""Errata, checks, sections and files of a report as HTML that is readable without scripts.
+"""Numbers, errata, checks, sections and files of a report as HTML that is readable without scripts.
 
-The map of a paper's numbers: each printed number a square, a line a table; it is the page's summary and contents.
-
-Printed numbers beside ours as HTML: one line a number, what came out as printed folded away.
-
-Behind each printed number is a popover, which needs no script, with its place in the paper, its formula and unit.
+The map of a paper's numbers, each a square, is the page's summary and contents. Numbers stand beside ours, one a line,
+what came out as printed folded away. Behind each is a popover with its place in the paper, its formula and unit.
 """
 
 import re
@@ -18,33 +15,21 @@ from lwr_dyn.reproduction.case import LedgerEntry
 from lwr_dyn.reproduction.report import content
 from lwr_dyn.reproduction.report.figure_html import figure_html
 
-GLYPHS: dict[content.CellVerdict, str] = {
-    "reproduced": "v1",
-    "after erratum": "v2",
-    "differs": "v4",
-    "structural": "v5",
-    "repeated in print": "v6",
-    "under assumed conditions": "v3",
-    "not reproducible": "v7",
-    "": "",
+GLYPHS: dict[content.CellVerdict, tuple[str, str]] = {
+    "reproduced": ("v1", "reproduced"),
+    "after erratum": ("v2", "after an erratum"),
+    "differs": ("v4", "differ"),
+    "structural": ("v5", "structural"),
+    "repeated in print": ("v6", "repeated in print"),
+    "under assumed conditions": ("v3", "assumed, not near"),
+    "not reproducible": ("v7", "not reproducible"),
 }
-"""The class of a verdict's square: filled, half, crossed, ...; the shapes need no colour."""
+"""The class of a verdict's square (filled, half, crossed, ...; the shapes need no colour), and its words in the key."""
 
 NEAR = "v8"
 """The class of an assumed number that is near."""
 
-_WORDS: dict[content.CellVerdict, str] = {
-    "reproduced": "reproduced",
-    "after erratum": "after an erratum",
-    "differs": "differ",
-    "structural": "structural",
-    "repeated in print": "repeated in print",
-    "under assumed conditions": "assumed, not near",
-    "not reproducible": "not reproducible",
-    "": "",
-}
-
-ALWAYS: tuple[content.CellVerdict, ...] = ("reproduced", "after erratum", "differs")
+ALWAYS = ("reproduced", "after erratum", "differs")
 """Verdicts that the key names even where no number has them."""
 
 _SMALL = 6
@@ -53,7 +38,7 @@ _SMALL = 6
 
 def glyph(cell: content.ReportCell) -> Html | None:
     """The square of a number; nothing for a cell that is only shown."""
-    return element("i", class_=f"g {_class(cell)}") if cell.verdict else None
+    return element("i", class_=f"g {NEAR if cell.near else GLYPHS[cell.verdict][0]}") if cell.verdict else None
 
 
 def word(cell: content.ReportCell) -> str:
@@ -63,16 +48,16 @@ def word(cell: content.ReportCell) -> str:
     return {"after erratum": "after an erratum"}.get(cell.verdict, cell.verdict)
 
 
-def _class(cell: content.ReportCell) -> str:
-    return NEAR if cell.near else GLYPHS[cell.verdict]
-
-
 def number_map(page: content.Page) -> Html | None:
     """The key with its counts and a line for each table of the paper; None for a page without numbers."""
     cells = [cell for table in page.tables for cell in table.verdict_cells]
     if not cells:
         return None
-    lines = [element("li", _line(tables), class_=_size(tables)) for tables in _grouped(page.tables)]
+    groups: dict[str, list[content.ReportTable]] = {}  # tables of one place in the paper together
+    for table in page.tables:
+        if table.verdict_cells:
+            groups.setdefault(table.title, []).append(table)
+    lines = list(map(_line, groups.values()))
     return element(
         "div", _key(page, cells), element("ul", lines, class_="map", aria_label="Every printed number by table")
     )
@@ -80,29 +65,16 @@ def number_map(page: content.Page) -> Html | None:
 
 def _key(page: content.Page, cells: Sequence[content.ReportCell]) -> Html:
     """What the squares mean and how many there are."""
-    counted = page.counted
     near = sum(cell.near is True for cell in cells)
     items: list[tuple[str, int, str]] = []
-    for verdict in content.VERDICTS:
-        if verdict == "under assumed conditions" and counted[verdict]:
-            items += [(NEAR, near, "assumed, near"), (GLYPHS[verdict], counted[verdict] - near, _WORDS[verdict])]
-        elif counted[verdict] or verdict in ALWAYS:
-            items.append((GLYPHS[verdict], counted[verdict], _WORDS[verdict]))
+    for verdict, count in page.counted.items():
+        shape, words = GLYPHS[verdict]
+        if verdict == "under assumed conditions" and count:
+            items += [(NEAR, near, "assumed, near"), (shape, count - near, words)]
+        elif count or verdict in ALWAYS:
+            items.append((shape, count, words))
     shown = [element("li", element("i", class_=f"g {shape}"), f"{count} {name}") for shape, count, name in items]
     return element("ul", shown, class_="key", aria_label="Verdicts")
-
-
-def _grouped(tables: Sequence[content.ReportTable]) -> list[list[content.ReportTable]]:
-    """Tables of one place in the paper together."""
-    groups: dict[str, list[content.ReportTable]] = {}
-    for table in tables:
-        if table.verdict_cells:
-            groups.setdefault(table.title, []).append(table)
-    return list(groups.values())
-
-
-def _size(tables: Sequence[content.ReportTable]) -> str | None:
-    return None if sum(len(table.verdict_cells) for table in tables) > _SMALL else "small"
 
 
 def _line(tables: Sequence[content.ReportTable]) -> Html:
@@ -110,7 +82,7 @@ def _line(tables: Sequence[content.ReportTable]) -> Html:
     words = [word(cell) for cell in cells]
     said = ", ".join(f"{words.count(one)} {one}" for one in dict.fromkeys(words))
     title = tables[0].title
-    return element(
+    link = element(
         "a",
         element("span", title, class_="ml"),
         element("span", [glyph(cell) for cell in cells], class_="mc", role="img", aria_label=said),
@@ -118,6 +90,7 @@ def _line(tables: Sequence[content.ReportTable]) -> Html:
         href=f"#{anchor('table', tables[0].id)}",
         title=f"{title}: {said}",
     )
+    return element("li", link, class_=None if len(cells) > _SMALL else "small")
 
 
 FOLDED: tuple[content.CellVerdict, ...] = ("reproduced", "structural", "repeated in print", "")
@@ -162,10 +135,9 @@ def _counts(lines: Sequence[Line]) -> Html:
 def _rows(
     table: content.ReportTable, lines: Sequence[Line], name: str, errata: Set[str], numbers: Iterator[int]
 ) -> Html:
-    heads = {"place": "number", "num": "printed", "ours num": "recomputed"}
     has_off = any(cell.digits is not None for _, cell in lines)
-    heads |= {"off": "off, in last digits"} if has_off else {}
-    heads |= {"verdict": "verdict"}
+    heads = {"place": "number", "num": "printed", "ours num": "recomputed"}
+    heads |= {"off": "off, in last digits", "verdict": "verdict"} if has_off else {"verdict": "verdict"}
     bound = element("small", "half is the bound")
     top = [
         element("th", raised(text), bound if kind == "off" else None, scope="col", class_=kind)
@@ -199,15 +171,9 @@ def _printed(table: content.ReportTable, place: str, cell: content.ReportCell, n
     """The printed number, a button that shows where it comes from."""
     if not cell.printed:
         return None
-    facts = [
-        ("", word(cell)),
-        ("read from: ", cell.source),
-        ("computed as: ", cell.formula),
-        ("unit: ", cell.conversion),
-        ("note: ", cell.note),
-        ("errata: ", ", ".join(cell.errata)),
-    ]
-    text = "\n".join(name + fact for name, fact in facts if fact)
+    facts = {"": word(cell), "read from: ": cell.source, "computed as: ": cell.formula, "unit: ": cell.conversion}
+    facts |= {"note: ": cell.note, "errata: ": ", ".join(cell.errata)}
+    text = "\n".join(name + fact for name, fact in facts.items() if fact)
     title = element("h4", f"{table.title}: {_plain(place)}")
     popover = element("div", title, text, popover="auto", class_="pop", id=f"p{number}")
     return joined([element("button", cell.printed, class_="n", type="button", popovertarget=f"p{number}"), popover])
@@ -226,31 +192,24 @@ def _residual(cell: content.ReportCell) -> Html | None:
     """How far ours is off, as a bar and a number of last digits; the bar's end is half a digit."""
     if cell.digits is None:
         return None
-    share = min(abs(cell.digits), 0.5) * 100.0
-    side = "left" if cell.digits >= 0.0 else "right"
-    beyond = " beyond" if abs(cell.digits) > 0.5 else ""
-    text = "0" if abs(cell.digits) < 5e-3 else f"{'+' if cell.digits > 0 else ''}{short(cell.digits, 2)}"
-    bar = element(
-        "span",
-        element("u", class_=beyond.strip() or None, style=f"{side}:50%;width:{share:.0f}%"),
-        class_="bar",
-        aria_hidden="true",
-    )
+    size = abs(cell.digits)
+    place = f"{'left' if cell.digits >= 0.0 else 'right'}:50%;width:{100.0 * min(size, 0.5):.0f}%"
+    text = "0" if size < 5e-3 else f"{'+' if cell.digits > 0 else ''}{short(cell.digits, 2)}"
+    filled = element("u", class_="beyond" if size > 0.5 else None, style=place)
+    bar = element("span", filled, class_="bar", aria_hidden="true")
     return joined([bar, element("span", text, class_="digits")])
 
 
 def _verdict(cell: content.ReportCell, errata: Set[str]) -> Html | None:
     if not cell.verdict:
         return None
-    links = [_erratum_link(name, errata) for name in cell.errata]
-    quiet = "hidden-word" if links else None
-    return joined([glyph(cell), element("span", word(cell), class_=quiet), links])
-
-
-def _erratum_link(name: str, errata: Set[str]) -> Html:
-    if name not in errata:
-        return element("span", name, class_="erratum-link")
-    return element("a", name, class_="erratum-link", href=f"#{anchor('erratum', name)}")
+    links = [
+        element("a", name, class_="erratum-link", href=f"#{anchor('erratum', name)}")
+        if name in errata
+        else element("span", name, class_="erratum-link")
+        for name in cell.errata
+    ]
+    return joined([glyph(cell), element("span", word(cell), class_="hidden-word" if links else None), links])
 
 
 def facts_html(facts: Sequence[content.Fact]) -> Html:
@@ -269,6 +228,10 @@ def folded(title: str, count: str, *body: Html | None, fails: bool = False, name
 def erratum_html(entry: LedgerEntry) -> Html:
     """An erratum: what is printed and what is right in one line, the proof on demand."""
     e, proof = entry.erratum, entry.proof
+    status, kind = (e.status, "proven" if e.status == "proven" else "likely")
+    checked = "no computation decides it" if proof is None else "the computation comes out as stated"
+    if not entry.holds:
+        status, kind, checked = f"{status}, FAILS", "fails", "THE COMPUTATION DOES NOT COME OUT AS STATED"
     heading = [
         element("span", e.id, class_="id"),
         element("span", e.where, class_="where"),
@@ -280,68 +243,47 @@ def erratum_html(entry: LedgerEntry) -> Html:
             element("ins", e.read_as),
             class_="change",
         ),
-        element("span", e.status if entry.holds else f"{e.status}, FAILS", class_=f"status {_status(entry)}"),
+        element("span", status, class_=f"status {kind}"),
     ]
     reason = ("reason", e.why) if proof is None else ("proof", f"{e.why}\n{proof.text}")
-    facts: list[content.Fact] = [reason, ("checked", _outcome(entry)), ("effect", e.effect), ("severity", e.severity)]
+    facts: list[content.Fact] = [reason, ("checked", checked), ("effect", e.effect), ("severity", e.severity)]
     body = facts_html([(name, text) for name, text in facts if text])
     return element(
         "details", element("summary", heading), body, id=anchor("erratum", e.id), class_="erratum", tabindex=-1
     )
 
 
-def _outcome(entry: LedgerEntry) -> str:
-    if not entry.holds:
-        return "THE COMPUTATION DOES NOT COME OUT AS STATED"
-    return "no computation decides it" if entry.proof is None else "the computation comes out as stated"
-
-
-def _status(entry: LedgerEntry) -> str:
-    return "fails" if not entry.holds else "proven" if entry.erratum.status == "proven" else "likely"
-
-
 def checks_html(title: str, checks: Sequence[content.Check]) -> Html:
     """Values against what is allowed, folded while all hold."""
+    outcomes = ["holds" if c.holds else "fails as expected" if c.is_expected else "FAILS" for c in checks]
     rows = [
         (
             joined([check.name, element("small", check.note) if check.note else None]),
             element("td", check.value, class_="figure"),
             element("td", check.allowed, class_="figure"),
-            _outcome_cell(check),
+            element("td", outcome, class_="alarm" if outcome == "FAILS" else None),
         )
-        for check in checks
+        for check, outcome in zip(checks, outcomes, strict=True)
     ]
-    failing = [check for check in checks if not check.holds]
-    wrong = [check for check in failing if not check.is_expected]
-    words = [_holding(len(checks)) if not failing else f"{len(checks) - len(failing)} hold"]
-    words += [f"{len(failing) - len(wrong)} fail as expected"] if len(failing) > len(wrong) else []
-    words += [f"{len(wrong)} FAIL"] if wrong else []
+    good, expected, wrong = (outcomes.count(one) for one in ("holds", "fails as expected", "FAILS"))
+    words = [f"{good} hold"]
+    if good == len(checks):
+        words = [f"all {good} hold" if good > 1 else "it holds"]
+    words += [f"{expected} fail as expected"] if expected else []
+    words += [f"{wrong} FAIL"] if wrong else []
     table = grid(title, ("check", "value", "allowed", "outcome"), rows)
     return folded(title, ", ".join(words), table, fails=bool(wrong))
 
 
-def _holding(checks: int) -> str:
-    return f"all {checks} hold" if checks > 1 else "it holds"
-
-
-def _outcome_cell(check: content.Check) -> Html:
-    if check.holds:
-        return element("td", "holds")
-    return element("td", "fails as expected") if check.is_expected else element("td", "FAILS", class_="alarm")
-
-
-def _paragraph(text: str) -> Html:
-    """Text as a paragraph; columns aligned with spaces are kept."""
-    return (
-        element("pre", text, tabindex=0, role="region", aria_label=text.split("\n")[0][:60])
-        if "  " in text
-        else element("p", text)
-    )
-
-
 def section_html(section: content.ReportSection, runs: Sequence[ReplayedRun]) -> Html:
-    """A section, folded away."""
-    text = [_paragraph(part) for part in section.text.split("\n\n") if part.strip()]
+    """A section, folded away; columns of its text that are aligned with spaces are kept."""
+    text = [
+        element("pre", part, tabindex=0, role="region", aria_label=part.split("\n")[0][:60])
+        if "  " in part
+        else element("p", part)
+        for part in section.text.split("\n\n")
+        if part.strip()
+    ]
     lines = len(section.text.splitlines()) + sum(len(table.rows) for table in section.tables)
     count = f"{lines} line{'s' if lines != 1 else ''}" if lines else ""
     return folded(

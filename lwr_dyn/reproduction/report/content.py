@@ -176,13 +176,18 @@ class Page:
     def __post_init__(self) -> None:
         ids = [one.id for one in (*self.tables, *self.derived)]
         ids += [one.erratum.id for one in self.errata] + [one.id for one in self.sections]
-        ids += [one.id for one in self.figures] + [figure.id for section in self.sections for figure in section.figures]
+        ids += [one.id for one in self.all_figures]
         twice = sorted({one for one in ids if ids.count(one) > 1})
         if twice:
             raise OptionError("ids of a page", f"{', '.join(twice)} more than once", "unique ids")
 
     @property
+    def all_figures(self) -> tuple[Figure, ...]:
+        """In their order on the page: beside the replay, then section by section."""
+        return (*self.figures, *(figure for section in self.sections for figure in section.figures))
+
+    @property
     def counted(self) -> dict[CellVerdict, int]:
         """How many printed numbers got each verdict."""
-        given = [cell.verdict for table in self.tables for row in table.rows for cell in row.cells]
+        given = [cell.verdict for table in self.tables for cell in table.verdict_cells]
         return {verdict: given.count(verdict) for verdict in VERDICTS}

@@ -1,7 +1,4 @@
-"""A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of the page.
-
-Curves of a panel as SVG paths in a plane that stretches with the page: no text in it, line widths that stay.
-"""
+"""A figure as HTML: a grid of small panels, each with its own axes; lines are SVG, every text is text of the page."""
 
 from collections.abc import Sequence
 
@@ -9,10 +6,10 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import power_of_ten, raised, short
-from lwr_dyn.pages.figures.figure import Axis, Figure, apart, round_length
+from lwr_dyn.pages.figures.figure import Axis, Figure, Level, apart, round_length
 from lwr_dyn.pages.markup import Html, anchor, element, joined
 from lwr_dyn.pages.plotting.drawn_panel import DrawnCurve, DrawnPanel, drawn_panels, widest_first
-from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_svg
+from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_svg, tick_marks
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun
 
 TOLERANCE = 1.5
@@ -21,11 +18,13 @@ TOLERANCE = 1.5
 
 def line_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
     """The path of a curve: straight pieces, gaps where there is no number."""
-    across, down = _placed(x, y, points)
+    placed = _placed(x, y, points)
+    finite = np.isfinite(placed).all(axis=1)
     pieces = []
-    for part in _whole_pieces(across, down):
-        kept = simplified(part, TOLERANCE)
-        written = np.rint(kept).astype(int)
+    for part in np.split(placed, np.flatnonzero(np.diff(finite)) + 1):
+        if not np.isfinite(part[0]).all():
+            continue
+        written = np.rint(simplified(part, TOLERANCE)).astype(int)
         fresh = np.concatenate([[True], (np.diff(written, axis=0) != 0).any(axis=1)])
         pieces.append("M" + " ".join(f"{a},{b}" for a, b in written[fresh].tolist()))
         if fresh.sum() == 1:
@@ -35,20 +34,13 @@ def line_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
 
 def dots_path(x: Axis, y: Axis, points: tuple[Array, Array]) -> str:
     """The path of single points: pieces without length, which a round line end makes dots."""
-    placed = np.rint(np.column_stack(_placed(x, y, points)))
+    placed = np.rint(_placed(x, y, points))
     return "".join(f"M{a:.0f},{b:.0f}h0" for a, b in placed if np.isfinite(a + b))
 
 
-def _placed(x: Axis, y: Axis, points: tuple[Array, Array]) -> tuple[Array, Array]:
-    return WIDTH * x.share(points[0]), HEIGHT * (1.0 - y.share(points[1]))
-
-
-def _whole_pieces(across: Array, down: Array) -> list[Array]:
-    """Runs of points without a gap, (k, 2) each."""
-    points = np.column_stack([across, down])
-    finite = np.isfinite(points).all(axis=1)
-    cuts = np.flatnonzero(np.diff(finite)) + 1
-    return [part for part in np.split(points, cuts) if np.isfinite(part[0]).all()]
+def _placed(x: Axis, y: Axis, points: tuple[Array, Array]) -> Array:
+    """Points in the units of the plane, (k, 2)."""
+    return np.column_stack([WIDTH * x.share(points[0]), HEIGHT * (1.0 - y.share(points[1]))])
 
 
 def simplified(points: Array, tolerance: float) -> Array:
@@ -89,6 +81,7 @@ def _distances(points: Array) -> Array:
 
 
 _MOST_COLUMNS = 7
+"""In a row where there is room stand the most panels that fill whole rows."""
 
 _WIDE_NAME, _HIGH_NAME = 20.0, 5.0
 """Percent of the plane that the name of a point takes."""
@@ -104,9 +97,8 @@ def figure_html(figure: Figure, runs: Sequence[ReplayedRun] = ()) -> Html:
     what = [_with_unit(*next(iter(units)))] if len(units) == 1 and not figure.equal_aspect else []
     what += ["logarithmic"] if panels[0].y.is_logarithmic else []
     what += [f"errors \u00d7 {panels[0].magnified}"] if panels[0].magnified > 1 else []
-    what += (
-        [f"over {_with_unit(figure.x_label, figure.x_unit)}"] if not (figure.over_time or figure.equal_aspect) else []
-    )
+    if not (figure.over_time or figure.equal_aspect):
+        what += [f"over {_with_unit(figure.x_label, figure.x_unit)}"]
     what += [raised(figure.note)] if figure.note else []
     ends = len(panels) == 1 and figure.over_time and len(panels[0].curves) > 1
     title = [figure.title, element("small", figure.where) if figure.where else None]
@@ -117,20 +109,17 @@ def figure_html(figure: Figure, runs: Sequence[ReplayedRun] = ()) -> Html:
         None if ends else _legend(panels),
     )
     shown = [_panel_html(figure, one, len(units) > 1, ends) for one in panels]
+    most = min(len(panels), _MOST_COLUMNS)
+    columns = next((n for n in range(_MOST_COLUMNS, 2, -1) if len(panels) % n == 0), most)
     kind = "paths" if figure.equal_aspect else "times" if figure.over_time else "maps"
     return element(
         "figure",
         head,
-        element("div", shown, class_="panels", style=f"--n:{_columns(len(panels))}"),
+        element("div", shown, class_="panels", style=f"--n:{columns}"),
         class_=f"box chart {kind} {'single' if len(panels) == 1 else 'many'}",
         data_plot=figure.id,
         aria_labelledby=name,
     )
-
-
-def _columns(panels: int) -> int:
-    """How many stand in a row where there is room: the most that fill whole rows."""
-    return next((n for n in range(_MOST_COLUMNS, 2, -1) if panels % n == 0), min(panels, _MOST_COLUMNS))
 
 
 def _with_unit(label: str, unit: str) -> str:
@@ -142,13 +131,12 @@ def _legend(panels: Sequence[DrawnPanel]) -> Html | None:
     named = {(one.ink, one.curve.label): one for panel in panels for one in panel.curves if not one.curve.text}
     if len(named) == 1 and next(iter(named))[0] in ("ink", "soft"):
         return None
-    items = [element("li", _swatch(one), label) for (_, label), one in named.items()]
+    items = [element("li", element("i", class_=f"sw {_ink(one)}"), label) for (_, label), one in named.items()]
     return element("ul", items, class_="names")
 
 
-def _swatch(one: DrawnCurve) -> Html:
-    dashed = " dashed" if one.curve.dashed and one.ink != "ref" else ""
-    return element("i", class_=f"sw {one.ink}{dashed}")
+def _ink(one: DrawnCurve) -> str:
+    return f"{one.ink} dashed" if one.curve.dashed and one.ink != "ref" else one.ink
 
 
 def _panel_html(figure: Figure, one: DrawnPanel, own_units: bool, ends: bool) -> Html:
@@ -162,7 +150,7 @@ def _panel_html(figure: Figure, one: DrawnPanel, own_units: bool, ends: bool) ->
     plane = element(
         "div",
         plane_svg([_levels(one), *(_curve_path(one, curve) for curve in widest_first(one))], class_="lines"),
-        [_level_name(one, k) for k in range(len(one.levels))],
+        [_level_name(one, level) for level in one.levels],
         _point_names(one),
         class_="plane",
         role="img",
@@ -172,20 +160,23 @@ def _panel_html(figure: Figure, one: DrawnPanel, own_units: bool, ends: bool) ->
         data_log=one.y.is_logarithmic,
         data_magnified=one.magnified if one.magnified > 1 else None,
     )
-    area = element("div", _y_ticks(one), plane, _x_ticks(figure, one), _end_names(one) if ends else None, class_="area")
-    scale = _scale_bars(one) if one.magnified > 1 else None
-    if scale is not None:
-        area = element("div", plane, class_="area bare")
-    return element("div", caption, area, scale, _gauge(one), class_="panel")
+    if one.magnified > 1:
+        drawn = [element("div", plane, class_="area bare"), _scale_bars(one)]
+    else:
+        power = element("span", f"\u00d7{power_of_ten(one.y.power)}", class_="power") if one.y.power else ""
+        every = 2 if len(figure.panels) > 3 and len(one.x.ticks) > 3 else 1  # so many have room below small panels
+        up = tick_marks(one.y, "yt", "top", before=power)
+        across = tick_marks(one.x, "xt", "left", raised(figure.x_unit), every)
+        drawn = [element("div", up, plane, across, _end_names(one) if ends else None, class_="area")]
+    return element("div", caption, drawn, _gauge(one), class_="panel")
 
 
 def _fact(figure: Figure, one: DrawnPanel, own_units: bool) -> str:
     if figure.equal_aspect or not figure.over_time or len(figure.panels) == 1:
         return ""
     unit = f" {raised(one.panel.y_unit)}" if own_units and one.panel.y_unit else ""
-    if one.limit is not None:
-        return f"peak {short(one.peak)} of {short(one.limit)}{unit}"
-    return f"peak {short(one.peak)}{unit}"
+    limit = "" if one.limit is None else f" of {short(one.limit)}"
+    return f"peak {short(one.peak)}{limit}{unit}"
 
 
 def _gauge(one: DrawnPanel) -> Html | None:
@@ -208,8 +199,7 @@ def _curve_path(one: DrawnPanel, drawn: DrawnCurve) -> str:
     if curve.is_filled:
         out += f'<path class="fill {drawn.ink}" d="{line_path(one.x, one.y, points)}Z"/>'
     if curve.style != "points":
-        dashed = " dashed" if curve.dashed and drawn.ink != "ref" else ""
-        out += f'<path class="l {drawn.ink}{dashed}" data-c="{place}" d="{line_path(one.x, one.y, points)}"/>'
+        out += f'<path class="l {_ink(drawn)}" data-c="{place}" d="{line_path(one.x, one.y, points)}"/>'
     if curve.style != "line":
         out += f'<path class="dots {drawn.ink}" d="{dots_path(one.x, one.y, points)}"/>'
     return out
@@ -227,8 +217,7 @@ def _levels(one: DrawnPanel) -> str:
     return out
 
 
-def _level_name(one: DrawnPanel, k: int) -> Html:
-    level = one.levels[k]
+def _level_name(one: DrawnPanel, level: Level) -> Html:
     at = float((one.y if level.axis == "y" else one.x).share(level.value))
     if level.axis == "y":
         side = "below" if at > 0.5 else "above"
@@ -247,30 +236,6 @@ def _point_names(one: DrawnPanel) -> list[Html]:
             taken.append((left, top))
             out.append(element("span", name, class_="point-name", style=f"left:{left:.1f}%;top:{top:.1f}%"))
     return out
-
-
-def _y_ticks(one: DrawnPanel) -> Html:
-    marks = [
-        element("span", label, style=f"top:{100 * (1 - float(one.y.share(tick))):.1f}%")
-        for tick, label in zip(one.y.ticks, one.y.labels, strict=True)
-    ]
-    power = element("span", f"\u00d7{power_of_ten(one.y.power)}", class_="power") if one.y.power else None
-    return element("div", power, marks, class_="yt", aria_hidden="true")
-
-
-def _x_ticks(figure: Figure, one: DrawnPanel) -> Html:
-    labels = list(one.x.labels)
-    labels[-1] += f" {raised(figure.x_unit)}" if figure.x_unit else ""
-    marks = [
-        element("span", label, style=f"left:{100 * float(one.x.share(tick)):.1f}%")
-        for tick, label in list(zip(one.x.ticks, labels, strict=True))[:: _every(figure, len(labels))]
-    ]
-    return element("div", marks, class_="xt", aria_hidden="true")
-
-
-def _every(figure: Figure, ticks: int) -> int:
-    """Of the ticks below small panels every second one has room."""
-    return 2 if len(figure.panels) > 3 and ticks > 3 else 1
 
 
 def _end_names(one: DrawnPanel) -> Html:
@@ -297,8 +262,6 @@ def _description(figure: Figure, one: DrawnPanel) -> str:
     name = ", ".join(text for text in (one.panel.title, one.panel.y_label) if text)
     if figure.equal_aspect:
         return f"{name or figure.title}: " + ", ".join(dict.fromkeys(c.curve.label for c in one.curves))
-    said = [
-        f"{c.curve.label} from {short(float(c.y[c.y == c.y].min()))} to {short(float(c.y[c.y == c.y].max()))}{unit}"
-        for c in one.curves
-    ]
+    known = ((c.curve.label, c.y[c.y == c.y]) for c in one.curves)
+    said = [f"{label} from {short(float(y.min()))} to {short(float(y.max()))}{unit}" for label, y in known]
     return f"{name}: {'; '.join(said)}"

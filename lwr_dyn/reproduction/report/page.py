@@ -1,11 +1,8 @@
 """A report as one HTML file: text, tables and figures are HTML and SVG; scripts add the 3D replay, cursors and zoom.
 
 Nothing is loaded: the library of the 3D view (meshcat with three.js) and the numbers are in the page, compressed, and
-its content security policy forbids requests and code made from text.
-
-Data for the scripts of a report: the runs at 100 samples a second, packed once for 3D view and figures; figures.
-
-The layout of a report: top bar, result, motion, numbers, errata, evidence.
+its content security policy forbids requests and code made from text. Runs have 100 samples a second, packed once for
+3D view and figures. The layout: top bar, result, motion, numbers, errata, evidence.
 """
 
 import base64
@@ -26,20 +23,10 @@ from lwr_dyn.pages.figures.figure import Curve, Figure, Series, SeriesName, run_
 from lwr_dyn.pages.markup import Html, element, joined
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.look import font_faces, look_css
-from lwr_dyn.pages.replay.replay_page import (
-    PLAYER,
-    RATE,
-    fill_template,
-    generator_line,
-    meshcat_bundle,
-    pack_int32,
-    resource_text,
-    run_record,
-    subsample,
-)
-from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, replayed_runs
+from lwr_dyn.pages.replay.replay_page import PLAYER, RATE, fill_template, pack_int32, resource_text, subsample
+from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, pose_as_run, replayed_runs
 from lwr_dyn.reproduction.report import blocks
-from lwr_dyn.reproduction.report.content import Page, Replay, ReportTable, Still
+from lwr_dyn.reproduction.report.content import Page, Replay, ReportTable
 from lwr_dyn.reproduction.report.figure_html import figure_html
 from lwr_dyn.reproduction.report.still_image import rate_note, run_table_html, still_html
 
@@ -55,19 +42,14 @@ _FROM_PLAYER: tuple[SeriesName, ...] = ("q", "q_ref", "position error", "tip err
 
 def script_data(page: Page) -> dict[str, Any]:
     """Runs, stills, arms and figures of a page; raises `OptionError` for a series of no run or joint of the page."""
-    figures, replay = all_figures(page), page.replay
+    figures, replay = page.all_figures, page.replay
     series = [one for figure in figures for curve in figure.curves for one in curve.series]
     for one in series:
         one.values(replay.runs if replay else ())  # raises for a run or joint that is not there
     pool: dict[bytes, Array] = {}
     data: dict[str, Any] = {"figures": [_figure(figure, pool) for figure in figures]}
-    data |= {"numbers": [_packed_numbers(values) for values in pool.values()]}
+    data |= {"numbers": list(map(_packed_numbers, pool.values()))}
     return data if replay is None else data | _replay(replay, series)
-
-
-def all_figures(page: Page) -> tuple[Figure, ...]:
-    """The figures of a page in their order on it: beside the replay, then section by section."""
-    return (*page.figures, *(figure for section in page.sections for figure in section.figures))
 
 
 def _replay(replay: Replay, series: Sequence[Series]) -> dict[str, Any]:
@@ -80,14 +62,16 @@ def _replay(replay: Replay, series: Sequence[Series]) -> dict[str, Any]:
         }
         for i, one in enumerate(replay.runs)
     ]
-    stills = [_still(still) for still in replay.stills]
+    stills = [replayed_runs([pose_as_run(one.arm, one.q)], one.arm, [one.label])[0] for one in replay.stills]
     records = [_run(one, page_stride(one.run), more) for one, more in zip(replay.runs, packed, strict=True)]
     shapes = [command for i, one in enumerate([*replay.runs, *stills]) for command in replay_page.arm_commands(one, i)]
     return {
         "runs": records,
-        "stills": [run_record(one) | {"note": still.note} for one, still in zip(stills, replay.stills, strict=True)],
+        "stills": [
+            replay_page.run_record(one) | {"note": still.note} for one, still in zip(stills, replay.stills, strict=True)
+        ],
         "scene": shapes,
-        "made_by": generator_line(),
+        "made_by": replay_page.generator_line(),
         "start": {"trace": True, "frames": False, "beside": False},
     }
 
@@ -107,15 +91,8 @@ def page_stride(run: Run) -> int:
 
 def _run(one: ReplayedRun, stride: int, more: Mapping[SeriesName, Array]) -> dict[str, Any]:
     keep = subsample(one.run.t.size, stride)
-    return run_record(one, stride) | {"series": {name: pack_int32(values[keep]) for name, values in more.items()}}
-
-
-def _still(still: Still) -> ReplayedRun:
-    """A pose as a run of one sample."""
-    q = np.asarray(still.q, dtype=np.float64)[None, :]
-    nothing, zero = np.zeros_like(q), np.zeros(1)
-    run = Run(zero, q, nothing, q, nothing, nothing, nothing, nothing, zero, {})
-    return replayed_runs([run], still.arm, [still.label])[0]
+    series = {name: pack_int32(values[keep]) for name, values in more.items()}
+    return replay_page.run_record(one, stride) | {"series": series}
 
 
 def _figure(figure: Figure, pool: dict[bytes, Array]) -> dict[str, Any]:
@@ -185,7 +162,7 @@ def header(page: Page, parts: Sequence[Part]) -> Html:
 
 def footer() -> Html:
     """The program that made the page."""
-    return element("footer", element("p", f"One file, nothing is loaded. Made by {generator_line()}."))
+    return element("footer", element("p", f"One file, nothing is loaded. Made by {replay_page.generator_line()}."))
 
 
 def parts_of(page: Page) -> list[Part]:
@@ -218,18 +195,17 @@ def main(parts: Sequence[Part]) -> Html:
 
 
 def _result(page: Page) -> list[Html]:
-    title, byline = element("h1", page.title), page.byline or page.subtitle
+    byline = page.byline or page.subtitle
     said = element("p", [element("b", text) if strong else text for text, strong in page.verdict], class_="say")
     words = element("details", element("summary", "How this is counted"), element("p", page.words), class_="words")
     lead = [
-        title,
+        element("h1", page.title),
         element("p", byline, class_="by") if byline else None,
         said if page.verdict else None,
         blocks.number_map(page),
         words if page.words else None,
     ]
-    stage = _stage(page)
-    return [element("div", lead, class_="lead"), *([stage] if stage else [])]
+    return [element("div", lead, class_="lead"), *filter(None, [_stage(page)])]
 
 
 def _stage(page: Page) -> Html | None:
@@ -254,24 +230,17 @@ def _numbers(page: Page, numbers: Iterator[int]) -> list[Html]:
     known = {entry.erratum.id for entry in page.errata}
 
     def columns(tables: Sequence[ReportTable]) -> Html:
-        cut = _cut([_height(table) for table in tables])
+        seen = [sum(cell.verdict not in blocks.FOLDED for _, cell in table.lines) for table in tables]
+        cut = _cut([_HEADING + (lines + _HEADING if lines else 0.0) for lines in seen])
         halves = ([blocks.number_table_html(t, known, numbers) for t in half] for half in (tables[:cut], tables[cut:]))
         return element("div", [element("div", half, class_="column") for half in halves], class_="columns")
 
     out = [columns(page.tables)] if page.tables else []
     if page.derived:
         size = sum(len(table.verdict_cells) for table in page.derived)
-        inside = [
-            element("p", "Stated by this package, not printed in the paper.", class_="note"),
-            columns(page.derived),
-        ]
-        out.append(blocks.folded("Derived numbers", str(size), *inside))
+        note = element("p", "Stated by this package, not printed in the paper.", class_="note")
+        out.append(blocks.folded("Derived numbers", str(size), note, columns(page.derived)))
     return out
-
-
-def _height(table: ReportTable) -> float:
-    seen = sum(cell.verdict not in blocks.FOLDED for _, cell in table.lines)
-    return _HEADING + (seen + _HEADING if seen else 0.0)
 
 
 def _cut(heights: Sequence[float]) -> int:
@@ -334,7 +303,7 @@ def report_html(page: Page) -> str:
     data = json.dumps(script_data(page), sort_keys=True, separators=(",", ":"), allow_nan=False)
     libraries = {"numbers": data}
     if page.replay is not None:
-        libraries["player"] = "\n".join([meshcat_bundle(), *map(resource_text, PLAYER[1:])])
+        libraries["player"] = "\n".join([replay_page.meshcat_bundle(), *map(resource_text, PLAYER[1:])])
     parts = parts_of(page)
     filling = {
         "title": element("title", page.title),

@@ -24,27 +24,29 @@ _MOMENT = 0.62
 
 
 def still_html(replay: Replay) -> Html:
-    """The still of a replay: its first run some way along its path, or its first still pose."""
+    """The still of a replay: its first run some way along its path, or its first still pose.
+
+    The reference and what each run has drawn by then lie over it; behind the arm they are not drawn.
+    """
     one = replay.runs[0] if replay.runs else None
     k = 0 if one is None else int(_MOMENT * (one.run.t.size - 1))
     arm, q = (replay.stills[0].arm, replay.stills[0].q) if one is None else (one.arm, one.run.q[k])
     solids = arm_solids(arm, np.asarray(q, dtype=np.float64))
-    tracks = [points[:: max(1, len(points) // 800)] for points in _tracks(replay.runs)]
+    whole = [track for each in replay.runs for track in (each.reference_path, each.pose[:, :3, 3])]
+    tracks = [points[:: max(1, len(points) // 800)] for points in whole]
     camera = camera_of(arm, solids, tracks)
     picture, near = ray_cast(solids, camera)
-    image = element("img", src=png_address(picture), alt=_description(arm, replay.runs), width=COLUMNS, height=ROWS)
-    return element("div", _floor(arm, camera), image, _paths(replay.runs, camera, near, k), class_="still")
+    words = f"{arm.title} at rest"
+    if replay.runs:
+        words = f"{arm.title} on its path; {len(replay.runs)} runs: {', '.join(each.label for each in replay.runs)}"
+    image = element("img", src=png_address(picture), alt=words, width=COLUMNS, height=ROWS)
+    lines = [_line(each.reference_path, "ref", camera, near) for each in replay.runs[:1]]
+    lines += [_line(each.pose[: k + 1, :3, 3], run_ink(each), camera, near) for each in reversed(replay.runs)]
+    return element("div", _svg(_floor(arm, camera)), image, _svg("".join(lines)), class_="still")
 
 
-def _tracks(runs: Sequence[ReplayedRun]) -> list[Array]:
-    return [track for one in runs for track in (one.reference_path, one.pose[:, :3, 3])]
-
-
-def _paths(runs: Sequence[ReplayedRun], camera: Camera, near: Array, k: int) -> Html:
-    """The reference, and what each run has drawn by then; behind the arm they are not drawn."""
-    lines = [_line(one.reference_path, "ref", camera, near) for one in runs[:1]]
-    lines += [_line(one.pose[: k + 1, :3, 3], run_ink(one), camera, near) for one in reversed(runs)]
-    return Html(f'<svg viewBox="0 0 {COLUMNS} {ROWS}" aria-hidden="true">{"".join(lines)}</svg>')
+def _svg(paths: str) -> Html:
+    return Html(f'<svg viewBox="0 0 {COLUMNS} {ROWS}" aria-hidden="true">{paths}</svg>')
 
 
 def _line(points: Array, ink: str, camera: Camera, near: Array) -> str:
@@ -52,29 +54,20 @@ def _line(points: Array, ink: str, camera: Camera, near: Array) -> str:
     column, row = (np.clip(seen[:, i].astype(int), 0, most - 1) for i, most in ((0, COLUMNS), (1, ROWS)))
     hidden = seen[:, 2] < near[row, column]
     cuts = np.flatnonzero(np.diff(hidden)) + 1
-    pieces = [
-        part for part, away in zip(np.split(seen[:, :2], cuts), np.split(hidden, cuts), strict=True) if not away[0]
-    ]
-    path = "".join(
-        "M" + " ".join(f"{x:.1f},{y:.1f}" for x, y in simplified(part, 0.4)) for part in pieces if len(part) > 1
-    )
+    parts = zip(np.split(seen[:, :2], cuts), np.split(hidden, cuts), strict=True)
+    pieces = (simplified(part, 0.4) for part, away in parts if len(part) > 1 and not away[0])
+    path = "".join("M" + " ".join(f"{x:.1f},{y:.1f}" for x, y in piece) for piece in pieces)
     return f'<path class="l {ink}" d="{path}"/>'
 
 
-def _floor(arm: Arm, camera: Camera) -> Html:
+def _floor(arm: Arm, camera: Camera) -> str:
     """The floor as a grid of half metres."""
     z, reach = floor_height(arm), 3.0
     ticks = np.arange(-reach, reach + 0.1, 0.5)
     ends = [[[t, -reach, z], [t, reach, z]] for t in ticks] + [[[-reach, t, z], [reach, t, z]] for t in ticks]
     lines = camera.seen(np.array(ends))[..., :2]
     path = "".join(f"M{a[0]:.0f},{a[1]:.0f}L{b[0]:.0f},{b[1]:.0f}" for a, b in lines)
-    return Html(f'<svg viewBox="0 0 {COLUMNS} {ROWS}" aria-hidden="true"><path class="floor" d="{path}"/></svg>')
-
-
-def _description(arm: Arm, runs: Sequence[ReplayedRun]) -> str:
-    if not runs:
-        return f"{arm.title} at rest"
-    return f"{arm.title} on its path; {len(runs)} runs: {', '.join(one.label for one in runs)}"
+    return f'<path class="floor" d="{path}"/>'
 
 
 def run_table_html(runs: Sequence[ReplayedRun]) -> Html:
@@ -84,18 +77,9 @@ def run_table_html(runs: Sequence[ReplayedRun]) -> Html:
         element("th", name, " ", element("small", unit) if unit else None, scope="col", class_=kind)
         for name, unit, kind in heads
     ]
-    return element(
-        "table",
-        element("caption", _title(runs)),
-        element("thead", element("tr", top)),
-        element("tbody", map(_row, runs)),
-        class_="runs",
-    )
-
-
-def _title(runs: Sequence[ReplayedRun]) -> str:
-    last = max(float(one.run.t[-1]) for one in runs)
-    return f"{len(runs)} run{'s' if len(runs) > 1 else ''}, {short(last)} s"
+    title = f"{len(runs)} run{'s' if len(runs) > 1 else ''}, {short(max(float(one.run.t[-1]) for one in runs))} s"
+    head = element("thead", element("tr", top))
+    return element("table", element("caption", title), head, element("tbody", map(_row, runs)), class_="runs")
 
 
 def rate_note(runs: Sequence[ReplayedRun]) -> str:
@@ -114,11 +98,8 @@ def _row(one: ReplayedRun) -> Html:
     error = 1e3 * one.tip_error
     swatch = element("i", class_=f"sw {run_ink(one)}")
     numbers = [short(float(np.sqrt(np.mean(error**2)))), short(float(error.max())), torque_share(one)]
-    return element(
-        "tr",
-        element("th", swatch, one.caption, scope="row"),
-        [element("td", number, class_="num mono") for number in numbers],
-    )
+    cells = [element("td", number, class_="num mono") for number in numbers]
+    return element("tr", element("th", swatch, one.caption, scope="row"), cells)
 
 
 def torque_share(one: ReplayedRun) -> str:

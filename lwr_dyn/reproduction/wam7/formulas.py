@@ -1,7 +1,4 @@
-"""Formulas of the numbers that the WAM paper prints, by the names that its `results.toml` gives them.
-
-Proofs of the errata in the WAM paper and in the data sheets that it builds on.
-"""
+"""Formulas of the numbers that the WAM paper prints, by the names that its `results.toml` gives them."""
 
 from typing import Any
 
@@ -33,10 +30,8 @@ def motion(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
     """|q_f - q_i| of Figure 4, and its speed (q_f - q_i)/(t_f - t_c)"""
     caption = case.block("caption_4").printed
     travel = abs(float(caption["q_f"]) - float(caption["q_i"]))
-    return {
-        "travel": [travel],
-        "velocity": [travel / (float(block.printed["duration"]) - float(block.printed["blend"]))],
-    }
+    cruise = float(block.printed["duration"]) - float(block.printed["blend"])
+    return {"travel": [travel], "velocity": [travel / cruise]}
 
 
 def printed_velocity(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
@@ -152,7 +147,7 @@ def sheet_tensors(case: PaperCase, block: ResultBlock) -> dict[str, Any]:
 
 def tensors_about_origin(case: PaperCase, _: ResultBlock) -> dict[str, Any]:
     """I_i + m_i S(c_i)^T S(c_i) about the origin of frame i [kg m^2]"""
-    tensors = np.array([body.inertia_origin() for body in case.arm.chain.bodies or ()])
+    tensors = np.array([body.inertia_origin() for body in case.bodies])
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     return {name: tensors[:, r, c] for name, (r, c) in pairs.items()}
 
@@ -186,18 +181,16 @@ SHEET = 1e-6
 
 def products_sign(data: PaperData) -> Proof:
     """The sheet's own tensors about the frame origins against the parallel-axis theorem, with both signs."""
-    as_tensor, as_integral = (_misses(data.case(*ids)) for ids in ((), ("products-sign",)))
+    misses = []
+    for case in (data.case(), data.case("products-sign")):
+        tensors = sheet_tensors(case, case.block("sheet_tensors")).items()
+        misses.append(max(np.abs(np.subtract(x, case.numbers("sheet_tensors", name))).max() for name, x in tensors))
+    as_tensor, as_integral = misses
     return Proof(
         "the sheet's tensors about the origins follow from the products negated, and not from the products as printed",
         as_integral < SHEET and as_tensor > 50 * SHEET,
         {"largest miss, negated [kg m^2]": as_integral, "as printed [kg m^2]": as_tensor},
     )
-
-
-def _misses(case: PaperCase) -> float:
-    block = case.block("sheet_tensors")
-    tensors = sheet_tensors(case, block)
-    return float(max(np.abs(np.subtract(tensors[name], case.numbers(block.name, name))).max() for name in tensors))
 
 
 def home_outside(data: PaperData) -> Proof:
@@ -215,8 +208,14 @@ def lspb_velocity(data: PaperData) -> Proof:
     case = data.case()
     travel = case.numbers("motion", "travel")[0]
     t_f = float(case.block("motion").printed["duration"])
-    printed = [_jump(travel, t_f, t_c, as_printed=True) for t_c in (1.0, 2.0)]
-    right = [_jump(travel, t_f, t_c, as_printed=False) for t_c in (1.0, 2.0)]
+
+    def jump(t_c: float, as_printed: bool) -> float:
+        """|q(t_c+) - q(t_c-)| of equation (2) [rad]."""
+        value = 4 * travel / (t_f**2 - (2 * (t_c - 0.5 * t_f)) ** 2)
+        speed = value if as_printed else value * t_c
+        return abs(0.5 * (travel - speed * t_f) + speed * t_c - 0.5 * value * t_c**2)
+
+    printed, right = ([jump(t_c, as_printed) for t_c in (1.0, 2.0)] for as_printed in (True, False))
     return Proof(
         "equation (2) is continuous with (3) as the acceleration for any t_c; as the velocity for t_c = 1 s alone",
         printed[0] < 1e-12 and max(right) < 1e-12 and printed[1] > 0.05,
@@ -224,24 +223,14 @@ def lspb_velocity(data: PaperData) -> Proof:
     )
 
 
-def _jump(travel: float, t_f: float, t_c: float, as_printed: bool) -> float:
-    """|q(t_c+) - q(t_c-)| of equation (2) [rad]."""
-    value = 4 * travel / (t_f**2 - (2 * (t_c - 0.5 * t_f)) ** 2)
-    speed, acceleration = (value, value) if as_printed else (value * t_c, value)
-    before = 0.5 * acceleration * t_c**2
-    after = 0.5 * (travel - speed * t_f) + speed * t_c
-    return abs(after - before)
-
-
 def figure4_signs(data: PaperData) -> Proof:
     """The caption's motion against the axes of its own figure, with the printed signs and with minus before both."""
     inside = []
     for case in (data.case(), data.case("figure4-acceleration")):
-        curves = figure_4(case, case.block("figure_4"))
-        cells = case.block("figure_4").cells
-        spans = {cell.column: cell.span for cell in cells if cell.span is not None}
-        within = [float(low) <= x <= float(up) for name, (low, up) in spans.items() for x in curves[name]]
-        inside.append(sum(within))
+        block = case.block("figure_4")
+        spans = {cell.column: cell.span for cell in block.cells if cell.span is not None}
+        curves = figure_4(case, block)
+        inside.append(sum(float(low) <= x <= float(up) for name, (low, up) in spans.items() for x in curves[name]))
     return Proof(
         "with minus signs before q_i and q_f position, velocity and acceleration stay within the figure's axes; as"
         " printed position and velocity leave them",

@@ -1,9 +1,4 @@
-"""Everything the WAM paper simulates: tables, runs, Figures 4 to 8 redrawn, a replay.
-
-The tables of the WAM study: cruise errors, Figure 7's axes, where friction feeds energy in, the runs.
-
-Figures 4 to 8 of the WAM paper: its motion with friction and without.
-"""
+"""Everything the WAM paper simulates: tables, runs, Figures 4 to 8 redrawn, a replay."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,16 +18,9 @@ from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, paper_study, study_document
 from lwr_dyn.reproduction.papers import printed_tables
 from lwr_dyn.reproduction.report.content import Still
+from lwr_dyn.reproduction.wam7 import runs as wam
 from lwr_dyn.reproduction.wam7.formulas import caption_motion
-from lwr_dyn.reproduction.wam7.runs import (
-    AGREES,
-    GRAVITIES,
-    CruiseError,
-    Experiment,
-    cruise_errors,
-    experiments,
-    sides_of,
-)
+from lwr_dyn.reproduction.wam7.runs import GRAVITIES, CruiseError, Experiment, cruise_errors, experiments, sides_of
 
 SIGN = {1: "+", -1: "-"}
 
@@ -52,7 +40,7 @@ def cruise_table(cruises: Sequence[CruiseError]) -> Table:
         )
         for c in cruises
     ]  # fmt: skip
-    return Table(f"Steady cruise error q_ref - q [mrad] at 0.5/6 rad/s; agreement within {AGREES:.1%}", heads, rows)
+    return Table(f"Steady cruise error q_ref - q [mrad] at 0.5/6 rad/s; agreement within {wam.AGREES:.1%}", heads, rows)
 
 
 def verdict(c: CruiseError) -> str:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
@@ -96,10 +95,8 @@ class ComparedRun:
 
 SAME = 1e-9
 """[rad or m] References that differ by less are the same: they come from one task, to rounding."""
-
 TIME = 1e-9
 """[s] Times nearer than this are the same."""
-
 ENOUGH = 0.1
 """Share of the samples of the slower run at which references are compared, at least."""
 
@@ -127,7 +124,8 @@ def check_same(a: Run, name_a: str, b: Run, name_b: str) -> None:
     if abs(a.t[-1] - b.t[-1]) > TIME:
         found = f"different references, {a.t[-1]:g} s and {b.t[-1]:g} s long"
         raise OptionError(subject, found, "runs of one reference")
-    at_a, at_b = _common_times(a.t, b.t)
+    ticks_a, ticks_b = (np.round(run.t / TIME).astype(np.int64) for run in (a, b))
+    _, at_a, at_b = np.intersect1d(ticks_a, ticks_b, return_indices=True)
     if at_a.size < max(2.0, ENOUGH * min(a.t.size, b.t.size)):
         raise OptionError(subject, "few common times", "runs sampled at rates one of which divides the other")
     apart = np.abs(a.q_ref[at_a] - b.q_ref[at_b]).max(axis=1)
@@ -135,13 +133,6 @@ def check_same(a: Run, name_a: str, b: Run, name_b: str) -> None:
         k = int(np.argmax(apart))
         found = f"different references, {apart[k]:.3g} rad or m apart at t = {a.t[at_a[k]]:g} s"
         raise OptionError(subject, found, "runs of one reference")
-
-
-def _common_times(a: Array, b: Array) -> tuple[Any, Any]:
-    """Places of the times that both have, in each."""
-    ticks_a, ticks_b = (np.round(t / TIME).astype(np.int64) for t in (a, b))
-    _, at_a, at_b = np.intersect1d(ticks_a, ticks_b, return_indices=True)
-    return at_a, at_b
 
 
 _SAMPLED = ("t", "q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied", "tau_friction", "energy")
@@ -177,8 +168,7 @@ def thinned(run: Run, rate: float) -> Run:
     if stride < 2:
         return run
     rows = subsample(run.t.size, stride)
-    arrays = {name: getattr(run, name)[rows] for name in _SAMPLED}
-    kept: dict[str, Any] = {
-        what: {name: x[rows] for name, x in getattr(run, what).items()} for what in ("work", "signals")
-    }
-    return replace(run, **arrays, **kept)
+    kept: dict[str, Any] = {name: getattr(run, name)[rows] for name in _SAMPLED}
+    for what in ("work", "signals"):
+        kept[what] = {name: x[rows] for name, x in getattr(run, what).items()}
+    return replace(run, **kept)

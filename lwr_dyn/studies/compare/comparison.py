@@ -1,8 +1,8 @@
 """`RunComparison`: several runs of one reference as a table, records and figures; refuses runs that differ in more.
 
-On its page each plant has the path with its errors magnified, and the tip error; there is no script.
-
-A comparison as one table in Markdown, plants down and controllers across: the RMS error of the tip in mm.
+On its page each plant has the path with its errors magnified, and the tip error; there is no script. A second page
+replays any two runs side by side; what all runs share (the arm, the reference, the times) stands in it once. A table in
+Markdown, plants down and controllers across, has the RMS error of the tip in mm.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,9 +24,10 @@ from lwr_dyn.pages.document import page_html
 from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure
 from lwr_dyn.pages.plotting.drawn_panel import chart_html
 from lwr_dyn.pages.plotting.plots import arms_of, draw
+from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replayed_runs import facts, replayed_runs
 from lwr_dyn.simulation.metrics import Metrics, MetricsRecord, metrics
-from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, check_same, conditions, torque_cuts
+from lwr_dyn.studies.compare.compared_run import ComparedRun, TorqueCuts, check_same, conditions, thinned, torque_cuts
 
 UNKNOWN = "unknown"
 
@@ -75,7 +76,7 @@ class RunComparison:
             Note("! unstable: a torque goes from one limit to the other again and again; it is not ranked",
                  any(one.shakes for one in self.runs)),
             Note([f"{one.controller}, {one.plant}: limits {one.figures.limits}"
-                  for one in self.runs if not one.figures.within_limits]),
+                  for one in self.runs if one.figures.within_limits is not True]),
             Note([f"{one.controller}, {one.plant}: unstable, bounded by the torque limits alone: {one.cuts}"
                   for one in self.runs if one.shakes]),
             Note([f"{name}: omega_n {one.omega_n:.3g} rad/s, where |S_ii| reaches {one.peak:.3g} of {one.limit:g} "
@@ -130,7 +131,6 @@ class RunComparison:
 
     def save(self, path: str | Path) -> None:
         """Write the page, one HTML file that needs no network; raises `FileAccessError`."""
-
         write_file(path, comparison_html(self))
 
     _repr_html_ = repr_html
@@ -149,8 +149,8 @@ COLUMNS = (
             says="Share of the time in which the torque of one joint is cut at its limit, of the worst joint."),
     Heading(key="unstable",
             says="Whether torques are cut for so long that the loop counts as unstable; it is not ranked."),
-    Heading("limits", "", lambda kept: "kept" if kept else "NOT kept", None,
-            shade=lambda kept: 0.0 if kept else 0.3),
+    Heading("limits", "", {True: "kept", False: "NOT kept", None: "unknown"}.__getitem__, None,
+            shade=lambda kept: 0.3 if kept is False else 0.0),
     Heading("audit", "J", lambda left: "none" if np.isnan(left) else f"{left:.0e}", "audit_residual_J",
             "Energy that the audit leaves unexplained, J; null without an audit."),
     Heading(key="best", says="Errors in which it is the smallest of its plant.",
@@ -248,7 +248,7 @@ def _nearest(compared: RunComparison) -> list[str]:
     """Of each plant with several runs, which controller has the smallest RMS error."""
     out = []
     for plant, all_runs in compared.plants.items():
-        runs = sorted((one for one in all_runs if not one.shakes), key=lambda one: one.figures.tip_rms_mm)
+        runs = _nearest_first(all_runs)
         if len(runs) > 1:
             near, far = (f"{one.controller} {word}, {one.figures.tip_rms_mm:.3g} mm"
                          for one, word in ((runs[0], "is nearest to the path"), (runs[-1], "farthest")))  # fmt: skip
@@ -265,7 +265,6 @@ def _charts(runs: Sequence[ComparedRun]) -> str:
 
 
 MARKS = {"unstable": "{} !", "best": "**{}**", "": "{}"}
-
 NONE = "none"
 """Where a pair has no run; `failures` say why."""
 
@@ -280,18 +279,83 @@ def cross_table(runs: Iterable[Mapping[str, Any]]) -> str:
     | delay | 0.123 | 9 ! |
     """
     listed = list(runs)
+    cells: dict[str, dict[str, str]] = {}
+    for run in listed:
+        mark = "unstable" if run["unstable"] else "best" if "tip_rms_mm" in run["best"] else ""
+        cells.setdefault(run["plant"], {})[run["typed"]] = MARKS[mark].format(f"{run['tip_rms_mm']:.3g}")
     controllers = list(dict.fromkeys(str(run["typed"]) for run in listed))
-    plants = list(dict.fromkeys(str(run["plant"]) for run in listed))
-    cells = {(run["plant"], run["typed"]): _cross_cell(run) for run in listed}
-    rows = [[plant, *(cells.get((plant, one), NONE) for one in controllers)] for plant in plants]
+    rows = [[plant, *(row.get(one, NONE) for one in controllers)] for plant, row in cells.items()]
     head = ["plant", *(f"`{one}`" for one in controllers)]
-    return "\n".join(map(_line, [head, ["---"] * len(head), *rows]))
+    return "\n".join(f"| {' | '.join(row)} |" for row in [head, ["---"] * len(head), *rows])
 
 
-def _cross_cell(run: Mapping[str, Any]) -> str:
-    mark = "unstable" if run["unstable"] else "best" if "tip_rms_mm" in run["best"] else ""
-    return MARKS[mark].format(f"{run['tip_rms_mm']:.3g}")
+BUDGET = 12_000_000
+"""Largest size of all series in the page [bytes]; above it fewer samples a second are kept."""
+LEAST = 10.0
+"""[Hz] Fewer samples a second would not show a motion."""
+SHARED = ("joints", "flange", "base", "native", "floor", "foot", "tip_model", "t", "q_ref", "reference", "samples")
+"""Of a run's record: what runs of one reference have in common, as a rule."""
 
 
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+def pair_html(compared: RunComparison) -> str:
+    """The page; the same comparison gives the same text.
+
+    Raises
+    ------
+    OptionError
+        Fewer than two runs.
+    """
+    if len(compared.runs) < 2:
+        raise OptionError("replay of two runs", "one run", "two runs or more")
+    own = ("pair.css", "pair.js")
+    return replay_page.player_page(compared.title, pair_data(compared), own=own, of="lwr_dyn.studies.compare")
+
+
+def pair_data(compared: RunComparison) -> dict[str, Any]:
+    """The player's data: two runs on the stage, and what is needed to put any other there."""
+    rate, start = rate_within(compared.runs), (0, 1)
+    for runs in compared.plants.values():  # first shown: the best and the worst of the last plant with two stable runs
+        still = _nearest_first(runs)
+        if len(still) > 1:
+            start = compared.runs.index(still[0]), compared.runs.index(still[-1])
+    records = [_record(one, rate) for one in compared.runs]
+    shared = {key: records[0][key] for key in SHARED}
+    own = [{key: x for key, x in record.items() if shared.get(key) != x} for record in records]
+    first = [replace(compared.runs[i].shown, place=place) for place, i in enumerate(start)]
+    commands = [command for place, one in enumerate(first) for command in replay_page.arm_commands(one, place)]
+    return {
+        "runs": [
+            {**records[i], "place": place, "trace": {"t": records[i]["t"], **records[i]["trace"]}}
+            for place, i in enumerate(start)
+        ],
+        "scene": commands,
+        "made_by": replay_page.generator_line(),
+        "title": compared.title,
+        "live": False,
+        "start": {"trace": True, "frames": False, "beside": True},
+        "pair": {"shared": shared, "runs": own, "chosen": list(start)},
+    }
+
+
+def rate_within(runs: Sequence[ComparedRun], budget: int = BUDGET) -> float:
+    """Samples a second that the page keeps [Hz], at most a replay's, so that its series stay within `budget` bytes."""
+    numbers = sum((one.shown.arm.n + 5) * float(one.shown.run.t[-1]) for one in runs)  # a second
+    return max(LEAST, min(replay_page.RATE, budget / (numbers * 16 / 3)))
+
+
+def _record(one: ComparedRun, rate: float) -> dict[str, Any]:
+    """A run's record for the player, with its figures among its facts."""
+    (shown,) = replayed_runs([thinned(one.shown.run, rate)], [one.shown.arm], [f"{one.controller}, {one.plant}"])
+    record = replay_page.run_record(shown)
+    figures = [["tip RMS", f"{one.figures.tip_rms_mm:.3g} mm"],
+               ["largest", f"{one.figures.tip_max_mm:.3g} mm"], ["limits", one.figures.limits]]  # fmt: skip
+    figures += [["unstable,", str(one.cuts)]] if one.shakes else []
+    about = [fact for fact in record["facts"] if fact[0] in ("reading", "audit")]
+    samples = [int(shown.run.t.size), int(one.shown.run.t.size)]
+    more = {"facts": figures + about, "controller": one.controller, "plant": one.plant, "samples": samples}
+    return {**record, **more, "trace": {"points": replay_page.pack_int32(shown.pose[:, :3, 3])}}
+
+
+def _nearest_first(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
+    """The stable runs, by the RMS error of the tip."""
+    return sorted((one for one in runs if not one.shakes), key=lambda one: one.figures.tip_rms_mm)

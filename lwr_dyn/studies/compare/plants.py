@@ -99,7 +99,8 @@ def plant_case(arm: Arm, text: str) -> PlantCase:
 
 def nominal(case: PlantCase, value: str) -> PlantCase:
     """As the model has it."""
-    _no_value("nominal", value)
+    if value:
+        raise OptionError("plant nominal", f"with the value {value!r}", "nominal, without a value")
     return case
 
 
@@ -174,27 +175,17 @@ def encoders(case: PlantCase, value: str) -> PlantCase:
 
 def table(case: PlantCase, value: str) -> PlantCase:
     """A horizontal `Wall` with its defaults, at a height z [m] in the base, under the tip."""
-    try:
-        height = number_of(value)
-    except ValueError:
-        height = np.nan
-    if not np.isfinite(height):
-        raise OptionError("plant table", repr(value) if value else "no value", "a height in m, as table=0.1")
+    height = _number("table", value, "a height in m, as table=0.1", above=-np.inf)
     wall = Wall(case.plant, [0.0, 0.0, height], [0.0, 0.0, 1.0])
     return case.changed(f"a table at {height:g} m", external=wall)
 
 
-def _no_value(name: str, value: str) -> None:
-    if value:
-        raise OptionError(f"plant {name}", f"with the value {value!r}", f"{name}, without a value")
-
-
-def _number(name: str, value: str, allowed: str) -> float:
+def _number(name: str, value: str, allowed: str, above: float = 0.0) -> float:
     try:
         number = number_of(value)
     except ValueError:
-        number = -1.0
-    if not (np.isfinite(number) and number > 0.0):
+        number = np.nan
+    if not (np.isfinite(number) and number > above):
         raise OptionError(f"plant {name}", repr(value) if value else "no value", allowed)
     return number
 

@@ -27,16 +27,8 @@ from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation import errors
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import (
-    DivergenceError,
-    LwrDynError,
-    MissingDataError,
-    MissingPackageError,
-    NotPhysicalError,
-    OptionError,
-    RatingWarning,
-)
 from lwr_dyn.foundation.progress import Report
 from lwr_dyn.foundation.registry import options_of
 from lwr_dyn.model.arm import Arm
@@ -51,7 +43,6 @@ from lwr_dyn.studies.compare.plants import PlantCase
 
 DELAYS = (1, 2, 3, 4)
 """[samples]"""
-
 POSES = 21
 """Of the task, evenly in time, at which a loop is judged."""
 
@@ -74,22 +65,19 @@ def tuned_frequencies(
         A peak that is not above 1, a controller whose text gives omega_n already.
     """
     if not (np.isfinite(peak) and peak > 1.0):
-        raise OptionError("tuned", peak, "a peak of |S| above 1, as 1.7")
+        raise errors.OptionError("tuned", peak, "a peak of |S| above 1, as 1.7")
     poses = poses_of(reference)
     cases = cases_of(arm, rate, poses)
     dynamics = dynamics_of(arm)
     found = {}
-    for spec in (spec for spec in specs if has_frequency(spec)):
+    for spec in specs:
+        if spec.is_file or "omega_n" not in options_of(CONTROLLERS.load(spec.base)):
+            continue
         if "omega_n" in spec.options:
-            raise OptionError(f"controller {spec.text!r}", "omega-n given, which is to be tuned", "without it")
+            raise errors.OptionError(f"controller {spec.text!r}", "omega-n given, which is to be tuned", "without it")
         report(f"tuning {spec.text}")
         found[spec.text] = largest_omega_n(arm, spec.name, cases, q=poses, peak=peak, dynamics=dynamics, **spec.options)
     return found
-
-
-def has_frequency(spec: ControllerSpec) -> bool:
-    """Whether a controller has an option omega_n."""
-    return not spec.is_file and "omega_n" in options_of(CONTROLLERS.load(spec.base))
 
 
 def poses_of(reference: Reference) -> Array:
@@ -111,7 +99,7 @@ def is_elastic(arm: Arm, rate: float, poses: Array) -> bool:
     return bool((fastest_on_motors(rate, arm.armature, B) >= SLOWEST).all())
 
 
-REFUSALS = (DivergenceError, OptionError, MissingDataError, NotPhysicalError)
+REFUSALS = (errors.DivergenceError, errors.OptionError, errors.MissingDataError, errors.NotPhysicalError)
 """What a plant or a controller may say of one pair; the other pairs go on."""
 
 
@@ -126,14 +114,14 @@ class StudyFault:
     controller: str
     plant: str
     text: str
-    cause: LwrDynError | None = None
+    cause: errors.LwrDynError | None = None
     """The error itself, where it was raised in this process."""
     stops: bool = False
     """Whether the study ends with it."""
 
-    def error(self) -> LwrDynError:
+    def error(self) -> errors.LwrDynError:
         """The error, to be raised."""
-        return LwrDynError(self.text) if self.cause is None else self.cause
+        return errors.LwrDynError(self.text) if self.cause is None else self.cause
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,9 +165,9 @@ class ControllerStudy:
         """
         for kind, chosen in (("controllers", self.controllers), ("plants", self.plants)):
             if not chosen:
-                raise OptionError(kind, "none", "one or more")
+                raise errors.OptionError(kind, "none", "one or more")
         if not 1 <= processes <= MOST:
-            raise OptionError("processes", processes, f"from 1 to {MOST}")
+            raise errors.OptionError("processes", processes, f"from 1 to {MOST}")
         study, failures = self._makeable()
         frequencies = study.frequencies(report)
         failures += [
@@ -214,7 +202,7 @@ class ControllerStudy:
         found = {text: one for text, one in frequencies.items() if one.omega_n is not None}
         kept = [text for text in self.controllers if text in found or text not in frequencies]
         if not kept:
-            raise OptionError("tuned", self.peak, "a higher peak: no controller keeps it at any omega_n")
+            raise errors.OptionError("tuned", self.peak, "a higher peak: no controller keeps it at any omega_n")
         options = {text: {"omega_n": one.omega_n} for text, one in found.items()}
         return replace(self, controllers=tuple(kept), tuned=options or self.tuned), found
 
@@ -222,7 +210,6 @@ class ControllerStudy:
         """Controller as typed -> its tuned omega_n; empty without a `peak`. Raises as `tuned_frequencies`."""
         if self.peak is None:
             return {}
-
         rate = dict(self.options).get("rate", 1000.0)
         return tuned_frequencies(self.arm, self.specs, self.reference, self.peak, rate, report)
 
@@ -232,14 +219,14 @@ class ControllerStudy:
         for spec in self.specs:
             try:
                 workshop.controller(spec)
-            except (MissingDataError, MissingPackageError) as fault:
+            except (errors.MissingDataError, errors.MissingPackageError) as fault:
                 if not self.lenient:
                     raise
                 failures.append(f"{spec.text}: {fault}")
             else:
                 kept.append(spec.text)
         if not kept:
-            raise OptionError("controllers", "none that can be made", failures[0])
+            raise errors.OptionError("controllers", "none that can be made", failures[0])
         return replace(self, controllers=tuple(kept)), failures
 
 
@@ -275,7 +262,9 @@ class Workshop:
                 run.save(study.folder / f"run_{index + 1}.npz")
             part = since(run, study.since)
         except REFUSALS as fault:
-            return StudyFault(label_of(controller), _plant_words(case), str(fault), fault)
+            load = [f"{case.options['payload']:g} kg"] if "payload" in case.options else []
+            plant = ", ".join([*case.words, *load]) or PLAIN
+            return StudyFault(label_of(controller), plant, str(fault), fault)
         figures = metrics(part, study.arm), torque_cuts(part, study.arm)
         return part if study.rate is None else replace(thinned(part, study.rate), setup=None), figures
 
@@ -287,29 +276,20 @@ class Workshop:
             return simulate(study.arm, controller, study.reference, **dict(study.options), **case.options, meta=said)
 
 
-def _plant_words(case: PlantCase) -> str:
-    load = [f"{case.options['payload']:g} kg"] if "payload" in case.options else []
-    return ", ".join([*case.words, *load]) or PLAIN
-
-
 def option_words(options: Mapping[str, Any]) -> str:
     """Numbers among the options of a controller in words; what a switch does is in the controller's label.
 
     >>> option_words({"omega_n": 23.84, "velocity_error": True})
     'omega_n 23.8'
     """
-    numbers = {name: x for name, x in options.items() if isinstance(x, int | float) and not isinstance(x, bool)}
-    texts = {name: x for name, x in options.items() if isinstance(x, str)}
-    return ", ".join([*(f"{name} {x:.3g}" for name, x in numbers.items()), *(f"{k} {x}" for k, x in texts.items())])
+    numbers = [f"{k} {x:.3g}" for k, x in options.items() if isinstance(x, int | float) and not isinstance(x, bool)]
+    return ", ".join([*numbers, *(f"{k} {x}" for k, x in options.items() if isinstance(x, str))])
 
 
-MANY = 24
-"""From so many runs on, pages and pictures keep `RATE` samples a second of each; its figures are of all samples."""
-
+MANY, RATE = 24, 100.0
+"""From so many runs on, pages and pictures keep so many samples a second of each; its figures are of all samples."""
 MOST = 64
 """Processes at most."""
-
-RATE = 100.0
 
 
 def _in_pool(study: ControllerStudy, count: int, processes: int) -> Iterator[StudyRun | StudyFault]:
@@ -318,7 +298,7 @@ def _in_pool(study: ControllerStudy, count: int, processes: int) -> Iterator[Stu
         try:
             for result, warned in pool.map(run_in_pool, range(count)):
                 for words in warned:
-                    warnings.warn(words, RatingWarning, stacklevel=2)
+                    warnings.warn(words, errors.RatingWarning, stacklevel=2)
                 yield result
         finally:
             pool.shutdown(cancel_futures=True)
@@ -336,12 +316,12 @@ def begin(study: ControllerStudy) -> None:
 def run_in_pool(index: int) -> tuple[StudyRun | StudyFault, tuple[str, ...]]:
     """`Workshop.run` in a process of a pool, and what it warned of; all of it can be pickled."""
     with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always", RatingWarning)
+        warnings.simplefilter("always", errors.RatingWarning)
         try:
             result = _OWN[0].run(index)
-        except LwrDynError as fault:
+        except errors.LwrDynError as fault:
             result = StudyFault("", "", str(fault), stops=True)
-    words = tuple(str(one.message) for one in said if issubclass(one.category, RatingWarning))
+    words = tuple(str(one.message) for one in said if issubclass(one.category, errors.RatingWarning))
     if isinstance(result, StudyFault):
         return replace(result, cause=None), words
     run, figures = result

@@ -22,8 +22,8 @@ sampling           What the runs of a study are: points of the unit cube, and fr
                    distribution
 summary            What a study found: for each controller its quantiles, shares inside the limits, influences, and
                    the worst runs
-summary_document   A summary as sections of a document: what people read, and the record with the types of its values
-summary_text       A summary for people and programs: numbers with their intervals, tables
+summary_document   A summary for people and programs: numbers with their intervals, tables, sections of a document and
+                   its record
 sweep_study        A study: which loops, what is varied, how many runs; and its arm, references and controllers, built
                    when needed
 tune               `tune`: gains for a stated aim, found on some runs of a study and judged on others; as text and

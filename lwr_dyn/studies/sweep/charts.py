@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.pages.figures.figure import Axis, axis_of, frequency_axis
-from lwr_dyn.pages.plotting.drawn_panel import marks, tick_marks
-from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, plane_html
+from lwr_dyn.pages.plotting.line_plane import HEIGHT, WIDTH, grid_path, marks, plane_html, tick_marks
 from lwr_dyn.studies.sweep.influence import Influence, SobolIndices, is_by_name
+from lwr_dyn.studies.sweep.intervals import hundredths, index_text, percent
 from lwr_dyn.studies.sweep.outwards import OutwardSearch
 from lwr_dyn.studies.sweep.summary import TORNADO, ControllerFigures, MetricFigures, SweepSummary, draw_columns
-from lwr_dyn.studies.sweep.summary_text import hundredths, index_text, part_words, percent, quantile_text, value_text
+from lwr_dyn.studies.sweep.summary_document import part_words, quantile_text, value_text
 
 BINS = 60
 POINTS = 240
@@ -276,8 +276,10 @@ def parallel_html(summary: SweepSummary, name: str, ink: str, units: Mapping[str
         ink: f"the {worst.size} worst",
     }
     paths = f'<path class="grid" d="{"".join(f"M0,{ROW * k + ROW // 2}H{WIDTH}" for k in range(count))}"/>'
+    across, down = np.rint(WIDTH * places).astype(int).T, ROW * np.arange(count) + ROW // 2
     for rows, kind in ((kept, "kept"), (broken, "broken"), (worst, f"{ink} worst")):
-        paths += f'<path class="{kind}" d="{_lines(places[:, rows])}"/>' if rows.size else ""
+        lines = (" ".join(f"{x},{y}" for x, y in zip(row, down, strict=True)) for row in across[rows].tolist())
+        paths += f'<path class="{kind}" d="M{"M".join(lines)}"/>' if rows.size else ""
     label = f"{name}: runs, {', '.join(said.values())}, as lines over {', '.join(axis.name for axis in axes)}"
     limit = limit_mark(one, values_axis(every))
     below = f'<div class="last-axis" style="height:{100 / count:.3f}%">{limit}</div>'
@@ -318,9 +320,3 @@ def metric_axis(one: MetricFigures, others: list[MetricFigures]) -> LineAxis:
     shares = np.clip(axis.share(words.shown(np.where(lost, np.nan, one.badness))), 0.0, 1.0)
     places = np.where(np.isnan(shares), 1.0 if words.worse > 0 else 0.0, shares)
     return LineAxis(words.title, (f"{axis.low:.3g}", f"{axis.high:.3g} {words.unit}"), places)
-
-
-def _lines(places: Array) -> str:
-    across = np.rint(WIDTH * places).astype(int).T
-    down = ROW * np.arange(places.shape[0]) + ROW // 2
-    return "".join("M" + " ".join(f"{x},{y}" for x, y in zip(row, down, strict=True)) for row in across.tolist())

@@ -25,14 +25,7 @@ from scipy.stats import qmc
 from lwr_dyn.foundation.arrays import Array, number_of
 from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.foundation.progress import Report
-from lwr_dyn.studies.sweep.intervals import (
-    LEVEL,
-    IntervalEstimate,
-    QuantileEstimate,
-    ShareEstimate,
-    quantile_of,
-    share_of,
-)
+from lwr_dyn.studies.sweep import intervals
 from lwr_dyn.studies.sweep.vocabulary import MetricWords, metric_words
 
 FORM = "PATH=LOW:HIGH, as controller.omega_n=5:200"
@@ -57,11 +50,6 @@ class SearchedGain:
             raise OptionError(f"bounds of {self.path}", f"{self.low:g} to {self.high:g}", "two numbers, low < high")
 
     @property
-    def is_logarithmic(self) -> bool:
-        """Whether equal steps of the search are equal ratios."""
-        return self.low > 0.0
-
-    @property
     def name(self) -> str:
         """The path without its group: controller.omega_n is omega_n."""
         return self.path.removeprefix("controller.")
@@ -72,14 +60,14 @@ class SearchedGain:
         >>> SearchedGain("controller.omega_n", 1.0, 100.0).value(np.array([0.0, 0.5, 1.0])).round(9).tolist()
         [1.0, 10.0, 100.0]
         """
-        if not self.is_logarithmic:
+        if self.low <= 0.0:
             return np.asarray(self.low + (self.high - self.low) * share)
         return np.asarray(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
 
     def share(self, value: float) -> float:
         """The share of a value, clipped to 0 ... 1."""
         inside = min(max(value, self.low), self.high)
-        if not self.is_logarithmic:
+        if self.low <= 0.0:
             return float((inside - self.low) / (self.high - self.low))
         return float(np.log(inside / self.low) / np.log(self.high / self.low))
 
@@ -188,14 +176,12 @@ def search(
 
     Parameters
     ----------
-    trace : SearchTrace
     start : sequence of (d,) arrays
         Candidates of the first generation, at most `population`.
     bound : float
         inf for none.
     population, generations : int
         Candidates of a generation, and generations after the first; it ends before when all candidates agree to 1 %.
-    seed : int
 
     Raises as the judge.
     """
@@ -242,7 +228,7 @@ class GainAim:
 
     def of(self, runs: Array) -> float:
         """The quantile of runs (k,); inf for one that reaches into runs without a number."""
-        return quantile_of(runs, self.share).value
+        return intervals.quantile_of(runs, self.share).value
 
 
 def gain_aim(text: str, quantiles: Sequence[float] = ()) -> GainAim:
@@ -283,12 +269,12 @@ class GainVerdict:
     err by less.
     """
 
-    given: QuantileEstimate
-    found: QuantileEstimate
-    given_use: QuantileEstimate
-    found_use: QuantileEstimate
-    ratio: IntervalEstimate
-    better: ShareEstimate
+    given: intervals.QuantileEstimate
+    found: intervals.QuantileEstimate
+    given_use: intervals.QuantileEstimate
+    found_use: intervals.QuantileEstimate
+    ratio: intervals.IntervalEstimate
+    better: intervals.ShareEstimate
 
     @property
     def words(self) -> str:
@@ -309,16 +295,16 @@ def verdict(given: Array, found: Array, given_use: Array, found_use: Array, shar
     Raises as `quantile_of`.
     """
     return GainVerdict(
-        given=quantile_of(given, share),
-        found=quantile_of(found, share),
-        given_use=quantile_of(given_use, share),
-        found_use=quantile_of(found_use, share),
+        given=intervals.quantile_of(given, share),
+        found=intervals.quantile_of(found, share),
+        given_use=intervals.quantile_of(given_use, share),
+        found_use=intervals.quantile_of(found_use, share),
         ratio=paired_ratio(given, found, share, seed),
-        better=share_of(int((found < given).sum()), given.size),
+        better=intervals.share_of(int((found < given).sum()), given.size),
     )
 
 
-def paired_ratio(given: Array, found: Array, share: float, seed: int) -> IntervalEstimate:
+def paired_ratio(given: Array, found: Array, share: float, seed: int) -> intervals.IntervalEstimate:
     """Quantile of `found` over that of `given`, (runs,) each; percentiles of a bootstrap that draws pairs.
 
     Two quantiles that are both inf have the ratio 1. For the quantile of runs that are few beyond it (1 - share times
@@ -344,5 +330,5 @@ def paired_ratio(given: Array, found: Array, share: float, seed: int) -> Interva
         return above / below
 
     drawn = np.sort([ratio(rng.integers(0, n, n)) for _ in range(RESAMPLES)])
-    cut = int(np.floor(0.5 * (1.0 - LEVEL) * RESAMPLES))
-    return IntervalEstimate(ratio(slice(None)), float(drawn[cut]), float(drawn[-1 - cut]))
+    cut = int(np.floor(0.5 * (1.0 - intervals.LEVEL) * RESAMPLES))
+    return intervals.IntervalEstimate(ratio(slice(None)), float(drawn[cut]), float(drawn[-1 - cut]))

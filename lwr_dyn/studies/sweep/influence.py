@@ -149,15 +149,10 @@ def _places(column: NDArray[Any]) -> NDArray[np.int64]:
     return place
 
 
-def _follows(a: NDArray[np.int64], b: NDArray[np.int64]) -> bool:
-    """Whether the parts of two parameters are not independent in these runs (chi-squared)."""
-    found = chi2_contingency(crosstab(a, b).count)
-    return bool(found.expected_freq.min() >= FEWEST and found.pvalue < FOLLOWS)
-
-
 def _may_explain(stronger: NDArray[np.int64], weaker: NDArray[np.int64], metric: Array, share: float) -> bool:
-    """Whether one follows the other, and has no effect of its own among the runs of any part of the stronger."""
-    if not _follows(weaker, stronger):
+    """Whether one follows the other (chi-squared), and has no effect of its own among the runs of any part of it."""
+    found = chi2_contingency(crosstab(weaker, stronger).count)
+    if not (found.expected_freq.min() >= FEWEST and found.pvalue < FOLLOWS):
         return False
     strata = np.unique(stronger)
     for k in strata:

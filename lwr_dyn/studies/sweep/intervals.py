@@ -1,4 +1,4 @@
-"""Confidence intervals that assume nothing of a distribution: of a quantile by order statistics, of a share.
+"""Confidence intervals that assume nothing of a distribution: of a quantile by order statistics, of a share; in words.
 
 Both hold for runs drawn independently. Runs of a Sobol sequence or a Latin hypercube fill their box more evenly, and a
 quantile of theirs varies less as a rule, so that the same interval is then a cautious one; a grid is no sample at all.
@@ -152,3 +152,44 @@ def share_of(count: int, runs: int, level: float = LEVEL) -> ShareEstimate:
     low = float(beta.ppf(half, count, runs - count + 1)) if count else 0.0
     high = float(beta.ppf(1.0 - half, count + 1, runs - count)) if count < runs else 1.0
     return ShareEstimate(count, runs, low, high, level)
+
+
+OPEN = "?"
+"""The end of an interval that the runs do not bound."""
+
+
+def percent(share: float) -> str:
+    """A share in percent, with as many digits as tell it from 0 and from 100 %.
+
+    >>> percent(0.5), percent(0.99991), percent(0.00001234), percent(1.0)
+    ('50', '99.991', '0.0012', '100')
+    """
+    rest = min(share, 1.0 - share)
+    if rest <= 0.0:
+        return f"{100 * share:.0f}"
+    decimals = 1 if rest >= 0.01 else 2
+    while decimals < 8 and round(100 * rest, decimals - 1) == 0.0:
+        decimals += 1
+    return f"{100 * share:.{decimals}f}".rstrip("0").rstrip(".")
+
+
+def share_text(found: ShareEstimate | None, with_interval: bool = True) -> str:
+    """A share in percent with its interval in brackets."""
+    if found is None or not found.runs:
+        return OPEN
+    value = f"{percent(found.value)} %"
+    return f"{value} [{percent(found.low)} to {percent(found.high)}]" if with_interval else value
+
+
+def hundredths(value: float, sign: str = "") -> str:
+    """A share or correlation in two decimals, never "-0.00"; with `sign` "+" a plus, too.
+
+    >>> hundredths(-0.001), hundredths(-0.001, "+"), hundredths(-0.25)
+    ('0.00', '+0.00', '-0.25')
+    """
+    return f"{round(value, 2) + 0.0:{sign}.2f}"
+
+
+def index_text(one: IntervalEstimate) -> str:
+    """An index with its interval in brackets."""
+    return f"{hundredths(one.value)} [{hundredths(one.low)} to {hundredths(one.high)}]"

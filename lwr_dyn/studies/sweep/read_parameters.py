@@ -1,10 +1,9 @@
 """The `[[parameter]]` tables of a study: a path, its distribution, and whether arm, controllers and task have it."""
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from math import prod
+from math import isfinite, prod
 from typing import Any
 
 import numpy as np
@@ -17,16 +16,9 @@ from lwr_dyn.foundation.fields import Fields
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.registry import Option, options_of
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.studies.sweep import sweep_study
 from lwr_dyn.studies.sweep.sampling import DISTRIBUTIONS, VariedParameter
-from lwr_dyn.studies.sweep.sweep_study import (
-    MOST_REFERENCES,
-    SweepStudy,
-    arm_of_study,
-    is_task,
-    option_name,
-    spec_of_study,
-    try_controller,
-)
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 from lwr_dyn.studies.sweep.vocabulary import ALL, PathRow, parameter_path
 from lwr_dyn.trajectory.references.references import REFERENCES
 
@@ -162,7 +154,7 @@ def _normal(fields: Fields, row: PathRow) -> dict[str, Any]:
         value = fields.take(key, object, None)
         if value is not None:
             ends[key] = _inside(fields, row, key, value)
-        elif math.isfinite(bound):
+        elif isfinite(bound):
             found = f"missing, and a normal distribution passes {bound:g}"
             raise fields.refuse(key, found, f"where it is cut: {row.allowed}")
     low, high = ends.values()
@@ -181,9 +173,10 @@ def checked_parameters(study: SweepStudy, arm: Arm, whole: Fields, tables: Seque
         for start, check in CHECKS.items():
             if f"{one.path}.".startswith(f"{start}."):
                 check(study, arm, one, fields)
-    tasks = prod(len(one.values) for one in study.parameters if is_task(one.path))
-    if tasks > MOST_REFERENCES:
-        raise whole.refuse("parameter", f"{tasks} tasks", f"at most {MOST_REFERENCES}: each is a reference of its own")
+    tasks = prod(len(one.values) for one in study.parameters if sweep_study.is_task(one.path))
+    if tasks > sweep_study.MOST_REFERENCES:
+        allowed = f"at most {sweep_study.MOST_REFERENCES}: each is a reference of its own"
+        raise whole.refuse("parameter", f"{tasks} tasks", allowed)
     return replace(study, parameters=tuple(replace(one, nominal=_nominal(study, arm, one)) for one in study.parameters))
 
 
@@ -198,7 +191,7 @@ def _check_reading(study: SweepStudy, arm: Arm, one: VariedParameter, fields: Fi
             raise fields.refuse("values", found, ", ".join(known))
     for name in map(str, one.values):
         with blamed(fields, "values"):
-            other = arm_of_study(study, name)
+            other = sweep_study.arm_of_study(study, name)
         if not has_same_frames(arm, other):
             found = f"{name}, with other frames of the links than {arm.reading}"
             raise fields.refuse("values", found, "readings that differ in masses, rotors or limits alone")
@@ -247,26 +240,26 @@ def _check_task(study: SweepStudy, arm: Arm, one: VariedParameter, fields: Field
     options = options_of(REFERENCES.load(study.task))
     _check_option(one, options, f"task {study.task}", study.task_options, "[task]", fields)
     if not one.values:
-        found = f"{one.distribution}, and each value is a reference of its own"
-        raise fields.refuse("distribution", found, f"values (a choice), or levels; at most {MOST_REFERENCES}")
+        allowed = f"values (a choice), or levels; at most {sweep_study.MOST_REFERENCES}"
+        raise fields.refuse("distribution", f"{one.distribution}, and each value is a reference of its own", allowed)
 
 
 def _check_controllers(study: SweepStudy, arm: Arm, one: VariedParameter, fields: Fields) -> None:
     """An option of every controller that is a number; one in a file says itself what it takes."""
     for text in study.controllers:
-        spec = spec_of_study(study, text)
+        spec = sweep_study.spec_of_study(study, text)
         if not spec.is_file:
             options = options_of(CONTROLLERS.load(spec.base))
             _check_option(one, options, f"controller {text}", spec.options, f"controller {text!r}", fields)
         for end in (one.lowest, one.highest):
             with blamed(fields):
-                try_controller(study, text, {option_name(one.path): end})
+                sweep_study.try_controller(study, text, {sweep_study.option_name(one.path): end})
 
 
 def _check_option(
     one: VariedParameter, options: dict[str, Option], owner: str, given: Any, place: str, fields: Fields
 ) -> None:
-    keyword = option_name(one.path)
+    keyword = sweep_study.option_name(one.path)
     known = {key: option for key, option in options.items() if option.kind in (int, float)}
     if keyword not in known:
         found = f"{owner} has no number {keyword!r}{errors.did_you_mean(keyword, known)}"
@@ -293,10 +286,10 @@ CHECKS: dict[str, Callable[[SweepStudy, Arm, VariedParameter, Fields], None]] = 
 
 def _nominal(study: SweepStudy, arm: Arm, one: VariedParameter) -> float | None:
     """What a parameter is as modelled; None where there is nothing, or something else for each controller."""
-    if is_task(one.path):
+    if sweep_study.is_task(one.path):
         return _default(options_of(REFERENCES.load(study.task)), one.path)
     if one.path.startswith("controller."):
-        specs = [spec_of_study(study, text) for text in study.controllers]
+        specs = [sweep_study.spec_of_study(study, text) for text in study.controllers]
         rows = [{} if spec.is_file else options_of(CONTROLLERS.load(spec.base)) for spec in specs]
         found = {_default(row, one.path) for row in rows}
         return found.pop() if len(found) == 1 else None
@@ -308,5 +301,5 @@ def _nominal(study: SweepStudy, arm: Arm, one: VariedParameter) -> float | None:
 
 def _default(options: dict[str, Option], path: str) -> float | None:
     """The default of an option that is a number."""
-    default = options[option_name(path)].default if option_name(path) in options else None
+    default = options[sweep_study.option_name(path)].default if sweep_study.option_name(path) in options else None
     return float(default) if isinstance(default, int | float) and not isinstance(default, bool) else None

@@ -16,17 +16,10 @@ from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, op
 from lwr_dyn.model.arm import Arm, si_value
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import Loop
+from lwr_dyn.studies.sweep import sweep_study
 from lwr_dyn.studies.sweep.read_parameters import blamed, checked_parameters, read_parameters
 from lwr_dyn.studies.sweep.sampling import FEW, METHODS
-from lwr_dyn.studies.sweep.sweep_study import (
-    SweepStudy,
-    arm_of_study,
-    digest_of,
-    is_task,
-    option_name,
-    references_of_study,
-    try_controller,
-)
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 from lwr_dyn.studies.sweep.vocabulary import metric_row
 from lwr_dyn.trajectory.references.references import REFERENCES
 
@@ -62,7 +55,7 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     tables, given = fields.tables("parameter", []), fields.table("task")
     fields.refuse_unknown()
     with blamed(fields, "robot"):
-        arm = arm_of_study(study)
+        arm = sweep_study.arm_of_study(study)
         arm.require_dynamics()
     task = read_task(given, path.parent, arm)
     parameters = read_parameters(tables, arm.n)
@@ -71,13 +64,13 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     study = _with_files(study, task.files)
     study = _with_controllers(fields, study, path.parent)
     study = checked_parameters(study, arm, fields, tables)
-    lacking = missing_option(task, {option_name(one.path) for one in parameters if is_task(one.path)})
+    lacking = missing_option(task, set(sweep_study.task_choices(study)[0]))
     if lacking is not None:
         raise fields.refuse(f"task.{lacking}", "missing", f"a value, which the task {task.name} needs")
     study = _sampled(fields, sampling, study)
     study = _measured(metrics, limits, study)
     with blamed(fields, "task"):
-        for reference in references_of_study(study):
+        for reference in sweep_study.references_of_study(study):
             _options(study).times(study.loop.get("duration", reference.duration))
     return study
 
@@ -100,7 +93,7 @@ def _with_files(study: SweepStudy, files: Iterable[Path], name: str = "") -> Swe
     """With the SHA-256 of files, by `name`, or their own ones; raises `FileAccessError`."""
     sources, places = dict(study.sources), dict(study.places)
     for each in files:
-        sources[name or each.name] = places[str(each.resolve())] = digest_of(str(each))
+        sources[name or each.name] = places[str(each.resolve())] = sweep_study.digest_of(str(each))
     return replace(study, sources=sources, places=places)
 
 
@@ -115,7 +108,7 @@ def _with_controllers(fields: Fields, study: SweepStudy, folder: Path) -> SweepS
     for i, text in enumerate(study.controllers):
         with blamed(fields, f"controllers[{i}]"):
             if not (varied and controller_spec(text).is_file):
-                try_controller(study, text, {})
+                sweep_study.try_controller(study, text, {})
     return study
 
 

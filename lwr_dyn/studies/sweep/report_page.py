@@ -18,10 +18,11 @@ from lwr_dyn.pages.document import POLICY, document_html, table_html
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.replayed_runs import run_places
 from lwr_dyn.studies.sweep import charts
+from lwr_dyn.studies.sweep.intervals import share_text
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults, folder_names
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.summary import TORNADO, SweepSummary, draw_columns, summarise
-from lwr_dyn.studies.sweep.summary_text import about_text, event_table, notes, quantile_table, share_text, value_text
+from lwr_dyn.studies.sweep.summary_document import about_text, event_table, notes, quantile_table, value_text
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 
 _PACKAGE = "lwr_dyn.studies.sweep"
@@ -48,7 +49,6 @@ def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
 
     Parameters
     ----------
-    summary : SweepSummary
     worst : sequence of WorstRun
         Those of `summary.worst()` that are to be replayed in the page.
     """
@@ -109,15 +109,12 @@ def _figures_html(table: Table, inks: Mapping[str, str]) -> str:
     body = ""
     for first, *rest in table.cells:
         mark = f'<i class="sw {inks[first]}"></i>'
-        body += f'<tr><th scope="row">{mark}{escape(first)}</th>{"".join(map(_cell, rest))}</tr>'
+        body += f'<tr><th scope="row">{mark}{escape(first)}</th>'
+        for value, bracket, interval in (text.partition(" [") for text in rest):
+            body += f"<td>{escape(value)}{f'<small>[{escape(interval)}</small>' if bracket else ''}</td>"
+        body += "</tr>"
     rows = f"<caption>{escape(table.title)}</caption><thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
     return _scrolled(escape(table.title), f'<table class="numbers">{rows}</table>')
-
-
-def _cell(text: str) -> str:
-    value, bracket, interval = text.partition(" [")
-    small = f"<small>[{escape(interval)}</small>" if bracket else ""
-    return f"<td>{escape(value)}{small}</td>"
 
 
 def _scrolled(label: str, table: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel_spec import FRICTION, TENSOR, friction_parameters
-from lwr_dyn.codegen.rollouts.law_forms import LawForm
+from lwr_dyn.codegen.rollouts.law_forms import LawForm, law_form, unchecked_form
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -16,15 +16,9 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, with_payload
 from lwr_dyn.simulation.plant import Encoder
+from lwr_dyn.studies.sweep import sweep_study
 from lwr_dyn.studies.sweep.sampling import Values
-from lwr_dyn.studies.sweep.sweep_study import (
-    SweepStudy,
-    arm_of_study,
-    is_task,
-    option_name,
-    spec_of_study,
-    takes_inertia,
-)
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 from lwr_dyn.studies.sweep.vocabulary import ALL, AXES, parameter_path
 
 PLAIN = {
@@ -79,7 +73,7 @@ def plant_parameters(study: SweepStudy, values: Mapping[str, Values]) -> dict[st
     if not values:  # what varies is the law's alone
         return {}
     names, which = np.unique(values.get("reading", [""] * len(next(iter(values.values())))), return_inverse=True)
-    arms = [arm_of_study(study, str(name) or None) for name in names]
+    arms = [sweep_study.arm_of_study(study, str(name) or None) for name in names]
 
     def each(quantity: Quantity) -> Array:
         """A quantity of each run's arm, (runs, ...)."""
@@ -147,7 +141,6 @@ def rollout_arguments(study: SweepStudy, text: str, values: Mapping[str, Values]
 
     Parameters
     ----------
-    study : SweepStudy
     text : str
         The controller, as the study has it. One in a Python file has no gains and no model among the parameters: they
         come with `controller_of_run`.
@@ -161,11 +154,11 @@ def rollout_arguments(study: SweepStudy, text: str, values: Mapping[str, Values]
     NoKernelFormError
         A controller without a kernel form whose options vary.
     """
-    spec = spec_of_study(study, text)
+    spec = sweep_study.spec_of_study(study, text)
     parameters = plant_parameters(study, values)
     if not spec.is_file:
         parameters |= _known_payload(values, spec.base) | _gains(study, text, values)
-    if any(is_task(path) for path in values):
+    if any(sweep_study.is_task(path) for path in values):
         parameters["reference"] = _references(study, values)
     sensed = any(path.startswith("sensor.") for path in values)
     return {
@@ -183,12 +176,12 @@ def controller_of_run(study: SweepStudy, text: str, values: Mapping[str, Values]
 
     Raises as `make_controller`.
     """
-    arm, spec = arm_of_study(study), spec_of_study(study, text)
+    arm, spec = sweep_study.arm_of_study(study), sweep_study.spec_of_study(study, text)
     known = _known_payload(values, spec.base)
     if known:
         com = known.get("model_payload_com", np.zeros((index + 1, len(AXES))))
         arm = arm.with_chain(with_payload(arm.chain, float(known["model_payload"][index]), com[index]))
-    options = {option_name(path): float(values[path][index]) for path in values if path.startswith(OPTIONS)}
+    options = {sweep_study.option_name(path): float(values[path][index]) for path in values if path.startswith(OPTIONS)}
     return spec.make(arm, dynamics_of(arm), options)
 
 
@@ -204,7 +197,7 @@ def _known_payload(values: Mapping[str, Values], base: str) -> dict[str, Array]:
 def _references(study: SweepStudy, values: Mapping[str, Values]) -> Array:
     """Number of each run's reference in `references_of_study`."""
     index = 0
-    for one in (one for one in study.parameters if is_task(one.path)):
+    for one in (one for one in study.parameters if sweep_study.is_task(one.path)):
         drawn = np.asarray(values[one.path], float)[:, None]
         index = index * len(one.values) + np.abs(drawn - np.asarray(one.values, float)).argmin(axis=1)
     return np.asarray(index, dtype=np.float64)
@@ -221,16 +214,14 @@ def _gains(study: SweepStudy, text: str, values: Mapping[str, Values]) -> dict[s
     paths = [path for path in values if path.startswith(OPTIONS)]
     if not paths:
         return {}
-    from lwr_dyn.codegen.rollouts.law_forms import law_form, unchecked_form
-
-    arm, spec = arm_of_study(study), spec_of_study(study, text)
-    dynamics, fixed = dynamics_of(arm), {"inertia": _largest_inertias(arm)} if takes_inertia(spec) else {}
+    arm, spec = sweep_study.arm_of_study(study), sweep_study.spec_of_study(study, text)
+    dynamics, fixed = dynamics_of(arm), {"inertia": _largest_inertias(arm)} if sweep_study.takes_inertia(spec) else {}
     rows, which = np.unique(
         np.stack([np.asarray(values[p], float) for p in paths], axis=1), axis=0, return_inverse=True
     )
     forms: list[LawForm] = []
     for row in rows:
-        options = dict(zip(map(option_name, paths), row.tolist(), strict=True))
+        options = dict(zip(map(sweep_study.option_name, paths), row.tolist(), strict=True))
         form = unchecked_form if forms else law_form  # the first is compared with its controller
         forms.append(form(spec.make(arm, dynamics, {**fixed, **options}), arm))
     if len({form.digest for form in forms}) > 1:

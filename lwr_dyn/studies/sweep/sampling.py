@@ -149,7 +149,6 @@ def points(
         Of each of the d numbers, for a grid.
     runs : int
         Of the whole study.
-    seed, first, stop : int
     """
     d = sum(sizes)
     if d == 0:

@@ -151,7 +151,6 @@ def summarise(
 
     Parameters
     ----------
-    study : SweepStudy
     controllers : mapping
         Controller as typed -> its runs; those that are not computed yet are missing.
     evaluate : callable, optional

@@ -34,16 +34,14 @@ MOST_AT_ONCE = 50_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SweepStudy:
-    """Closed loops of one task: every controller on the same `count` plants, numbered from 0.
+    """Closed loops of one task: every controller on the same `runs` plants, numbered from 0.
 
     Parameters
     ----------
-    name : str
     robot, reading : str
         As `lwr_dyn.load` takes them, a file in its full path; "" for the paper's default reading.
     controllers : tuple of str
         As `lwr-dyn compare` takes them: "adaptive:omega_n=30", "mine.py" beside the study's file.
-    task : str
     task_options : mapping
         By keyword of the task's factory, in rad and m.
     loop : mapping
@@ -57,7 +55,6 @@ class SweepStudy:
         How the runs are drawn, how many for each controller, how many in a file of results.
     keep : int
         Worst runs of each controller that are replayed.
-    parameters : tuple of VariedParameter
     limits : mapping
         Metric -> bound, in SI units; they judge runs and change none.
     tolerance : float or None

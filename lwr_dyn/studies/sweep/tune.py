@@ -2,24 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, TypedDict
+from typing import Annotated, TypedDict
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import Report
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.studies.sweep.gain_search import (
-    GainAim,
-    GainVerdict,
-    SearchedGain,
-    SearchTrace,
-    search,
-    values_of,
-    verdict,
-)
+from lwr_dyn.studies.sweep import gain_search
 from lwr_dyn.studies.sweep.intervals import IntervalEstimate, QuantileEstimate, ShareEstimate
 from lwr_dyn.studies.sweep.sampling import Values
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy
@@ -65,19 +58,23 @@ class TunedGains:
 
     study: str
     controller: str
-    gains: tuple[SearchedGain, ...]
-    aim: GainAim
+    gains: tuple[gain_search.SearchedGain, ...]
+    aim: gain_search.GainAim
     bound: float
     size: SearchSize
-    trace: SearchTrace
+    trace: gain_search.SearchTrace
     best: int
     given: Array
-    check: GainVerdict
+    check: gain_search.GainVerdict
 
     @property
     def values(self) -> Array:
         """The found gains (d,)."""
-        return np.asarray(values_of(self.gains, self.trace.points[[self.best]])[0])
+        return np.asarray(self.values_at(np.array([self.best]))[0])
+
+    def values_at(self, candidates: NDArray[np.intp]) -> Array:
+        """The gains (k, d) of candidates (k,) of the trace."""
+        return gain_search.values_of(self.gains, self.trace.points[candidates])
 
     @property
     def keeps_bound(self) -> bool:
@@ -90,11 +87,6 @@ class TunedGains:
         return self.check.found_use.value <= self.bound
 
     @property
-    def candidates(self) -> int:
-        """How many were looked at."""
-        return self.trace.aim.size
-
-    @property
     def document(self) -> Document:
         """The result for people and programs."""
         return _document(self)
@@ -103,11 +95,11 @@ class TunedGains:
 def tune(
     study: SweepStudy,
     controller: str,
-    gains: Sequence[SearchedGain],
+    gains: Sequence[gain_search.SearchedGain],
     evaluate: Evaluate,
     given: Mapping[str, float],
     *,
-    aim: GainAim,
+    aim: gain_search.GainAim,
     bound: float = 1.0,
     size: SearchSize = SearchSize(),
     report: Report = lambda _: None,
@@ -123,15 +115,12 @@ def tune(
         What is varied and how; its own method and number of runs are not used.
     controller : str
         One of a study's, as text.
-    gains : sequence of SearchedGain
     evaluate : callable
         Of the controller, see `Evaluate`.
     given : mapping
         Path -> value to compare with; a path without one has none.
-    aim : GainAim
     bound : float
         On the same quantile of the torque use; inf for none.
-    size : SearchSize
 
     Raises
     ------
@@ -150,43 +139,44 @@ def tune(
 
     def judge(points: Array) -> tuple[Array, Array]:
         every = {path: np.concatenate([x] * len(points)) for path, x in seen.items()}
-        rows = {path: np.repeat(x, size.runs) for path, x in zip(paths, values_of(gains, points).T, strict=True)}
+        columns = zip(paths, gain_search.values_of(gains, points).T, strict=True)
+        rows = {path: np.repeat(x, size.runs) for path, x in columns}
         tables = (x.reshape(len(points), size.runs) for x in _figures(evaluate, aim, every | rows))
         aims, uses = (np.array([aim.of(one) for one in table]) for table in tables)
         return aims, uses
 
-    trace, searches = SearchTrace(judge, np.zeros((0, len(gains)))), size.front + 1
+    trace, searches = gain_search.SearchTrace(judge, np.zeros((0, len(gains)))), size.front + 1
     is_known = all(path in given for path in paths)
     start = [np.array([gain.share(given[gain.path]) for gain in gains])] if is_known else []
 
     def search_under(limit: float, begin: Sequence[Array], k: int) -> int:
-        return search(
+        return gain_search.search(
             trace, begin, limit, population=size.population, generations=size.generations, seed=size.seed + k,
             report=lambda x: report(x if isinstance(x, str) else (k + x) / searches),
         )  # fmt: skip
 
     best = search_under(bound, start, 0)
-    for k, tighter in enumerate(_tighter(trace, best, size.front)):
-        search_under(tighter, [trace.points[trace.best(tighter)]], k + 1)
+    for k, tighter in enumerate(_tighter(trace, best, size.front), 1):
+        search_under(tighter, [trace.points[trace.best(tighter)]], k)
     best = trace.best(bound)
-    found = dict(zip(paths, values_of(gains, trace.points[[best]])[0].tolist(), strict=True))
+    found = dict(zip(paths, gain_search.values_of(gains, trace.points[[best]])[0].tolist(), strict=True))
     (before, use_before), (after, use_after) = (
         _figures(evaluate, aim, unseen | {path: np.full(size.check, x) for path, x in gains_.items()})
         for gains_ in ({path: x for path, x in given.items() if path in paths}, found)
     )
-    check = verdict(before, after, use_before, use_after, aim.share, size.seed)
+    check = gain_search.verdict(before, after, use_before, use_after, aim.share, size.seed)
     known = np.array([given.get(path, np.nan) for path in paths])
     return TunedGains(study.name, controller, tuple(gains), aim, bound, size, trace, best, known, check)
 
 
-def _figures(evaluate: Evaluate, aim: GainAim, values: Mapping[str, Values]) -> tuple[Array, Array]:
+def _figures(evaluate: Evaluate, aim: gain_search.GainAim, values: Mapping[str, Values]) -> tuple[Array, Array]:
     """Metric and torque use (runs,), inf where a run has no number."""
     metrics = evaluate(values)
     use = metrics[USE]
     return aim.metric.badness(metrics[aim.metric.name]), np.where(np.isnan(use), np.inf, use)
 
 
-def _tighter(trace: SearchTrace, best: int, count: int) -> Array:
+def _tighter(trace: gain_search.SearchTrace, best: int, count: int) -> Array:
     """Bounds on the use evenly between the least that was seen and that of the best candidate, without both."""
     front = trace.front
     if not front.size:
@@ -240,14 +230,14 @@ def _document(found: TunedGains) -> Document:
         Fact("aim", aim, "What is to be least.", kind=AimRecord),
         Fact("torque_share", found.bound, "Bound of the same quantile of the torque use; null for none."),
         Note(f"aim: least {found.aim.words}{most if np.isfinite(found.bound) else ''}"),
-        Note(f"search: differential evolution, {found.candidates} candidates, each on the same {size.runs} runs, "
+        Note(f"search: differential evolution, {trace.aim.size} candidates, each on the same {size.runs} runs, "
              f"seed {size.seed}"),
         Note(f"of {size.runs} runs, the {100 * found.aim.share:g} % quantile is the worst",
              size.runs * (1.0 - found.aim.share) < 1.0),
         Note("no candidate keeps the bound: the one that misses it by the least is shown", not found.keeps_bound),
     ])  # fmt: skip
     best = Section("", [
-        Fact("candidates", found.candidates, "Looked at."), Fact("runs", size.runs, "That each candidate met."),
+        Fact("candidates", trace.aim.size, "Looked at."), Fact("runs", size.runs, "That each candidate met."),
         Fact("seed", size.seed, "Of the search and of the runs."),
         Fact("aim", float(trace.aim[found.best]), "Of what is found, on the runs of the search."),
         Fact("torque_use", float(trace.use[found.best]), "Likewise; share of the torque limit."),
@@ -265,25 +255,23 @@ def _document(found: TunedGains) -> Document:
         Note("on these runs the bound is NOT kept: more --runs find gains that keep it", not found.holds),
         Fact("runs", check.given.runs, "Not seen in the search."),
         Fact("level", check.given.level, "Of the intervals."),
-        Fact("given", _both(check.given, check.given_use), "With the given gains.", kind=JudgedRecord),
-        Fact("found", _both(check.found, check.found_use), "With the found ones.", kind=JudgedRecord),
+        Fact("given", {"aim": _ends(check.given), "torque_use": _ends(check.given_use)}, "With the given gains.",
+             kind=JudgedRecord),
+        Fact("found", {"aim": _ends(check.found), "torque_use": _ends(check.found_use)}, "With the found ones.",
+             kind=JudgedRecord),
         Fact("ratio", _ends(check.ratio), "Aim with the found gains over that with the given ones; bootstrap of pairs.",
              kind=IntervalEstimate),
         Fact("better", _ends(check.better), "Share of the runs with a smaller metric.", kind=IntervalEstimate),
         Fact("keeps_bound", found.holds, "On these runs."), Fact("verdict", check.words, "In words."),
     ], "check", "Given and found gains on runs that the search has not seen.", brief=True)  # fmt: skip
-    rows = zip(values_of(found.gains, trace.points[trace.front]).tolist(), trace.aim[trace.front].tolist(),
-               trace.use[trace.front].tolist(), strict=True)  # fmt: skip
+    columns = found.values_at(trace.front), trace.aim[trace.front], trace.use[trace.front]
+    rows = zip(*(column.tolist() for column in columns), strict=True)
     records = [{"gains": dict(zip(paths, row, strict=True)), "aim": aim, "torque_use": use} for row, aim, use in rows]
     says = "Pareto front of the candidates on the runs of the search, by torque use."
     front = Section("", [_front(found), Fact("front", records, says, kind=list[FrontRecord])])
     searched = ", ".join(f"{g.name} {g.low:g} to {g.high:g}" for g in found.gains)
     title = f"{found.study}, {found.controller}: {searched}"
     return Document(title, "", [search, best, values, judged, front], "lwr-dyn tune", "search")
-
-
-def _both(aim: QuantileEstimate, use: QuantileEstimate) -> dict[str, Any]:
-    return {"aim": _ends(aim), "torque_use": _ends(use)}
 
 
 def _ends(x: IntervalEstimate | QuantileEstimate | ShareEstimate) -> dict[str, float]:
@@ -322,7 +310,7 @@ def _front(found: TunedGains) -> Table:
     shown = shown[np.argsort(trace.use[shown], kind="stable")]
     rows = [
         (*gains, found.aim.metric.factor * trace.aim[i], 100.0 * trace.use[i], "found" if i == found.best else "")
-        for i, gains in zip(shown, values_of(found.gains, trace.points[shown]).tolist(), strict=True)
+        for i, gains in zip(shown, found.values_at(shown).tolist(), strict=True)
     ]
     title = f"Pareto front of the candidates, on the runs of the search: {len(rows)} of {len(front)}"
     return Table(title, [*_headings(found, ".4g"), Heading("")], rows)

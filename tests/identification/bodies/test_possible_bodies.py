@@ -6,16 +6,10 @@ from scipy.optimize import minimize
 
 import lwr_dyn
 from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
-from lwr_dyn.identification.bodies.possible_bodies import (
-    body_lines,
-    judge_bodies,
-    mass_matrix_columns,
-    never_negative,
-    pseudo_inertia_weights,
-)
+from lwr_dyn.identification.bodies import possible_bodies
 from lwr_dyn.identification.regression.least_squares import Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.chain import Body
+from lwr_dyn.model.chain import Body, is_physical
 
 BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
 
@@ -34,11 +28,11 @@ def test_never_negative_is_what_point_masses_anywhere_say(robot, form):
     words = ("coulomb", "viscous", "offset", "stribeck")
     friction = [k for k, name in enumerate(base.names) if name.startswith(words)]
     rotors = base.grouping[:, columns.rotor_indices]
-    for row, rotor, bounded in zip(base.grouping, rotors, never_negative(columns), strict=True):
+    for row, rotor, bounded in zip(base.grouping, rotors, possible_bodies.never_negative(columns), strict=True):
         links = row[: len(INERTIAL) * arm.n].reshape(arm.n, len(INERTIAL))
         least = min(least_of_a_point_mass(factors) for factors in links)
         assert bounded == (least > -1e-9 and rotor.min() >= 0.0 and not row[friction].any())
-    assert never_negative(columns)[base.statements().index("Izz_7")]
+    assert possible_bodies.never_negative(columns)[base.statements().index("Izz_7")]
 
 
 def least_of_a_point_mass(factors):
@@ -57,26 +51,14 @@ def least_of_a_point_mass(factors):
     return minimize(value, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-12}).fun
 
 
-def test_factors_as_weights_of_the_pseudo_inertia():
-    """Of a cloud of point masses: the sum of factors and parameters is the trace of weights and pseudo-inertia."""
-    rng = np.random.default_rng(3)
-    places, masses, factors = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6), rng.normal(size=10)
-    points = np.column_stack([places, np.ones(6)])
-    pseudo_inertia = np.einsum("k,ki,kj->ij", masses, points, points)
-    total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
-    weights = pseudo_inertia_weights(factors)
-    assert np.trace(weights @ pseudo_inertia) == pytest.approx(factors @ total)
-    assert (weights == weights.T).all()
-
-
 @BOTH
 def test_the_columns_give_the_mass_matrix_and_true_values_are_possible(robot):
     arm = lwr_dyn.load(robot)
     columns, q = TorqueColumns(arm.chain, "symmetric"), np.random.default_rng(1).uniform(-2, 2, (5, arm.n))
     values = columns.base().of(columns.own(arm))
-    B = mass_matrix_columns(columns, q) @ values
+    B = possible_bodies.mass_matrix_columns(columns, q) @ values
     assert np.abs(B - lwr_dyn.dynamics_of(arm).mass_matrix(q)).max() < 1e-12 * np.abs(B).max()
-    assert not judge_bodies(arm, columns, estimate_of(values, 1e-6)).impossible
+    assert not possible_bodies.judge_bodies(arm, columns, estimate_of(values, 1e-6)).impossible
 
 
 def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it():
@@ -85,17 +67,16 @@ def test_a_negative_moment_is_named_with_its_link_and_whether_noise_explains_it(
     base = columns.base()
     values = base.of(columns.own(arm))
     values[base.statements().index("Izz_7")] = -0.00088
-    unsure, sure = (judge_bodies(arm, columns, estimate_of(values, error)) for error in (0.001, 0.0001))
+    unsure, sure = (possible_bodies.judge_bodies(arm, columns, estimate_of(values, error)) for error in (0.001, 0.0001))
     for verdict in (unsure, sure):
         assert verdict.impossible
         assert [(n.parameter, n.links, n.value) for n in verdict.negative] == [("Izz_7", (7,), -0.00088)]
         assert verdict.mass_matrix is None
     assert unsure.negative[0].noise_can_explain
     assert not sure.negative[0].noise_can_explain
-    assert (
-        "Izz_7 = -0.00088 +- 0.003 (99.73 %), never below 0 for any bodies (link 7); noise can" in body_lines(unsure)[0]
-    )
-    assert "noise cannot explain it: look at geometry" in body_lines(sure)[0]
+    said = "Izz_7 = -0.00088 +- 0.003 (99.73 %), never below 0 for any bodies (link 7); noise can"
+    assert said in possible_bodies.body_lines(unsure)[0]
+    assert "noise cannot explain it: look at geometry" in possible_bodies.body_lines(sure)[0]
 
 
 def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configuration():
@@ -105,15 +86,48 @@ def test_a_mass_matrix_that_is_not_positive_definite_is_named_with_its_configura
     base = columns.base()
     values = base.of(columns.own(arm))
     values[base.statements().index("Ixy_4")] = 1.5
-    verdict = judge_bodies(arm, columns, estimate_of(values, 1e-4))
+    verdict = possible_bodies.judge_bodies(arm, columns, estimate_of(values, 1e-4))
     found = verdict.mass_matrix
     assert verdict.negative == ()
     assert found is not None
-    B = mass_matrix_columns(columns, found.q[None])[0] @ values
+    B = possible_bodies.mass_matrix_columns(columns, found.q[None])[0] @ values
     lowest, motion = np.linalg.eigh(B)
     assert found.lowest == pytest.approx(lowest[0])
     assert found.lowest < 0 < found.share <= 1
     assert found.joint == np.argmax(np.abs(motion[:, 0])) + 1
     assert not found.noise_can_explain
-    assert judge_bodies(arm, columns, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
-    assert "B(q) is not positive definite at" in body_lines(verdict)[0]
+    assert possible_bodies.judge_bodies(arm, columns, estimate_of(values, 10.0)).mass_matrix.noise_can_explain
+    assert "B(q) is not positive definite at" in possible_bodies.body_lines(verdict)[0]
+
+
+def test_of_point_masses_it_is_the_sum_of_their_second_moments():
+    rng = np.random.default_rng(3)
+    places, masses = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6)
+    points = np.column_stack([places, np.ones(6)])
+    total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
+    P = possible_bodies.pseudo_inertias(total)
+    assert np.abs(P - np.einsum("k,ki,kj->ij", masses, points, points)).max() < 1e-12
+    assert np.abs(possible_bodies.inertial_parameters(P) - total).max() < 1e-12
+
+
+def test_there_and_back_and_as_the_dual_of_the_weights():
+    rng = np.random.default_rng(0)
+    parameters, factors = rng.normal(size=(5, 3, 10)), rng.normal(size=10)
+    P = possible_bodies.pseudo_inertias(parameters)
+    assert np.abs(possible_bodies.inertial_parameters(P) - parameters).max() < 1e-13
+    assert (np.swapaxes(possible_bodies.UNITS, 1, 2) == possible_bodies.UNITS).all()
+    weights = possible_bodies.pseudo_inertia_weights(factors)
+    assert (weights == weights.T).all()
+    traces = np.trace(weights @ P, axis1=-2, axis2=-1)
+    assert np.abs(traces - parameters @ factors).max() < 1e-13
+
+
+@pytest.mark.parametrize("reading", ["printed", "computed", "physical"])
+def test_the_same_verdict_as_principal_moments(reading):
+    bodies = [link.body for link in lwr_dyn.load("lwr4plus", reading).chain.links]
+    verdict = possible_bodies.are_bodies(np.array([body_parameters(body) for body in bodies]))
+    assert verdict.tolist() == [is_physical(body) for body in bodies]
+    flat = Body(1.0, np.zeros(3), np.diag([1.0, 1.0, 2.1]))
+    heavy = Body(-1.0, np.zeros(3), np.diag([1.0, 1.0, 1.5]))
+    assert not possible_bodies.are_bodies(np.array([body_parameters(flat), body_parameters(heavy)])).any()
+    assert not possible_bodies.are_bodies(np.full(10, np.nan))

@@ -21,11 +21,6 @@ SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}
 
 
 @pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
-
-
-@pytest.fixture(scope="module")
 def designed(lwr):
     return design_excitation(lwr, starts=1)
 

@@ -8,21 +8,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.urdf.geometry import link_radii
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.excitation.motion_limits import (
-    MotionLimits,
-    TorqueUse,
-    clearance_of,
-    closest_parts,
-    random_positions,
-)
+from lwr_dyn.identification.excitation import motion_limits
 from lwr_dyn.identification.excitation.objectives import fourier_basis
 from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.friction import friction_torque
-
-
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
 
 
 def _sampled_distance(a, b, c, d):
@@ -42,7 +31,7 @@ def test_closest_parts_are_the_closest(kind):
             c, d = (a + b) / 2 + (d - c), (a + b) / 2 - (d - c)
         elif kind == "a point":
             d = c
-        x, y = (float(share[0]) for share in closest_parts(a[None], b[None], c[None], d[None]))
+        x, y = (float(share[0]) for share in motion_limits.closest_parts(a[None], b[None], c[None], d[None]))
         assert 0.0 <= x <= 1.0
         assert 0.0 <= y <= 1.0
         found = np.linalg.norm(a + x * (b - a) - c - y * (d - c))
@@ -53,8 +42,8 @@ def test_closest_parts_are_the_closest(kind):
 @pytest.mark.parametrize("name", ["lwr4plus", "wam7", "kr30ha"])
 def test_gradients_are_those_of_the_distances(name):
     arm = lwr_dyn.load(name)
-    space, h = clearance_of(arm), 1e-6
-    q = random_positions(arm, 40, np.random.default_rng(1))
+    space, h = motion_limits.clearance_of(arm), 1e-6
+    q = motion_limits.random_positions(arm, 40, np.random.default_rng(1))
     values, gradient = space.with_gradient(q)
     assert np.array_equal(values, space.of(q))
     differences = [(space.of(q + h * e) - space.of(q - h * e)) / (2 * h) for e in np.eye(arm.n)]
@@ -63,8 +52,8 @@ def test_gradients_are_those_of_the_distances(name):
 
 
 def test_distances_are_those_of_the_capsules(lwr):
-    space = clearance_of(lwr, kept=0.0)
-    q = random_positions(lwr, 20, np.random.default_rng(2))
+    space = motion_limits.clearance_of(lwr, kept=0.0)
+    q = motion_limits.random_positions(lwr, 20, np.random.default_rng(2))
     points = np.concatenate([(axes := joint_axes(lwr.chain, q)).p, axes.flange[:, None, :3, 3]], axis=1)
     column = list(space.names).index("link_7 and link_3")
     radii = link_radii(lwr)
@@ -74,7 +63,7 @@ def test_distances_are_those_of_the_capsules(lwr):
 
 
 def test_floor_column_and_own_links_are_met_where_they_are(lwr):
-    space = clearance_of(lwr)
+    space = motion_limits.clearance_of(lwr)
     names = space.names
     down, under = np.radians([[0, 90, 0, -60, 0, 0, 0], [0, 105, 0, -115, 0, 0, 0]])
     met = [{name for name, x in zip(names, space.of(q[None])[0], strict=True) if x < 0.0} for q in (down, under)]
@@ -82,14 +71,14 @@ def test_floor_column_and_own_links_are_met_where_they_are(lwr):
     assert met == [low, {*low, "link_5 and the column", "link_7 and the column"}]
     assert space.of(np.zeros((1, 7))).min() > 0.15
     assert space.floor == -0.3105
-    assert clearance_of(lwr, floor=-2.0).of(down[None]).min() > 0.0
-    assert not any("column" in name for name in clearance_of(lwr, column=0.0).names)
+    assert motion_limits.clearance_of(lwr, floor=-2.0).of(down[None]).min() > 0.0
+    assert not any("column" in name for name in motion_limits.clearance_of(lwr, column=0.0).names)
 
 
 def test_more_is_kept_and_a_wider_column_is_nearer(lwr):
-    q = random_positions(lwr, 50, np.random.default_rng(4))
-    assert np.allclose(clearance_of(lwr, 0.02).of(q) - clearance_of(lwr, 0.05).of(q), 0.03)
-    narrow, wide = clearance_of(lwr, column=0.1), clearance_of(lwr, column=0.15)
+    q = motion_limits.random_positions(lwr, 50, np.random.default_rng(4))
+    assert np.allclose(motion_limits.clearance_of(lwr, 0.02).of(q) - motion_limits.clearance_of(lwr, 0.05).of(q), 0.03)
+    narrow, wide = motion_limits.clearance_of(lwr, column=0.1), motion_limits.clearance_of(lwr, column=0.15)
     difference = narrow.of(q) - wide.of(q)
     columns = [i for i, name in enumerate(narrow.names) if "column" in name]
     assert narrow.names == wide.names
@@ -98,7 +87,7 @@ def test_more_is_kept_and_a_wider_column_is_nearer(lwr):
 
 def test_an_arm_on_the_ceiling_keeps_clear_of_the_floor_below_it():
     arm = lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": (0.0, 0.0, 2.5)})
-    space = clearance_of(arm)
+    space = motion_limits.clearance_of(arm)
     assert space.floor == 0.0
     distances = dict(zip(space.names, space.of(np.zeros((1, 7)))[0], strict=True))
     radius = link_radii(arm.uninstalled())[-1]
@@ -109,13 +98,13 @@ def test_an_arm_on_the_ceiling_keeps_clear_of_the_floor_below_it():
 @pytest.mark.parametrize("bad", [{"kept": -0.1}, {"kept": np.nan}, {"floor": np.inf}, {"column": -1.0}])
 def test_distances_that_cannot_be_are_refused(lwr, bad):
     with pytest.raises(OptionError):
-        clearance_of(lwr, **bad)
+        motion_limits.clearance_of(lwr, **bad)
 
 
 @pytest.mark.slow
 def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_differences(wam, motion):
     basis, X = motion
-    use = TorqueUse.of(wam, np.where(np.arange(7) == 2, np.inf, 0.5 * wam.effort))
+    use = motion_limits.TorqueUse.of(wam, np.where(np.arange(7) == 2, np.inf, 0.5 * wam.effort))
     states = [part @ X for part in (basis.position, basis.speed, basis.acceleration)]
     tau = lwr_dyn.dynamics_of(wam).inverse_dynamics(*states) + friction_torque(wam.friction_models(), states[1])
     assert np.abs(use.torque(*states) - tau).max() < 1e-9
@@ -129,7 +118,7 @@ def test_torques_are_those_of_the_arm_and_their_room_has_the_gradient_of_its_dif
 
 
 def test_a_fitted_motion_is_inside_and_fills_what_it_may(wam):
-    basis, limits = fourier_basis(6.0, 5, 200), MotionLimits.of(wam, 0.2, 0.5)
+    basis, limits = fourier_basis(6.0, 5, 200), motion_limits.MotionLimits.of(wam, 0.2, 0.5)
     X = 5.0 * np.random.default_rng(1).normal(size=(basis.count, 7))
     for fill, size in ((False, 1e-3), (False, 1.0), (True, 1e-3)):
         Y = limits.fitted(size * X, basis, fill)
@@ -146,7 +135,7 @@ def test_a_fitted_motion_is_inside_and_fills_what_it_may(wam):
 )
 def test_limits_that_leave_nothing_are_refused(wam, bad):
     with pytest.raises(OptionError):
-        MotionLimits.of(wam, **bad)
+        motion_limits.MotionLimits.of(wam, **bad)
 
 
 def test_an_unknown_speed_limit_is_asked_for_and_an_unknown_travel_is_a_turn(wam):
@@ -154,7 +143,7 @@ def test_an_unknown_speed_limit_is_asked_for_and_an_unknown_travel_is_a_turn(wam
         wam, limits=(dataclasses.replace(wam.limits[0], velocity=None, lower=None, upper=None), *wam.limits[1:])
     )
     with pytest.raises(OptionError, match=r"speed limit of .*unknown.*--speed"):
-        MotionLimits.of(bare)
-    limits = MotionLimits.of(bare, 0.1, 0.5, unknown_speed=2.0)
+        motion_limits.MotionLimits.of(bare)
+    limits = motion_limits.MotionLimits.of(bare, 0.1, 0.5, unknown_speed=2.0)
     assert limits.speed[0] == 1.0
     assert (limits.lower[0], limits.upper[0]) == pytest.approx((-np.pi + 0.1, np.pi - 0.1))

@@ -5,8 +5,8 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
+from lwr_dyn.identification.excitation import objectives
 from lwr_dyn.identification.excitation.design import rows_of
-from lwr_dyn.identification.excitation.objectives import LARGE, OBJECTIVES, MotionObjective, motion_score
 from lwr_dyn.identification.regression import torque_columns
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import exact_samples
@@ -29,13 +29,13 @@ def columns(wam):
 )
 def test_columns_of_another_kind_are_refused(wam, motion, other, words):
     with pytest.raises(OptionError, match=words):
-        MotionObjective(TorqueColumns(wam.chain, **other), motion[0], np.ones(7))
+        objectives.MotionObjective(TorqueColumns(wam.chain, **other), motion[0], np.ones(7))
 
 
 def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
     basis, X = motion
     rows = rows_of(basis.motion(X))
-    found = motion_score(columns, rows, np.full(7, 0.1))
+    found = objectives.motion_score(columns, rows, np.full(7, 0.1))
     assert found.mean_sigma == pytest.approx(np.prod(found.sigma ** (1.0 / len(found.sigma))))
     assert np.exp(found.d / 2.0) / np.sqrt(len(rows.t)) < 0.95 * found.mean_sigma
 
@@ -43,10 +43,10 @@ def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
 NOISE = np.array([0.4, 0.5, 0.3, 0.3, 0.1, 0.1, 0.05])
 
 
-@pytest.mark.parametrize("name", OBJECTIVES)
+@pytest.mark.parametrize("name", objectives.OBJECTIVES)
 def test_gradients_are_those_of_the_objectives(columns, motion, name):
     basis, X = motion
-    objective = MotionObjective(columns, basis, NOISE, name)
+    objective = objectives.MotionObjective(columns, basis, NOISE, name)
     x, h = X.ravel(), 1e-5
     _, gradient = objective(x)
     chosen = np.random.default_rng(0).permutation(x.size)[:20]
@@ -69,22 +69,22 @@ def test_values_are_those_of_the_columns_themselves(name, motion):
     rows = (W / NOISE[:, None])[:, :, columns.base().kept].reshape(-1, columns.base().count)
     _, logarithm = np.linalg.slogdet(rows.T @ rows / len(states[0]))
     condition = np.linalg.cond(rows / np.linalg.norm(rows, axis=0))
-    found = [MotionObjective(columns, basis, NOISE, name)(X.ravel())[0] for name in OBJECTIVES]
+    found = [objectives.MotionObjective(columns, basis, NOISE, name)(X.ravel())[0] for name in objectives.OBJECTIVES]
     assert found == pytest.approx([-logarithm / columns.base().count, np.log(condition)], rel=1e-9)
 
 
 def test_a_motion_that_shows_nothing_has_a_large_value_and_no_slope(columns, motion):
     basis, X = motion
-    for name in OBJECTIVES:
-        value, gradient = MotionObjective(columns, basis, NOISE, name)(np.zeros(X.size))
-        assert value == LARGE
+    for name in objectives.OBJECTIVES:
+        value, gradient = objectives.MotionObjective(columns, basis, NOISE, name)(np.zeros(X.size))
+        assert value == objectives.LARGE
         assert not gradient.any()
 
 
 def test_the_sigma_of_the_score_is_that_of_a_fit(columns, motion, wam):
     basis, X = motion
     m = rows_of(basis.motion(X))
-    score = motion_score(columns, m, NOISE)
+    score = objectives.motion_score(columns, m, NOISE)
     tau = columns(m.q, m.dq, m.ddq) @ columns.own(wam)
     fit = information_of(exact_samples(m.t, m.q, m.dq, m.ddq, tau), columns, noise=NOISE)
     assert np.abs(score.sigma / fit.sigma - 1.0).max() < 1e-6
@@ -93,13 +93,61 @@ def test_the_sigma_of_the_score_is_that_of_a_fit(columns, motion, wam):
 
 def test_a_score_of_a_motion_that_shows_nothing(columns, motion):
     basis, X = motion
-    score = motion_score(columns, rows_of(basis.motion(0.0 * X)), NOISE)
-    assert score.d == LARGE
+    score = objectives.motion_score(columns, rows_of(basis.motion(0.0 * X)), NOISE)
+    assert score.d == objectives.LARGE
     assert np.isnan(score.sigma).all()
 
 
 def test_without_compiled_columns_the_error_names_the_extra(columns, motion, monkeypatch, wam):
     monkeypatch.setattr(torque_columns, "_kernel_of", lambda _: None)
     with pytest.raises(MissingPackageError) as missing:
-        MotionObjective(TorqueColumns(wam.chain), motion[0], NOISE)
+        objectives.MotionObjective(TorqueColumns(wam.chain), motion[0], NOISE)
     assert missing.value.extra == "batch"
+
+
+T, H, N = 7.0, 4, 3
+
+
+@pytest.fixture
+def series():
+    basis = objectives.fourier_basis(T, H, 30)
+    return basis, np.random.default_rng(0).normal(size=(basis.count, N))
+
+
+def test_it_is_at_rest_at_both_ends_and_outside(series):
+    basis, X = series
+    motion = basis.motion(X)
+    ends = motion.sample([-1.0, 0.0, T, T + 1.0])
+    assert np.abs(ends.dq).max() < 1e-13
+    assert np.abs(ends.ddq).max() < 1e-12
+    assert np.ptp(ends.q, axis=0).max() < 1e-13
+    assert np.abs(motion.sample([0.3]).dq).min() > 1e-3
+
+
+def test_every_motion_at_rest_at_its_ends_is_one_of_the_basis():
+    basis = objectives.fourier_basis(T, H, 30)
+    assert basis.count == 2 * H - 1
+    assert np.allclose(basis.free[1:].T @ basis.free[1:], np.diag([0.0, *[1.0] * (2 * H - 2)]), atol=1e-14)
+
+
+def test_speeds_and_accelerations_are_derivatives(series):
+    basis, X = series
+    t, h = np.linspace(0.5, 6.5, 50), 1e-5
+    low, middle, high = (basis.motion(X).sample(t + d) for d in (-h, 0.0, h))
+    assert np.abs((high.q - low.q) / (2 * h) - middle.dq).max() < 1e-8
+    assert np.abs((high.dq - low.dq) / (2 * h) - middle.ddq).max() < 1e-8
+
+
+def test_the_basis_is_the_motion_at_its_instants(series):
+    basis, X = series
+    found = basis.motion(X).sample(np.arange(30) * T / 30)
+    for matrix, values in ((basis.position, found.q), (basis.speed, found.dq), (basis.acceleration, found.ddq)):
+        assert np.abs(matrix @ X - values).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    "numbers", [(0.0, 5), (np.nan, 5), (-1.0, 5), (10.0, 1), (10.0, objectives.MOST_HARMONICS + 1)]
+)
+def test_numbers_that_make_no_series_are_refused(numbers):
+    with pytest.raises(OptionError):
+        objectives.fourier_basis(*numbers, 10)

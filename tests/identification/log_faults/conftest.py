@@ -3,14 +3,8 @@
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
-
-
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from lwr_dyn.identification.log_faults.column_trials import column_changes
-from lwr_dyn.identification.log_faults.found_faults import (
-    log_faults,
-)
+from lwr_dyn.identification.log_faults.found_faults import log_faults
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.log_fault_study import recognised
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log

@@ -5,13 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lwr_dyn.identification.log_faults.found_faults import (
-    cut_saturated,
-    log_faults,
-    prepared_logs,
-    saturated_rows,
-    still_joints,
-)
+from lwr_dyn.identification.log_faults import found_faults
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import samples_of
@@ -29,7 +23,7 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 def test_torques_in_the_wrong_unit_are_named(factor, joints, text, log, lwr):
     scale = np.ones(7)
     scale[list(joints)] = factor
-    (fault,) = log_faults([replace(log, tau=log.tau * scale)], lwr)
+    (fault,) = found_faults.log_faults([replace(log, tau=log.tau * scale)], lwr)
     assert (fault.kind, fault.severe) == ("unit", True)
     assert fault.found.startswith(text)
 
@@ -39,7 +33,7 @@ def test_saturated_torques_are_cut_out_and_the_fit_is_as_good_as_before(counts, 
     """A transducer cut off at 30 and -45 N m, in counts or not: with the rows in, parameters are off by many sigma."""
     tau = log.tau if counts == 0.0 else counts * np.round(log.tau / counts)
     clipped = replace(log, tau=np.clip(tau, -45.0, 30.0))
-    cut, faults = cut_saturated(clipped, lwr)
+    cut, faults = found_faults.cut_saturated(clipped, lwr)
     rows = (tau >= 30.0) | (tau <= -45.0)
     assert (np.isnan(cut.tau) == rows).all()
     assert [x.joints[0] for x in faults] == (np.flatnonzero(rows.any(axis=0)) + 1).tolist()
@@ -57,29 +51,29 @@ def test_torques_beyond_the_joints_limit_are_saturated(log, lwr):
     """A commanded torque may be written down although the motor cannot give it."""
     tau = log.tau.copy()
     tau[100:120, 4] = 101.0 + np.arange(20)
-    rows = saturated_rows(replace(log, tau=tau), lwr)
+    rows = found_faults.saturated_rows(replace(log, tau=tau), lwr)
     assert rows[100:120, 4].all()
     assert rows.sum() == 20
-    assert not saturated_rows(replace(log, tau=tau)).any()
+    assert not found_faults.saturated_rows(replace(log, tau=tau)).any()
 
 
 def test_smooth_peaks_in_counts_are_not_saturated(plant, motion):
     tau = plant.torque(motion)
     for counts in (0.01, 0.05, 0.2):
         rounded = JointLog("x", tuple(range(1, 8)), motion.t, motion.q, counts * np.round(tau / counts))
-        assert not saturated_rows(rounded).any()
+        assert not found_faults.saturated_rows(rounded).any()
 
 
 def test_joints_that_never_move_are_named(log):
     q = log.q.copy()
     q[:, 2] = 0.4 + np.random.default_rng(0).normal(0.0, 2e-4, len(q))
     one, other = replace(log, q=q, source="a"), replace(log, source="b")
-    (fault,) = still_joints([one])
+    (fault,) = found_faults.still_joints([one])
     assert (fault.kind, fault.joints, fault.severe) == ("still", (3,), False)
     assert str(fault).startswith("a: column q3: joint 3 never moves (at most 0.0")
     assert "needed: a log in which joint 3 moves both ways" in str(fault)
-    assert still_joints([one, other]) == ()
-    (fault,) = still_joints([replace(log, q=0.0 * log.q, source="a")])
+    assert found_faults.still_joints([one, other]) == ()
+    (fault,) = found_faults.still_joints([replace(log, q=0.0 * log.q, source="a")])
     assert str(fault).startswith("a: columns q1..: no joint ever moves; needed: ")
 
 
@@ -88,7 +82,7 @@ def test_files_are_prepared_and_a_bad_one_is_left_out(log, lwr, tmp_path):
     t = log.t + rng.uniform(-0.002, 0.002, log.t.size)
     write_log(tmp_path / "a.csv", replace(log, t=np.round(t, 9), tau=np.clip(log.tau, -45.0, 30.0)))
     (tmp_path / "b.csv").write_text("time,q1\n0,0\n")
-    found = prepared_logs([tmp_path / "a.csv", tmp_path / "b.csv"], arm=lwr)
+    found = found_faults.prepared_logs([tmp_path / "a.csv", tmp_path / "b.csv"], arm=lwr)
     (ready,) = found.logs
     assert np.isnan(ready.tau).any()
     assert np.ptp(np.diff(ready.t)) < 1e-9

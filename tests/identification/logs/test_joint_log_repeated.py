@@ -5,21 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import lwr_dyn
-from lwr_dyn.cli.main import main
 from lwr_dyn.identification.log_faults.found_faults import prepared_logs
 from lwr_dyn.identification.logs.joint_log import apart_from, digest_of, write_log
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 
 @pytest.fixture(scope="module")
-def pair():
-    lwr = lwr_dyn.load("lwr4plus", "physical")
-    plant, rng = (
-        perturbed_plant(TorqueColumns(lwr.chain), lwr, np.random.default_rng(1), 0.05),
-        np.random.default_rng(2),
-    )
+def pair(lwr, columns):
+    plant, rng = perturbed_plant(columns, lwr, np.random.default_rng(1), 0.05), np.random.default_rng(2)
     return [simulated_log(plant, random_motion(lwr, 4.0, rng, rate=200.0), 0.1, rng, 1e-5) for _ in range(2)]
 
 
@@ -31,13 +24,9 @@ def files(pair, tmp_path):
 
 
 @pytest.fixture
-def identify(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as stop:
-            main(["identify", *map(str, arguments), "--robot", "lwr4plus", "--reading", "physical"])
-        return stop.value.code, *capsys.readouterr()
-
-    return run
+def identify(lwr_dyn_command):
+    robot = ("--robot", "lwr4plus", "--reading", "physical")
+    return lambda *arguments: lwr_dyn_command("identify", *map(str, arguments), *robot)
 
 
 def test_a_digest_is_of_what_was_measured(pair):

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError, ShapeError
 from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
@@ -122,7 +121,7 @@ def test_bad_input_is_refused_with_what_is_needed():
 
 
 @pytest.mark.slow
-def test_the_command_takes_logs_of_motors(plant, tmp_path, capsys):
+def test_the_command_takes_logs_of_motors(plant, tmp_path, lwr_dyn_command):
     """`identify motion --motor-side`: base parameters as simulated, and what is missing is named in one line."""
     rng = np.random.default_rng(7)
     log = motor_log(plant, random_motion(ARM, 10.0, rng, rate=500.0), 0.002 * np.ones(7), 1e-4, rng)
@@ -130,20 +129,13 @@ def test_the_command_takes_logs_of_motors(plant, tmp_path, capsys):
     write_log(path, log)
     numbers = (f"--torque-constant={','.join(map(str, CONSTANT))}", f"--motor-home={','.join(map(str, HOME))}")
     fit = ("identify", "motion", str(path), "--robot", "wam7", "--friction", "symmetric")
-    code, out, _ = run_command(capsys, *fit, "--motor-side", *numbers, "--json")
+    code, out, _ = lwr_dyn_command(*fit, "--motor-side", *numbers, "--json")
     rows = json.loads(out)["parameters"]
     z = [(row["value"] - true) / row["standard_error"] for row, true in zip(rows, plant.base, strict=True)]
     assert code == 0
     assert np.abs(z).max() < 4.5
-    code, out, err = run_command(capsys, *fit, "--motor-side", numbers[1])
+    code, out, err = lwr_dyn_command(*fit, "--motor-side", numbers[1])
     assert (code, out) == (2, "")
     assert "tau1" in err
-    code, out, err = run_command(capsys, *fit, numbers[0])
+    code, out, err = lwr_dyn_command(*fit, numbers[0])
     assert (code, out, "with --motor-side" in err) == (2, "", True)
-
-
-def run_command(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    out, err = capsys.readouterr()
-    return stop.value.code, out, err

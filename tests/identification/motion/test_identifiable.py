@@ -4,14 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from lwr_dyn.identification.motion.identifiable import (
-    FROM_BOTH,
-    FROM_LOG,
-    FROM_TABLE,
-    NOT_DETERMINED,
-    cell_origins,
-    parameter_states,
-)
+from lwr_dyn.identification.motion import identifiable
+from lwr_dyn.identification.motion.identifiable import FROM_BOTH, FROM_LOG, FROM_TABLE, cell_origins
+from lwr_dyn.identification.regression import least_squares
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, ZERO
 
 
@@ -22,8 +17,14 @@ def test_where_a_number_comes_from():
 
 def test_states_of_parameters():
     values, sigma = np.array([1.0, -1.0, 0.1, 0.1, 0.1, 7.0]), np.array([*[0.1] * 5, np.inf])
-    log = SimpleNamespace(values=values, sigma=sigma, dof=10**6, determined=np.isfinite(sigma))
     own = np.array([0.0, 5.0, 0.2, 0.0, 2.0, 1.0])
-    assert parameter_states(log, own) == (IDENTIFIED, IDENTIFIED, NOT_EXCITED, ZERO, ZERO, NOT_DETERMINED)
-    none_left = SimpleNamespace(values=values, sigma=sigma, dof=0, determined=np.isfinite(sigma))
-    assert parameter_states(none_left, own) == (*[NO_ERROR] * 5, NOT_DETERMINED)
+
+    def states(dof):
+        half = sigma * least_squares.student_factor(dof)
+        return identifiable.parameter_states(
+            SimpleNamespace(values=values, half_widths=half, determined=np.isfinite(sigma)), own
+        )
+
+    not_determined = identifiable.NOT_DETERMINED
+    assert states(10**6) == (*[IDENTIFIED] * 2, NOT_EXCITED, ZERO, ZERO, not_determined)
+    assert states(0) == (*[NO_ERROR] * 5, not_determined)

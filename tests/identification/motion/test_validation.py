@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.validation import LAGS, motion_pieces, speed_bands, whiteness_of
 from lwr_dyn.identification.regression.samples import Samples
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 
 def samples(speeds, recording):
@@ -91,3 +94,21 @@ def test_bands_of_speed_are_thirds_of_the_largest_that_is_used():
     assert [(b.slowest, b.fastest, b.equations) for b in bands] == [(0.0, 1.0, 3), (1.0, 2.0, 1), (2.0, 3.0, 2)]
     assert [b.left for b in bands] == pytest.approx([1.0, 2.0, np.sqrt(12.5)])
     assert speed_bands(dq, np.full(7, np.nan)) == ()
+
+
+NOISE = 0.1
+
+
+def test_stribeck_friction_shows_in_the_torques_that_are_left_out(lwr):
+    """Three joints have it, at 0.02 rad/s: no fit above 0.06 rad/s sees it, what is left out does."""
+    speeds = np.array([0.02, 0.02, 0.02, np.nan, np.nan, np.nan, np.nan])
+    rng = np.random.default_rng(4)
+    plant = perturbed_plant(TorqueColumns(lwr.chain, "directions", speeds), lwr, rng)
+    log = simulated_log(plant, random_motion(lwr, 20.0, rng, 1000.0), NOISE, rng, 1e-5)
+    found = identify_motion([log], lwr)
+    for seen in (found.validation, found.validated_on([log])):
+        left = np.array([one.left_out for one in seen])
+        unseen = np.array([one.held_out for one in seen])
+        assert (left[:3] > 2.0 * unseen[:3]).all()
+        assert (left[3:] < 1.5 * unseen[3:]).all()
+        assert (unseen < 1.4 * NOISE).all()

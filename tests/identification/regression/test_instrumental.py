@@ -8,13 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError, ShapeError
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.instrumental import (
-    UNFILTERED,
-    instrumental,
-    motion_of_run,
-    smooth_step,
-    window_sums,
-)
+from lwr_dyn.identification.regression.instrumental import UNFILTERED, instrumental, smooth_step, window_sums
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.run import Motion
@@ -81,18 +75,6 @@ def test_a_reference_that_the_arm_follows_badly_still_works(plant, motion):
     late = [1.05 * np.concatenate([x[:1].repeat(20, axis=0), x[:-20]]) for x in (true.q, true.dq, true.ddq)]
     z = instrumental(samples, plant.columns, Motion(samples.t, *late))
     assert (np.abs((z.values - plant.base) / z.sigma) < 3.0).mean() > 0.97
-
-
-def test_the_motion_of_a_run_is_the_run():
-    run = lwr_dyn.simulate(
-        ARM, lwr_dyn.controller("inverse-dynamics", ARM), lwr_dyn.reference("ist", ARM), duration=0.3
-    )
-    t = run.t[10:200:7]
-    motion = motion_of_run(run, t)
-    assert motion.q == pytest.approx(run.q[10:200:7], abs=1e-12)
-    assert motion.dq == pytest.approx(run.dq[10:200:7], abs=1e-12)
-    step = np.gradient(run.dq, run.t, axis=0)[10:200:7]
-    assert motion.ddq == pytest.approx(step, abs=0.05 * np.abs(step).max())
 
 
 def test_slow_sums_of_white_noise_show_its_variance_and_of_differences_none():

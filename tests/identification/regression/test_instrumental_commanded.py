@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog, read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
@@ -48,13 +47,7 @@ def log(plant, motion):
 def files(tmp_path, log, command):
     write_log(tmp_path / "log.csv", log)
     write_log(tmp_path / "e.csv", replace(command, tau=np.zeros(command.q.shape)))
-    return tmp_path / "log.csv", tmp_path / "e.csv"
-
-
-def exit_of(*arguments):
-    with pytest.raises(SystemExit) as stop:
-        main([str(a) for a in arguments])
-    return stop.value.code
+    return str(tmp_path / "log.csv"), str(tmp_path / "e.csv")
 
 
 @pytest.mark.slow
@@ -89,16 +82,16 @@ def test_a_command_that_ends_early_is_refused_by_name(log, command):
 
 
 @pytest.mark.slow
-def test_on_the_command_line(files, capsys):
+def test_on_the_command_line(files, lwr_dyn_command):
     log, e = files
-    robot = ("--robot", "lwr4plus", "--reading", "physical")
-    code = exit_of("identify", "motion", log, *robot, "--instruments", e, "--json")
-    found = json.loads(capsys.readouterr().out)
+    line = ("identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical", "--instruments", e)
+    code, out, _ = lwr_dyn_command(*line, "--json")
+    found = json.loads(out)
     assert code == 0
     assert found["validation"] == found["whiteness"] == []
     assert found["identified"] > 55  # least squares with the filter on this log: 51
-    code = exit_of("identify", "motion", log, *robot, "--instruments", e)
-    heads = [line.split(":")[0] for line in capsys.readouterr().out.splitlines()]
+    code, out, _ = lwr_dyn_command(*line)
+    heads = [text.split(":")[0] for text in out.splitlines()]
     assert (code, heads.count("instrumental variables on unfiltered rows")) == (0, 1)
 
 
@@ -111,11 +104,10 @@ def test_on_the_command_line(files, capsys):
         (("--instruments", "nothing.csv"), "nothing.csv"),
     ],
 )
-def test_bad_input_is_one_line(files, capsys, more, message):
+def test_bad_input_is_one_line(files, lwr_dyn_command, more, message):
     log, e = files
-    arguments = [m.format(e=e) for m in more]
-    code = exit_of("identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical", *arguments)
-    err = capsys.readouterr().err
+    robot = ("--robot", "lwr4plus", "--reading", "physical")
+    code, _, err = lwr_dyn_command("identify", "motion", log, *robot, *(m.format(e=e) for m in more))
     assert code == 2
     assert message in err
     assert err.count("\n") - err.count("warning:") == 1

@@ -8,14 +8,8 @@ from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.stribeck import stribeck_search
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from tests.identification.plants import (
-    Plant,
-    fresh_error,
-    perturbed_plant,
-    random_motion,
-    simulated_log,
-    simulated_samples,
-)
+from tests.identification import plants
+from tests.identification.fresh_study import torque_error
 
 TRUE = np.array([0.05, 0.05, np.nan, 0.08, 0.1, np.nan, 0.05])
 NOISE = 0.1
@@ -31,8 +25,8 @@ def lwr():
 def case(request, lwr):
     """Plant with 30 % of Stribeck drop at five joints, its log of 20 s, and what the search finds."""
     rng = np.random.default_rng(7)
-    plant = perturbed_plant(TorqueColumns(lwr.chain, request.param, TRUE), lwr, rng)
-    log = simulated_log(plant, random_motion(lwr, 20.0, rng, 1000.0), NOISE, rng, 1e-5)
+    plant = plants.perturbed_plant(TorqueColumns(lwr.chain, request.param, TRUE), lwr, rng)
+    log = plants.simulated_log(plant, plants.random_motion(lwr, 20.0, rng, 1000.0), NOISE, rng, 1e-5)
     return plant, log, stribeck_search(samples_of([log], FINE), TorqueColumns(lwr.chain, request.param))
 
 
@@ -56,46 +50,41 @@ def test_the_term_ends_the_error_that_unmodelled_stribeck_friction_makes(lwr, ca
     """Fresh motions, noise-free torque error [N m]: 0.6 and more without the term, below the noise with it."""
     plant, log, found = case
     rng = np.random.default_rng(8)
-    fresh = [random_motion(lwr, 10.0, rng) for _ in range(3)]
+    fresh = [plants.random_motion(lwr, 10.0, rng) for _ in range(3)]
     plain = TorqueColumns(lwr.chain, plant.columns.friction)
-
-    def error(information):
-        misses = []
-        for motion in fresh:
-            Y = information.columns(motion.q, motion.dq, motion.ddq)[:, :, information.base.kept]
-            misses.append(Y @ information.values - plant.torque(motion))
-        return np.sqrt(np.mean(np.square(misses)))
-
-    without = error(information_of(samples_of([log], FINE), plain))
-    assert error(found.information) < NOISE
+    without = torque_error(plant, information_of(samples_of([log], FINE), plain), fresh)
+    error = torque_error(plant, found.information, fresh)
+    assert error < NOISE
     assert without > 4 * NOISE
-    assert without > 5 * error(found.information)
+    assert without > 5 * error
 
 
 def test_an_arm_without_stribeck_friction_gets_no_term(lwr):
     rng = np.random.default_rng(9)
-    plant = perturbed_plant(TorqueColumns(lwr.chain), lwr, rng)
-    samples = simulated_samples(plant, random_motion(lwr, 10.0, rng), NOISE, rng, 0.01)
+    plant = plants.perturbed_plant(TorqueColumns(lwr.chain), lwr, rng)
+    samples = plants.simulated_samples(plant, plants.random_motion(lwr, 10.0, rng), NOISE, rng, 0.01)
     found = stribeck_search(samples, plant.columns)
     assert np.isnan(found.speeds).all()
     assert found.columns.stribeck_velocity is None
-    assert fresh_error(plant, found.information.values, [random_motion(lwr, 10.0, rng)]) < NOISE
+    assert torque_error(plant, found.information, [plants.random_motion(lwr, 10.0, rng)]) < NOISE
 
 
 def test_friction_that_rises_from_rest_is_not_taken_for_a_drop(lwr):
     rng = np.random.default_rng(13)
-    plant = perturbed_plant(TorqueColumns(lwr.chain, "symmetric", np.full(7, 0.1)), lwr, rng)
+    plant = plants.perturbed_plant(TorqueColumns(lwr.chain, "symmetric", np.full(7, 0.1)), lwr, rng)
     rising = plant.parameters.copy()
     for k, name in enumerate(plant.columns.names):
         rising[k] *= -1.0 if name.startswith("stribeck") else 1.0
-    samples = simulated_samples(Plant(plant.columns, rising), random_motion(lwr, 10.0, rng), NOISE, rng, 0.01)
+    samples = plants.simulated_samples(
+        plants.Plant(plant.columns, rising), plants.random_motion(lwr, 10.0, rng), NOISE, rng, 0.01
+    )
     assert np.isnan(stribeck_search(samples, plant.columns).speeds).all()
 
 
 def test_a_speed_below_what_is_used_is_said_to_be_at_the_bound(lwr):
     rng = np.random.default_rng(10)
-    plant = perturbed_plant(TorqueColumns(lwr.chain, "symmetric", np.full(7, 0.05)), lwr, rng)
-    samples = simulated_samples(plant, random_motion(lwr, 20.0, rng), 0.01, rng, 0.15)
+    plant = plants.perturbed_plant(TorqueColumns(lwr.chain, "symmetric", np.full(7, 0.05)), lwr, rng)
+    samples = plants.simulated_samples(plant, plants.random_motion(lwr, 20.0, rng), 0.01, rng, 0.15)
     found = stribeck_search(samples, plant.columns)
     there = ~np.isnan(found.speeds)
     assert (found.speeds[there] >= found.lowest[there]).all()

@@ -22,11 +22,6 @@ from tests.identification.plants import Plant, perturbed_plant, random_motion, s
 
 
 @pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
-
-
-@pytest.fixture(scope="module")
 def logs(lwr):
     rng = np.random.default_rng(7)
     plant = perturbed_plant(TorqueColumns(lwr.chain, "directions"), lwr, rng, 0.25)
@@ -77,7 +72,8 @@ def test_head_figures_are_those_of_the_fit(shown, result):
 def test_the_torques_drawn_are_left_as_the_fit_says(drawn, result):
     left = np.concatenate([np.where(one.used, one.measured - one.predicted, np.nan) for one in drawn.recordings])
     found = np.sqrt(np.nanmean(np.square(left), axis=0))
-    np.testing.assert_allclose(found, result.information.residual_rms(result.base.of(result.consistent.parameters)))
+    parameters = result.base.of(result.consistent.parameters)
+    np.testing.assert_allclose(found, result.information.normal.residual_rms(parameters))
     assert [one.source for one in drawn.recordings] == ["motion_8.csv", "motion_4.csv"]
 
 

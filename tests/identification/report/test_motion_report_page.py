@@ -10,8 +10,7 @@ import pytest
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.report import motion_report
-from lwr_dyn.identification.report.arm_stage import link_ellipsoid
-from lwr_dyn.identification.report.charts import friction_maps_html, torque_rows_html
+from lwr_dyn.identification.report.charts import friction_maps_html, link_ellipsoid, torque_rows_html
 from lwr_dyn.identification.report.motion_report import UNITS, link_table
 from lwr_dyn.kinematics.forward import flange_pose, frames
 from lwr_dyn.model.chain import JointKind

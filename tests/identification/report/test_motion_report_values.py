@@ -5,26 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.identification.motion.validation import rms
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.identification.report.motion_report import (
-    MOST_RECORDINGS,
-    drawn_fit,
-    full_parameters,
-    link_parameters,
-)
+from lwr_dyn.identification.report import motion_report
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
 NOISE = 0.05
-
-
-@pytest.fixture(scope="module")
-def lwr():
-    return lwr_dyn.load("lwr4plus", "physical")
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +39,7 @@ def joined(parts, sources):
 
 
 def test_the_truth_predicts_its_torques_and_leaves_its_friction(plant, columns, samples):
-    drawn = drawn_fit(samples, columns, plant.parameters)
+    drawn = motion_report.drawn_fit(samples, columns, plant.parameters)
     (one,) = drawn.recordings
     left = np.where(one.used, one.measured - one.predicted, np.nan)
     assert rms(left) == pytest.approx(NOISE, rel=0.05)
@@ -63,29 +52,29 @@ def test_the_truth_predicts_its_torques_and_leaves_its_friction(plant, columns, 
 
 def test_full_parameters_have_the_fitted_base_values_and_stay_near_the_table(columns, samples, lwr):
     information = information_of(samples, columns)
-    full = full_parameters(information, lwr)
+    full = motion_report.full_parameters(information, lwr)
     np.testing.assert_allclose(information.base.of(full), information.values, rtol=1e-9, atol=1e-9)
     own = columns.own(lwr)
     alone = information.base.grouping.any(axis=0)
     np.testing.assert_array_equal(full[~alone], own[~alone])  # what no motion shows stays the table's
     own_information = replace(information, values=information.base.of(own))
-    np.testing.assert_allclose(full_parameters(own_information, lwr), own, rtol=1e-9, atol=1e-12)
-    assert link_parameters(columns, full).shape == (7, 10)
+    np.testing.assert_allclose(motion_report.full_parameters(own_information, lwr), own, rtol=1e-9, atol=1e-12)
+    assert motion_report.link_parameters(columns, full).shape == (7, 10)
 
 
 def test_recordings_of_a_file_are_numbered_and_the_many_are_counted(columns, plant, samples):
     few = samples.select(slice(0, 30))
-    drawn = drawn_fit(joined([few] * 3, ("a.csv", "b.csv", "a.csv")), columns, plant.parameters)
+    drawn = motion_report.drawn_fit(joined([few] * 3, ("a.csv", "b.csv", "a.csv")), columns, plant.parameters)
     assert [one.source for one in drawn.recordings] == ["a.csv (1)", "b.csv", "a.csv (2)"]
-    many = drawn_fit(joined([few] * 10, ["a.csv"] * 10), columns, plant.parameters)
-    assert len(many.recordings) == MOST_RECORDINGS
-    assert many.left_out == 10 - MOST_RECORDINGS
+    many = motion_report.drawn_fit(joined([few] * 10, ["a.csv"] * 10), columns, plant.parameters)
+    assert len(many.recordings) == motion_report.MOST_RECORDINGS
+    assert many.left_out == 10 - motion_report.MOST_RECORDINGS
 
 
 def test_torques_that_were_cut_out_are_not_drawn(columns, plant, samples):
     tau, used = samples.tau.copy(), samples.used.copy()
     tau[100:150, 2], used[100:150, 2] = 0.0, False
-    drawn = drawn_fit(replace(samples, tau=tau, used=used), columns, plant.parameters)
+    drawn = motion_report.drawn_fit(replace(samples, tau=tau, used=used), columns, plant.parameters)
     assert np.isnan(drawn.recordings[0].measured[100:150, 2]).all()
     assert np.isfinite(drawn.recordings[0].measured[:, 3]).all()
 
@@ -102,7 +91,7 @@ def test_friction_behind_a_coupling_is_that_of_the_motors(lwr):
     whole = np.ones_like(motion.q, dtype=bool)
     tau = columns(motion.q, motion.dq, motion.ddq) @ parameters
     samples = Samples(motion.t, motion.q, motion.dq, motion.ddq, tau, whole, np.zeros(len(tau), dtype=int), ("log",))
-    drawn = drawn_fit(samples, columns, parameters)
+    drawn = motion_report.drawn_fit(samples, columns, parameters)
     models = columns.friction_of(parameters)
     wanted = np.column_stack([m.torque(drawn.speed[:, j]) for j, m in enumerate(models)])
     np.testing.assert_allclose(drawn.torque, wanted, atol=1e-9)

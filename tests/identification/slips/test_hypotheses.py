@@ -1,15 +1,13 @@
 """A table judged by a log: chi squared."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from lwr_dyn.identification.slips.hypotheses import as_printed, log_evidence
-from tests.identification.slip_study import SlipStudy, single_faults
+from tests.identification.slip_study import single_faults
 
 
-def test_chi2_is_that_of_the_log_with_friction_at_its_best(study: SlipStudy) -> None:
+def test_chi2_is_that_of_the_log_with_friction_at_its_best(study):
     rng = np.random.default_rng(3)
     information = study.log(0.0, rng)
     fault = single_faults(study.table)[40]

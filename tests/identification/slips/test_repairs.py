@@ -1,7 +1,5 @@
 """Slips undone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from lwr_dyn.identification.slips.repairs import exchanges, of_cells, of_columns
 
 
 @pytest.mark.parametrize("reading", ["printed", "physical"])
-def test_a_repair_done_again_on_what_it_made_is_said_and_changes_something(reading: str) -> None:
+def test_a_repair_done_again_on_what_it_made_is_said_and_changes_something(reading):
     table = printed_cells(open_paper("lwr4plus", reading))
     for repair in exchanges(table):
         again = repair.again(repair.table)

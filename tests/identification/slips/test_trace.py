@@ -1,7 +1,5 @@
 """Slips of a table traced by a log: the cells and what they stand for, what motions show, planted slips found."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -10,21 +8,21 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
 from lwr_dyn.identification.slips.slip_tables import slip_document
 from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
-from tests.identification.slip_study import SlipStudy, exchanged_faults, shares, single_faults
+from tests.identification.slip_study import exchanged_faults, shares, single_faults
 
 
 @pytest.mark.parametrize("off", [0.0, 0.01, 0.05])
-def test_a_right_table_meets_the_log(study: SlipStudy, off: float) -> None:
+def test_a_right_table_meets_the_log(study, off):
     rng = np.random.default_rng(11)
     for _ in range(5):
         assert trace_cells(study.log(off, rng), study.table, deviation=2 * off).fits
 
 
-def test_without_deviation_an_arm_off_its_table_would_have_slips(study: SlipStudy) -> None:
+def test_without_deviation_an_arm_off_its_table_would_have_slips(study):
     assert not trace_cells(study.log(0.2, np.random.default_rng(1)), study.table, deviation=0.0, most=1).fits
 
 
-def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study: SlipStudy) -> None:
+def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study):
     rng = np.random.default_rng(0)
     printed = study.table.with_cell(Cell(4, 3), -0.004375432)
     report = trace_cells(study.log(0.02, rng), printed, deviation=0.05)
@@ -37,7 +35,7 @@ def test_the_copied_cell_of_the_paper_is_named_with_its_partner(study: SlipStudy
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("off", "traced", "one"), [(0.0, 0.95, 0.8), (0.05, 0.9, 0.7)])
-def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, one: float) -> None:
+def test_planted_slips_are_traced(study, off, traced, one):
     rng = np.random.default_rng(7)
     faults = [*single_faults(study.table)[3::15], *exchanged_faults(study.table)[5::18]]
     outcomes = [study.outcome(fault, off, rng) for fault in faults]
@@ -48,7 +46,7 @@ def test_planted_slips_are_traced(study: SlipStudy, off: float, traced: float, o
 
 
 @pytest.mark.slow
-def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStudy) -> None:
+def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study):
     information = study.log(0.01, np.random.default_rng(2))
     report = trace_slips(information, open_paper("lwr4plus", "printed"), deviation=0.02)
     best = [r.text for r in report.explanations[0].repairs]
@@ -63,7 +61,7 @@ def test_the_errata_of_the_paper_are_found_in_its_printed_tables(study: SlipStud
 
 @pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.8, 1.25])
-def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study: SlipStudy, factor: float) -> None:
+def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study, factor):
     heavier = study.table.values.copy()
     heavier[:, :1] *= 1.0 / factor
     heavier[:, 4:10] *= 1.0 / factor
@@ -73,12 +71,12 @@ def test_a_heavier_arm_is_said_beside_the_cell_that_the_search_would_blame(study
     assert "or no cell is wrong: the table meets the log with all masses" in slip_document(report, ()).text()
 
 
-def test_of_a_table_with_a_slip_no_factor_is_said(study: SlipStudy) -> None:
+def test_of_a_table_with_a_slip_no_factor_is_said(study):
     printed = study.table.with_cell(Cell(4, 3), -0.004375432)
     assert trace_cells(study.log(0.0, np.random.default_rng(0)), printed, deviation=0.0).common_factor is None
 
 
-def test_bad_input(study: SlipStudy) -> None:
+def test_bad_input(study):
     for deviation in (-0.1, 1.0, float("nan")):
         with pytest.raises(OptionError, match="deviation"):
             trace_slips(study.information, study.arm, deviation=deviation)

@@ -7,12 +7,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.kinematics.forward import frames
-from lwr_dyn.pages.explorer.page import explorer_html, three_bundle, write_explorer
+from lwr_dyn.pages.explorer.page import explorer_html, three_bundle
 from tests.axe import SCREENS, seen, sideways, violations
 from tests.headless import logs, screenshot
 from tests.pages.explorer.explored import explored_arm, opened
+from tests.pages.replay.driven import traffic
 from tests.tolerances import METRES
 
+SHOWN = "wam7 manual"
 LARGEST_PAGE = 290_000
 """Bytes without three.js (609 kB); with it a page has at most 0.9 MB, see `test_computing_page`."""
 DRAWN = 1e-9
@@ -22,19 +24,7 @@ Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
 
 @pytest.fixture(scope="module")
 def wam():
-    return lwr_dyn.load("wam7")
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory, wam):
-    path = tmp_path_factory.mktemp("explorer") / "wam7.html"
-    write_explorer(path, wam)
-    return path
-
-
-@pytest.fixture(scope="module")
-def window(browser, page):
-    return opened(browser, page.as_uri())
+    return explored_arm(SHOWN)
 
 
 def slide(window, joint, value):
@@ -64,9 +54,7 @@ def positions(window):
 @pytest.mark.slow
 def test_page_asks_for_nothing_and_logs_nothing(window, page):
     # The module's first look at the page: the logs start before it was opened.
-    sent, said = logs(window)
-    assert [address for address in sent if not address.startswith(("data:", "blob:"))] == [page.as_uri()]
-    assert said == []
+    assert traffic(window, "blob:") == ([page.as_uri()], [])
 
 
 @pytest.mark.slow
@@ -203,10 +191,8 @@ def test_axe_finds_nothing_and_nothing_sticks_out(window, width, dark):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["lwr4 printed", "tiago", "hung"])
-def test_pages_of_other_arms_stand_too(browser, tmp_path, name):
-    arm, path = explored_arm(name), tmp_path / "arm.html"
-    write_explorer(path, arm)
-    window = opened(browser, path.as_uri())
+def test_pages_of_other_arms_stand_too(browser, page_of, name):
+    arm, window = explored_arm(name), opened(browser, page_of(name).as_uri())
     T = lwr_dyn.forward_kinematics(arm, positions(window))
     np.testing.assert_allclose(window.execute_script("return lwrExplorer.drawnPose()"), T, rtol=0, atol=DRAWN)
     assert logs(window)[1] == []

@@ -1,4 +1,4 @@
-"""The page that computes: the flange and links are dragged, branches and arm angles chosen, torques written."""
+"""The page that computes: the flange and links are dragged, branches and arm angles chosen."""
 
 import gzip
 import hashlib
@@ -10,11 +10,13 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 import lwr_dyn
 from lwr_dyn.pages.explorer import page as computing
-from lwr_dyn.pages.explorer.page import BUNDLE, explorer_html, functions_script, three_bundle, write_explorer
+from lwr_dyn.pages.explorer.page import BUNDLE, explorer_html, functions_script, three_bundle
 from tests.headless import logs
 from tests.pages.explorer.by_hand import pulled
-from tests.pages.explorer.explored import explored_arm, opened
+from tests.pages.explorer.explored import opened
+from tests.pages.replay.driven import without_webgl
 
+SHOWN = "lwr4plus computed"
 FOLLOWED = 1e-6
 """[m] that the flange may be from where it is dragged."""
 LARGEST, LARGEST_ZIPPED = 900_000, 250_000
@@ -24,18 +26,6 @@ DRAG = f"""{START} const drag = e.flangeDrag; drag.begin();
     ["x", "y", "z"].forEach((axis, k) => {{ drag.handle.position[axis] += arguments[1][k]; }});
     const found = drag.moved(), asked = drag.handle.position.toArray(); drag.end();
     return [found, asked, e.flangePose().slice(0, 3).map((row) => row[3]), e.positions(), drag.word.textContent]"""
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    path = tmp_path_factory.mktemp("computing") / "lwr4plus.html"
-    write_explorer(path, lwr_dyn.load("lwr4plus"))
-    return path
-
-
-@pytest.fixture(scope="module")
-def window(browser, page):
-    return opened(browser, page.as_uri())
 
 
 def test_the_bundle_is_the_one_of_its_digest_and_carries_its_licence():
@@ -73,10 +63,8 @@ def test_out_of_reach_is_a_wall(window):
 
 
 @pytest.mark.slow
-def test_an_arm_without_a_closed_form_follows_too(browser, tmp_path):
-    path = tmp_path / "panda.html"
-    write_explorer(path, explored_arm("panda"))
-    window = opened(browser, path.as_uri())
+def test_an_arm_without_a_closed_form_follows_too(browser, page_of):
+    window = opened(browser, page_of("panda").as_uri())
     assert window.execute_script("return 'inverse_kinematics' in robot") is False
     q = [0.1, 0.2, 0.3, -1.5, 0.2, 1.6, 0.4]
     _, asked, reached, _, _ = window.execute_script(DRAG, q, [0.02, 0.01, -0.02])
@@ -145,31 +133,9 @@ def test_the_strip_moves_the_elbow_and_keeps_the_flange_and_the_limits(window):
 
 
 @pytest.mark.slow
-def test_torques_are_those_of_the_arm(window):
-    arm, rates = lwr_dyn.load("lwr4plus"), np.linspace(-1.0, 1.5, 7)
-    tau, parts, B = window.execute_script(
-        f"""{START} e.state.set({{ dq: arguments[1], ddq: arguments[2] }}); e.state.compute();
-        const {{ tau, parts, B }} = e.torques; return [[...tau], [...parts], [...B]]""",
-        Q,
-        rates.tolist(),
-        rates[::-1].tolist(),
-    )
-    dynamics = lwr_dyn.dynamics_of(arm)
-    expected = dynamics.inverse_dynamics(np.array(Q), rates, rates[::-1])
-    np.testing.assert_allclose(tau, expected, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(np.reshape(parts, (7, 3)).sum(axis=1), expected, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(np.reshape(B, (7, 7)), dynamics.mass_matrix(np.array(Q)), rtol=0, atol=1e-9)
-
-
-@pytest.mark.slow
 def test_without_webgl_the_page_says_so_and_computes(browser, page):
     browser.get("about:blank")
-    no_webgl = """const real = HTMLCanvasElement.prototype.getContext;
-        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-          return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
-        };"""
-    mark = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": no_webgl})
-    try:
+    with without_webgl(browser):
         window = opened(browser, page.as_uri())
         assert "draws no WebGL" in window.execute_script("return document.getElementById('no-webgl').textContent")
         _, asked, reached, _, _ = window.execute_script(DRAG, Q, [0.02, -0.03, 0.01])
@@ -183,8 +149,6 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
         window.execute_script("lwrExplorer.choose(1)")
         (said,) = logs(browser)[1]
         assert "Error creating WebGL context" in said  # three.js says so itself, nothing else is said
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", mark)
 
 
 @pytest.mark.slow

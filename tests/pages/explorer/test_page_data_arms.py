@@ -12,18 +12,12 @@ from lwr_dyn.pages.explorer.page_data import beside_each_other, readings_shown, 
 from tests.headless import logs
 from tests.pages.explorer.explored import explored_arm, opened
 
+SHOWN = "lwr4plus computed"
 READINGS = ("computed", "printed", "physical")
 AGREES = 1e-12
 """Of the largest number."""
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
 DQ, DDQ = np.linspace(-1, 1, 7), np.linspace(2, -1, 7)
-
-
-@pytest.fixture(scope="module")
-def window(browser, tmp_path_factory):
-    path = tmp_path_factory.mktemp("arms") / "arm.html"
-    write_explorer(path, lwr_dyn.load("lwr4plus"))
-    return opened(browser, path.as_uri())
 
 
 def chosen(window, index):
@@ -138,9 +132,8 @@ def test_what_a_reading_changes_is_listed_and_added_up(window):
 
 
 @pytest.mark.slow
-def test_readings_with_other_kinematics_are_drawn_and_move_by_their_own(browser, tmp_path):
-    write_explorer(tmp_path / "arm.html", lwr_dyn.load("kr30ha"))
-    window = opened(browser, (tmp_path / "arm.html").as_uri())
+def test_readings_with_other_kinematics_are_drawn_and_move_by_their_own(browser, page_of):
+    window = opened(browser, page_of("kr30ha kuka").as_uri())
     q = [0.2, -1.2, 1.1, 0.3, 0.4, 0.5]
     for index, reading in ((1, "printed"), (0, "kuka")):
         chosen(window, index)
@@ -159,10 +152,8 @@ def test_readings_with_other_kinematics_are_drawn_and_move_by_their_own(browser,
 
 
 @pytest.mark.slow
-def test_a_payload_is_carried_in_the_frame_of_the_flange(browser, tmp_path):
-    arm = explored_arm("hung")
-    write_explorer(tmp_path / "arm.html", arm)
-    window = opened(browser, (tmp_path / "arm.html").as_uri())
+def test_a_payload_is_carried_in_the_frame_of_the_flange(browser, page_of):
+    arm, window = explored_arm("hung"), opened(browser, page_of("hung").as_uri())
     mass, at = 2.5, [0.03, -0.02, 0.1]
     q = np.clip(np.linspace(-0.9, 0.8, arm.n), arm.lower, arm.upper)
     window.execute_script("lwrExplorer.carry(arguments[0], arguments[1])", mass, at)

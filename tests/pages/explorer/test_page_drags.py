@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.pages.explorer.explored import explored_arm, opened
 
 pytestmark = pytest.mark.slow
@@ -31,18 +30,14 @@ return out"""
 
 
 @pytest.fixture(scope="module", params=["lwr4plus computed", "wam7 manual", "kr30ha kuka", "panda"])
-def dragged(request, browser, tmp_path_factory):
+def dragged(request, browser, page_of):
     """Of drags with four moves each: the arm, each move's start, verdict, asked pose, positions, drag, said to jump."""
-    arm = explored_arm(request.param)
-    path = tmp_path_factory.mktemp("drags") / "arm.html"
-    write_explorer(path, arm)
-    window = opened(browser, path.as_uri())
+    arm, window = explored_arm(request.param), opened(browser, page_of(request.param).as_uri())
     rng, drags = np.random.default_rng(30), DRAGS if request.param != "panda" else 40
     low, up = np.maximum(arm.lower, -HALF_TURN), np.minimum(arm.upper, HALF_TURN)
     starts = rng.uniform(low, up, (drags, arm.n))
-    starts[::10] = np.where(
-        rng.random((len(starts[::10]), arm.n)) < 0.3, up, starts[::10]
-    )  # some joints at their limits
+    some = starts[::10]  # with some joints at their limits
+    starts[::10] = np.where(rng.random((len(some), arm.n)) < 0.3, up, some)
     reach = np.linalg.norm(lwr_dyn.forward_kinematics(arm, starts)[:, :3, 3], axis=1).max()
     size = reach * rng.choice([0.01, 0.1, 0.4, 3.0], (drags, 1, 1))
     moves = np.concatenate([size * rng.normal(size=(drags, 4, 3)), 0.3 * rng.normal(size=(drags, 4, 3))], axis=2)

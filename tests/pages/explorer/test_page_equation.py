@@ -7,7 +7,6 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.chain import Body, with_bodies, with_payload
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.headless import logs
 from tests.pages.explorer.by_hand import mouse, press, touch
 from tests.pages.explorer.explored import explored_arm, opened
@@ -15,6 +14,7 @@ from tests.random_arms import random_arm
 
 pytestmark = pytest.mark.slow
 
+SHOWN = "lwr4plus computed"
 MASS, AT = 2.5, [0.01, -0.02, 0.1]
 AGREES = 1e-12
 """Of the largest entry."""
@@ -32,42 +32,21 @@ SHARES = """const e = lwrExplorer, { equation } = e, [q, dq, mass, at] = argumen
     return out"""
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("equation")
-
-    def address(arm):
-        path = folder / "arm.html"
-        write_explorer(path, arm)
-        return path.as_uri()
-
-    return address
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return explored_arm("lwr4plus computed")
-
-
-@pytest.fixture(scope="module")
-def window(browser, page, arm):
-    return opened(browser, page(arm))
-
-
-def entries(dynamics, q, dq):
-    return {"B": dynamics.mass_matrix(q), "C": dynamics.coriolis_matrix(q, dq), "g": dynamics.gravity_vector(q)}
+def entries(found, dynamics, q, dq):
+    """Letter, the page's rows for its entries, and those of Python."""
+    yield "g", found["g"], dynamics.gravity_vector(q)
+    for letter, matrix in (("B", dynamics.mass_matrix(q)), ("C", dynamics.coriolis_matrix(q, dq))):
+        yield letter, [cell for row in found[letter] for cell in row], matrix.ravel()
 
 
 def check_shares(window, arm):
     q, dq = np.random.default_rng(11).uniform(-1, 1, (2, arm.n))
     loaded = replace(arm, chain=with_payload(arm.chain, MASS, AT))
-    known = entries(lwr_dyn.dynamics_of(loaded), q, dq)
     found = window.execute_script(SHARES, q.tolist(), dq.tolist(), MASS, AT)
-    for letter, expected in known.items():
-        rows = found[letter] if letter == "g" else [cell for row in found[letter] for cell in row]
+    for letter, rows, expected in entries(found, lwr_dyn.dynamics_of(loaded), q, dq):
         limit = AGREES * np.abs(expected).max()
-        assert np.abs(np.array([row[0] for row in rows]) - expected.ravel()).max() < limit, letter
-        assert np.abs(np.array([row[1] for row in rows]) - expected.ravel()).max() < 10 * limit, letter
+        for k, factor in ((0, 1), (1, 10)):
+            assert np.abs(np.array([row[k] for row in rows]) - expected).max() < factor * limit, letter
         assert all(abs(sum(row[2]) + row[3] - row[0]) < limit for row in rows)
 
 
@@ -81,10 +60,8 @@ def test_each_share_is_that_of_the_link_alone(window, arm):
     for k, body in enumerate(arm.chain.bodies):
         chain = with_bodies(arm.chain, [body if i == k else Body.massless() for i in range(arm.n)])
         bare = replace(chain, links=tuple(replace(link, rotor=None) for link in chain.links))
-        known = entries(lwr_dyn.dynamics_of(replace(arm, chain=bare)), q, dq)
-        for letter, expected in known.items():
-            rows = found[letter] if letter == "g" else [cell for row in found[letter] for cell in row]
-            assert np.abs(np.array([row[2][k] for row in rows]) - expected.ravel()).max() < 1e-12, (letter, k)
+        for letter, rows, expected in entries(found, lwr_dyn.dynamics_of(replace(arm, chain=bare)), q, dq):
+            assert np.abs(np.array([row[2][k] for row in rows]) - expected).max() < 1e-12, (letter, k)
 
 
 CHOSEN = "const { kind, i, j } = lwrExplorer.equation; return [kind, i, j]"
@@ -137,10 +114,10 @@ def test_another_reading_has_its_own_shares(window):
 
 
 @pytest.mark.parametrize("other", [explored_arm("hung"), random_arm(5, "RPRP")], ids=["hung", "sliding"])
-def test_shares_add_up_for_other_arms(browser, page, other):
-    check_shares(opened(browser, page(other)), other)
+def test_shares_add_up_for_other_arms(browser, page_of, other):
+    check_shares(opened(browser, page_of(other).as_uri()), other)
 
 
-def test_an_arm_without_masses_has_neither_panel(browser, page):
-    window = opened(browser, page(lwr_dyn.load("lwr4")))
+def test_an_arm_without_masses_has_neither_panel(browser, page_of):
+    window = opened(browser, page_of(lwr_dyn.load("lwr4")).as_uri())
     assert window.execute_script("return [lwrExplorer.equation, lwrExplorer.gains]") == [None, None]

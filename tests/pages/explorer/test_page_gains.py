@@ -11,11 +11,11 @@ from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.inertia.worst_case import worst_case_inertias
 from lwr_dyn.control.paper_laws import PDGravity
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
-from lwr_dyn.pages.explorer.page import write_explorer
-from tests.pages.explorer.explored import explored_arm, opened
+from tests.pages.explorer.explored import explored_arm
 
 pytestmark = pytest.mark.slow
 
+SHOWN = "lwr4plus physical"
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
 OMEGA, XI = 40.0, 0.7
 AGREES = 1e-10
@@ -24,14 +24,7 @@ AGREES = 1e-10
 
 @pytest.fixture(scope="module")
 def arm():
-    return explored_arm("lwr4plus physical")
-
-
-@pytest.fixture(scope="module")
-def window(browser, tmp_path_factory, arm):
-    path = tmp_path_factory.mktemp("gains") / "arm.html"
-    write_explorer(path, arm)
-    return opened(browser, path.as_uri())
+    return explored_arm(SHOWN)
 
 
 def computed(window, q, omega=OMEGA, xi=XI):

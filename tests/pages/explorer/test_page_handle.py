@@ -4,23 +4,16 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.headless import logs
 from tests.pages.explorer.by_hand import arrow, pulled
 from tests.pages.explorer.explored import SHARE, opened
 
 pytestmark = pytest.mark.slow
 
+SHOWN = "lwr4plus computed"
 Q = [0.3, 0.7, 0.2, -1.4, 0.3, 0.9, 0.1]
 FOLLOWED = 1e-6
 """[m] that the flange may be from where it is dragged."""
-
-
-@pytest.fixture(scope="module")
-def window(browser, tmp_path_factory):
-    path = tmp_path_factory.mktemp("handle") / "lwr4plus.html"
-    write_explorer(path, lwr_dyn.load("lwr4plus"))
-    return opened(browser, path.as_uri())
 
 
 def flange(window):
@@ -68,11 +61,9 @@ DRAGGED = """const e = lwrExplorer, { flangeDrag: drag } = e;
     return [found, asked, e.flangePose().map((row) => row[3]).slice(0, 3), drag.word.textContent]"""
 
 
-def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
-    path = tmp_path / "two.html"
+def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, page_of):
     arm = lwr_dyn.load(SHARE / "double_pendulum_description/urdf/double_pendulum_continuous.urdf")
-    write_explorer(path, arm)
-    window = opened(browser, path.as_uri())
+    window = opened(browser, page_of(arm).as_uri())
     q = np.array([0.3, 0.4])
     begun = lwr_dyn.forward_kinematics(arm, q)[:3, 3]
     nearby = lwr_dyn.forward_kinematics(arm, np.add(q, [0.05, -0.07]))[:3, 3]
@@ -86,8 +77,8 @@ def test_an_arm_of_few_joints_goes_as_near_as_it_gets(browser, tmp_path):
     np.testing.assert_allclose(np.subtract(asked, reached), side, atol=1e-4)
 
 
-def test_a_long_arm_is_dragged_and_has_no_torques(browser, tmp_path):
-    joints, path = 12, tmp_path / "long.html"
+def test_a_long_arm_is_dragged_and_has_no_torques(browser, tmp_path, page_of):
+    joints = 12
     limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
     links = "".join(f'<link name="l{i}"/>' for i in range(joints + 1))
     turns = "".join(
@@ -96,8 +87,7 @@ def test_a_long_arm_is_dragged_and_has_no_torques(browser, tmp_path):
         for i in range(joints)
     )
     (tmp_path / "long.urdf").write_text(f'<robot name="long">{links}{turns}</robot>', encoding="utf-8")
-    write_explorer(path, lwr_dyn.load(tmp_path / "long.urdf"))
-    window = opened(browser, path.as_uri())
+    window = opened(browser, page_of(lwr_dyn.load(tmp_path / "long.urdf")).as_uri())
     q = np.linspace(-0.5, 0.8, joints)
     found, asked, reached, _ = window.execute_script(DRAGGED, q.tolist(), [0.03, -0.02, 0.01])
     assert found == 0

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-import lwr_dyn
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.axe import seen
 from tests.pages.explorer.by_hand import press, touch
 from tests.pages.explorer.explored import opened
@@ -31,12 +29,10 @@ return all.filter((node) => node.tabIndex >= 0 && !node.disabled && shown(node))
 
 
 @pytest.fixture(scope="module")
-def phone(browser, tmp_path_factory):
-    path = tmp_path_factory.mktemp("hands") / "lwr4plus.html"
-    write_explorer(path, lwr_dyn.load("lwr4plus"))
+def phone(browser, page_of):
     with seen(browser, PHONE[0], height=PHONE[1]):
         browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
-        yield opened(browser, path.as_uri())
+        yield opened(browser, page_of("lwr4plus computed").as_uri())
         browser.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
 
 

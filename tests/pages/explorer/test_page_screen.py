@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-import lwr_dyn
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.axe import seen, sideways
 from tests.pages.explorer.by_hand import mouse
-from tests.pages.explorer.explored import opened
 
 pytestmark = pytest.mark.slow
 
+SHOWN = "lwr4plus computed"
 DESK, PHONE = (1400, 900), (390, 844)
 LEFT, MIDDLE, RIGHT = ("#pose", "[aria-label='Arm angle']"), ("#stage", ".flange"), ("[aria-label='Torques']",)
 Q = [0.3, 0.7, 0.2, -1.2, 0.3, 0.9, 0.1]
@@ -22,18 +20,6 @@ BOXES = """return arguments[0].map((name) => {
 CAMERA = """const { viewer } = lwrExplorer.stage, { clientWidth, clientHeight } = viewer.pane;
 const { camera, controls } = viewer, place = (point) => point.toArray().map((x) => Math.round(x * 1e6));
 return [[...place(camera.position), ...place(controls.target)], camera.aspect - clientWidth / clientHeight];"""
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    path = tmp_path_factory.mktemp("screen") / "lwr4plus.html"
-    write_explorer(path, lwr_dyn.load("lwr4plus"))
-    return path
-
-
-@pytest.fixture(scope="module")
-def window(browser, page):
-    return opened(browser, page.as_uri())
 
 
 def boxes(window, names):

@@ -6,7 +6,6 @@ from matplotlib.path import Path as Curve
 from selenium.webdriver.support.ui import WebDriverWait
 
 import lwr_dyn
-from lwr_dyn.pages.explorer.page import write_explorer
 from tests.headless import logs
 from tests.pages.explorer.explored import SHARE, explored_arm, opened
 
@@ -52,22 +51,10 @@ def outside(points, loops):
     return points, away
 
 
-@pytest.fixture(scope="module")
-def pages(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("workspace")
-
-    def page(arm):
-        path = folder / f"{arm.name}.html"
-        write_explorer(path, arm)
-        return path.as_uri()
-
-    return page
-
-
 @pytest.mark.parametrize("name", ["lwr4plus computed", "kr30ha kuka", "wam7 manual"])
-def test_the_boundary_is_reached_and_no_sample_is_outside(browser, pages, name):
+def test_the_boundary_is_reached_and_no_sample_is_outside(browser, page_of, name):
     arm = explored_arm(name)
-    found, tolerance, faces = opened(browser, pages(arm)).execute_script(BOUNDARY)
+    found, tolerance, faces = opened(browser, page_of(name).as_uri()).execute_script(BOUNDARY)
     loops = [np.array(loop)[:, :2] for loop in found]
     on_curve, q = np.concatenate(loops), np.concatenate([np.array(loop)[:, 2:] for loop in found])
     np.testing.assert_allclose(place(arm, q), np.abs(on_curve[:, :1]) * [1, 0] + on_curve[:, 1:] * [0, 1], atol=1e-8)
@@ -85,9 +72,8 @@ def shown(window):
     return window.execute_script("return document.querySelector('.section').innerText")
 
 
-def test_the_card_shows_the_section_and_where_the_flange_is(browser, pages):
-    arm = lwr_dyn.load("kr30ha")
-    window = opened(browser, pages(arm))
+def test_the_card_shows_the_section_and_where_the_flange_is(browser, page_of):
+    arm, window = explored_arm("kr30ha kuka"), opened(browser, page_of("kr30ha kuka").as_uri())
     q = np.array([0.3, -1.2, 1.4, 0.2, 0.3, 0.4])
     text = shown(window)
     assert "farthest from the axis" in text
@@ -108,7 +94,7 @@ def test_the_card_shows_the_section_and_where_the_flange_is(browser, pages):
     assert logs(browser)[1] == []
 
 
-def test_where_the_flange_fills_no_area_the_card_says_so(browser, pages):
+def test_where_the_flange_fills_no_area_the_card_says_so(browser, page_of):
     arm = lwr_dyn.load(SHARE / "double_pendulum_description/urdf/double_pendulum_continuous.urdf")
-    assert "fill no area" in shown(opened(browser, pages(arm)))
+    assert "fill no area" in shown(opened(browser, page_of(arm).as_uri()))
     assert logs(browser)[1] == []

@@ -1,21 +1,31 @@
-"""Figures of runs: their curves are the runs' numbers, with limits, references and units."""
+"""Figures of runs: their curves are the runs' numbers, a wall's forces, or an observer's torques, with limits."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from lwr_dyn.foundation.errors import OptionError
+import lwr_dyn
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.run_figures import (
+    contact_figure,
     error_figure,
+    observer_figure,
     path_figure,
+    pressing_and_drag,
     register_figure,
     tip_error_figure,
     torque_figure,
 )
+from lwr_dyn.pages.plotting.plots import figure_bytes
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
+from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.walls_and_pushes import Push, Wall
+from tests.simulation.sample_runs import joint_waves, lwr
+from tests.simulation.test_walls_and_pushes import ARM, POSE, TIP
 
 
 @pytest.fixture(scope="module")
@@ -84,3 +94,68 @@ def test_register_shows_motion_and_torques_of_one_joint(runs):
     for values, wanted in zip(drawn, (run.q, run.dq, run.tau_applied, run.tau_friction), strict=True):
         np.testing.assert_array_equal(values, wanted[:, 3])
     assert figure.title == "Register of joint 4"
+
+
+@pytest.fixture(scope="module")
+def pressed():
+    wall = Wall(ARM, TIP + np.array([0.0, 0.0, 1e-3]), [0.0, 0.0, 1.0], friction=0.4)
+    hold = lwr_dyn.reference("hold", ARM, q=POSE, duration=0.05)
+    law = lwr_dyn.controller("cartesian-impedance", ARM)
+    return lwr_dyn.simulate(ARM, law, hold, external=wall, friction="none", dq0=[0.2, *[0.0] * 6]), wall
+
+
+def test_curves_are_the_forces_of_the_wall(pressed):
+    run, wall = pressed
+    pressing, drag = pressing_and_drag(run, wall)
+    assert drag.max() > 0.1
+    assert (drag <= 0.4 * pressing + 1e-12).all()
+    figure = contact_figure([run, run], wall, ["a", "b"])
+    assert figure.labels == ("a", "b")
+    np.testing.assert_array_equal(figure.panels[0].curves[1].y, pressing)
+    np.testing.assert_array_equal(figure.panels[1].curves[0].y, drag)
+    assert [curve.colour for curve in figure.panels[0].curves] == [0, 1]
+
+
+def test_it_is_drawn_with_the_label_of_the_controller(pressed):
+    figure = contact_figure(*pressed)
+    assert figure.labels == ("Cartesian impedance",)
+    assert figure_bytes(figure, "svg").startswith(b"<?xml")
+
+
+def test_a_run_read_from_a_file_has_its_label_too(pressed, tmp_path):
+    run, wall = pressed
+    run.save(tmp_path / "x.npz")
+    assert contact_figure(lwr_dyn.Run.load(tmp_path / "x.npz"), wall).labels == ("Cartesian impedance",)
+
+
+def test_bad_input_is_refused(pressed):
+    run, wall = pressed
+    with pytest.raises(OptionError, match="labels"):
+        contact_figure(run, wall, ["a", "b"])
+    with pytest.raises(OptionError, match="labels"):
+        contact_figure([], wall)
+    six = Wall(lwr_dyn.load("kr30ha"), [0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    with pytest.raises(ShapeError):
+        contact_figure(run, six)
+
+
+def test_levels_estimate_and_truth(tmp_path):
+    law = lwr_dyn.controller("inverse-dynamics+observer", lwr())
+    push = Push(lwr(), (20.0, 0.0, 0.0), start=0.02, duration=0.06)
+    run = simulate(lwr(), law, joint_waves(), duration=0.1, external=push)
+    run.save(tmp_path / "run.npz")
+    for one in (run, Run.load(tmp_path / "run.npz")):
+        figure = observer_figure(one, [1, 3])
+        assert [panel.title for panel in figure.panels] == ["joint_2", "joint_4"]
+        true, estimate = figure.panels[1].curves
+        np.testing.assert_array_equal(estimate.y, run.signals["external_torque"][:, 3])
+        np.testing.assert_array_equal(true.y, run.signals["tau_external"][:, 3])
+        level = law.threshold.level(np.full(7, 50.0), 1e-3)[3]
+        assert [edge.value for edge in figure.panels[1].levels] == pytest.approx([level, -level], rel=1e-9)
+    assert len(observer_figure(run).panels) == 7
+
+
+def test_a_run_without_an_observer_is_refused():
+    run = simulate(lwr(), lwr_dyn.controller("inverse-dynamics", lwr()), joint_waves(), duration=0.01)
+    with pytest.raises(MissingDataError, match="momentum observer"):
+        observer_figure(run)

@@ -1,21 +1,12 @@
-"""A panel ready to draw: colours, magnified errors, levels, axes, and the texts beside it on a page."""
+"""A panel ready to draw: colours, magnified errors, levels, axes, and as a chart on a page."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from lwr_dyn.pages.figures.figure import GREY, Axis, Curve, Figure, Level, Panel
-from lwr_dyn.pages.plotting.drawn_panel import (
-    NEAR_LEVEL,
-    chart_html,
-    drawn_panels,
-    is_near,
-    marks,
-    run_ink,
-    tick_marks,
-    widest_first,
-)
+from lwr_dyn.pages.figures.figure import GREY, Curve, Figure, Level, Panel
+from lwr_dyn.pages.plotting.drawn_panel import NEAR_LEVEL, chart_html, drawn_panels, is_near, run_ink, widest_first
 
 T = np.array([0.0, 1.0, 2.0])
 
@@ -70,17 +61,6 @@ def test_panels_over_time_share_their_axis_and_frequencies_are_logarithmic():
     assert (one.x.low, one.x.high) == (0.0, 10.0)
     apart_ = drawn_panels(figure_of(panel_of(Curve("a", T, 1 + T)), unit="Hz", over_time=False), [])[0]
     assert (apart_.x.is_logarithmic, apart_.y.is_logarithmic) == (True, False)
-
-
-def test_ticks_are_texts_at_their_places():
-    assert marks([0.0, 0.25], ["<", "b"], "xt", "left") == (
-        '<div class="xt" aria-hidden="true"><span style="left:0.0%">&lt;</span><span style="left:25.0%">b</span></div>'
-    )
-    assert 'style="top:75.0%"' in marks([0.25], ["a"], "yt", "top")
-    made = tick_marks(Axis(0.0, 4.0, (0.0, 1.0, 2.0)), "xt", "left", "s")
-    assert made.count("<span") == 3
-    assert '<span style="left:50.0%">2 s</span></div>' in made
-    assert 'left:25.0%">1</span>' in made
 
 
 def test_a_chart_has_heading_lines_names_and_a_description():

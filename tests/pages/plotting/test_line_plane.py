@@ -1,11 +1,11 @@
-"""Lines, dots and bands stand where the axes say."""
+"""Lines, dots, bands and ticks stand where the axes say."""
 
 import re
 
 import numpy as np
 
-from lwr_dyn.identification.report.charts import band_path, dots_path, grid_path, line_path, plane_html
 from lwr_dyn.pages.figures.figure import Axis
+from lwr_dyn.pages.plotting.line_plane import band_path, dots_path, grid_path, line_path, marks, plane_html, tick_marks
 
 X, Y = Axis(0.0, 10.0, (0.0, 5.0, 10.0)), Axis(-1.0, 1.0, (-1.0, 0.0, 1.0))
 
@@ -47,3 +47,15 @@ def test_dots_bands_and_grid():
     assert points(band) == [(0, 750), (2000, 750), (2000, 250), (0, 250)]
     assert grid_path(X, Y).count("M") == 6
     assert 'aria-label="a &lt;b&gt;"' in plane_html("a <b>", [])
+
+
+def test_ticks_are_texts_at_their_places():
+    assert marks([0.0, 0.25], ["<", "b"], "xt", "left") == (
+        '<div class="xt" aria-hidden="true"><span style="left:0.0%">&lt;</span><span style="left:25.0%">b</span></div>'
+    )
+    assert '>before<span style="top:75.0%"' in marks([0.25], ["a"], "yt", "top", "before")
+    made = tick_marks(Axis(0.0, 4.0, (0.0, 1.0, 2.0)), "xt", "left", "s")
+    assert made.count("<span") == 3
+    assert '<span style="left:50.0%">2 s</span></div>' in made
+    assert 'left:25.0%">1</span>' in made
+    assert tick_marks(Axis(0.0, 4.0, (0.0, 1.0, 2.0)), "xt", "left", "s", every=2).count("<span") == 2

@@ -211,12 +211,6 @@ def test_save_writes_both_kinds_and_leaves_the_settings(runs, tmp_path):
         figure_bytes(path_figure(runs), "pdf", runs)
 
 
-def test_a_series_of_no_run_is_refused():
-    panel = Panel("", "y", "", (Curve("c", Series(0, "q", 0)),))
-    with pytest.raises(OptionError, match="no run is shown"):
-        draw(Figure("f", "f", "", "t", "s", (panel,)))
-
-
 @pytest.mark.slow
 def test_matplotlib_is_imported_only_to_draw_and_its_absence_names_the_extra():
     program = """

@@ -20,6 +20,25 @@ def opened(browser, path):
     until(browser, lambda: browser.execute_script("return !!(window.lwrReport && lwrReport.ready)"))
 
 
+def traffic(browser, *inside):
+    """What was asked for beside data (and other kinds of address `inside`) since it was last looked at, and said."""
+    sent, said = logs(browser)
+    return [address for address in sent if not address.startswith(("data:", *inside))], said
+
+
+@contextmanager
+def without_webgl(browser):
+    """Pages opened here get no context of WebGL."""
+    blind = """const get = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+          return /webgl/.test(kind) ? null : get.call(this, kind, ...rest); };"""
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": blind})
+    try:
+        yield
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", {"identifier": added["identifier"]})
+
+
 @contextmanager
 def screen(browser, **metrics):
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)

@@ -7,7 +7,8 @@ import lwr_dyn
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.look import tokens
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
-from tests.headless import logs, opened, screenshot, waiting
+from tests.headless import opened, screenshot, waiting
+from tests.pages.replay.driven import traffic
 
 POSE = 1e-6
 """[m], and the same for rotation entries: largest difference between the pose on the page and FK."""
@@ -29,9 +30,7 @@ def window(browser, page):
 @pytest.mark.slow
 def test_page_loads_nothing_and_logs_nothing(window, page):
     # The module's first look at the page: the logs start before it was opened.
-    sent, said = logs(window)
-    assert [address for address in sent if not address.startswith("data:")] == [page.as_uri()]
-    assert said == []
+    assert traffic(window) == ([page.as_uri()], [])
 
 
 @pytest.mark.slow
@@ -193,9 +192,7 @@ def test_page_is_whole_at_the_end(window):
     window.execute_script("document.getElementById('beside').click(); document.getElementById('frames').click()")
     screenshot(window, "beside_frames.png")
     window.execute_script("document.getElementById('beside').click(); document.getElementById('frames').click()")
-    sent, said = logs(window)
-    assert [address for address in sent if not address.startswith(("file:", "data:"))] == []  # one may load it again
-    assert said == []
+    assert traffic(window, "file:") == ([], [])  # one may load it again
 
 
 def test_the_footer_says_how_many_samples_the_page_holds(window):

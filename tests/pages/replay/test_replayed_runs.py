@@ -100,10 +100,16 @@ def test_misfits_are_refused(arm, two_runs):
         replayed_runs([], arm)
     with pytest.raises(OptionError, match="arms: 1 for 2 runs; allowed: one per run"):
         replayed_runs(two_runs, [arm])
-    with pytest.raises(ShapeError, match=r"tau_applied of pd-gravity: shape \(3001, 6\); allowed: \(3001, 7\)"):
-        replayed_runs([replace(run, tau_applied=run.tau_applied[:, :6])], arm)
-    with pytest.raises(ShapeError, match="strictly growing"):
-        replayed_runs([replace(run, t=np.zeros_like(run.t))], arm)
+    with pytest.raises(OptionError, match="labels: 1 for 2 runs; allowed: one per run"):
+        replayed_runs(two_runs, arm, ["a"])
+    for name in ("tau_applied", "q"):
+        with pytest.raises(ShapeError, match=rf"{name} of pd-gravity: shape \(3001, 6\); allowed: \(3001, 7\)"):
+            replayed_runs([replace(run, **{name: getattr(run, name)[:, :6]})], arm)
+    with pytest.raises(ShapeError, match="nan"):
+        replayed_runs([replace(run, q=np.full_like(run.q, np.nan))], arm)
+    for t in (np.zeros_like(run.t), run.t[::-1]):
+        with pytest.raises(ShapeError, match="strictly growing"):
+            replayed_runs([replace(run, t=t)], arm)
     (bent,) = replayed_runs([replace(run, meta={"reference_trace": [[1, 2]]})], arm)
     with pytest.raises(ShapeError, match=r"reference_trace: shape \(1, 2\)"):
         _ = bent.reference_path

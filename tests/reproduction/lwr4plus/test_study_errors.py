@@ -4,14 +4,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.reproduction.lwr4plus.formulas import (
-    NEAR,
-    TIMINGS,
-    ErrorCell,
-    error_table,
-    fitted_arm_angle,
-    velocity_rows,
-)
+from lwr_dyn.reproduction.lwr4plus import formulas
+from lwr_dyn.reproduction.lwr4plus.formulas import ErrorCell, error_table, fitted_arm_angle, velocity_rows
 from lwr_dyn.reproduction.lwr4plus.study import PLANTS, controller_runs, plants, ranking, ranking_table
 from lwr_dyn.trajectory.references.ist import ist_reference
 
@@ -28,7 +22,7 @@ def fitted(arm):
 
 @pytest.mark.slow
 def test_table_viii_rows_1_to_5_come_out_within_15_percent_under_the_hypothesis(fitted):
-    assert max(abs(cell.miss) for cell in fitted.cells if cell.joint < 5) < NEAR
+    assert max(abs(cell.miss) for cell in fitted.cells if cell.joint < 5) < formulas.NEAR
     assert fitted.distance < 0.1
     assert "fitted to Table VIII" in fitted.arm_angle
 
@@ -52,7 +46,7 @@ def test_the_velocity_block_of_table_viii_stands_one_row_too_low(arm, fitted):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("timing", TIMINGS)
+@pytest.mark.parametrize("timing", formulas.TIMINGS)
 def test_table_vii_is_nearest_with_stops_at_the_corners(arm, timing):
     nearest = error_table(arm, "table_vii", "quintic").distance
     assert error_table(arm, "table_vii", timing).distance >= nearest

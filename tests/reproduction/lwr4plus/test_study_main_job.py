@@ -11,9 +11,10 @@ from lwr_dyn.model.run import Run
 from lwr_dyn.reproduction.reproduce import reproduce
 from scripts.readme_images import PICTURES, pictures
 from scripts.readme_images import faults as old_faults
-from tests.headless import logs, opened, screenshot
+from tests.headless import opened, screenshot
 from tests.json_schemas import faults as schema_faults
 from tests.pages.replay.driven import opened as report_opened
+from tests.pages.replay.driven import traffic
 from tests.reproduction.pages import faults, lost
 
 pytestmark = pytest.mark.slow
@@ -92,9 +93,7 @@ def test_the_report_page_opens_with_the_network_off_and_shows_the_verdicts(outco
     words = browser.find_element("css selector", ".words p").get_attribute("textContent")
     assert words == json.loads((outcome[0] / "results.json").read_text())["summary"]
     assert len(browser.find_elements("css selector", "[id='erratum-table2-rows']")) == 1
-    requests, console = logs(browser)
-    assert [one for one in requests if not one.startswith("data:")] == [address]
-    assert console == []
+    assert traffic(browser) == ([address], [])
 
 
 def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browser):
@@ -113,9 +112,7 @@ def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
             script = "lwrReplay.setTime(arguments[0]); return lwrReplay.flangePose(arguments[1])"
             shown = np.array(browser.execute_script(script, float(run.t[k]), index))
             assert np.abs(shown - lwr_dyn.forward_kinematics(arm, run.q[k])).max() < POSE
-    requests, console = logs(browser)
-    assert [one for one in requests if not one.startswith("data:")] == [address]
-    assert console == []
+    assert traffic(browser) == ([address], [])
     screenshot(browser, "main_job.png")
 
 

@@ -9,17 +9,8 @@ from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.case import LedgerEntry, Proof
-from lwr_dyn.reproduction.report.content import (
-    Check,
-    FileFact,
-    Page,
-    Replay,
-    ReportCell,
-    ReportRow,
-    ReportSection,
-    ReportTable,
-    Still,
-)
+from lwr_dyn.reproduction.report import content
+from lwr_dyn.reproduction.report.content import Check, ReportCell, ReportRow, ReportTable
 
 HOSTILE = "</script><img src=x onerror=\"window.broken=1\"><svg onload='window.broken=1'>${1}@@data@@&amp;<b>"
 CONTROLLERS = ("pd-gravity", "inverse-dynamics")
@@ -34,28 +25,15 @@ def inertia_table(name=""):
         ("-", "", "not reproducible", (), None),
         ("12.5", "", "", (), None),
     ]
-    rows = [
-        ReportRow(
-            f"joint {j + 1}",
-            tuple(
-                ReportCell(
-                    printed,
-                    ours,
-                    verdict,
-                    f"Table IV, row {j + 1}",
-                    "max over q of B_ii + k_r^2 I_m" + name,
-                    "kg mm^2 -> kg m^2" + name,
-                    "q2 counted from the vertical",
-                    errata,
-                    digits=digits,
-                )
-                for printed, ours, verdict, errata, digits in cells
-            ),
-        )
-        for j in range(4)
-    ]
+    about = ("max over q of B_ii + k_r^2 I_m" + name, "kg mm^2 -> kg m^2" + name, "q2 counted from the vertical")
+
+    def row(j):
+        shown = (ReportCell(*texts, f"Table IV, row {j}", *about, errata, digits) for *texts, errata, digits in cells)
+        return ReportRow(f"joint {j}", tuple(shown))
+
     columns = ("b [kg m^2]", "mass", "x", "y", "z", "q" + name)
-    return ReportTable("IV", "Greatest inertias" + name, "Table IV, page 3", columns, tuple(rows), "kg m^2")
+    rows = tuple(map(row, range(1, 5)))
+    return ReportTable("IV", "Greatest inertias" + name, "Table IV, page 3", columns, rows, "kg m^2")
 
 
 def expressions(name=""):
@@ -88,33 +66,17 @@ def errata(name=""):
 
 
 def run_plots(arm, name=""):
-    def curves(run, quantity, scale=1e3):
-        return tuple(
-            Curve(f"{joint}{name}", Series(run, quantity, j, scale)) for j, joint in enumerate(arm.joint_names)
-        )
-
-    errors = tuple(
-        Panel(label + name, "position error", "mrad" + name, curves(run, "position error"), (Level("printed", 8.0),))
-        for run, label in enumerate(CONTROLLERS)
-    )
-    joints = tuple(
-        Panel(
-            joint,
-            "torque",
-            "N m",
-            tuple(Curve(label, Series(run, "torque", j)) for run, label in enumerate(CONTROLLERS)),
-        )
-        for j, joint in enumerate(arm.joint_names)
-    )
-    path = Panel(
-        "",
-        "z",
-        "m",
-        (
-            Curve("asked for", Series(0, "reference z"), Series(0, "reference x"), dashed=True, colour=7),
-            *(Curve(label, Series(i, "flange z"), Series(i, "flange x")) for i, label in enumerate(CONTROLLERS)),
-        ),
-    )
+    errors, joints = [], []
+    for i, label in enumerate(CONTROLLERS):
+        all_joints = enumerate(arm.joint_names)
+        curves = tuple(Curve(joint + name, Series(i, "position error", j, 1e3)) for j, joint in all_joints)
+        errors.append(Panel(label + name, "position error", "mrad" + name, curves, (Level("printed", 8.0),)))
+    for j, joint in enumerate(arm.joint_names):
+        curves = tuple(Curve(label, Series(i, "torque", j)) for i, label in enumerate(CONTROLLERS))
+        joints.append(Panel(joint, "torque", "N m", curves))
+    wanted = Curve("asked for", Series(0, "reference z"), Series(0, "reference x"), dashed=True, colour=7)
+    drawn = (Curve(label, Series(i, "flange z"), Series(i, "flange x")) for i, label in enumerate(CONTROLLERS))
+    path, errors, joints = Panel("", "z", "m", (wanted, *drawn)), tuple(errors), tuple(joints)
     return (
         Figure("errors", "Joint errors" + name, "Figure 6", "time" + name, "s", errors, over_time=True, note="[mrad]"),
         Figure("torque", "Torque of both", "", "time", "s", joints, over_time=True, columns=2),
@@ -134,11 +96,10 @@ def report(arm, runs, name="", stills=True):
     """A page of every kind of part; `name` is put into every text."""
     tinted = [Heading(column, format=".1f", shade=lambda value: value - 1.0) for column in "ab"]
     spread = Table("Spread" + name, ("plant" + name, *tinted), (("printed" + name, 1.0, 2.0),))
-    section = ReportSection(
-        "spread", "Model spread" + name, "What holds.\n\nAnd why." + name, (spread,), (map_plot(name),)
-    )
-    pose = Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
-    return Page(
+    text = "What holds.\n\nAnd why." + name
+    section = content.ReportSection("spread", "Model spread" + name, text, (spread,), (map_plot(name),))
+    pose = content.Still("Figure 2" + name, arm, np.zeros(arm.n), "DH frames, arm stretched up" + name)
+    return content.Page(
         title="A paper with tables" + name,
         subtitle="recomputed" + name,
         byline="Authors" + name,
@@ -149,10 +110,10 @@ def report(arm, runs, name="", stills=True):
         derived=(replace(inertia_table(name), id="derived"),),
         errata=errata(name),
         figures=run_plots(arm, name),
-        replay=Replay(replayed_runs(runs, arm, [c + name for c in CONTROLLERS]), (pose,) if stills else ()),
+        replay=content.Replay(replayed_runs(runs, arm, [c + name for c in CONTROLLERS]), (pose,) if stills else ()),
         checks=(Check("mass matrix" + name, "1.2e-15", "1e-12 of the largest" + name, True, "two roads" + name),),
         audit=(Check("energy", "3e-3 J", "1e-3 J", False),),
         sections=(section,),
-        files=(FileFact("results.json" + name, 12345, "ab" * 32, "every number" + name),),
+        files=(content.FileFact("results.json" + name, 12345, "ab" * 32, "every number" + name),),
         versions=(("lwr_dyn" + name, "1.0"),),
     )  # fmt: skip

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series, axis_of
+from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, axis_of
 from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure, torque_figure
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report.figure_html import HEIGHT, TOLERANCE, WIDTH, figure_html, line_path, simplified
@@ -89,12 +88,6 @@ def test_nothing_is_left_out_within_no_tolerance():
     rng = np.random.default_rng(1)
     cloud = rng.normal(size=(50, 2))
     np.testing.assert_array_equal(simplified(cloud, 0.0), cloud)
-
-
-def test_a_series_of_no_run_is_refused():
-    panel = Panel("", "y", "", (Curve("c", Series(0, "q", 0)),))
-    with pytest.raises(OptionError, match="no run is shown"):
-        drawn(panel)
 
 
 def test_hostile_texts_are_escaped():

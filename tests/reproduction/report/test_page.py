@@ -11,7 +11,7 @@ from lwr_dyn.pages.replay.replayed_runs import replayed_runs
 from lwr_dyn.reproduction.report.content import Page, Replay
 from lwr_dyn.reproduction.report.page import report_html, write_report
 from tests.headless import logs, screenshot
-from tests.pages.replay.driven import LAPTOP, opened, screen, started, until
+from tests.pages.replay.driven import LAPTOP, opened, screen, started, traffic, until, without_webgl
 from tests.pages.replay.replayed import lagging_run
 from tests.reproduction.report.reported import CONTROLLERS
 
@@ -53,9 +53,7 @@ def cursors(window, plot):
 @pytest.mark.slow
 def test_page_loads_nothing_logs_nothing_and_shows_all_without_the_player(window, report_path, report_content):
     # The module's first look at the page: the logs start before it was opened.
-    sent, said = logs(window)
-    assert [address for address in sent if not address.startswith(("data:", "blob:"))] == [report_path.as_uri()]
-    assert said == []
+    assert traffic(window, "blob:") == ([report_path.as_uri()], [])
     drawn = window.execute_script(
         """return [...document.querySelectorAll(".chart")].map((c) =>
           [c.dataset.plot, c.querySelectorAll("path.l, path.dots").length])"""
@@ -174,21 +172,14 @@ def test_the_time_bar_follows_where_the_3d_view_is_out_of_sight(window):
 
 @pytest.mark.slow
 def test_without_webgl_figures_and_cursors_still_work(browser, report_path):
-    blind = """const get = HTMLCanvasElement.prototype.getContext;
-        HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-          return /webgl/.test(kind) ? null : get.call(this, kind, ...rest); };"""
-    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": blind})
-    try:
-        with screen(browser, **LAPTOP):
-            opened(browser, report_path)
-            browser.find_element("id", "start-3d").click()
-            until(browser, lambda: browser.find_elements("css selector", ".notice"))
-            assert "3D view could not start" in browser.find_element("css selector", ".notice").text
-            planes(browser, "errors")[0].click()
-            until(browser, lambda: browser.find_elements("css selector", "[data-plot=errors] .cursor"))
-            assert all(abs(at - asked) <= PIXELS for at, asked, _ in cursors(browser, "errors"))
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", {"identifier": added["identifier"]})
+    with without_webgl(browser), screen(browser, **LAPTOP):
+        opened(browser, report_path)
+        browser.find_element("id", "start-3d").click()
+        until(browser, lambda: browser.find_elements("css selector", ".notice"))
+        assert "3D view could not start" in browser.find_element("css selector", ".notice").text
+        planes(browser, "errors")[0].click()
+        until(browser, lambda: browser.find_elements("css selector", "[data-plot=errors] .cursor"))
+        assert all(abs(at - asked) <= PIXELS for at, asked, _ in cursors(browser, "errors"))
 
 
 @pytest.mark.slow

@@ -47,23 +47,6 @@ def test_a_number_shows_its_origin_by_keys_and_mouse(window):
 
 
 @pytest.mark.slow
-def test_verdicts_are_words_and_shapes_in_map_key_and_tables(window):
-    squares = {"v1": 8, "v2": 5, "v4": 4, "v5": 1, "v3": 1, "v8": 1, "v7": 4}
-    for shape, count in squares.items():
-        assert len(window.find_elements("css selector", f".map .g.{shape}")) == count
-    said = [one.get_attribute("aria-label") for one in window.find_elements("css selector", ".map .mc")]
-    assert said == [
-        "4 after an erratum, 8 reproduced, 4 differs, 4 not reproducible",
-        "1 after an erratum, 1 assumed, near, 1 assumed, not near, 1 structural",
-    ]
-    key = [one.text for one in window.find_elements("css selector", ".key li")]
-    assert key == [
-        "8 reproduced", "5 after an erratum", "4 differ", "1 structural", "1 assumed, near", "1 assumed, not near",
-        "4 not reproducible",
-    ]  # fmt: skip
-
-
-@pytest.mark.slow
 def test_what_came_out_is_folded_and_what_did_not_is_not(window):
     table = window.find_element("id", "table-IV")
     words = table.find_elements("css selector", "td.verdict")
@@ -74,16 +57,6 @@ def test_what_came_out_is_folded_and_what_did_not_is_not(window):
     middle(window, table.find_element("css selector", "summary")).click()
     assert len([one for one in words if one.is_displayed()]) == 24
     table.find_element("css selector", "summary").click()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("printed", "digits", "share"), [("2.924", "+0.37", 37), (".0333", "+79", 50)])
-def test_residuals_are_bars_that_end_at_half_a_digit(window, printed, digits, share):
-    cell = number(window, printed).find_element("xpath", "ancestor::tr").find_element("css selector", ".off")
-    assert cell.text == digits
-    bar = cell.find_element("css selector", ".bar u")
-    assert bar.value_of_css_property("left") != "auto"
-    assert f"width:{share}%" in bar.get_attribute("style").replace(" ", "")
 
 
 @pytest.mark.slow

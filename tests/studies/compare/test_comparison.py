@@ -10,23 +10,15 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import DivergenceError, LwrDynError
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.studies.compare.compared_run import conditions
-from lwr_dyn.studies.compare.comparison import comparison_of
+from lwr_dyn.studies.compare.comparison import comparison_of, cross_table
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
-
-POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
-CONTROLLERS = ("pd-gravity", "inverse-dynamics")
-
-
-@pytest.fixture(scope="module")
-def move(arm):
-    return lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.05, duration=0.3)
 
 
 @pytest.fixture(scope="module")
 def study(arm, move):
     cases = [plant_case(arm, text) for text in ("nominal", "payload=3")]
-    return ControllerStudy(arm, move, CONTROLLERS, cases, "move").run()
+    return ControllerStudy(arm, move, ("pd-gravity", "inverse-dynamics"), cases, "move").run()
 
 
 def test_every_controller_runs_on_every_plant_and_has_its_own_figures(study, arm):
@@ -171,3 +163,18 @@ def test_no_controllers_or_no_plants_are_refused(arm, move):
 def test_only_a_run_is_named_by_the_error(study):
     with pytest.raises(LwrDynError, match=r"a and b: different references"):
         comparison_of([study[1][0], replace(study[1][0], t=2.0 * study[1][0].t)], ["a", "b"])
+
+
+def run(typed, plant, error, unstable=False, best=()):
+    return {"typed": typed, "plant": plant, "tip_rms_mm": error, "unstable": unstable, "best": list(best)}
+
+
+def test_each_run_stands_in_its_row_and_column():
+    text = cross_table([
+        run("a", "as modelled", 1.23456, best=["tip_rms_mm"]), run("b:xi=2", "as modelled", 12345.0, unstable=True),
+        run("b:xi=2", "late", 0.000123456, best=["tip_max_mm"]),
+    ])  # fmt: skip
+    assert text.splitlines() == [
+        "| plant | `a` | `b:xi=2` |", "| --- | --- | --- |",
+        "| as modelled | **1.23** | 1.23e+04 ! |", "| late | none | 0.000123 |",
+    ]  # fmt: skip

@@ -12,17 +12,12 @@ from lwr_dyn.studies.compare.compared_run import torque_cuts
 from lwr_dyn.studies.compare.comparison import comparison_of
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy, Workshop, begin, run_in_pool
+from tests.studies.compare.conftest import POSE
 
 LIMIT_CYCLE = (
     "def make(arm, dynamics):\n"
     "    return lambda t, q, dq, q_ref, *_: dynamics.gravity_vector(q) + 1e5 * (q_ref - q) - 300.0 * dq + 0.1\n"
 )
-POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
-
-
-@pytest.fixture(scope="module")
-def move(arm):
-    return lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.05, duration=0.3)
 
 
 def study(arm, move, *controllers, plants=("nominal",), **more):

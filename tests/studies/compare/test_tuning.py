@@ -10,8 +10,8 @@ from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.compare import study
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy, cases_of, poses_of, tuned_frequencies
+from tests.studies.compare.conftest import POSE
 
-POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
 LAWS = ("inverse-dynamics", "inverse-dynamics:no-gravity+observer")
 
 

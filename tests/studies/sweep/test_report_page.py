@@ -7,32 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lwr_dyn.studies.sweep import report_page
-from lwr_dyn.studies.sweep.charts import (
-    MOST_LINES,
-    histograms_html,
-    indices_html,
-    metric_axis,
-    outwards_html,
-    parallel_html,
-    parameter_axes,
-    tornado_html,
-    values_axis,
-    worst_share_html,
-)
-from lwr_dyn.studies.sweep.report_page import (
-    WorstRun,
-    column_units,
-    controller_inks,
-    report_html,
-    worst_table_html,
-)
+from lwr_dyn.studies.sweep import charts, report_page
+from lwr_dyn.studies.sweep.intervals import share_text
+from lwr_dyn.studies.sweep.running.sweep import sweep
+from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from lwr_dyn.studies.sweep.summary import summarise
-from lwr_dyn.studies.sweep.summary_text import quantile_text, share_text
+from lwr_dyn.studies.sweep.summary_document import quantile_text
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 from tests.headless import logs, screenshot, waiting
 from tests.pages.replay.replayed import lagging_run
 from tests.studies.sweep.made_up import CONTROLLERS, evaluate, runs_of, study
+from tests.studies.sweep.small import LAW, OWN, small_study
 
 BAD = '<img src=x onerror="alert(1)">'
 FIRST = CONTROLLERS[0]
@@ -48,14 +33,14 @@ def summary(arm):
 @pytest.fixture(scope="module")
 def worst(summary, arm):
     chosen = summary.worst()[:3]
-    return [WorstRun(*one, lagging_run(arm, 0.01 * (k + 1), "pid"), arm) for k, one in enumerate(chosen)]
+    return [report_page.WorstRun(*one, lagging_run(arm, 0.01 * (k + 1), "pid"), arm) for k, one in enumerate(chosen)]
 
 
 @pytest.fixture(scope="module")
 def opened(summary, worst, browser, tmp_path_factory):
     two = replace(summary, controllers={name: summary.controllers[name] for name in CONTROLLERS[:2]})
     file = tmp_path_factory.mktemp("report") / "report.html"
-    file.write_text(report_html(two, worst), encoding="utf-8")
+    file.write_text(report_page.report_html(two, worst), encoding="utf-8")
     browser.get("about:blank")
     logs(browser)
     browser.get(file.as_uri())
@@ -69,7 +54,7 @@ def tip_figures(summary):
 
 @pytest.mark.slow
 def test_every_number_of_the_summary_stands_in_it_with_its_interval(summary, worst):
-    text = report_html(summary, worst)
+    text = report_page.report_html(summary, worst)
     plain = re.sub(r"<[^>]+>", " ", text).replace("  ", " ")
     for one in summary.controllers.values():
         assert share_text(one.within) in plain
@@ -79,12 +64,12 @@ def test_every_number_of_the_summary_stands_in_it_with_its_interval(summary, wor
                 assert f"{value} [{interval}" in plain
     assert "1024 runs a controller on the same plants" in text
     assert "without stick and without stops" in text
-    assert text == report_html(summary, worst)
+    assert text == report_page.report_html(summary, worst)
 
 
 def test_names_are_escaped_and_nothing_is_loaded(summary):
     made = replace(summary.study, name=BAD, controllers=(BAD,))
-    text = report_html(summarise(made, {BAD: runs_of(summary.study)[FIRST]}))
+    text = report_page.report_html(summarise(made, {BAD: runs_of(summary.study)[FIRST]}))
     assert "<img" not in text
     assert "&lt;img" in text
     assert "<script" not in text
@@ -101,17 +86,17 @@ def test_no_colour_is_named():
 def test_greys_differ_by_their_dashes(summary):
     names = ("pid", "pd-gravity", "inverse-dynamics", "robust", "adaptive", "pid:omega-n=30", "pid:omega-n=40")
     many = replace(summary, controllers=dict.fromkeys(names, summary.controllers[FIRST]))
-    inks = controller_inks(many)
+    inks = report_page.controller_inks(many)
     assert len(set(inks.values())) == len(names)
     assert [inks[name] for name in names[:3]] == ["r3", "r2", "r1"]
 
 
 def test_a_histogram_counts_every_run_and_says_how_many_it_does_not_show(summary):
     figures = tip_figures(summary)
-    axis, one = values_axis(list(figures.values())), figures[CONTROLLERS[1]]
+    axis, one = charts.values_axis(list(figures.values())), figures[CONTROLLERS[1]]
     shown = 1e3 * one.sample
     beyond = int((~((shown >= axis.low) & (shown <= axis.high))).sum())
-    text = histograms_html(figures, INKS)
+    text = charts.histograms_html(figures, INKS)
     assert f"{beyond} of 1024 beyond the axis" in text
     heights = [1000 - int(v) for v in re.findall(r"V(\d+)H", re.findall(r'class="bars" d="([^"]+)"', text)[1])]
     counts, _ = np.histogram(axis.share(shown[np.isfinite(shown)]), bins=60, range=(0.0, 1.0))
@@ -122,8 +107,8 @@ def test_a_histogram_counts_every_run_and_says_how_many_it_does_not_show(summary
 
 def test_the_curve_of_the_worst_runs_is_their_share(summary):
     figures = tip_figures(summary)
-    axis = values_axis(list(figures.values()))
-    text = worst_share_html(figures, INKS, True)
+    axis = charts.values_axis(list(figures.values()))
+    text = charts.worst_share_html(figures, INKS, True)
     points = re.search(r'<path class="r2" d="M([^"]+)"', text)[1].split()
     ordered = np.sort(1e3 * figures[CONTROLLERS[1]].sample)
     for point in points[10:-2:20]:
@@ -137,16 +122,20 @@ def test_a_metric_that_is_the_same_in_all_runs_is_a_sentence():
     made = study(64, limits={"tip_max": 1e-3, "saturated_s": 0.02})
     still = {name: replace(one, metrics={**one.metrics, "saturated_s": np.zeros((64, 2))})
              for name, one in runs_of(made).items()}  # fmt: skip
-    card = report_html(summarise(made, still)).split("<h2>Time beyond the torque limit")[1].split("</section>")[0]
+    card = (
+        report_page.report_html(summarise(made, still))
+        .split("<h2>Time beyond the torque limit")[1]
+        .split("</section>")[0]
+    )
     assert "0 s in all 192 runs of 3 controllers; limit 0.02 s." in card
     assert "<svg" not in card
     still[FIRST].metrics["saturated_s"][5] = 0.1
-    assert "<svg" in report_html(summarise(made, still)).split("<h2>Time beyond")[1].split("</section>")[0]
+    assert "<svg" in report_page.report_html(summarise(made, still)).split("<h2>Time beyond")[1].split("</section>")[0]
 
 
 def test_a_tornado_reaches_from_the_best_part_to_the_worst(summary):
     one = summary.controllers[FIRST].metrics["tip_max"]
-    text = tornado_html(one, column_units(summary))
+    text = charts.tornado_html(one, report_page.column_units(summary))
     names = re.findall(r'class="what">([^<]+)<', text)
     assert names[:2] == ["payload.mass", "loop.delay"]
     bars = [
@@ -163,13 +152,13 @@ def test_a_tornado_reaches_from_the_best_part_to_the_worst(summary):
 
 def test_gauges_end_where_a_limit_breaks(summary):
     search = summary.controllers[CONTROLLERS[1]].outwards
-    text = outwards_html(search)
+    text = charts.outwards_html(search)
     assert f"width:{100 * search.lines[0].share:.2f}%" in text
     kept, broken = map(float, re.search(r"tip_max kept at ([\d.]+), broken at ([\d.]+)", text).groups())
     assert kept < 4.3 <= broken  # kg, by the formula
 
     assert "Keep every limit alone: arm.mass to 0.8" in text
-    assert "Broken with every parameter at its nominal value: tip_max" in outwards_html(
+    assert "Broken with every parameter at its nominal value: tip_max" in charts.outwards_html(
         replace(search, at_nominal=("tip_max",))
     )
 
@@ -180,37 +169,37 @@ def test_indices_are_drawn_as_large_as_they_are():
     assert one.indices is None or one.indices.groups < 64  # groups with a run that diverged are left out
     safe = summarise(made, {FIRST: replace(runs_of(made)[FIRST], metrics={"tip_max": np.arange(512.0) % 8})})
     found = safe.controllers[FIRST].metrics["tip_max"].indices
-    text = indices_html(found)
+    text = charts.indices_html(found)
     assert "64 groups of runs" in text
     first = max(found.total, key=lambda path: found.total[path].value)
     width = 100 * min(1.0, max(0.0, found.total[first].value))
     assert f'total" style="left:0;width:{width:.2f}%' in text
-    assert "Sobol indices" in report_html(safe)
+    assert "Sobol indices" in report_page.report_html(safe)
 
 
 def test_a_line_goes_through_the_values_of_its_run(summary):
     figures = summary.controllers[FIRST]
     one = figures.metrics["tip_max"]
-    axes = parameter_axes(summary, figures, one, column_units(summary))
+    axes = charts.parameter_axes(summary, figures, one, report_page.column_units(summary))
     mass = next(axis for axis in axes if axis.name == "payload.mass")
     values = figures.runs.values["payload.mass"]
     np.testing.assert_allclose(mass.places, (values - values.min()) / np.ptp(values))
     assert mass.ends[1].endswith(" kg")
     reading = next((axis for axis in axes if axis.name == "reading"), None)
     assert reading is None or reading.ends == ("computed", "printed")
-    text = parallel_html(summary, FIRST, "r1", {})
+    text = charts.parallel_html(summary, FIRST, "r1", {})
     worst = re.search(r'<path class="r1 worst" d="M([^"]+)"', text)[1].split("M")
-    last = metric_axis(one, list(tip_figures(summary).values()))
+    last = charts.metric_axis(one, list(tip_figures(summary).values()))
     for line, row in zip(worst, figures.worst, strict=False):
         points = [tuple(map(int, point.split(","))) for point in line.split()]
         assert len(points) == len(axes) + 1
         assert points[-1][0] == round(2000 * last.places[row])
         assert points[0][0] == round(2000 * axes[0].places[row])
-    assert f"{MOST_LINES} of {int(figures.kept.sum())} that keep all limits" in text
+    assert f"{charts.MOST_LINES} of {int(figures.kept.sum())} that keep all limits" in text
 
 
 def test_the_worst_runs_stand_with_their_parameters(summary, worst):
-    text = worst_table_html(summary, INKS, column_units(summary), worst)
+    text = report_page.worst_table_html(summary, INKS, report_page.column_units(summary), worst)
     row = summary.controllers[FIRST].worst[0]
     runs = summary.controllers[FIRST].runs
     assert f'<td class="n">{runs.run[row]}</td>' in text
@@ -248,3 +237,16 @@ def test_a_button_replays_its_run_without_a_request(opened, worst):
     sent, said = logs(opened)
     assert [address for address in sent if not address.startswith(("data:", "blob:", "file:", "about:"))] == []
     assert [line for line in said if line.startswith("SEVERE")] == []
+
+
+@pytest.mark.slow
+def test_a_controller_in_python_takes_no_figures_from_the_others(tmp_path):
+    made = small_study(tmp_path, OWN, "mine.py", mine=LAW)
+    study = replace(made, runs=3, chunk=3, keep=0, limits={"tip_max": 1.0})
+    sweep(study, tmp_path / "out", threads=1)
+    summary = report_page.finish(study, SweepResults.load(tmp_path / "out")).summary
+    assert summary.controllers[OWN].outwards is not None
+    assert summary.not_searched == {"mine.py": "it has no kernel form"}
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "mine.py was not looked at, it has no kernel form." in page
+    assert "mine.py: all runs by simulate, with stops." in page

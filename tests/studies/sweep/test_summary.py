@@ -11,30 +11,22 @@ import pytest
 from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.tables import json_text
+from lwr_dyn.studies.sweep import summary_document
 from lwr_dyn.studies.sweep.charts import indices_html
-from lwr_dyn.studies.sweep.intervals import IntervalEstimate, quantile_of, share_of
+from lwr_dyn.studies.sweep.intervals import IntervalEstimate, percent, quantile_of, share_of
 from lwr_dyn.studies.sweep.report_page import report_html
 from lwr_dyn.studies.sweep.summary import sample_rows, spans, summarise
-from lwr_dyn.studies.sweep.summary_document import summary_sections
-from lwr_dyn.studies.sweep.summary_text import (
-    caveat,
-    event_table,
-    index_table,
-    outward_table,
-    percent,
-    quantile_table,
-)
 from tests.studies.sweep.made_up import CONTROLLERS, evaluate, metrics_of, runs_of, study, varied, without_divergence
 
 
 def summary_text(summary):
     """What people read."""
-    return Document("", "", summary_sections(summary)).text()
+    return Document("", "", summary_document.summary_sections(summary)).text()
 
 
 def summary_record(summary):
     """What programs read."""
-    return json.loads(json_text(Document("", "", summary_sections(summary)).record()))["summary"]
+    return json.loads(json_text(Document("", "", summary_document.summary_sections(summary)).record()))["summary"]
 
 
 MADE = study(4000)
@@ -84,8 +76,8 @@ def test_the_first_break_is_found_by_runs_of_its_own(summary):
     assert found.lines[0].path == "payload.mass"
     assert found.lines[0].kept < 3.9 <= found.lines[0].broken <= 3.93
     assert summary.extra_runs == 3 * found.runs - 3 * 16
-    assert "payload.mass" in outward_table(summarise(tighter, RUNS, evaluate)).text()
-    assert outward_table(summary).rows[0][1:3] == ("none", "their ends")
+    assert "payload.mass" in summary_document.outward_table(summarise(tighter, RUNS, evaluate)).text()
+    assert summary_document.outward_table(summary).rows[0][1:3] == ("none", "their ends")
 
 
 def test_spans_begin_at_the_nominal_value_and_keep_to_what_can_be():
@@ -121,8 +113,8 @@ def test_a_share_just_below_zero_is_zero():
     figures = whole.controllers[CONTROLLERS[0]]
     found = replace(figures.metrics[words].indices, first={"payload.mass": near}, total={"payload.mass": near})
     metric = replace(figures.metrics[words], indices=found)
-    said = index_table(replace(whole, controllers={CONTROLLERS[0]: replace(figures, metrics={words: metric})})).text()
-    for text in (said, indices_html(found)):
+    part = replace(whole, controllers={CONTROLLERS[0]: replace(figures, metrics={words: metric})})
+    for text in (summary_document.index_table(part).text(), indices_html(found)):
         assert "0.00 [0.00 to 0.00]" in text
         assert "-0.00" not in text
 
@@ -149,7 +141,7 @@ def test_a_controller_that_cannot_be_searched_takes_nothing_from_the_others():
     slow = CONTROLLERS[1]
     part = summarise(MADE, RUNS, evaluate, not_searched={slow: "it has no kernel form"})
     assert [name for name, one in part.controllers.items() if one.outwards is None] == [slow]
-    assert {row[0] for row in outward_table(part).rows} == set(CONTROLLERS) - {slow}
+    assert {row[0] for row in summary_document.outward_table(part).rows} == set(CONTROLLERS) - {slow}
     assert f"Each parameter alone: {slow} was not looked at, it has no kernel form." in summary_text(part)
     assert "Not looked at: it has no kernel form." in report_html(part)
     assert summary_record(part)["not_searched"] == {slow: "it has no kernel form"}
@@ -164,7 +156,7 @@ def test_torque_is_not_cut_where_it_is_not_known_and_none_has_an_interval():
     both = summarise(MADE, {first: lost, CONTROLLERS[1]: RUNS[CONTROLLERS[1]]})
     assert both.controllers[first].events["torque cut"] == share_of(10, 1000)
     assert both.controllers[CONTROLLERS[1]].events["diverged"] == share_of(0, 4000)
-    assert all(cell.endswith("]") for row in event_table(both).rows for cell in row[1:])
+    assert all(cell.endswith("]") for row in summary_document.event_table(both).rows for cell in row[1:])
     assert f"Torque cut: of the runs of which it is known, 1000 of 4000 of {first}." in summary_text(both)
 
 
@@ -186,7 +178,7 @@ def test_what_runs_lack_is_said_by_case(loop, slow, flagged, words):
     for k, name in enumerate(CONTROLLERS[:2]):
         flags = RUNS[name].flags if flagged else np.full(4000, "")
         runs[name] = replace(RUNS[name], flags=flags, simulated=(flags != "") | (k in slow))
-    assert words in caveat(summarise(replace(MADE, loop=loop), runs))
+    assert words in summary_document.caveat(summarise(replace(MADE, loop=loop), runs))
 
 
 def test_a_grid_has_no_intervals():
@@ -197,7 +189,7 @@ def test_a_grid_has_no_intervals():
                           flags=one.flags[:3], simulated=one.simulated[:3]) for name, one in RUNS.items()}  # fmt: skip
     summary = summarise(made, runs)
     assert not summary.is_sample
-    assert "[" not in quantile_table(summary, summary.focus[0]).text().splitlines()[-1]
+    assert "[" not in summary_document.quantile_table(summary, summary.focus[0]).text().splitlines()[-1]
     assert "A grid is no sample" in summary_text(summary)
     first = summary_record(summary)["controllers"][CONTROLLERS[0]]["metrics"]["tip_max"]["quantiles"][0]
     assert "low" not in first
@@ -221,7 +213,7 @@ def test_the_text_says_what_the_runs_lack_and_the_record_is_in_si(summary):
     quantile = summary_record(summary)["controllers"]["adaptive"]["metrics"]["tip_max"]["quantiles"][0]
     assert quantile["value"] == np.sort(RUNS["adaptive"].metrics["tip_max"])[1999]
     assert quantile["low"] < quantile["value"] < quantile["high"]
-    assert event_table(summary).rows[0][1].endswith("]")
+    assert summary_document.event_table(summary).rows[0][1].endswith("]")
 
 
 def test_runs_that_were_not_handed_over_are_counted():

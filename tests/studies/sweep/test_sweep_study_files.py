@@ -48,7 +48,7 @@ def test_a_law_that_changes_while_it_is_loaded_is_refused(study, tmp_path, monke
         change(tmp_path)
         return controller_of_study(*given)
 
-    monkeypatch.setattr("lwr_dyn.studies.sweep.running.workshop.controller_of_study", late)
+    monkeypatch.setattr("lwr_dyn.studies.sweep.running.workshop.sweep_study.controller_of_study", late)
     with pytest.raises(ChangedFileError):
         workshop.controller("mine.py")
 

@@ -24,14 +24,10 @@ _KEY = b"lwr_dyn"
 def joined(parts: Sequence[ControllerRuns]) -> ControllerRuns:
     """One after the other; raises `IndexError` for none."""
     first = parts[0]
-    return ControllerRuns(
-        first.label,
-        np.concatenate([part.run for part in parts]),
-        {name: np.concatenate([part.values[name] for part in parts]) for name in first.values},
-        {name: np.concatenate([part.metrics[name] for part in parts]) for name in first.metrics},
-        np.concatenate([part.flags for part in parts]),
-        np.concatenate([part.simulated for part in parts]),
-    )
+    run, flags, simulated = (np.concatenate([getattr(p, x) for p in parts]) for x in ("run", "flags", "simulated"))
+    values = {name: np.concatenate([part.values[name] for part in parts]) for name in first.values}
+    metrics = {name: np.concatenate([part.metrics[name] for part in parts]) for name in first.metrics}
+    return ControllerRuns(first.label, run, values, metrics, flags, simulated)
 
 
 def encoded(runs: ControllerRuns, digest: str, names: Mapping[str, tuple[str, ...]] | None = None) -> bytes:
@@ -44,9 +40,10 @@ def encoded(runs: ControllerRuns, digest: str, names: Mapping[str, tuple[str, ..
     said: dict[str, Any] = {"digest": digest, "values": {}, "metrics": {}}
     for kind, each in (("values", runs.values), ("metrics", runs.metrics)):
         for name, x in each.items():
-            labels = _labels(name, np.asarray(x), names or {})
+            rows = np.asarray(x).reshape(len(x), -1)
+            labels = list((names or {}).get(name) or [f"{name}[{i + 1}]" for i in range(rows.shape[1])])
             said[kind][name] = labels if np.ndim(x) > 1 else None
-            flat |= dict(zip(labels, map(_plain, np.asarray(x).reshape(len(x), -1).T), strict=True))
+            flat |= dict(zip(labels if np.ndim(x) > 1 else [name], map(_plain, rows.T), strict=True))
     flat |= {"flag": np.asarray(runs.flags, dtype=str), "simulated": np.asarray(runs.simulated, dtype=bool)}
     table = arrow.table(flat).replace_schema_metadata({_KEY: json.dumps(said)})
     sink = io.BytesIO()
@@ -62,14 +59,10 @@ def decoded(path: Path, label: str) -> ControllerRuns:
         table = parquet.read_table(io.BytesIO(data))
         said = json.loads(table.schema.metadata[_KEY])
         flat = {name: table.column(name).to_numpy() for name in table.column_names}
-        return ControllerRuns(
-            label,
-            flat["run"],
-            {name: _joined(name, labels, flat) for name, labels in said["values"].items()},
-            {name: _joined(name, labels, flat) for name, labels in said["metrics"].items()},
-            flat["flag"].astype(str),
-            flat["simulated"],
+        values, metrics = (
+            {name: _joined(name, labels, flat) for name, labels in said[kind].items()} for kind in ("values", "metrics")
         )
+        return ControllerRuns(label, flat["run"], values, metrics, flat["flag"].astype(str), flat["simulated"])
     except (arrow.ArrowException, OSError, KeyError, TypeError, ValueError, AttributeError):
         raise FileAccessError(str(path), "damaged, or no chunk of a sweep", NEEDED) from None
 
@@ -93,12 +86,6 @@ def pyarrow() -> tuple[Any, Any]:
     except ImportError:
         raise MissingPackageError("pyarrow", "sweeps") from None
     return arrow, parquet
-
-
-def _labels(name: str, x: Array, names: Mapping[str, tuple[str, ...]]) -> list[str]:
-    if x.ndim == 1:
-        return [name]
-    return list(names.get(name) or [f"{name}[{i + 1}]" for i in range(x.shape[1])])
 
 
 def _plain(x: Array) -> Array:

@@ -54,7 +54,6 @@ def sweep(
 
     Parameters
     ----------
-    study : SweepStudy
     folder : str or Path
         Made if missing; of an earlier sweep of the same study with the same kernels and versions.
     scheduler : str, optional

@@ -25,6 +25,7 @@ from lwr_dyn.foundation.errors import DivergenceError, LwrDynError
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.setup import Loop
+from lwr_dyn.studies.sweep import sweep_study
 from lwr_dyn.studies.sweep.rollout_arguments import controller_of_run, rollout_arguments
 from lwr_dyn.studies.sweep.running.chunk_file import encoded
 from lwr_dyn.studies.sweep.running.cluster import WorkerVersionError, refuse_other_versions
@@ -32,14 +33,7 @@ from lwr_dyn.studies.sweep.running.schedulers import Chunk
 from lwr_dyn.studies.sweep.running.sweep_folder import versions
 from lwr_dyn.studies.sweep.sampling import Values
 from lwr_dyn.studies.sweep.summary import ControllerRuns
-from lwr_dyn.studies.sweep.sweep_study import (
-    SweepStudy,
-    arm_of_study,
-    controller_of_study,
-    references_of_study,
-    refuse_changed,
-    spec_of_study,
-)
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 from lwr_dyn.studies.sweep.vocabulary import METRICS
 
 DIVERGED = "diverged"
@@ -69,24 +63,24 @@ class SweepWorkshop:
 
     def __init__(self, study: SweepStudy, threads: int = 1) -> None:
         self.study, self.threads = study, threads
-        self.arm = arm_of_study(study)
-        self.references = references_of_study(study)
+        self.arm = sweep_study.arm_of_study(study)
+        self.references = sweep_study.references_of_study(study)
         self._controllers: dict[str, Controller] = {}
         self._slow: dict[str, bool] = {}
-        refuse_changed(study)
+        sweep_study.refuse_changed(study)
 
     def controller(self, text: str) -> Controller:
         """The controller of a text; raises as `make_controller` and `refuse_changed`."""
         if text not in self._controllers:
-            made = controller_of_study(self.study, text)
-            refuse_changed(self.study)
+            made = sweep_study.controller_of_study(self.study, text)
+            sweep_study.refuse_changed(self.study)
             self._controllers[text] = made
         return self._controllers[text]
 
     def is_slow(self, text: str) -> bool:
         """Whether a controller has no kernel form, so that `simulate` makes its runs, in processes."""
         if text not in self._slow:
-            self._slow[text] = spec_of_study(self.study, text).is_file
+            self._slow[text] = sweep_study.spec_of_study(self.study, text).is_file
             try:
                 if not self._slow[text]:
                     law_form(self.controller(text), self.arm)
@@ -125,7 +119,7 @@ class SweepWorkshop:
 
     def rollouts(self, text: str, values: Mapping[str, Values], first: int, count: int, **more: Any) -> Rollouts:
         """Runs by the kernel; `more` goes before what the study says. Raises as `rollouts` and `refuse_changed`."""
-        refuse_changed(self.study)
+        sweep_study.refuse_changed(self.study)
         arguments = {**rollout_arguments(self.study, text, values), **more}
         options = {"runs": count, "threads": self.threads, "first_run": first, **arguments}
         return rollouts(self.arm, self.controller(text), self.references, **options)
@@ -142,13 +136,13 @@ class SimulatedRows:
         self, workshop: SweepWorkshop, text: str, values: Mapping[str, Values], first: int, count: int
     ) -> None:
         self.workshop, self.text, self.values, self.first, self.count = workshop, text, values, first, count
-        refuse_changed(workshop.study)
+        sweep_study.refuse_changed(workshop.study)
         rest = {path: x for path, x in values.items() if not path.startswith(OF_LAW)}
         arguments = rollout_arguments(workshop.study, text, rest)
         given = {name: value for name, value in arguments.items() if name not in _NOT_OF_LOOP}
         self.friction_width = given.pop("friction_width", SMOOTH_SPEED)
         self.loop = Loop(**{"friction": "none", **given})
-        self.file, self.by_row = spec_of_study(workshop.study, text).base, len(rest) < len(values)
+        self.file, self.by_row = sweep_study.spec_of_study(workshop.study, text).base, len(rest) < len(values)
         self._setup: tuple[int, LoopSetup] | None = None
         shapes = parameter_shapes(workshop.arm.n)
         _, self.given = run_parameters(arguments["parameters"], count, shapes, len(workshop.references))
@@ -160,7 +154,7 @@ class SimulatedRows:
         if self._setup is None or self._setup[0] != place:
             if self.by_row:
                 controller = controller_of_run(at.study, self.text, self.values, i)
-                refuse_changed(at.study)
+                sweep_study.refuse_changed(at.study)
             else:
                 controller = at.controller(self.text)
             self._setup = place, loop_setup(at.arm, controller, at.references, self.loop, self.friction_width)

@@ -16,13 +16,6 @@ import pytest
 
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.studies.sweep.running import cluster
-from lwr_dyn.studies.sweep.running.cluster import (
-    SchedulerError,
-    WorkerVersionError,
-    connected,
-    on_cluster,
-    refuse_other_versions,
-)
 from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault
 from lwr_dyn.studies.sweep.running.sweep import sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import versions
@@ -54,8 +47,8 @@ def local_cluster():
 
 @pytest.mark.slow
 def test_a_chunk_that_kills_its_worker_ends_as_a_fault_and_the_rest_is_made(local_cluster):
-    with connected(local_cluster.scheduler_address) as client:
-        done = dict(on_cluster(CHUNKS, partial(work, 3), client))
+    with cluster.connected(local_cluster.scheduler_address) as client:
+        done = dict(cluster.on_cluster(CHUNKS, partial(work, 3), client))
     assert set(done) == set(CHUNKS)
     assert done.pop(CHUNKS[3]) == ChunkFault("its workers died, again and again")
     assert done.pop(CHUNKS[5]) == ChunkFault("run 20: no")
@@ -64,11 +57,11 @@ def test_a_chunk_that_kills_its_worker_ends_as_a_fault_and_the_rest_is_made(loca
 
 @pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(local_cluster, monkeypatch):
-    with connected(local_cluster.scheduler_address):
+    with cluster.connected(local_cluster.scheduler_address):
         pass
     monkeypatch.setattr(cluster, "versions", lambda: versions() | {"numba": "0.1"})
-    with pytest.raises(WorkerVersionError, match=r"worker tcp://\S+ has numba \S+, here is 0\.1"):
-        connected(local_cluster.scheduler_address).__enter__()
+    with pytest.raises(cluster.WorkerVersionError, match=r"worker tcp://\S+ has numba \S+, here is 0\.1"):
+        cluster.connected(local_cluster.scheduler_address).__enter__()
 
 
 @pytest.mark.slow
@@ -101,9 +94,9 @@ def test_a_sweep_on_a_cluster_gives_the_bytes_of_one_here_though_a_worker_dies(l
 )
 def test_versions_are_compared_one_by_one(has, words):
     needed = {"numpy": "2", "pyarrow": "2"}
-    refuse_other_versions({"a": needed}, needed)
-    with pytest.raises(WorkerVersionError, match=re.escape(words)):
-        refuse_other_versions({"a": needed, "b": has}, needed)
+    cluster.refuse_other_versions({"a": needed}, needed)
+    with pytest.raises(cluster.WorkerVersionError, match=re.escape(words)):
+        cluster.refuse_other_versions({"a": needed, "b": has}, needed)
 
 
 @pytest.mark.slow
@@ -114,8 +107,8 @@ def test_a_scheduler_that_cannot_be_reached_is_refused(address, monkeypatch):
         ports = {"closed": closed.getsockname()[1], "other": other.getsockname()[1]}
         closed.close()
         Thread(target=answer, args=(other,), daemon=True).start()
-        with pytest.raises(SchedulerError) as refused:
-            connected(address.format(**ports)).__enter__()
+        with pytest.raises(cluster.SchedulerError) as refused:
+            cluster.connected(address.format(**ports)).__enter__()
     assert str(refused.value).startswith(f"--scheduler {address.format(**ports)}: ")
     assert "\n" not in str(refused.value)
 
@@ -167,6 +160,6 @@ def test_a_cluster_that_is_lost_ends_the_sweep_in_one_line(status, words, monkey
     monkeypatch.setattr(cluster, "DESERTED", 0.1)
     monkeypatch.setattr(cluster, "_LOOK", 0.02)
     client = Deserted(status)
-    with pytest.raises(SchedulerError, match=f"{words}.*; all finished chunks are kept"):
-        list(on_cluster(CHUNKS, partial(work, None), client))
+    with pytest.raises(cluster.SchedulerError, match=f"{words}.*; all finished chunks are kept"):
+        list(cluster.on_cluster(CHUNKS, partial(work, None), client))
     assert client.released == 2

@@ -11,16 +11,9 @@ from pathlib import Path
 import pytest
 
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.sweep.running.schedulers import (
-    TRIES,
-    Chunk,
-    ChunkFault,
-    WorkerStartError,
-    in_processes,
-    in_threads,
-)
+from lwr_dyn.studies.sweep.running import schedulers
 
-CHUNKS = [Chunk(0, k, 4 * k, 4 * k + 4) for k in range(6)]
+CHUNKS = [schedulers.Chunk(0, k, 4 * k, 4 * k + 4) for k in range(6)]
 
 
 def work(folder, chunk):
@@ -42,17 +35,17 @@ class Unreadable:
 
 @pytest.mark.slow
 def test_a_process_that_dies_costs_its_own_chunk_only(tmp_path):
-    done = dict(in_processes(CHUNKS, partial(work, tmp_path), 2))
+    done = dict(schedulers.in_processes(CHUNKS, partial(work, tmp_path), 2))
     assert set(done) == set(CHUNKS)
     for chunk in (CHUNKS[k] for k in (0, 2, 4, 5)):
         assert done[chunk] == bytes(range(chunk.first, chunk.stop))
-    assert done[CHUNKS[1]] == ChunkFault(f"its process died {TRIES} times (killed by SIGKILL)")
-    assert done[CHUNKS[3]] == ChunkFault("run 13: no")
+    assert done[CHUNKS[1]] == schedulers.ChunkFault(f"its process died {schedulers.TRIES} times (killed by SIGKILL)")
+    assert done[CHUNKS[3]] == schedulers.ChunkFault("run 13: no")
 
 
 def test_processes_that_cannot_begin_end_the_sweep():
-    with pytest.raises(WorkerStartError, match="exit code 3"):
-        list(in_processes(CHUNKS, Unreadable(), 1))
+    with pytest.raises(schedulers.WorkerStartError, match="exit code 3"):
+        list(schedulers.in_processes(CHUNKS, Unreadable(), 1))
 
 
 def test_threads_make_every_chunk_once_and_raise_what_is_a_fault_of_the_package(tmp_path):
@@ -64,12 +57,12 @@ def test_threads_make_every_chunk_once_and_raise_what_is_a_fault_of_the_package(
 
     (tmp_path / "died").touch()
     chunks = [chunk for chunk in CHUNKS if chunk.number != 1]
-    done = dict(in_threads(chunks, made, 3))
+    done = dict(schedulers.in_threads(chunks, made, 3))
     assert sorted(seen) == chunks == sorted(done)
-    assert done[CHUNKS[3]] == ChunkFault("run 13: no")
+    assert done[CHUNKS[3]] == schedulers.ChunkFault("run 13: no")
     assert done[CHUNKS[5]] == bytes(range(20, 24))
     with pytest.raises(ZeroDivisionError):
-        list(in_threads(chunks, lambda chunk: 1 // 0, 2))
+        list(schedulers.in_threads(chunks, lambda chunk: 1 // 0, 2))
 
 
 FIRST = """

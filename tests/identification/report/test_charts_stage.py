@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.dynamics.regressor import body_parameters
-from lwr_dyn.identification.report.arm_stage import central_moments, link_ellipsoid
+from lwr_dyn.identification.report.charts import central_moments, link_ellipsoid
 from lwr_dyn.model.chain import Body
 from lwr_dyn.model.spatial import from_rpy
 

@@ -9,14 +9,13 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.studies.compare.comparison import comparison_of
-from lwr_dyn.studies.compare.pair_page import SHARED, pair_data, pair_html, rate_within
+from lwr_dyn.studies.compare.comparison import SHARED, comparison_of, pair_data, pair_html, rate_within
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 from tests.axe import SCREENS, seen, sideways, violations
 from tests.headless import opened
+from tests.studies.compare.conftest import POSE
 
-POSE = np.radians([0, 30, 0, -60, 0, 30, 0])
 CHOOSE = """const list = document.getElementById(`run-${arguments[0]}`);
 list.value = arguments[1]; list.dispatchEvent(new Event("change"));"""
 

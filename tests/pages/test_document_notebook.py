@@ -3,7 +3,6 @@
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from lwr_dyn.identification.friction.identify_friction import identify_friction
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.run import short_repr
-from lwr_dyn.pages import notebook
 from lwr_dyn.reproduction.paper_study import Reproduction, study_document
 from lwr_dyn.simulation.metrics import metrics
 
@@ -147,10 +145,6 @@ def test_a_short_text_says_shapes_and_sizes(run):
     assert "array(301, 7)" in short_repr(run.setup.motion)
     assert re.fullmatch(r"Motion\(t=array\(301,\), .*\)", repr(run.setup.motion))
     assert len(repr(run.setup)) < 400
-
-
-def test_no_colour_is_named():
-    assert not re.search(r"#[0-9a-fA-F]{3,8}\b", Path(notebook.__file__).read_text("utf-8"))
 
 
 def test_an_empty_run_has_no_figures(run):
