@@ -115,8 +115,8 @@ class UrdfFile:
     """Shapes, materials and motors, which no computation uses."""
 
 
-def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
-    """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
+def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None, trust_xacro: bool = False) -> UrdfFile:
+    """Parse a URDF file, or what a `.xacro` file expands to with these arguments, trusted or not.
 
     Raises `FileAccessError`; `MissingPackageError` for a `.xacro` without xacro; `UrdfError`: what xacro refuses,
     broken XML, a missing name or attribute, a malformed number, a name used twice.
@@ -125,7 +125,7 @@ def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) ->
 
     file = Path(path).name
     if ends_in(file, ".xacro"):
-        content = expand_xacro(path, xacro_args or {}).encode()
+        content = expand_xacro(path, xacro_args or {}, trust=trust_xacro).encode()
     else:
         content = read_bytes(path, "a readable .urdf file")
     root = parse_xml(content, file)

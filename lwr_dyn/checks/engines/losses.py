@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -73,14 +74,18 @@ class FileReference:
 
 
 @contextmanager
-def as_urdf(path: Path, xacro_args: Mapping[str, str]) -> Iterator[Path]:
-    """The file itself, or what a `.xacro` expands to, as a file for a while; raises as `expand_xacro`."""
+def as_urdf(path: Path, loaded_with: Mapping[str, Any]) -> Iterator[Path]:
+    """The file itself, or what a `.xacro` expands to, as a file for a while; raises as `expand_xacro`.
+
+    `loaded_with` are the options of `lwr_dyn.load`, xacro's among them.
+    """
     if not ends_in(path, ".xacro"):
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
         expanded = Path(folder) / f"{path.name.partition('.')[0]}.urdf"
-        write_file(expanded, expand_xacro(path, xacro_args))
+        trust = loaded_with.get("trust_xacro", False)
+        write_file(expanded, expand_xacro(path, loaded_with.get("xacro_args", {}), trust=trust))
         yield expanded
 
 

@@ -58,7 +58,7 @@ def test_what_xacro_itself_refuses_is_not_called_untrusted(tmp_path):
 def test_properties_and_macros_that_double_end(tmp_path):
     doubling = '<xacro:property name="p0" value="aaaaaaaa"/>'
     doubling += "".join(f'<xacro:property name="p{i + 1}" value="${{p{i}}}${{p{i}}}"/>' for i in range(40))
-    with pytest.raises(UrdfError, match="longer than|without end"):
+    with pytest.raises(UrdfError, match=r"longer than|without end"):
         expand_xacro(written(tmp_path, doubling + '<link name="${p40}"/>'))
     calls = '<xacro:macro name="m0"><link name="a"/></xacro:macro>'
     calls += "".join(f'<xacro:macro name="m{i + 1}">{f"<xacro:m{i}/>" * 2}</xacro:macro>' for i in range(40))
