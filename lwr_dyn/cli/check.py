@@ -31,7 +31,8 @@ def command(robot: str, loading: Loading, as_json: bool) -> None:
         fault = refused
     written = None
     if ends_in(robot, ".urdf", ".xacro"):
-        written = lint_file(robot, xacro_args=xacro_arguments(loading.further["xacro_args"] or ()))
+        given = xacro_arguments(loading.further["xacro_args"] or ())
+        written = lint_file(robot, xacro_args=given, trust_xacro=loading.further["trust_xacro"])
     left: list[str] = []
     if not as_json and written:
         click.echo(report_text(written))

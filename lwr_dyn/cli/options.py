@@ -80,7 +80,7 @@ ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for th
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """The options with which ROBOT is loaded; `further` has the texts of --mount, --tool and --xacro-arg."""
+    """The options with which ROBOT is loaded; `further` has texts of --mount, --tool, --xacro-arg; --trust-xacro."""
 
     reading: str | None = None
     tip: str | None = None
@@ -112,16 +112,23 @@ REPEATED = (
 """Options of loading that can be given several times: `--mount ceiling --mount xyz=0,0,2.5`."""
 
 
+trust_option = click.option(
+    "--trust-xacro", is_flag=True, help="Run all expressions of a .xacro as Python: none of its code runs otherwise."
+)
+
+
 def robot_options(command: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT, and as one `loading` --reading, --lock, --mount, --tool, for a .urdf --tip, for a .xacro --xacro-arg."""
+    """ROBOT, and as one `loading` all others: of a .urdf --tip, of a .xacro --xacro-arg and --trust-xacro."""
 
     @wraps(command)
     def with_loading(reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
         repeated = {name for _, name, *_ in REPEATED}
         further = {name: given.pop(name) or None for name in [*given] if name in repeated}
+        further["trust_xacro"] = given.pop("trust_xacro", False)
         command(loading=Loading(reading, tip, locks, further), **given)
 
     for option in (
+        trust_option,
         *(click.option(*names, multiple=True, metavar=metavar, help=f"{text} Repeatable.")
           for *names, metavar, text in REPEATED),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),

@@ -52,7 +52,7 @@ def _one(robot: str, loading: Loading, engines: Sequence[str]) -> ModelReport:
     given = arm.loaded_with
     if not ends_in(robot, ".urdf", ".xacro") or "mount" in given or "tool" in given:
         return _written(arm, engines)
-    with as_urdf(Path(robot), given.get("xacro_args", {})) as path:
+    with as_urdf(Path(robot), given) as path:
         return survey(path, loading.tip, given.get("lock", {}), engines)
 
 

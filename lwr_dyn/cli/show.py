@@ -18,7 +18,7 @@ from lwr_dyn.pages.explorer.shown import has_display, show
 from lwr_dyn.pages.replay import live
 from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
-_OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
+_OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "trust_xacro", "q_deg")
 """Options that a run file answers by itself."""
 
 

@@ -7,16 +7,12 @@ expanded by the package `xacro` where it is installed; it needs no ROS.
 """
 
 import hashlib
-import io
 import math
-import os
 import re
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stderr
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 from xml.etree import ElementTree
 from xml.parsers.expat import errors
@@ -25,8 +21,9 @@ import numpy as np
 
 from lwr_dyn.arms.urdf.elements import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 from lwr_dyn.arms.urdf.writer import CarriedXml, carried_xml
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.arrays import number_of
-from lwr_dyn.foundation.errors import MissingPackageError, UrdfError
+from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
 from lwr_dyn.model.chain import Rotor
 
@@ -90,66 +87,6 @@ def _with_declarations(content: bytes) -> bytes:
     return content[:at] + b"".join(spaces) + content[at:]
 
 
-def expand_xacro(
-    path: str | Path,
-    arguments: Mapping[str, str] = MappingProxyType({}),
-    parse: Callable[..., Any] | None = None,
-) -> str:
-    """The URDF that a xacro file expands to.
-
-    `arguments` are values of its `<xacro:arg>`; `parse(inp, filename=None) -> xml.dom.minidom.Document` stands in for
-    `xacro.parse`, for the file and all that it includes. Raises `FileAccessError`; `MissingPackageError` without xacro;
-    `UrdfError` with what xacro says where it refuses the file.
-    """
-    read_bytes(path, "a readable .xacro file")
-    try:
-        import xacro
-        from xacro import substitution_args
-    except ModuleNotFoundError:
-        raise MissingPackageError("xacro", "urdf") from None
-    before = xacro.parse, substitution_args._eval_find
-    xacro.parse = parse or xacro.parse
-    substitution_args._eval_find = lambda name: _found(name, Path(path), before[1])
-    try:
-        with redirect_stderr(io.StringIO()):
-            return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
-    except Exception as fault:  # it evaluates the file's own expressions: anything can come out
-        said = " ".join(str(fault).split()) or type(fault).__name__
-        raise UrdfError(str(path), "xacro", said, "a file that `xacro` expands") from None
-    finally:
-        xacro.parse, substitution_args._eval_find = before
-
-
-def _found(name: str, inside: Path, installed: Callable[[str], str]) -> str:
-    """The folder of `$(find name)`."""
-    try:
-        return str(package_folder(name, inside) or installed(name))
-    except ModuleNotFoundError:  # no ROS here
-        where = "above or beside the file, or in a folder of ROS_PACKAGE_PATH"
-        raise LookupError(f"the package {name} is not {where}") from None
-
-
-def package_folder(name: str, inside: Path) -> Path | None:
-    """The folder of a ROS package: above or beside a file, or where ROS's environment points; or None.
-
-    Above the file a folder with another name counts too if its `package.xml` has this one.
-    """
-    listed = [Path(x) for x in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if x]
-    listed += [Path(x) / "share" for x in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if x]
-    above = Path(os.path.abspath(inside)).parents
-    candidates = [found for folder in above for found in (folder, folder / name)]
-    candidates += [folder / name for folder in listed]
-    here = (found for found in candidates if found.name == name and found.is_dir())
-    return next(here, None) or next((folder for folder in above if _package_name(folder) == name), None)
-
-
-def _package_name(folder: Path) -> str:
-    """The name in a folder's `package.xml`; empty where there is none."""
-    file = folder / "package.xml"
-    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
-    return text.partition("<name>")[2].partition("</name>")[0].strip()
-
-
 _WIDTHS = {"xyz": 3, "rpy": 3}
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
 _LIMITS = ("lower", "upper", "effort", "velocity")
@@ -178,8 +115,8 @@ class UrdfFile:
     """Shapes, materials and motors, which no computation uses."""
 
 
-def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
-    """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
+def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None, trust_xacro: bool = False) -> UrdfFile:
+    """Parse a URDF file, or what a `.xacro` file expands to with these arguments, trusted or not.
 
     Raises `FileAccessError`; `MissingPackageError` for a `.xacro` without xacro; `UrdfError`: what xacro refuses,
     broken XML, a missing name or attribute, a malformed number, a name used twice.
@@ -188,7 +125,7 @@ def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) ->
 
     file = Path(path).name
     if ends_in(file, ".xacro"):
-        content = expand_xacro(path, xacro_args or {}).encode()
+        content = expand_xacro(path, xacro_args or {}, trust=trust_xacro).encode()
     else:
         content = read_bytes(path, "a readable .urdf file")
     checked = checked_xml(content, file)

@@ -21,7 +21,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.parse import package_folder
+from lwr_dyn.arms.urdf.xacro_files import package_folder
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import cache_folder, read_bytes, write_file

@@ -252,20 +252,23 @@ def judge_all(
     sarif: str | None,
     say: Callable[[str], None],
     xacro_args: Mapping[str, str] | None = None,
+    trust_xacro: bool = False,
     require_meshes: bool = False,
 ) -> tuple[LintReport, ...]:
     """The reports of all files; writes them as SARIF. Raises as `lint_file`, `urdf_files` and `write_file`.
 
-    With `require_meshes` a mesh that is not there, or cannot be read, is an error.
-
-    A xacro in a folder is passed over, with one line, where xacro is not installed.
+    With `require_meshes` a mesh that is not there, or cannot be read, is an error. A xacro in a folder is passed over,
+    with one line, where xacro is not installed; one that is trusted has its name typed, so a folder with `trust_xacro`
+    is an `OptionError`.
     """
+    if trust_xacro and (folder := next((name for name in names if Path(name).is_dir()), None)):
+        raise OptionError("--trust-xacro", f"given for the folder {folder}", "files by name: a folder is never trusted")
     if sarif is not None:
         check_writable(sarif)
     reports = []
     for file in dict.fromkeys(urdf_files(names)):
         try:
-            report = lint_file(file, ignore, xacro_args)
+            report = lint_file(file, ignore, xacro_args, trust_xacro)
             reports.append(with_required_meshes(report) if require_meshes else report)
         except MissingPackageError as fault:
             if file in names:

@@ -80,11 +80,12 @@ def _next(out: str, robot: str, loading: Loading, payload: float) -> str:
         return ""
     words = ["lwr-dyn", "simulate", robot]
     chosen = {"reading": loading.reading, "tip": loading.tip, "lock": loading.locks, "payload": payload}
-    for name, values in [*chosen.items(), *loading.further.items()]:
+    for name, values in [*chosen.items(), *((x, y) for x, y in loading.further.items() if x != "trust_xacro")]:
         for value in values if isinstance(values, tuple) else (values,) if values else ():
             words += [
                 f"--{name.replace('xacro_args', 'xacro-arg')}",
                 repr(value) if isinstance(value, float) else value,
             ]
+    words += ["--trust-xacro"] if loading.further["trust_xacro"] else []
     words += ["--task", "csv", "--file", out, "--controller", "inverse-dynamics"]
     return f"; simulate a log:  {shlex.join([*words, '--out', out.removesuffix('.csv') + '_run.npz'])}"
