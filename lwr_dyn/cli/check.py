@@ -72,4 +72,5 @@ def _document(
     ])  # fmt: skip
     records = [x.record() for part in written for x in part.findings]
     findings = Fact("findings", records, "Faults of a URDF, each with its place.", kind=list[UrdfRecord])
-    return Document("", "", [checks, Section("", [findings], there=bool(written))], "lwr-dyn check", facts=facts)
+    return Document("", "", [checks, Section("", [findings], there=bool(written))], "lwr-dyn check", facts=facts,
+                    caveats=())  # fmt: skip

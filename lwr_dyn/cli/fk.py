@@ -4,7 +4,7 @@ import click
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, robot_options, show
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, robot_options, say_caveats, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
@@ -12,6 +12,7 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import FlangeRecord, kuka_units
 from lwr_dyn.model.arm import Arm, from_degrees, positions
+from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.chain import JointKind, names_of_ends
 from lwr_dyn.model.spatial import to_rpy
 
@@ -40,9 +41,12 @@ def command(
     if symbolic and (as_json or q_si or q_deg):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        click.echo(_symbolic_text(robot, reading))
+        text = _symbolic_text(robot, reading)
+        load_robot(robot, reading, tip, locks, KINEMATICS)
+        say_caveats()
+        click.echo(text)
         return
-    arm = load_robot(robot, reading, tip, locks)
+    arm = load_robot(robot, reading, tip, locks, KINEMATICS)
     q = _positions(arm, q_si, q_deg, axes_deg)
     show(_document(arm, q, fixed_array("--point", point, (3,))), as_json)
 

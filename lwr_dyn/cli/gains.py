@@ -92,7 +92,7 @@ def command(
     options.refuse_unused(RULES, {"margin": margin, "elastic": elastic})
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     sampling = Sampling(rate, delay)
-    arm = options.load_robot(robot, reading, tip, locks)
+    arm = options.load_robot(robot, reading, tip, locks, options.used_by(elastic))
     search = None if margin is None else _margin_search(arm, margin, (rate, delay), task, elastic, encoders)
     with progress("searching the largest inertias"):
         maxima = worst_case_inertias(arm)

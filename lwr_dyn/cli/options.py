@@ -4,7 +4,7 @@ All options of a registry's rows are accepted on the command line; those of othe
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import click
@@ -21,6 +21,7 @@ from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm, si_value
+from lwr_dyn.model.caveats import ALL, DYNAMICS
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -75,8 +76,8 @@ class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since
 NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 
-_LOADING = "lwr_dyn.arms.loading"
-"""Where click's context keeps options of loading."""
+_LOADING, _ARMS = "lwr_dyn.arms.loading", "lwr_dyn.arms"
+"""Where click's context keeps options of loading, and what is to be said of the arms."""
 
 
 def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -102,19 +103,46 @@ def robot_options(command: F) -> F:
     return command
 
 
-def load_robot(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]) -> Arm:
-    """The arm that the options name, with its notes on stderr; raises as `lwr_dyn.load`."""
-    arm, _ = load_robot_and_paper(robot, reading, tip, locks)
+def load_robot(
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], used: Collection[str] = DYNAMICS
+) -> Arm:
+    """The arm that the options name, with its notes on stderr; raises as `lwr_dyn.load`.
+
+    What must be known before those of its numbers that are `used` is the first line of what `show` prints.
+    """
+    arm, _ = load_robot_and_paper(robot, reading, tip, locks, used)
     for note in arm.notes:
         click.echo(f"note: {note}", err=True)
     return arm
 
 
 def load_robot_and_paper(
-    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]
+    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], used: Collection[str] = DYNAMICS
 ) -> tuple[Arm, Paper | None]:
     """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
-    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **options_kept())
+    arm, paper = load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **options_kept())
+    stands_on(arm, used)
+    return arm, paper
+
+
+def stands_on(arm: Arm, used: Collection[str] = DYNAMICS) -> Arm:
+    """The arm, which this command says its caveats of: what must be known before those of its numbers that are used."""
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.meta.setdefault(_ARMS, []).append(arm.caveat(used))
+    return arm
+
+
+def caveats() -> tuple[str, ...]:
+    """One line for each arm that the running command stands on, where there is one to be said."""
+    context = click.get_current_context(silent=True)
+    return () if context is None else tuple(dict.fromkeys(filter(None, context.meta.get(_ARMS, ()))))
+
+
+def say_caveats() -> None:
+    """These lines on stdout, of a command that prints no document."""
+    for line in caveats():
+        click.echo(line)
 
 
 def given_xacro_args() -> dict[str, str]:
@@ -147,6 +175,11 @@ def _lock(text: str) -> tuple[str, float]:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
 
 
+def used_by(elastic: str | None) -> Collection[str]:
+    """The numbers of an arm that a loop stands on, by what --elastic asks for."""
+    return DYNAMICS if elastic is None else ALL
+
+
 def given_elasticity(text: str | None) -> str | float | None:
     """What `--elastic` asks for, as the option `elasticity` of `simulate`; raises `OptionError`."""
     try:
@@ -163,8 +196,17 @@ def print_json(record: Any) -> None:
 
 
 def show(document: Document, as_json: bool) -> None:
-    """A result on stdout, as text or as one JSON object."""
+    """A result on stdout, as text or as one JSON object, behind the caveats of the arms that it stands on."""
+    document = with_caveats(document)
     click.echo(json_text(document.record()) if as_json else document.text())
+
+
+def with_caveats(document: Document) -> Document:
+    """The document with the caveats of the command's arms, for a page of it."""
+    context = click.get_current_context(silent=True)
+    if context is None or _ARMS not in context.meta:
+        return document
+    return replace(document, caveats=tuple(dict.fromkeys((*(document.caveats or ()), *caveats()))))
 
 
 Given = Mapping[str, Any]

@@ -58,7 +58,11 @@ def page_html(document: Document) -> str:
     """One file that needs no network."""
     shown = document.there
     figures = [part for one in shown for part in one.parts if isinstance(part, PageFigure)]
-    said = [document.verdict, *(line for one in shown[:1] for line in _notes(one.parts) if not one.title)]
+    said = [
+        *(document.caveats or ()),
+        document.verdict,
+        *(line for one in shown[:1] for line in _notes(one.parts) if not one.title),
+    ]
     main = [
         element("h1", document.title),
         element("ul", [element("li", line) for line in said if line], class_="say"),

@@ -13,7 +13,7 @@ from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.arm import Arm, JointLimits, caveats_of
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.markup import Html, element, joined
@@ -38,7 +38,7 @@ def notebook_html(document: Document) -> str:
     brief = [part for one in document.there if one.brief for part in one.parts]
     tables = [part.shown() for part in brief if isinstance(part, Table) and part.is_shown]
     notes = [line for part in first if isinstance(part, Note) for line in part.lines]
-    said = [element("div", _short(line)) for line in [*facts, *notes]]
+    said = [element("div", _short(line)) for line in [*(document.caveats or ()), *facts, *notes]]
     return joined([element("b", _short(document.verdict or document.title)), said, map(_small, tables)])
 
 
@@ -85,7 +85,7 @@ def arm_document(arm: Arm) -> Document:
     ]  # fmt: skip
     title = f"{arm.title or arm.name}: {arm.n} joints, reading {arm.reading}"
     table = Table("", headings, rows, "" if all(turning) else SLIDING)
-    return Document(title, "", [Section("", [table], brief=True)], kind="arm")
+    return Document(title, "", [Section("", [table], brief=True)], kind="arm", caveats=caveats_of([arm]))
 
 
 def _limits(limits: JointLimits, turns: bool) -> tuple[str, str, str]:

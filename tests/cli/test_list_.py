@@ -14,7 +14,7 @@ def test_a_row_a_robot_and_what_to_type_next(lwr_dyn_command):
     assert (code, err) == (0, "")
     assert lines[0].split("  ")[0] == "robot"
     assert [line.split()[0] for line in lines[2 : 2 + len(robots())]] == list(robots())
-    assert any(line.startswith("lwr4plus") and "computed, printed, physical" in line for line in lines)
+    assert any(line.startswith("lwr4plus") and "physical, printed, computed" in line for line in lines)
     assert lines[-1] == f"where its numbers come from: lwr-dyn list {robots()[0]}"
 
 

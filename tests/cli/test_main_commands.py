@@ -60,7 +60,7 @@ def test_list_as_json_names_robots_readings_and_pages(lwr_dyn_command):
     code, out, _ = lwr_dyn_command("list", "--json")
     robots = {r["name"]: r for r in json.loads(out)["robots"]}
     assert code == 0
-    assert list(robots["lwr4plus"]["readings"]) == ["computed", "printed", "physical"]
+    assert list(robots["lwr4plus"]["readings"]) == ["physical", "printed", "computed"]
     assert robots["lwr4plus"]["columns"]["inertial.inertia"]["where"] == "Table I"
 
 

@@ -20,14 +20,16 @@ from types import MappingProxyType
 from typing import Any
 from xml.etree import ElementTree
 from xml.parsers.expat import errors
+from xml.sax.saxutils import unescape
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.elements import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
+from lwr_dyn.arms.urdf.elements import CAVEAT, GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 from lwr_dyn.arms.urdf.writer import CarriedXml, carried_xml
 from lwr_dyn.foundation.arrays import number_of
 from lwr_dyn.foundation.errors import MissingPackageError, UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
+from lwr_dyn.model.caveats import Caveats, caveats_of_words
 from lwr_dyn.model.chain import Rotor
 
 DRAKE = "http://drake.mit.edu"
@@ -174,6 +176,8 @@ class UrdfFile:
     """"joint limit" pairs that our own header lists as unknown."""
     gravity: tuple[float, ...] | None
     """Gravity [m/s^2] in our own header."""
+    caveats: Caveats
+    """What our own header says of its numbers."""
     carried: CarriedXml
     """Shapes, materials and motors, which no computation uses."""
 
@@ -208,6 +212,7 @@ def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) ->
         links={x.name: x for x in parsed.robot.links}, joints={x.name: x for x in parsed.robot.joints},
         rotors=rotors, placeholders=_named(lines, UNKNOWN_LIMITS),
         gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+        caveats=caveats_of_words(unescape("; ".join(x.removeprefix(CAVEAT) for x in lines if x.startswith(CAVEAT)))),
         carried=carried,
     )  # fmt: skip
 

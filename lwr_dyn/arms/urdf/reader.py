@@ -106,7 +106,7 @@ def read_urdf(
         limits=tuple(_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
         layout=replace(layout, written=_by_carrier(tree, names, written)),
-        notes=_notes([] if given else ends, tip, held),
+        notes=_notes([] if given else ends, tip, held), caveats=urdf.caveats,
     )  # fmt: skip
 
 

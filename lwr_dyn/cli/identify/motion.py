@@ -17,7 +17,7 @@ from lwr_dyn.cli.identify.log_options import (
     sample_rule,
     warn,
 )
-from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
+from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show, stands_on
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
@@ -88,6 +88,7 @@ def command(
     slowest = usual if given["slowest"] is None else given["slowest"]
     refuse_unused(INSTRUMENT_RULES, given)
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
+    stands_on(arm)
     motors = chosen_motors(arm, given)
     samples = sample_rule(given["cutoff"], float(slowest), motors)
     rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["deviation"], given["known"])

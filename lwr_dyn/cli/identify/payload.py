@@ -14,7 +14,7 @@ from lwr_dyn.cli.identify.log_options import (
     sample_rule,
     warn,
 )
-from lwr_dyn.cli.options import OneOf, show
+from lwr_dyn.cli.options import OneOf, show, stands_on
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -43,7 +43,7 @@ def command(
     The ten numbers are those of a body that can be: the nearest to what the torques say.
     """
     cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
-    arm, declared = load(robot, reading), declared_units(units)
+    arm, declared = stands_on(load(robot, reading)), declared_units(units)
     motors = chosen_motors(arm, given)
     rules = [sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):

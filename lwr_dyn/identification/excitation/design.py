@@ -20,7 +20,7 @@ from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.excitation import motion_design, objectives
 from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, clearance_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, caveats_of
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.run import Motion, Run, repr_html, short_repr
@@ -245,7 +245,8 @@ def _document(found: Excitation) -> Document:
         f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s"
     )
     parts = [whole, series, Section("", [use_table(found)]), Section("", [sigma_table(found), _parameters(found)])]
-    return Document(title, "", [*parts, Section("", [searched])], "lwr-dyn excite", "excitation", facts)
+    sections = [*parts, Section("", [searched])]
+    return Document(title, "", sections, "lwr-dyn excite", "excitation", facts, caveats_of([arm]))
 
 
 def _check_rate(duration: float) -> str:

@@ -256,7 +256,7 @@ def _tables(arm: Arm) -> tuple[tuple[str, str, str, list[tuple[str, str]], tuple
 
 
 def _facts(arm: Arm) -> str:
-    """Reading, joints, mass and gravity in one line."""
+    """What must be known before its numbers, reading, joints, mass and gravity in one line."""
     known = [body.mass for body in arm.bodies() if body is not None and not body.unknown]
     mass = f"masses of {len(known)} of {arm.n} links known"
     if len(known) == arm.n:
@@ -265,7 +265,8 @@ def _facts(arm: Arm) -> str:
     origin = escape(arm.title) if arm.layout is not None else f"reading <b>{escape(arm.reading)}</b>"
     facts = [origin, f"{arm.n} joints", mass]
     facts.append(f"gravity {np.linalg.norm(g):.6g} m/s² along ({', '.join(f'{x:.3g}' for x in _unit(g))})")
-    return " · ".join(facts)
+    words = arm.caveats.words()
+    return " · ".join([f"<b>{escape(words)}</b>", *facts] if words else facts)
 
 
 def _unit(g: np.ndarray) -> np.ndarray:
