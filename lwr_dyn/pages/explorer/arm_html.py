@@ -266,7 +266,7 @@ def _facts(arm: Arm) -> str:
     facts = [origin, f"{arm.n} joints", mass]
     facts.append(f"gravity {np.linalg.norm(g):.6g} m/s² along ({', '.join(f'{x:.3g}' for x in _unit(g))})")
     words = arm.caveats.words()
-    return " · ".join([f"<b>{escape(words)}</b>", *facts] if words else facts)
+    return " · ".join([f'<b class="caveat">{escape(words)}</b>', *facts] if words else facts)
 
 
 def _unit(g: np.ndarray) -> np.ndarray:
