@@ -72,4 +72,4 @@ def _document(
     records = [] if written is None else [x.record() for x in written.findings]
     findings = Fact("findings", records, "Faults of a URDF, each with its place.", kind=list[UrdfRecord])
     of_file = Section("", [findings], there=written is not None)
-    return Document("", "", [checks, of_file], "lwr-dyn check", facts=facts)
+    return Document("", "", [checks, of_file], "lwr-dyn check", facts=facts, caveats=())

@@ -9,12 +9,13 @@ import numpy as np
 
 from lwr_dyn.arms.export.data_file import data_file_text
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
-from lwr_dyn.cli.options import Loading, OneOf, robot_options, show
+from lwr_dyn.cli.options import Loading, OneOf, robot_options, say_caveats, show
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.caveats import ALL, KINEMATICS
 from lwr_dyn.model.chain import Convention, JointKind
 from lwr_dyn.model.spatial import Pose, to_rpy
 
@@ -26,12 +27,13 @@ from lwr_dyn.model.spatial import Pose, to_rpy
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, loading: Loading, convention: str | None, out: str | None, as_json: bool) -> None:
     """ROBOT as a Denavit-Hartenberg table, computed from its joint axes, with what rows cannot carry."""
-    arm = loading.arm(robot)
+    arm = loading.arm(robot, KINEMATICS if out is None else ALL)
     if out is not None:
         if not ends_in(out, ".toml"):
             raise FileAccessError(out, f"ends in {Path(out).suffix or 'nothing'!r}", "a path that ends in .toml")
         check_writable(out)
         write_file(out, data_file_text(arm, Convention(convention or Convention.STANDARD.value)))
+        say_caveats()
         click.echo(f"wrote {out}; next: lwr-dyn check {out}")
         return
     tables = [dh_table(arm, c) for c in Convention if convention in (None, c.value)]

@@ -6,7 +6,7 @@ import click
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading, robot_options, show
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading, robot_options, say_caveats, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
@@ -14,6 +14,7 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import FlangeRecord, kuka_units
 from lwr_dyn.model.arm import Arm, from_degrees, positions
+from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.chain import JointKind, names_of_ends
 from lwr_dyn.model.spatial import to_rpy
 
@@ -37,9 +38,12 @@ def command(
             raise OptionError("--symbolic", robot, "a robot with a DH table")
         with needs_extra("symbolic"):
             from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
-        click.echo(dh_matrices_text(open_paper(robot, loading.reading)))
+        text = dh_matrices_text(open_paper(robot, loading.reading))
+        loading.arm(robot, KINEMATICS)
+        say_caveats()
+        click.echo(text)
         return
-    arm = loading.arm(robot)
+    arm = loading.arm(robot, KINEMATICS)
     q = _positions(arm, **given)
     show(_document(arm, q, fixed_array("--point", point, (3,))), as_json)
 

@@ -80,7 +80,7 @@ def command(
     options.refuse_unused(RULES, given)
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     sampling = Sampling(rate, delay)
-    arm = loading.arm(robot)
+    arm = loading.arm(robot, options.used_by(given["elastic"]))
     search = None if given["margin"] is None else _margin_search(arm, (rate, delay), **given)
     with progress("searching the largest inertias"):
         maxima = worst_case_inertias(arm)

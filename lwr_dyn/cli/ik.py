@@ -17,6 +17,7 @@ from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_w
 from lwr_dyn.kinematics.solution import InverseResult, Solution, SolutionRecord, nearest_solution
 from lwr_dyn.krl.robot import kuka_pose
 from lwr_dyn.model.arm import Arm, from_degrees
+from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.spatial import from_rpy
 
@@ -46,7 +47,7 @@ def command(
 
     Without an orientation: one solution for the position, near --from-deg, of mostly endlessly many.
     """
-    arm = loading.arm(robot)
+    arm = loading.arm(robot, KINEMATICS)
     pose, turned = _pose(arm, given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
     options: dict[str, Any] = {"arm_angle": angle, "solver": given["solver"]}

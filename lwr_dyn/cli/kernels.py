@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import Loading, robot_options, show
+from lwr_dyn.cli.options import Loading, caveats, robot_options, say_caveats, show
 from lwr_dyn.codegen.emit.emission import EmittedArm
 from lwr_dyn.codegen.kernels.kernel import require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, kernel_spec
@@ -67,7 +67,7 @@ def command(
     if emit is not None:
         from lwr_dyn.codegen.kernels.kernel_source import generate
 
-        click.echo(generate(spec, emit).text, nl=False)
+        click.echo("".join(f"# {line}\n" for line in caveats()) + generate(spec, emit).text, nl=False)
         return
     show(costs(spec), as_json)
 
@@ -95,6 +95,7 @@ def _write(
             raise OptionError("--vectors", repr(where.vectors), "another file than those of --out")
         files[Path(where.vectors)] = vectors_text(emitted)
     write_files(files)
+    say_caveats()
     click.echo(f"{', '.join(map(str, files))}: {emitted.spec.name}, {dtype}, {emitted.kind} sine and cosine")
     _print_written(emitted, arm.name if where.prefix is None else where.prefix, "_" if where.language == "c" else ".")
 

@@ -6,7 +6,7 @@ from typing import Any
 import click
 import numpy as np
 
-from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
 from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, OptionRule, option, robot_options, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
@@ -70,7 +70,7 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     TASKS.refuse_unused(given["task"] or "")
     options.refuse_unused(RULES, given)
     writers = [picture_writer(wish) for wish in given["plot"]]
-    arm = loading.arm(robot)
+    arm = loading.arm(robot, options.used_by(given["elastic"]))
     with progress("judging the loop"), faults_in(law):
         report = margins(
             arm, given["controller"], q=_poses(arm, given), rate=given["rate"], delay=given["delay"],
@@ -113,7 +113,7 @@ def _poses(arm: Arm, given: dict[str, Any]) -> Array | None:
 def _plant(arm: Arm, robot: str, given: dict[str, Any]) -> Arm | None:
     """The arm that moves, where it is not the controller's."""
     name, payload = given["plant_reading"], given["payload"]
-    plant = arm if name is None else load_with_paper(robot, name, **arm.loaded_with)[0]
+    plant = arm if name is None else options.stands_on(load(robot, name, **arm.loaded_with))
     if payload != 0.0:
         plant = arm_with_payload(plant, payload)
     return None if plant is arm else plant

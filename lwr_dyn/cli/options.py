@@ -4,7 +4,7 @@ All options of a registry's rows are accepted on the command line; those of othe
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from typing import Any
 
@@ -22,6 +22,7 @@ from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm, si_value
+from lwr_dyn.model.caveats import ALL, DYNAMICS
 
 
 class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
@@ -87,16 +88,25 @@ class Loading:
     locks: tuple[str, ...] = ()
     further: Mapping[str, Any] = field(default_factory=dict)
 
-    def arm(self, robot: str) -> Arm:
-        """The arm, with its notes on stderr; raises as `lwr_dyn.load`."""
-        arm, _ = self.arm_and_paper(robot)
+    def arm(self, robot: str, used: Collection[str] = DYNAMICS) -> Arm:
+        """The arm, with its notes on stderr; raises as `lwr_dyn.load`.
+
+        What must be known before those of its numbers that are `used` is the first line of what `show` prints.
+        """
+        arm, _ = self.arm_and_paper(robot, used)
         for note in arm.notes:
             click.echo(f"note: {note}", err=True)
         return arm
 
-    def arm_and_paper(self, robot: str) -> tuple[Arm, Paper | None]:
+    def arm_and_paper(self, robot: str, used: Collection[str] = DYNAMICS) -> tuple[Arm, Paper | None]:
         """The arm and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
-        return load_with_paper(robot, self.reading, tip=self.tip, lock=dict(map(_lock, self.locks)), **self.further)
+        locks = dict(map(_lock, self.locks))
+        arm, paper = load_with_paper(robot, self.reading, tip=self.tip, lock=locks, **self.further)
+        return stands_on(arm, used), paper
+
+
+_ARMS = "lwr_dyn.arms"
+"""Where click's context keeps what is to be said of the arms."""
 
 
 def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -140,12 +150,37 @@ def robot_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_loading
 
 
+def stands_on(arm: Arm, used: Collection[str] = DYNAMICS) -> Arm:
+    """The arm, which this command says its caveats of: what must be known before those of its numbers that are used."""
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.meta.setdefault(_ARMS, []).append(arm.caveat(used))
+    return arm
+
+
+def caveats() -> tuple[str, ...]:
+    """One line for each arm that the running command stands on, where there is one to be said."""
+    context = click.get_current_context(silent=True)
+    return () if context is None else tuple(dict.fromkeys(filter(None, context.meta.get(_ARMS, ()))))
+
+
+def say_caveats() -> None:
+    """These lines on stdout, of a command that prints no document."""
+    for line in caveats():
+        click.echo(line)
+
+
 def _lock(text: str) -> tuple[str, float]:
     joint, _, value = text.partition("=")
     try:
         return joint, number_of(value)
     except ValueError:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
+
+
+def used_by(elastic: str | None) -> Collection[str]:
+    """The numbers of an arm that a loop stands on, by what --elastic asks for."""
+    return DYNAMICS if elastic is None else ALL
 
 
 def given_elasticity(text: str | None) -> str | float | None:
@@ -159,10 +194,22 @@ def given_elasticity(text: str | None) -> str | float | None:
 
 
 def show(document: Document, as_json: bool, wrote: Iterable[object] = ()) -> None:
-    """A result on stdout, as text with the files that were written, or as one JSON object."""
+    """A result on stdout, as text with the files that were written, or as one JSON object.
+
+    The caveats of the arms that it stands on come first.
+    """
+    document = with_caveats(document)
     click.echo(json_text(document.record()) if as_json else document.text())
     for path in () if as_json else wrote:
         click.echo(f"wrote {path}")
+
+
+def with_caveats(document: Document) -> Document:
+    """The document with the caveats of the command's arms, for a page of it."""
+    context = click.get_current_context(silent=True)
+    if context is None or _ARMS not in context.meta:
+        return document
+    return replace(document, caveats=tuple(dict.fromkeys((*(document.caveats or ()), *caveats()))))
 
 
 Given = Mapping[str, Any]

@@ -15,7 +15,7 @@ from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.checks.engines.engine import ENGINES, is_installed
 from lwr_dyn.checks.engines.losses import as_urdf
 from lwr_dyn.checks.engines.survey import ModelReport, document, markdown, matrix, survey
-from lwr_dyn.cli.options import Loading, OneOf, robot_options, show
+from lwr_dyn.cli.options import Loading, OneOf, robot_options, show, stands_on
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import Report, progress
@@ -60,7 +60,7 @@ def _all(engines: Sequence[str], report: Report) -> Iterator[ModelReport]:
     for robot in robots():
         for reading in readings(robot):
             report(f"{robot}, reading {reading}")
-            yield _written(load(robot, reading), engines)
+            yield _written(stands_on(load(robot, reading)), engines)
 
 
 def _written(arm: Arm, engines: Sequence[str]) -> ModelReport:

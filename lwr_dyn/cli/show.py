@@ -5,13 +5,13 @@ from pathlib import Path
 import click
 
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.options import NUMBERS, Loading, robot_options
+from lwr_dyn.cli.options import NUMBERS, Loading, robot_options, say_caveats, stands_on
 from lwr_dyn.cli.replay import arm_of_file, wait_for_interrupt
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm, from_degrees
-from lwr_dyn.model.run import Run
+from lwr_dyn.model.run import Run, run_used
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import start_pose
 from lwr_dyn.pages.explorer.shown import has_display, show
@@ -56,9 +56,10 @@ def command(
         given = "with --serve" if serve else f"for {robot}"
         raise OptionError("--beside", f"given {given}", "only with a robot's page")
     run = _run(robot) if ends_in(robot, ".npz") else None
-    other = None if beside is None else _beside(beside)
-    arm = loading.arm(robot) if run is None else arm_of_file(run, robot)
+    other = None if beside is None else stands_on(_beside(beside))
+    arm = loading.arm(robot) if run is None else stands_on(arm_of_file(run, robot), run_used(run))
     q = None if q_deg is None else from_degrees(arm, q_deg, "--q-deg")
+    say_caveats()
     if serve:
         _serve(arm, run, q, port, browser)
         return

@@ -164,7 +164,7 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     _check_target(out, ".npz")
     _check_target(given["csv"], ".csv")
     pictures = [plot_writer(wish) for wish in given["plot"]]
-    arm = loading.arm(robot)
+    arm = loading.arm(robot, options.used_by(given["elastic"]))
     setup = _setup(arm, robot, given)
     sampled = sampled_notes(setup)
     _note([] if given["json"] else sampled.before)
@@ -196,7 +196,10 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
     controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(law, given, model))
-    plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"], **arm.loaded_with)
+    plant = arm
+    if given["plant_reading"] is not None:
+        other = load(robot, given["plant_reading"], **arm.loaded_with)
+        plant = options.stands_on(other, options.used_by(given["elastic"]))
     if given["plant_scale"] != 1.0:
         plant = arm_with_scaled_inertia(plant, given["plant_scale"])
     plant_is_model = plant is arm and (given["payload_known"] or not payload)

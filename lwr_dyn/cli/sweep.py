@@ -16,7 +16,7 @@ from lwr_dyn.studies.sweep.running.cost import SweepCost, duration
 from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from lwr_dyn.studies.sweep.summary_document import summary_sections
-from lwr_dyn.studies.sweep.sweep_study import SweepStudy
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
 
 
 @click.command("sweep")
@@ -51,6 +51,8 @@ def command(
     read = read_study(study)
     if runs is not None:
         read = replace(read, runs=runs)
+    said = study_caveats(read)
+    click.echo("".join(f"{line}\n" for line in said if not as_json), nl=False)
 
     def state(cost: SweepCost) -> None:
         if sys.stderr.isatty():
@@ -61,7 +63,7 @@ def command(
         done = sweep(read, out, scheduler=scheduler, threads=threads, report=report, state=state)
         report("the report")
         finished = None if no_report else finish(read, SweepResults.load(out))
-    show(sweep_document(read, done, finished), as_json)
+    show(replace(sweep_document(read, done, finished), caveats=said if as_json else ()), as_json)
     sys.exit(0 if done.is_complete else 1)
 
 

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import click
 
@@ -17,7 +17,7 @@ from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.rollout_arguments import plant_parameters
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.sampling import Values
-from lwr_dyn.studies.sweep.sweep_study import SweepStudy, arm_of_study, is_task, spec_of_study
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, arm_of_study, is_task, spec_of_study, study_caveats
 from lwr_dyn.studies.sweep.tune import USE, Evaluate, SearchSize, tune
 from lwr_dyn.studies.sweep.vocabulary import parameter_path
 
@@ -84,7 +84,7 @@ def command(
             read, text, chosen, evaluator(read, text, threads), given,
             aim=gain_aim(aim, read.quantiles), bound=torque_share, size=size, report=report,
         )  # fmt: skip
-    show(found.document, as_json)
+    show(replace(found.document, caveats=study_caveats(read)), as_json)
     sys.exit(0 if found.keeps_bound else 1)
 
 

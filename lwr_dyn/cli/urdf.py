@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from lwr_dyn.arms.urdf.writer import urdf_text
-from lwr_dyn.cli.options import Loading, robot_options
+from lwr_dyn.cli.options import Loading, robot_options, say_caveats
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, write_file, write_folder
 
@@ -31,9 +31,11 @@ def command(robot: str, loading: Loading, out: str | None) -> None:
     check_writable(target)
     if ending != ".urdf":
         write_file(target, FORMATS.load(ending)(arm))
+        say_caveats()
         click.echo(f"wrote {target}")
         return
     files = model_files(arm, target.stem)
+    say_caveats()
     write_folder(target.parent, files)
     for name in files:
         click.echo(f"wrote {target.parent / name}")

@@ -11,7 +11,7 @@ def test_a_row_a_robot_and_what_to_type_next(printed):
     lines = out.splitlines()
     assert lines[0].split("  ")[0] == "robot"
     assert [line.split()[0] for line in lines[2 : 2 + len(robots())]] == list(robots())
-    assert any(line.startswith("lwr4plus") and "computed, printed, physical" in line for line in lines)
+    assert any(line.startswith("lwr4plus") and "physical, printed, computed" in line for line in lines)
     assert lines[-1] == f"where its numbers come from: lwr-dyn list {robots()[0]}"
 
 
@@ -32,7 +32,7 @@ def test_the_record_has_every_erratum_and_column(recorded):
     (record,) = recorded("list", "lwr4plus")["robots"]
     paper = open_paper("lwr4plus")
     assert record in recorded("list")["robots"]
-    assert list(record["readings"]) == ["computed", "printed", "physical"]
+    assert list(record["readings"]) == ["physical", "printed", "computed"]
     assert (record["name"], record["joints"], record["default_reading"]) == ("lwr4plus", 7, paper.reading.name)
     assert record["errata"] == {
         e.id: {"where": e.where, "printed": e.printed, "read_as": e.read_as} for e in paper.errata

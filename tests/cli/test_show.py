@@ -114,5 +114,11 @@ def test_serve_says_where_until_it_is_interrupted(lwr_dyn_command, monkeypatch, 
     for what in ("kr30ha", run_file):
         code, out, err = lwr_dyn_command("show", what, "--serve", "--port", "0")
         assert code == 0
-        assert out.startswith("http://127.0.0.1:")
+        said = (
+            []
+            if what == run_file
+            else ["kr30ha (kuka): masses, centres of mass and inertias estimated from drawn solids"]
+        )
+        assert out.splitlines()[:-1] == said
+        assert out.splitlines()[-1].startswith("http://127.0.0.1:")
         assert err == "closed\n"

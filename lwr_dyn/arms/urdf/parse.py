@@ -16,15 +16,17 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 from xml.parsers.expat import errors
+from xml.sax.saxutils import unescape
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.elements import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
+from lwr_dyn.arms.urdf.elements import CAVEAT, GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 from lwr_dyn.arms.urdf.writer import CarriedXml, carried_xml
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.arrays import number_of
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
+from lwr_dyn.model.caveats import Caveats, caveats_of_words
 from lwr_dyn.model.chain import Rotor
 
 DRAKE = "http://drake.mit.edu"
@@ -111,6 +113,8 @@ class UrdfFile:
     """"joint limit" pairs that our own header lists as unknown."""
     gravity: tuple[float, ...] | None
     """Gravity [m/s^2] in our own header."""
+    caveats: Caveats
+    """What our own header says of its numbers."""
     carried: CarriedXml
     """Shapes, materials and motors, which no computation uses."""
 
@@ -156,6 +160,9 @@ class CheckedXml:
             file=self.file, name=self.root.attrib["name"], digest=self.digest, links=links, joints=joints,
             rotors=self.rotors, placeholders=_named(self.header, UNKNOWN_LIMITS),
             gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+            caveats=caveats_of_words(
+                unescape("; ".join(x.removeprefix(CAVEAT) for x in self.header if x.startswith(CAVEAT)))
+            ),
             carried=self.carried,
         )  # fmt: skip
 

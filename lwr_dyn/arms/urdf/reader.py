@@ -107,7 +107,7 @@ def read_urdf(
         limits=tuple(joint_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
         layout=replace(layout, written=_by_carrier(tree, names, written)),
-        notes=_notes(() if given else chosen.ends, tip, held),
+        notes=_notes(() if given else chosen.ends, tip, held), caveats=urdf.caveats,
     )  # fmt: skip
 
 

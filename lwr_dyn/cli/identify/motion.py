@@ -8,7 +8,7 @@ import click
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.identify import log_options as of_logs
-from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
+from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show, stands_on
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
@@ -75,6 +75,7 @@ def command(
     slowest = usual if given["slowest"] is None else given["slowest"]
     refuse_unused(INSTRUMENT_RULES, given)
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
+    stands_on(arm)
     motors = of_logs.chosen_motors(arm, given)
     samples = of_logs.sample_rule(given["cutoff"], float(slowest), motors)
     fit = (given[name] for name in ("friction", "stribeck", "folds", "deviation", "known"))

@@ -6,7 +6,7 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify import log_options as of_logs
-from lwr_dyn.cli.options import OneOf, show
+from lwr_dyn.cli.options import OneOf, show, stands_on
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -35,7 +35,7 @@ def command(
     The ten numbers are those of a body that can be: the nearest to what the torques say.
     """
     cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
-    arm, declared = load(robot, reading), declared_units(units)
+    arm, declared = stands_on(load(robot, reading)), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
     rules = [of_logs.sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):

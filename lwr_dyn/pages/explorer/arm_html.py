@@ -234,7 +234,7 @@ def _tables(arm: Arm) -> tuple[tuple[str, str, str, list[tuple[str, str]], tuple
 
 
 def _facts(arm: Arm) -> str:
-    """Reading, joints, mass and gravity in one line."""
+    """What must be known before its numbers, reading, joints, mass and gravity in one line."""
     known = [body.mass for body in arm.bodies() if body is not None and not body.unknown]
     mass = f"masses of {len(known)} of {arm.n} links known"
     if len(known) == arm.n:
@@ -242,7 +242,9 @@ def _facts(arm: Arm) -> str:
     g, size = arm.chain.gravity, float(np.linalg.norm(arm.chain.gravity))
     along = ", ".join(f"{x:.3g}" for x in (g / size + 0.0 if size else g))
     origin = escape(arm.title) if arm.layout is not None else f"reading <b>{escape(arm.reading)}</b>"
-    return " · ".join([origin, f"{arm.n} joints", mass, f"gravity {size:.6g} m/s² along ({along})"])
+    facts = [origin, f"{arm.n} joints", mass, f"gravity {size:.6g} m/s² along ({along})"]
+    words = arm.caveats.words()
+    return " · ".join([f'<b class="caveat">{escape(words)}</b>', *facts] if words else facts)
 
 
 def _notes(arm: Arm, missing: str) -> str:

@@ -105,7 +105,7 @@ def paper_matrices() -> PaperMatrices:
     tables = printed_tables("kr30ha")
     right = dh_matrices(open_paper("kr30ha", "printed"))
     factors = [np.array(tables["numeric"][f"T{i + 1}"], dtype=float) for i in range(6)]
-    chain = arm_from_paper(open_paper("kr30ha")).chain
+    chain = arm_from_paper(open_paper("kr30ha", "kuka")).chain
     true = [IN_MM * link.pose(0.0).matrix() for link in chain.links]
     frames = [IN_MM * frame for frame in link_frames(chain, np.zeros(6))]
     composites = {k: np.array(tables["composite"][f"T0{k}"], dtype=float) for k in range(2, 7)}
@@ -151,10 +151,10 @@ def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> Matrix
 def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequence[str]], i: int) -> str:
     """The erratum that reads just the differing entries otherwise, or with which Table 2 gives the printed matrix."""
     wrong = {f"results.symbolic.{name}[{e.row - 1}][{e.column - 1}]" for e in entries if not e.same}
-    for erratum in open_paper("kr30ha").errata:
+    for erratum in open_paper("kr30ha", "kuka").errata:
         if wrong and wrong == {p.at for p in erratum.of_results() if p.at.startswith(f"results.symbolic.{name}[")}:
             return erratum.id
-    for read in open_paper("kr30ha").reading.errata:
+    for read in open_paper("kr30ha", "kuka").reading.errata:
         beside = compared(rows, dh_matrices(_with([read]))[i].tolist())
         if all(entry.same for row in beside for entry in row):
             return read
@@ -163,7 +163,7 @@ def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequen
 
 def _without(name: str, printed: Array) -> str:
     """The erratum of the reading without which the arm at A = 0 has the printed matrix."""
-    own = open_paper("kr30ha").reading.errata
+    own = open_paper("kr30ha", "kuka").reading.errata
     for left_out in own:
         chain = arm_from_paper(_with([e for e in own if e != left_out])).chain
         single = [link.pose(0.0).matrix() for link in chain.links]

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from lwr_dyn.arms.papers.catalog import robots, template
 from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.papers.catalog import robots, template
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.tables.robot_checks import holds_a_robot, robot_findings
 from lwr_dyn.foundation.errors import LwrDynError

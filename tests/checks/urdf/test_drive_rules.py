@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from lwr_dyn.checks.urdf.document import document_of, link_poses
-from lwr_dyn.checks.urdf.inertia_shape_rules import largest_weight
 from lwr_dyn.checks.urdf.drive_rules import (
     armatures_unread,
     effort_against_weight,
@@ -16,6 +15,7 @@ from lwr_dyn.checks.urdf.drive_rules import (
     unlike_others,
     velocities_in_rpm,
 )
+from lwr_dyn.checks.urdf.inertia_shape_rules import largest_weight
 from lwr_dyn.checks.urdf.lint import lint_document
 from tests.checks.urdf.box_arm import CENTRES, BoxArm
 from tests.tolerances import EXACT
@@ -80,7 +80,9 @@ def test_efforts_say_how_often_they_hold_the_weight_that_they_name():
 
 def with_dynamics(attributes, joint="j2"):
     """The arm with a `<dynamics>` in one joint."""
-    return document_of(re.sub(rf'(<joint name="{joint}".*?)<limit', rf"\1<dynamics {attributes}/><limit", ARM.text()), "f")
+    return document_of(
+        re.sub(rf'(<joint name="{joint}".*?)<limit', rf"\1<dynamics {attributes}/><limit", ARM.text()), "f"
+    )
 
 
 @pytest.mark.parametrize("name", ["damping", "friction"])

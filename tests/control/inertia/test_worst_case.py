@@ -128,7 +128,7 @@ def test_maxima_are_kept_by_the_content_of_the_arm(monkeypatch):
     first = worst_case_inertias(lwr_dyn.load("lwr4plus"))
     assert worst_case_inertias(lwr_dyn.load("lwr4plus")) is first
     assert not first[0].q.flags.writeable
-    other = worst_case_inertias(lwr_dyn.load("lwr4plus", reading="physical"))
+    other = worst_case_inertias(lwr_dyn.load("lwr4plus", reading="computed"))
     assert other[0].value != first[0].value
     arm = lwr_dyn.load("lwr4plus")
     narrow = replace(arm, limits=tuple(replace(limit, lower=-0.1, upper=0.1) for limit in arm.limits))

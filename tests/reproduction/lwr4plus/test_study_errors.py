@@ -12,7 +12,7 @@ from lwr_dyn.trajectory.references.ist import ist_reference
 
 @pytest.fixture(scope="module")
 def arm():
-    return lwr_dyn.load("lwr4plus")
+    return lwr_dyn.load("lwr4plus", "computed")
 
 
 @pytest.fixture(scope="module")

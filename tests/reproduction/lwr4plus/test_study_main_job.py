@@ -35,7 +35,7 @@ def test_everything_promised_is_there(outcome):
     assert result.holds
     names = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     assert {"tables.txt", "checks.txt", "results.json", "report.html", "replay.html"} <= names
-    for stem in ("lwr4plus", "lwr4plus_printed", "lwr4plus_physical"):
+    for stem in ("lwr4plus", "lwr4plus_printed", "lwr4plus_computed"):
         assert {f"models/{stem}.{x}" for x in ("urdf", "srdf", "xml", "provenance.json")} <= names
     for figure in ("figure_04_path", "figure_06_position_error_pd", "figure_07_path_pd", "torque"):
         assert {f"plots/{figure}.png", f"plots/{figure}.svg"} <= names
@@ -103,7 +103,7 @@ def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browse
 
 def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     folder, _ = outcome
-    arm = lwr_dyn.load("lwr4plus")
+    arm = lwr_dyn.load("lwr4plus", "computed")
     runs = [Run.load(folder / "runs" / f"{name}_as_modelled.npz") for name in ("pd-gravity", "inverse-dynamics")]
     address = (folder / "replay.html").as_uri()
     opened(browser, address)
