@@ -8,12 +8,13 @@ from lwr_dyn.codegen.kernels.batch import address_and_step
 from lwr_dyn.codegen.kernels.kernel import kernel_of
 from lwr_dyn.codegen.kernels.kernel_source import generate
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, INPUTS, kernel_spec, parameter_shape
+from lwr_dyn.dynamics import protocol
 from tests.codegen.kernels.evaluate import states
 from tests.codegen.kernels.plain_kernel import PlainKernel
 from tests.codegen.rollouts.beside import first_joints
 from tests.tolerances import EXACT
 
-ARM = lwr_dyn.load("lwr4plus")
+ARM, FOUR = lwr_dyn.load("lwr4plus"), first_joints(4)
 COUNT = 60
 CASES = {
     **{function: (function, {}) for function in FUNCTIONS},
@@ -22,8 +23,8 @@ CASES = {
     "float32": ("inverse_dynamics", {"dtype": "float32"}),
     "float32, quotients": ("forward_dynamics", {"dtype": "float32"}),
 }
-LARGE = ("torque_regressor", "inverse_dynamics_derivatives", "forward_dynamics_derivatives")
-"""With results of hundreds of numbers: of four joints, which compile three times as fast as seven."""
+WHOLE = {function: ARM for function in protocol.FUNCTIONS}
+"""Of seven joints are those that other tests compile as well; of four, which compile much faster, all others."""
 SINGLE = 2e-5
 """Relative, float32: its rounding of 6e-8 through some hundred operations and, forward, the condition of B."""
 
@@ -49,8 +50,7 @@ def run(kernel, rows, repeated=()):
 @pytest.mark.parametrize("case", CASES)
 def test_the_body_is_python_that_gives_the_kernels_numbers(case):
     function, options = CASES[case]
-    arm = lwr_dyn.load("wam7") if "friction" in options else first_joints(4) if function in LARGE else ARM
-    spec = kernel_spec(arm, **options)
+    spec = kernel_spec(WHOLE.get(case, FOUR), **options)
     rows = rows_of(spec, function)
     for repeated in ((), (len(rows) - 1,)):
         (result, invalid), (expected, known) = (
