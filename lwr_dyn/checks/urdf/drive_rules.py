@@ -77,6 +77,8 @@ RPM, DEGREE = math.pi / 30.0, math.pi / 180.0
 """[rad/s] One turn a minute, one degree a second."""
 ODD_SPEED = 4.5
 """Speed over the fastest other joint of the same chain that no sound arm has."""
+SLOW = 6.0
+"""[rad/s] At or below this a speed is odd for no joint: one turn a second."""
 FELLOWS = 3
 """Other turning joints of a chain that it takes to tell."""
 TIP_SPEED = 22.0
@@ -93,15 +95,15 @@ def velocities_in_rpm(document: UrdfDocument) -> Iterator[UrdfFinding]:
         speed = joint.velocity
         if joint.type not in TURNING or joint.limit is None or joint.mimic is not None or not speed:
             continue
-        if not 0.0 < speed <= FAST:
+        if not SLOW < speed <= FAST:
             continue
         others = _other_speeds(document, joint)
         fastest = max(others, default=math.inf)
         tip = speed * _reach(document, joint, reaches)
-        if len(others) >= FELLOWS and speed > ODD_SPEED * fastest:
+        if len(others) >= FELLOWS and speed > ODD_SPEED * fastest and not _is_finger(document, joint):
             why = f"{speed / fastest:.2g} times the fastest of the {len(others)} other joints of its chain"
         elif tip > TIP_SPEED:
-            why = f"the farthest link would move at {tip:.3g} m/s"
+            why = f"the farthest link would move at {tip:.2g} m/s"
         else:
             continue
         in_rpm = not 0.5 * fastest < speed * DEGREE < 2.0 * fastest
@@ -118,6 +120,12 @@ def _other_speeds(document: UrdfDocument, joint: JointElement) -> list[float]:
     beyond = [x for name in document.carried_by(joint.child) for x in document.joints_from(name)]
     mates = [x for x in (*joints_before(document, joint), *beyond) if x.type in TURNING and x.mimic is None]
     return [x.velocity for x in mates if x is not joint and x.velocity is not None and 0.0 < x.velocity < 1e6]
+
+
+def _is_finger(document: UrdfDocument, joint: JointElement) -> bool:
+    """Whether it is one of several last joints on the same link, which are driven by motors of another size."""
+    beyond = [x for name in document.carried_by(joint.child) for x in document.joints_from(name) if x.moves]
+    return not beyond and sum(x.moves for x in document.joints_from(joint.parent)) > 1
 
 
 def _reach(document: UrdfDocument, joint: JointElement, poses: dict[str, np.ndarray]) -> float:

@@ -133,6 +133,7 @@ def test_a_speed_in_turns_a_minute_or_degrees_a_second():
     (found,) = velocities_in_rpm(with_speeds(0.5, 30, 0.4, 0.5, origins=near))
     assert found.cause == "velocity limits in deg/s"
     assert list(velocities_in_rpm(with_speeds(2.5, 8, 2, 2.5, origins=near))) == []  # a fast wrist
+    assert list(velocities_in_rpm(with_speeds(0.5, 5, 0.4, 0.5, origins=near))) == []  # slow all the same
     assert list(velocities_in_rpm(with_speeds(1, 1, 6, origins=near[:3]))) == []  # too few others to tell
 
 
@@ -140,6 +141,14 @@ def test_a_whole_file_in_turns_a_minute_shows_in_the_speed_of_the_tip():
     found = list(velocities_in_rpm(with_speeds(30, 30, 30, 30, origins=(0.1, 0.3, 0.5, 0.4))))
     assert [f.subject for f in found] == ["joint j1", "joint j2"]
     assert "36 m/s" in found[0].why
+
+
+def test_fingers_may_be_faster_than_the_arm():
+    text = with_speeds(1, 1, 1, 20, origins=(0.1, 0.2, 0.2, 0.1)).content.decode()
+    assert [f.subject for f in velocities_in_rpm(document_of(text, "f"))] == ["joint j4"]
+    finger = text[text.index('<link name="l4"') : text.index("</robot>")]
+    text = text.replace("</robot>", finger.replace("l4", "l5").replace("j4", "j5") + "</robot>")
+    assert list(velocities_in_rpm(document_of(text, "f"))) == []
 
 
 def test_the_joints_before_a_joint_and_a_loop():
