@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from lwr_dyn.cli.main import main
 from lwr_dyn.model.run import Run
 
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.3")
@@ -77,14 +78,28 @@ def test_a_file_that_changed_since_the_run_is_not_drawn(lwr_dyn_command, refused
     assert "has changed since the run was made" in refused("replay", run, "--html", str(tmp_path / "x.html"))
 
 
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    """What the file of a run holds."""
+    path = tmp_path_factory.mktemp("stored") / "run.npz"
+    with pytest.raises(SystemExit) as stop:
+        main(["simulate", "lwr4plus", *HOLD[:-1], "0.01", "--out", str(path)])
+    assert stop.value.code == 0
+    with np.load(path) as arrays:
+        return dict(arrays)
+
+
+@pytest.mark.slow
+def test_the_record_as_it_was_is_a_run(lwr_dyn_command, tmp_path, stored):
+    np.savez(tmp_path / "run.npz", **stored)
+    assert lwr_dyn_command("replay", str(tmp_path / "run.npz"), "--html", str(tmp_path / "x.html"))[0] == 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("field", ["events", "meta", "schema"])
 @pytest.mark.parametrize("value", [None, 3, [[1.0]], "x"])
-def test_a_foreign_record_is_no_run(lwr_dyn_command, refused, tmp_path, field, value):
-    path = tmp_path / "run.npz"
-    lwr_dyn_command("simulate", "lwr4plus", *HOLD[:-1], "0.01", "--out", str(path))
-    with np.load(path) as stored:
-        arrays = dict(stored)
+def test_a_foreign_record_is_no_run(refused, tmp_path, stored, field, value):
+    path, arrays = tmp_path / "run.npz", dict(stored)
     record = json.loads(arrays["record"].tobytes())
     record[field] = value
     arrays["record"] = np.frombuffer(json.dumps(record).encode(), dtype=np.uint8)

@@ -56,9 +56,10 @@ SUFFIXES = (".png", ".svg")
 
 def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
     """Write `path`.png and `path`.svg and return both; raises as `draw`, `write_file`, `check_figure`."""
-    targets = figure_paths(path)
-    for target in targets:
-        write_file(target, figure_bytes(figures, target.suffix[1:], runs))
+    targets, drawing = figure_paths(path), draw(figures, runs)
+    with drawing_class():
+        for target in targets:
+            write_file(target, drawing_bytes(drawing, target.suffix[1:]))
     return targets
 
 
