@@ -18,6 +18,7 @@ from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
 from lwr_dyn.cli.options import show, trust_option
 from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.tables import log_line
 
 _OF_URDFS = {
     "sarif": "--sarif",
@@ -78,7 +79,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     else:
         print_reports(reports, of_urdfs["everything"], of_urdfs["github"])
         for finding in findings:
-            click.echo(finding.line())
+            click.echo(log_line(finding.line()))
         if sheets:
             click.echo(_summary(counted, len(findings) - len(counted), sheets))
     sys.exit(0 if holds else 1)

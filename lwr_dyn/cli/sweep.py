@@ -95,6 +95,7 @@ def sweep_document(study: SweepStudy, done: SweepOutcome, finished: FinishedSwee
         Fact("seconds", done.seconds, "That this sweep took, s."),
         Table("", columns, rows, key="controllers", says="One record a controller."),
         Note(became if made + failed else f"all {kept} chunks were there: {done.folder}"),
+        Note(list(done.refused)),
         Note([f"FAILED: {text}, chunk {k}, {why}" for text, each in failures.items() for k, why in each]),
         Note(f"{failed} chunk{'s' if failed > 1 else ''} failed; the same command tries again", failed > 0),
         Fact("report", files[0] if files else None, "The page; null without a run and with --no-report.",

@@ -72,6 +72,8 @@ def faults_in(path: str) -> Iterator[None]:
 
 def _run(path: str) -> ModuleType:
     text = read_text(path, NEEDED)
+    if "\0" in text:
+        raise FileAccessError(path, "a null character", NEEDED)
     module = ModuleType(f"lwr_dyn_controller_{Path(path).stem}")
     module.__file__ = path
     sys.modules[module.__name__] = module  # dataclasses look their module up there
