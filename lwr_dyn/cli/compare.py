@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import Flag, Loading, OneOf, option, robot_options, row_options, show
+from lwr_dyn.cli.options import NO_CODE, Flag, Loading, OneOf, check_code, option, robot_options, row_options, show
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -37,6 +37,7 @@ FRICTION_HELP = (
 )
 OWN = [
     option("--controllers", CONTROLLERS_HELP, str, metavar="A,B:OPTION=VALUE,FILE.py"),
+    NO_CODE,
     option("--plants", PLANTS_HELP, str, "nominal", metavar="A,B=VALUE,A+B"),
     option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist"),
     option("--tuned", TUNED_HELP, float, metavar="PEAK"),
@@ -87,7 +88,7 @@ command.params = [p for p in command.params if p.name != "robot"]
 TASKS = row_options(REFERENCES, "task", [*command.params, *OWN])
 command.params = [
     click.Argument(["robot"], nargs=-1, required=True, metavar="RUN.npz OTHER.npz ... | ROBOT"),
-    *command.params, *OWN[:3], *TASKS.click_options(), *OWN[3:],
+    *command.params, *OWN[:4], *TASKS.click_options(), *OWN[4:],
 ]  # fmt: skip
 
 
@@ -118,6 +119,7 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
     for text in controllers:
         controller_spec(text)
+    check_code(controllers, given["no_code"])
     cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
     reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
     if given["twice"]:

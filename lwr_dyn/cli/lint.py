@@ -1,5 +1,6 @@
-"""`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file; exit 1 for errors, with `--strict` for
-warnings of URDFs too, and for whatever is found in tables but notes.
+"""`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file.
+
+Exit 1 for errors, with `--strict` for warnings of URDFs too, and for whatever is found in tables but notes.
 """
 
 import sys
@@ -22,6 +23,7 @@ from lwr_dyn.cli.options import show, trust_option
 from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_text
+from lwr_dyn.foundation.tables import log_line
 
 _OF_URDFS = {
     "sarif": "--sarif",
@@ -90,7 +92,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     else:
         print_reports(reports, of_urdfs["everything"], of_urdfs["github"])
         for finding in findings:
-            click.echo(finding.line())
+            click.echo(log_line(finding.line()))
         if sheets:
             click.echo(_summary(counted, len(findings) - len(counted), sheets))
     sys.exit(0 if holds else 1)

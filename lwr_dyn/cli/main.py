@@ -23,6 +23,7 @@ from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, RatingWarning, UnknownNameError
 from lwr_dyn.foundation.files import reason_of
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.foundation.tables import log_line
 from lwr_dyn.foundation.version import VERSION
 
 ROBOT = "Robot, mount and tool"
@@ -303,5 +304,5 @@ def _warner() -> Callable[..., None]:
 
 def print_error(message: str, code: int) -> int:
     """One line on stderr; returns the exit code."""
-    click.echo(f"lwr-dyn: {' '.join(message.split())}", err=True)
+    click.echo(log_line(f"lwr-dyn: {' '.join(message.split())}"), err=True)
     return code

@@ -69,6 +69,7 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     CONTROLLERS_OPTIONS.refuse_unused(law)
     TASKS.refuse_unused(given["task"] or "")
     options.refuse_unused(RULES, given)
+    options.check_code([given["controller"]], given["no_code"])
     writers = [picture_writer(wish) for wish in given["plot"]]
     arm = loading.arm(robot, options.used_by(given["elastic"]))
     with progress("judging the loop"), faults_in(law):
@@ -85,12 +86,12 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     sys.exit(1 if options.Flag("limit", None).is_typed and not report.holds else 0)
 
 
-_FIRST = [*command.params, CONTROLLER, *LOOP, *PLANT, *WHERE, *BOX, *OUT]
+_FIRST = [*command.params, CONTROLLER, options.NO_CODE, *LOOP, *PLANT, *WHERE, *BOX, *OUT]
 TASKS = row_options(REFERENCES, "task", _FIRST)
 OF_TASKS = TASKS.click_options()
 CONTROLLERS_OPTIONS = row_options(CONTROLLERS, "controller", [*_FIRST, *OF_TASKS])
 command.params += [
-    CONTROLLER, *CONTROLLERS_OPTIONS.click_options(), *LOOP, *PLANT, *WHERE, *OF_TASKS, *BOX, *OUT,
+    CONTROLLER, *CONTROLLERS_OPTIONS.click_options(), options.NO_CODE, *LOOP, *PLANT, *WHERE, *OF_TASKS, *BOX, *OUT,
 ]  # fmt: skip
 
 

@@ -76,6 +76,20 @@ def option(
     return click.Option(names.split(), type=kind, metavar=metavar, help=text, **settings)
 
 
+NO_CODE = option("--no-code", "Refuse controllers in Python files, which would run.")
+
+
+def check_code(controllers: Iterable[str], no_code: bool, typed: bool = True) -> None:
+    """With --no-code raise `OptionError` for Python files among controllers; say on stderr which run if not typed."""
+    from lwr_dyn.control.controllers import code_files, refuse_code
+
+    for path in code_files(controllers):
+        if no_code:
+            refuse_code(path, "--no-code")
+        if not typed:
+            click.echo(f"runs the Python file {path}, which the study names", err=True)
+
+
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 
 

@@ -159,6 +159,7 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     TASK_OPTIONS.refuse_unused(given["task"])
     law = split_name(given["controller"])[0]
     CONTROLLER_OPTIONS.refuse_unused(law)
+    options.check_code([given["controller"]], given["no_code"])
     options.refuse_unused(RULES, given)
     out = given["out"]
     _check_target(out, ".npz")
@@ -183,11 +184,11 @@ def _note(lines: list[str]) -> None:
     click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
 
 
-OWN = [*command.params, TASK, CONTROLLER, *PLANT, *LOOP]
+OWN = [*command.params, TASK, CONTROLLER, options.NO_CODE, *PLANT, *LOOP]
 TASK_OPTIONS = options.row_options(REFERENCES, "task", OWN)
 OF_TASK = TASK_OPTIONS.click_options()
 CONTROLLER_OPTIONS = options.row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
-command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), *PLANT, *LOOP]
+command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), options.NO_CODE, *PLANT, *LOOP]
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:

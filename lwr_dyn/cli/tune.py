@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import click
 
-from lwr_dyn.cli.options import option, show
+from lwr_dyn.cli.options import NO_CODE, check_code, option, show
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
@@ -46,6 +46,7 @@ OPTIONS = [
     option("--torque-share", BOUND_HELP, float, 1.0),
     *(option(f"--{one.name}", SIZES[one.name], int, one.default) for one in fields(SearchSize)),
     option("--threads", "Of the runs; the result is the same.", int, 1),
+    NO_CODE,
     option("--json as_json", "One JSON object."),
 ]
 
@@ -58,6 +59,7 @@ def command(
     aim: str,
     torque_share: float,
     threads: int,
+    no_code: bool,
     as_json: bool,
     **sizes: int,
 ) -> None:
@@ -66,7 +68,7 @@ def command(
     Every candidate meets the same runs; what is found is judged beside the gains as given on runs that the search has
     not seen. Exit 1 where no candidate keeps the bound.
     """
-    read, size = read_study(study), SearchSize(**sizes)
+    read, size = read_study(study, lambda path: check_code([path], no_code, typed=False)), SearchSize(**sizes)
     text = read.controllers[0] if controller is None else controller
     if text not in read.controllers:
         raise UnknownNameError(f"controller of {read.name}", text, read.controllers)

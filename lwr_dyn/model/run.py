@@ -284,6 +284,8 @@ class Run:
             raise
         except Exception:
             raise FileAccessError(str(path), "not a whole run file", allowed) from None
+        if not (np.diff(run.t) > 0.0).all():
+            raise FileAccessError(str(path), "times that do not rise from sample to sample", allowed)
         return run
 
 

@@ -95,6 +95,7 @@ _LIMITS = ("lower", "upper", "effort", "velocity")
 _NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
 WORLD = ': write <link name="world"/>, which Drake adds unwritten'
 """Added to the message on a joint whose parent is not there."""
+_CONTROL, _PRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]"), "letters that can be printed in a line"
 _ROTOR = ("gear_ratio", "rotor_inertia")
 _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
 
@@ -221,6 +222,8 @@ def _check(root: ElementTree.Element, file: str) -> None:
         raise UrdfError(file, f"<{root.tag}>", "the outermost element", "<robot>")
     if not root.get("name"):
         raise UrdfError(file, "robot", "no name", "a name")
+    if _CONTROL.search(root.attrib["name"]):
+        raise UrdfError(file, "robot", f"the name {root.attrib['name']!r}", _PRINTABLE)
     links = _names(root, "link", file)
     _names(root, "joint", file)
     for link in root.findall("link"):
@@ -262,6 +265,8 @@ def _names(root: ElementTree.Element, tag: str, file: str) -> set[str]:
         name = element.get("name")
         if not name or name in seen:
             raise UrdfError(file, f"{tag} {name or k}", "used twice" if name else "no name", "a name of its own")
+        if _CONTROL.search(name):
+            raise UrdfError(file, f"{tag} {k}", f"the name {name!r}", _PRINTABLE)
         seen.add(name)
     return seen
 

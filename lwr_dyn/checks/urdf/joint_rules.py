@@ -328,17 +328,17 @@ _WRITTEN = 1.5e-4
 
 
 def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (of a quarter turn),
-    0.5 0.5 0.5, 0.3827 or 0.9239 (of 45 degrees), 1 0 0 (of half a turn). As angles in rad they would be 40.5, 28.6,
-    21.9, 52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 alone is a note: somebody may have typed one
-    rad. Parts of other turns are not seen.
+    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (a quarter turn),
+    0.5 0.5 0.5, 0.3827 or 0.9239 (45 degrees), 1 0 0 (half a turn). As angles in rad they would be 40.5, 28.6, 21.9,
+    52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 alone is a note: it may be one rad. Parts of other
+    turns are not seen.
     """
     for origin, subject, judged in _origins(document):
         if origin.rpy is None or origin.element is None:
             continue
         sizes = np.sort(np.abs(origin.rpy))
         if np.abs(PARTS - sizes).max(axis=1).min() <= _WRITTEN:
-            degrees = vector_text(np.round(np.degrees(origin.rpy), 1))
+            degrees = vector_text(np.degrees(origin.rpy).round(1))
             meant = tag_text(origin.element, rpy=vector_text(np.round(_rpy_of_parts(origin.rpy), 6)))
             yield UrdfFinding(
                 f"rpy {vector_text(origin.rpy)} looks like parts of a quaternion", f"as angles {degrees} degrees",
@@ -352,4 +352,4 @@ def _rpy_of_parts(parts: Array) -> Array:
     x, y, z = parts / max(1.0, float(np.linalg.norm(parts)))
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     w = math.sqrt(max(0.0, 1.0 - x * x - y * y - z * z))
-    return to_rpy(np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross)
+    return np.array(to_rpy(np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross))

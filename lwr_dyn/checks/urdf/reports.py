@@ -19,7 +19,7 @@ from lwr_dyn.checks.urdf.document import SEVERITIES, FindingSeverity, UrdfFindin
 from lwr_dyn.checks.urdf.lint import LintReport, about, explanation, lint_file, severity_of
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
-from lwr_dyn.foundation.tables import json_text
+from lwr_dyn.foundation.tables import json_text, log_line
 from lwr_dyn.foundation.version import VERSION
 
 FOLLOWING = {
@@ -87,7 +87,7 @@ def report_text(report: LintReport, everything: bool = False) -> str:
     """The findings of a file, grouped by cause (with `everything` all of each group), and what was not judged."""
     lines = [line for group in grouped(report.findings) for line in _group(group, everything)]
     lines += [f"{report.file}: {remark}" for remark in report.remarks]
-    return "\n".join([*lines, summary([report])])
+    return "\n".join(map(log_line, [*lines, summary([report])]))
 
 
 def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
@@ -273,7 +273,7 @@ def judge_all(
         except MissingPackageError as fault:
             if file in names:
                 raise
-            say(f"{file} passed over: {fault}")
+            say(log_line(f"{file} passed over: {fault}"))
     if sarif is not None:
         write_file(sarif, json_text(sarif_record(reports)) + "\n")
     return tuple(reports)
@@ -298,4 +298,4 @@ def print_reports(reports: Sequence[LintReport], everything: bool, github: bool)
         for report in reports:
             click.echo(report_text(report, everything))
     if github or len(reports) > 1:
-        click.echo(summary(reports))
+        click.echo(log_line(summary(reports)))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from lwr_dyn.krl.language.lexer import Token
+from lwr_dyn.krl.language.lexer import LineError, Token
 
 Nodes = list[Any]
 """The parts of a rule of `grammar.lark` in order: tokens and records; None for an optional part that is left out."""
@@ -165,13 +165,25 @@ def _optional_list(c: Nodes) -> tuple[Any, ...]:
     return () if c == [None] else tuple(c)
 
 
+MOST_DIGITS = 40
+"""Of an integer: far above any of KUKA's, far below what a float holds."""
+
+
+def _integer(token: Token, digits: str, base: int, width: int = 0) -> Integer:
+    if len(digits) > MOST_DIGITS:
+        raise LineError(
+            token.column, "number-range", f"{len(digits)} digits are no INT", f"at most {MOST_DIGITS} digits"
+        )
+    return Integer(int(digits, base), base, width, column=token.column)
+
+
 def _bits(token: Token) -> Integer:
     digits, base = token.text[2:-1], 2 if token.text[1] in "Bb" else 16
-    return Integer(int(digits, base), base, len(digits), column=token.column)
+    return _integer(token, digits, base, len(digits))
 
 
 _LITERALS: dict[str, Callable[[Token], Literal]] = {
-    "INTEGER": lambda token: Integer(int(token.text), column=token.column),
+    "INTEGER": lambda token: _integer(token, token.text, 10),
     "BITS": _bits,
     "DECIMAL": lambda token: Real(float(token.text), column=token.column),
     "STRING": lambda token: Text(token.text[1:-1], column=token.column),

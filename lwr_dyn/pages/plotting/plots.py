@@ -65,6 +65,8 @@ def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs
 
 def figure_paths(path: str | Path) -> tuple[Path, Path]:
     """The .png and the .svg of a figure; `path` ends in one of them or has no suffix, else `FileAccessError`."""
+    if Path(path).name in ("", ".."):
+        raise FileAccessError(str(path), "is a directory", "a file's name: .png and .svg are written")
     if Path(path).suffix not in ("", *SUFFIXES):
         raise FileAccessError(str(path), f"ends in {Path(path).suffix}", "no suffix, .png or .svg: both are written")
     return Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")

@@ -195,7 +195,7 @@ def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
 def planted(folder, code=b"code"):
     """A kernel file as another user's process would write it: right in form, signed with another key."""
     content = b'{"symbol": "f"}\n' + code
-    digest = hmac.digest(b"x" * 32, content, "sha256").hex().encode() + b"\n"
+    digest = hmac.digest(b"x" * 32, b"a\n" + content, "sha256").hex().encode() + b"\n"
     (folder / "a.kernel").write_bytes(kernel._MARK + digest + content)
     return folder / "a.kernel"
 
@@ -205,6 +205,30 @@ def test_what_is_signed_with_another_key_is_not_read(folder):
     assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
     planted(folder)
     assert kernel.read_cache("a") is None
+
+
+def test_a_kernel_under_the_name_of_another_is_not_read(folder):
+    """Two files exchanged: both are signed by this user, and each holds what the other's name says."""
+    kernel.write_cache("a", {"symbol": "f"}, b"code of a")
+    kernel.write_cache("b", {"symbol": "f"}, b"code of b")
+    (folder / "a.kernel").rename(folder / "c")
+    (folder / "b.kernel").rename(folder / "a.kernel")
+    (folder / "c").rename(folder / "b.kernel")
+    assert kernel.read_cache("a") is None
+    assert kernel.read_cache("b") is None
+    kernel.write_cache("a", {"symbol": "f"}, b"code of a")
+    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code of a")
+
+
+def test_a_link_in_the_cache_is_neither_read_nor_written_through(folder, tmp_path):
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
+    (folder / "a.kernel").rename(tmp_path / "elsewhere")
+    (folder / "a.kernel").symlink_to(tmp_path / "elsewhere")
+    assert kernel.read_cache("a") is None
+    (tmp_path / "elsewhere").write_bytes(b"mine")
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
+    assert (tmp_path / "elsewhere").read_bytes() == b"mine"
+    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
 
 
 @pytest.mark.parametrize("mode", [0o720, 0o770, 0o702])
@@ -234,20 +258,20 @@ def test_a_file_that_others_can_write_or_own_is_not_read(folder, monkeypatch):
 @pytest.mark.parametrize("content", [b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n"])
 def test_a_record_that_is_none_is_built_again(folder, content):
     folder.mkdir(mode=0o700)
-    (folder / "a.kernel").write_bytes(kernel._MARK + kernel._digest(content) + content)
+    (folder / "a.kernel").write_bytes(kernel._MARK + kernel._digest("a", content) + content)
     assert kernel.read_cache("a") is None
 
 
 def test_the_key_is_the_users_own_and_secret(folder, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
     key = tmp_path / "user" / "lwr_dyn" / "key"
-    assert kernel._digest(b"x") == kernel._digest(b"x")
+    assert kernel._digest("a", b"x") == kernel._digest("a", b"x")
     assert key.stat().st_mode & 0o777 == 0o600
     assert len(key.read_bytes()) == 32
     key.chmod(0o644)
     with pytest.raises(PermissionError):
-        kernel._digest(b"x")
+        kernel._digest("a", b"x")
     key.chmod(0o600)
     key.write_bytes(b"short")
     with pytest.raises(FileAccessError, match="5 bytes; allowed: 32 secret bytes"):
-        kernel._digest(b"x")
+        kernel._digest("a", b"x")
