@@ -2,6 +2,7 @@
 
 import pytest
 
+import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.cli.list_ import command
 
@@ -23,7 +24,9 @@ def test_one_robot_by_reading_and_column(robot, printed):
     assert head.startswith(f"{robot}: {paper.document['title']}")
     assert (f"({paper.document.get('origin')})" in head) == bool(paper.document.get("origin"))
     readings = [f"  {name}: {paper.readings[name].about}" for name in paper.reading_names]
-    assert lines[: len(readings)] == readings
+    assert [line.partition("; leaves ")[0] for line in lines[: len(readings)]] == readings
+    left = [" and ".join(lwr_dyn.load(robot, name).caveats.left_in_place) for name in paper.reading_names]
+    assert [line.partition("; leaves ")[2].partition(" in place, ")[0] for line in lines[: len(readings)]] == left
     columns = [tuple(line.split(maxsplit=2)) for line in lines[len(readings) :]]
     assert [x[:2] for x in columns] == [(name, c.kind) for name, c in paper.columns.items()]
 

@@ -13,7 +13,7 @@ PAPERS = [paper for robot in robots() for paper in open_readings(robot)]
 @pytest.mark.parametrize("robot", robots())
 def test_no_default_leaves_a_proven_error_of_the_model_in_place(robot):
     paper = open_paper(robot)
-    assert paper.left_in_place == () == lwr_dyn.load(robot).caveats.left_in_place
+    assert paper.left_in_place() == () == lwr_dyn.load(robot).caveats.left_in_place
     proven = {e.id for e in paper.errata if e.status == "proven" and e.severity == "model" and e.of_tables()}
     assert proven <= set(paper.reading.errata)
 

@@ -141,7 +141,7 @@ def caveats_of(paper: Paper) -> Caveats:
         what = sort_of(name)
         if what:
             estimates |= {Estimate(what, kind, column.how): None for kind in _kinds(paper, column) if kind in GUESSED}
-    left = (*paper.left_in_place, *paper.document.get(LEFT_IN_PLACE, "").split())
+    left = (*paper.left_in_place(), *paper.document.get(LEFT_IN_PLACE, "").split())
     likely = (e.id for e in paper.errata if e.id in paper.reading.errata and e.status == "likely")
     return Caveats(left, tuple(estimates), tuple(likely))
 

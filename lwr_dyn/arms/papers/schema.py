@@ -306,10 +306,10 @@ class Paper:
         """The numbers of a column in SI units; empty where the file has no such column."""
         return tuple(self.columns[column].si().tolist()) if column in self.columns else ()
 
-    @property
-    def left_in_place(self) -> tuple[str, ...]:
-        """Ids of the proven errata that change the arm, and that the reading does not apply."""
-        return tuple(e.id for e in self.errata if e.changes_arm and e.id not in self.reading.errata)
+    def left_in_place(self, reading: str = "") -> tuple[str, ...]:
+        """Ids of the proven errata that change the arm, and that a reading, this one if not named, does not apply."""
+        applied = (self.readings[reading] if reading else self.reading).errata
+        return tuple(e.id for e in self.errata if e.changes_arm and e.id not in applied)
 
     def __repr__(self) -> str:
         return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

@@ -45,7 +45,7 @@ def test_arms_beside_each_other_have_other_labels():
     lwr, wam, printed = (lwr_dyn.load(*name) for name in (("lwr4plus",), ("wam7",), ("lwr4plus", "printed")))
     labels = [[each.label for each in beside_each_other(lwr, other)] for other in (wam, printed, lwr)]
     assert labels[0] == ["lwr4plus", "wam7"]
-    assert labels[1] == ["lwr4plus computed", "lwr4plus printed"]
+    assert labels[1] == ["lwr4plus physical", "lwr4plus printed"]
     assert len(set(labels[2])) == 2
 
 
