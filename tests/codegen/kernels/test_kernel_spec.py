@@ -78,7 +78,9 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("arm", [ARM, random_arm(5, "RPR")], ids=["flange in the last link's frame", "flange elsewhere"])
+@pytest.mark.parametrize(
+    "arm", [ARM, random_arm(5, "RPR")], ids=["flange in the last link's frame", "flange elsewhere"]
+)
 def test_a_payload_alone_can_be_the_input(arm):
     x, load = states(arm.n, 10), kernel_spec.payload_parameters(3.0, (0.01, 0.0, 0.05))
     result = lwr_dyn.batch_dynamics(arm, inputs=["payload"]).inverse_dynamics(*x, payload=load)
