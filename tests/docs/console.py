@@ -28,6 +28,7 @@ from tests.docs import ready_command
 from tests.docs.blocks import Block, Command, PageError, blocks, check_marks, matches, updated
 
 ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = "python scripts/examples/"
 LIMIT = 300
 """Seconds after which a command is stopped."""
 CLOSED_PIPE = 141
@@ -53,10 +54,13 @@ def ready() -> str:
 
 
 def environment(programs: Path) -> dict[str, str]:
-    """The surroundings of a command: `lwr-dyn` and `python` are this working tree and this interpreter."""
+    """The surroundings of a command: `lwr-dyn` and `python` are this working tree and this interpreter.
+
+    A warning that a program in Python causes is an error.
+    """
     python = shlex.quote(sys.executable)
     command = f"{python} -IS {shlex.quote(ready_command.__file__)} {shlex.quote(ready())}"
-    for name, begin in (("lwr-dyn", command), ("python", python), ("python3", python)):
+    for name, begin in (("lwr-dyn", command), ("python", f"{python} -W error"), ("python3", python)):
         program = programs / name
         program.write_text(f'#!/bin/sh\nexec {begin} "$@"\n', encoding="utf-8")
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
@@ -75,7 +79,11 @@ def surroundings() -> dict[str, str]:
 
 
 def run_command(command: Command, folder: Path, variables: dict[str, str]) -> tuple[list[str], int]:
-    """What a command prints, stderr included, and its exit code; raises `PageError` when it takes too long."""
+    """What a command prints, stderr included, and its exit code.
+
+    Raises `PageError` when it takes too long, or is an example that writes elsewhere than to `out/`.
+    """
+    there = {*os.listdir(folder), "out"}
     script = f"set -o pipefail\n{command.text}"
     try:
         done = subprocess.run(
@@ -90,6 +98,8 @@ def run_command(command: Command, folder: Path, variables: dict[str, str]) -> tu
         )
     except subprocess.TimeoutExpired:
         raise PageError(f"line {command.line}: `{command.text}` ran longer than {LIMIT} s") from None
+    if EXAMPLES in command.text and not there.issuperset(os.listdir(folder)):
+        raise PageError(f"line {command.line}: `{command.text}` writes elsewhere than to out/")
     lines = done.stdout.rstrip("\n").splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
