@@ -207,8 +207,8 @@ def _not_above_zero(document: UrdfDocument, name: str, why: str) -> Iterator[Urd
 
 
 def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """A velocity limit above 40 rad/s (sound arms: up to 25, a humanoid 37), which looks like deg/s. Numbers above 1e6
-    stand for "unknown" and are left alone.
+    """A velocity limit above 40 rad/s (sound arms: up to 25, a humanoid 37), which looks like deg/s. Numbers above
+    2 292 are too large for deg/s as well and stand for "unknown": a note, and above 1e6 nothing.
     """
     for joint in document.joints:
         speed = joint.velocity
@@ -220,6 +220,7 @@ def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 joint.limit.place, joint.subject,
                 tag_text(joint.limit, velocity=number_text(turned)) if fits else "the joint's speed in rad/s",
                 "likely", "velocity limits in deg/s" if fits else "",
+                "note" if turned > FAST else None,
             )  # fmt: skip
 
 
@@ -328,9 +329,9 @@ _WRITTEN = 1.5e-4
 
 
 def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (of a quarter turn),
-    0.5 0.5 0.5, 0.3827 or 0.9239 (of 45 degrees), 1 0 0 (of half a turn). As angles in rad they would be 40.5, 28.6,
-    21.9, 52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 alone is a note: somebody may have typed one
+    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (of a quarter
+    turn), 0.5 0.5 0.5, 0.3827 or 0.9239 (of 45 degrees), 1 0 0 (of half a turn). As angles in rad they would be 40.5,
+    28.6, 21.9, 52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 is a note: somebody may have typed one
     rad. Parts of other turns are not seen.
     """
     for origin, subject, judged in _origins(document):

@@ -47,7 +47,15 @@ def refused(document: UrdfDocument) -> Iterator[UrdfFinding]:
             )  # fmt: skip
 
 
-OF_THE_TREE = ("root-tag", "name-missing", "name-twice", "link-unknown", "link-carried-twice", "tree-roots", "tree-loop")
+OF_THE_TREE = (
+    "root-tag",
+    "name-missing",
+    "name-twice",
+    "link-unknown",
+    "link-carried-twice",
+    "tree-roots",
+    "tree-loop",
+)
 """Rules after whose errors the reader gets no further."""
 
 

@@ -14,7 +14,9 @@ from tests.arms.urdf.test_reader_refusals import BROKEN, ONE, TWO
 from tests.hostile.changes import changed
 from tests.hostile.readers import _urdfs
 
-SECOND = ONE.replace("</inertial>", '</inertial><inertial><mass value="-1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>')
+SECOND = ONE.replace(
+    "</inertial>", '</inertial><inertial><mass value="-1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+)
 MORE = {
     "default namespace": ONE.replace("<robot", '<robot xmlns="http://example.org"'),
     "leftover of xacro": ONE.replace("<robot", '<robot xmlns:xacro="http://ros.org/wiki/xacro"').replace(
