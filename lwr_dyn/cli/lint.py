@@ -1,6 +1,6 @@
 """`lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file.
 
-Exit 1 for errors, with `--strict` for warnings of URDFs too, and for whatever is found in tables but notes.
+Exit 1 for errors, for warnings in tables and, with `--strict`, in URDFs.
 """
 
 import sys

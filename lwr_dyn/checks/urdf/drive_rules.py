@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lwr_dyn.checks.urdf.document import TURNING, UrdfDocument, UrdfFinding, link_poses, tag_text
+from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, UrdfDocument, UrdfFinding, link_poses, tag_text
 from lwr_dyn.checks.urdf.elements import JointElement
 from lwr_dyn.checks.urdf.inertia_shape_rules import largest_weight
 from lwr_dyn.checks.urdf.inertial_rules import arm_size
@@ -144,6 +144,9 @@ WEAK, STRONG = 0.6, 20000.0
 UNLIKE = 30.0
 UNKNOWN = 1e6
 """Effort [N m, N] from which it stands for "unknown"."""
+STANDING = 0.1
+"""Effort over the largest weight moment below which no mounting saves it."""
+_STAND_INS = 3
 _FEWEST = 2
 _NO_LIMIT = 1e9
 """An effort from here on stands for none."""
@@ -154,9 +157,10 @@ def effort_against_weight(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
     The largest moment of the weight over 12 positions of the joints and any mounting, m g times the distance of the
     centre of the moved links from the axis; odd masses and centres are replaced by usual ones. Good arms: effort 0.8 to
-    1 312 times that; of robots that always stand upright 4 of 28 joints 0.15 to 0.54 times. Warning below 0.6 (the
-    joint may still hold the arm as it is mounted), and above 20 000 times the moment at a distance of at least 5 cm;
-    1e6 and more stand for unknown.
+    1 312 times that; of robots that always stand upright 4 of 28 joints 0.15 to 0.54 times. Warning below 0.6, and
+    above 20 000 times the moment at a distance of at least 5 cm. A note where the effort is above 0.1 times and holds
+    the arm as the file stands, and where a large one stands for "unknown": a round number at three joints or more.
+    1e6 and more always do.
     """
     poses = link_poses(document)
     for joint in document.joints:
@@ -171,7 +175,23 @@ def effort_against_weight(document: UrdfDocument) -> Iterator[UrdfFinding]:
             why = f"the links behind the joint weigh up to {moment:.3g} {unit}, any mounting"
             if strong and least > moment:
                 why = f"5 cm from the axis the links behind the joint weigh {least:.3g} N m"
-            yield UrdfFinding(what, why, joint.place_of("limit"), joint.subject, "", "likely", link=joint.child)
+            standing = weak and joint.effort > STANDING * moment and _holds_upright(document, joint, joint.effort)
+            noted: FindingSeverity | None = "note" if standing or (strong and _is_stand_in(document, joint)) else None
+            yield UrdfFinding(
+                what, why, joint.place_of("limit"), joint.subject, "", "likely", severity=noted, link=joint.child
+            )
+
+
+def _holds_upright(document: UrdfDocument, joint: JointElement, effort: float) -> bool:
+    """Whether an effort holds the links behind a joint where z of the root points upward."""
+    return effort >= WEAK * largest_weight(document, joint, link_poses(document), upright=True)[0]
+
+
+def _is_stand_in(document: UrdfDocument, joint: JointElement) -> bool:
+    """Whether an effort is a round number that three joints or more share."""
+    text = f"{joint.effort:.15e}".partition("e")[0]
+    shared = sum(x.effort == joint.effort for x in document.joints)
+    return not text.replace(".", "").strip("0")[1:] and shared >= _STAND_INS
 
 
 def unlike_others(document: UrdfDocument) -> Iterator[UrdfFinding]:

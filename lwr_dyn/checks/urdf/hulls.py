@@ -11,7 +11,10 @@ over and written again; a folder that cannot be written costs only time.
 """
 
 import hashlib
+import logging
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from io import BytesIO
@@ -262,11 +265,23 @@ def _points(path: str, changed: int, size: int) -> MeshPoints | str:
     points = kept_points(digest)
     if points is None:
         try:
-            points = support_points(_read(content, ending))
+            with _quiet():
+                points = support_points(_read(content, ending))
         except Exception as fault:  # whatever a parser of three formats raises on a damaged file
             return f"not a readable {ending[1:].upper()} file ({type(fault).__name__})"
         keep_points(digest, points)
     return MeshPoints(digest, points) if len(points) else "without points"
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without trimesh's log, which prints a traceback for a texture that is not there."""
+    log = logging.getLogger("trimesh")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before
 
 
 def _read(content: bytes, ending: str) -> Array:

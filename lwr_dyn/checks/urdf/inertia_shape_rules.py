@@ -105,10 +105,12 @@ _GRAVITY, _ARM = 9.81, 0.05
 """[m/s^2], [m]."""
 
 
-def largest_weight(document: UrdfDocument, joint: JointElement, poses: dict[str, Array]) -> tuple[float, float]:
+def largest_weight(
+    document: UrdfDocument, joint: JointElement, poses: dict[str, Array], upright: bool = False
+) -> tuple[float, float]:
     """The weight of all links behind a joint in any mounting: its largest moment [N m], and that at 5 cm.
 
-    For sliding joints both are the weight [N].
+    With `upright`, the first as the file stands, z of its root upward. For sliding joints both are the weight [N].
     """
     masses, centres = _behind(document, joint.child, poses)
     length = 0.0 if joint.axis is None else float(np.linalg.norm(joint.axis))
@@ -121,7 +123,9 @@ def largest_weight(document: UrdfDocument, joint: JointElement, poses: dict[str,
     centre = np.einsum("k,kpi->pi", np.array(masses), np.array(centres)) / sum(masses)
     arm = centre - frame[:, :3, 3]
     axis = frame[:, :3, :3] @ (joint.axis / length)
-    return weight * float(np.linalg.norm(np.cross(axis, arm), axis=1).max()), weight * _ARM
+    across = np.cross(axis, arm)
+    moments = np.abs(across[:, 2]) if upright else np.linalg.norm(across, axis=1)
+    return weight * float(moments.max()), weight * _ARM
 
 
 def _behind(document: UrdfDocument, child: str, poses: dict[str, Array]) -> tuple[list[float], list[Array]]:

@@ -57,7 +57,7 @@ def inertials_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def masses_negative(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A mass below 0, which no body has: every torque and energy with it has the wrong sign. The reader refuses the
-    file wherever the link is.
+    file, wherever the link is.
     """
     for link, inertial in _inertials(document):
         if inertial.mass is not None and inertial.mass < 0.0:

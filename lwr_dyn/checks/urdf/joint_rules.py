@@ -207,8 +207,8 @@ def _not_above_zero(document: UrdfDocument, name: str, why: str) -> Iterator[Urd
 
 
 def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """A velocity limit above 40 rad/s (sound arms: up to 25, a humanoid 37), which looks like deg/s. Numbers above 1e6
-    stand for "unknown" and are left alone.
+    """A velocity limit above 40 rad/s (sound arms: up to 25, a humanoid 37), which looks like deg/s. Numbers above
+    2 292 are too large for deg/s as well and stand for "unknown": a note, and above 1e6 nothing.
     """
     for joint in document.joints:
         speed = joint.velocity
@@ -220,6 +220,7 @@ def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
                 joint.limit.place, joint.subject,
                 tag_text(joint.limit, velocity=number_text(turned)) if fits else "the joint's speed in rad/s",
                 "likely", "velocity limits in deg/s" if fits else "",
+                "note" if turned > FAST else None,
             )  # fmt: skip
 
 

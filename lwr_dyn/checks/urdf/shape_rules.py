@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from lwr_dyn.arms.urdf.elements import DRAWN_HERE
-from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, UrdfDocument, UrdfFinding, vector_text
+from lwr_dyn.checks.urdf.document import SLIDING, TURNING, FindingSeverity, UrdfDocument, UrdfFinding, vector_text
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement, ShapeElement
 from lwr_dyn.checks.urdf.hulls import OTHER_FORMAT, REMOTE, Hull, depth, directions, gap, mesh_path
 from lwr_dyn.checks.urdf.inertia_shape_rules import misscaled
@@ -265,10 +265,10 @@ def joint_off_bodies(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """The origin of a joint lies outside both bodies that it holds together.
 
     On good arms it lies at most 0.041 diameters outside, on those of other makers 0.029. More than 0.06 outside both
-    points to the origin of the joint or of a shape.
+    points to the origin of the joint or of a shape. Of a slide only the direction counts, so it is left alone.
     """
     for joint, parent, child, pose in _neighbours(document):
-        off = _off_both(parent, child, pose)
+        off = 0.0 if joint.type in SLIDING else _off_both(parent, child, pose)
         if off > APART:
             what = f"its origin lies {off:.2g} diameters outside both {joint.parent} and {joint.child}"
             why = "a joint's axis goes through the bodies that it holds"

@@ -156,3 +156,29 @@ def test_the_joints_before_a_joint_and_a_loop():
     assert [x.name for x in joints_before(document, document.joint_into("l3"))] == ["j2", "j1"]
     loop = document_of(ARM.text().replace('parent link="l0"', 'parent link="l3"'), "f")
     assert [x.name for x in joints_before(loop, loop.joint_into("l3"))] == ["j2", "j1"]
+
+
+def test_an_effort_that_holds_the_arm_as_it_stands_is_a_note():
+    """The first axis is vertical: hung on a wall it would hold the weight, as it stands none."""
+    document = ARM.document()
+    moment, _ = largest_weight(document, document.joint_into("l1"), link_poses(document))
+    assert largest_weight(document, document.joint_into("l1"), link_poses(document), upright=True)[0] < 1e-9
+    levels = {}
+    for share in (0.3, 0.05):
+        text = ARM.text().replace('effort="150.0"', f'effort="{share * moment}"', 1)
+        found = [f for f in lint_document(document_of(text, "f")).findings if f.code == "effort-weight"]
+        levels[share] = [(f.subject, f.level) for f in found]
+    assert levels == {0.3: [("joint j1", "note")], 0.05: [("joint j1", "warning")]}
+
+
+def test_a_round_effort_of_three_joints_stands_for_unknown():
+    def levels(*efforts):
+        text = ARM.text()
+        for effort in efforts:
+            text = text.replace('effort="150.0"', f'effort="{effort}"', 1)
+        found = lint_document(document_of(text, "f")).findings
+        return {f.level for f in found if f.code == "effort-weight"}
+
+    assert levels("900000", "900000", "900000") == {"note"}
+    assert levels("900000", "900001", "900002") == {"warning"}
+    assert levels("910000", "910000", "910000") == {"warning"}

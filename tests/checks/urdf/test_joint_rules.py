@@ -64,6 +64,8 @@ FAULTS = {
     "exchanged": (_LIMIT, r'\1lower="2" upper="-2" effort="150" velocity="2"', "limit-exchanged", "joint j2", "error"),
     "no speed": (_LIMIT, r'\1lower="-2" upper="2" effort="150" velocity="0"', "velocity-zero", "joint j2", "error"),
     "deg/s": (_LIMIT, r'\1lower="-2" upper="2" effort="150" velocity="180"', "velocity-degrees", "joint j2", "warning"),
+    "no speed known": (_LIMIT, r'\1lower="-2" upper="2" effort="150" velocity="50000"', "velocity-degrees", "joint j2",
+                       "note"),
     "no effort at all": (_LIMIT, r'\1lower="-2" upper="2" effort="0" velocity="2"', "effort-zero", "joint j2", "error"),
     "axis 0": (_AXIS, r'\1"0 0 0"', "axis-zero", "joint j2", "error"),
     "axis 0 1 1": (_AXIS, r'\1"0 1 1"', "axis-not-unit", "joint j2", "warning"),

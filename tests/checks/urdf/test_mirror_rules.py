@@ -39,14 +39,11 @@ def test_images_of_a_link_are_silent(turn):
     assert list(signs_unlike(pair(link("left", COM, TENSOR), other))) == []
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        TENSOR,
-        MIRROR @ (2 * np.diag(TENSOR.diagonal()) - TENSOR) @ MIRROR,
-        np.diag([1, 1, -1]) @ TENSOR @ np.diag([1, 1, -1]),
-    ],
-)
+UPSIDE = np.diag([1.0, 1.0, -1.0])
+OPPOSITE = 2 * np.diag(TENSOR.diagonal()) - TENSOR
+
+
+@pytest.mark.parametrize("wrong", [TENSOR, MIRROR @ OPPOSITE @ MIRROR, UPSIDE @ TENSOR @ UPSIDE])
 def test_signs_that_no_mirror_image_gives_are_found(wrong):
     (found,) = signs_unlike(pair(link("left", COM, TENSOR), link("right", MIRROR @ COM, wrong)))
     assert (found.subject, found.sure) == ("link right", "likely")
@@ -72,7 +69,7 @@ def test_other_masses_centres_and_moments_are_other_links():
 
 
 def test_where_both_have_shapes_the_finding_is_at_the_one_that_fits_worse():
-    """A bar along (1, 1, 0) on the left, along (1, -1, 0) on the right; the left tensor has the other's sign."""
+    """A bar along (1, 1, 0) on the left and along (1, -1, 0) on the right; the left tensor is the right one's."""
     bar = '<visual><origin xyz="{} {} 0" rpy="0 0 {}"/><geometry><box size="0.4 0.05 0.05"/></geometry></visual>'
     turn = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, np.sqrt(2.0)]]) / np.sqrt(2.0)
     along = turn @ np.diag([0.0005, 0.0205, 0.0205]) @ turn.T
