@@ -16,7 +16,7 @@ import sympy as sp
 from lwr_dyn.arms.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices
+from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices, normal_form
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.chain import link_frames
@@ -138,8 +138,9 @@ def printed_symbols(rows: Sequence[Sequence[str]], i: int) -> sp.Matrix:
 
 def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> MatrixVerdict:
     name, printed = f"A{i + 1}", printed_symbols(rows, i)
+    beyond = normal_form(printed - right, [sp.Symbol(f"q{i + 1}")])
     entries = tuple(
-        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), sp.simplify(printed[r, c] - right[r, c]) == 0)
+        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), beyond[r, c] == 0)
         for r, c in PLACES
     )
     same = all(entry.same for entry in entries)
@@ -189,7 +190,7 @@ def _row_of(printed: sp.Matrix, i: int) -> str:
         theta = sign * q + sp.rad(offset)
         (c, s), (ca, sa) = ((sp.cos(x), sp.sin(x)) for x in (theta, sp.rad(alpha)))
         row = sp.Matrix(equation_1(c, s, ca, sa, a, d))
-        if sp.simplify(row - printed) == sp.zeros(4, 4):
+        if normal_form(row - printed, [q]) == sp.zeros(4, 4):
             return f"alpha = {alpha} deg, theta = {sign * q}{f' {offset:+d} deg' if offset else ''}"
     return "no row of equation (1)"
 
