@@ -58,7 +58,8 @@ def _bags() -> Mapping[str, Mapping[str, bytes]]:
     out = {}
     for storage in ("sqlite3", "mcap"):
         with tempfile.TemporaryDirectory() as place:
-            topic = ("/joint_states", ("a", "b"), t, {"position": q, "velocity": tau, "effort": 3.0 * tau})
+            fields = {"position": q, "velocity": tau * (1, 2), "effort": 3.0 * tau}
+            topic = ("/joint_states", ("a", "b"), t, fields)
             bag = write_bag(Path(place) / "bag", [topic], storage)
             out[storage] = {path.name: path.read_bytes() for path in bag.iterdir()}
     return out
