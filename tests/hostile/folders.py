@@ -38,7 +38,7 @@ EXPRESSIONS = (
 def xacro(folder: Path, rng: random.Random) -> None:
     """A file of macros, its text changed or another expression in it."""
     text = (GOOD / rng.choice(("macro.urdf.xacro", "arm.urdf.xacro", "arm.urdf.xacro"))).read_text(encoding="utf-8")
-    if rng.random() < 0.5:
+    if rng.random() < 0.35:
         places = [k for k in range(len(text)) if text.startswith("${", k)]
         start = rng.choice(places)
         new = changed(rng.choice(EXPRESSIONS), rng, "nvwds") if rng.random() < 0.5 else rng.choice(EXPRESSIONS)
