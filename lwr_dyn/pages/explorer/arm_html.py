@@ -14,6 +14,7 @@ from lwr_dyn.arms.urdf.model_files import UNSOURCED, quantity_sources
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import written_out
 from lwr_dyn.model.arm import Arm, Joint, Source
+from lwr_dyn.model.caveats import DYNAMICS
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.spatial import principal_moments
@@ -243,7 +244,7 @@ def _facts(arm: Arm) -> str:
     along = ", ".join(f"{x:.3g}" for x in (g / size + 0.0 if size else g))
     origin = escape(arm.title) if arm.layout is not None else f"reading <b>{escape(arm.reading)}</b>"
     facts = [origin, f"{arm.n} joints", mass, f"gravity {size:.6g} m/s² along ({along})"]
-    words = arm.caveats.words()
+    words = arm.caveats.words(DYNAMICS)
     return " · ".join([f'<b class="caveat">{escape(words)}</b>', *facts] if words else facts)
 
 

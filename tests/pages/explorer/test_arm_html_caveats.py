@@ -9,7 +9,7 @@ from lwr_dyn.pages.explorer.arm_html import arm_pieces
 @pytest.mark.parametrize(
     ("robot", "reading", "words"),
     [
-        ("lwr4plus", "computed", "leaves rotor-inertia-power in place, a proven error; gear stiffness"),
+        ("lwr4plus", "computed", "leaves rotor-inertia-power in place, a proven error</b>"),
         ("kr30ha", "kuka", "masses, centres of mass and inertias estimated from drawn solids"),
     ],
 )
