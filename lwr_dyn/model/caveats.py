@@ -22,7 +22,7 @@ _GUESSED = re.compile(rf"(.+?) ({'|'.join(GUESSED)})(?: (.+))?")
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
+class StandIn:
     """Numbers of one sort that no source gives: which, `estimated` or `assumed`, and how in a few words."""
 
     what: str
@@ -41,14 +41,14 @@ class Caveats:
     """The proven errors of weight model that a reading leaves in place (ids of errata), and what is estimated."""
 
     left_in_place: tuple[str, ...] = ()
-    estimates: tuple[Estimate, ...] = ()
+    estimates: tuple[StandIn, ...] = ()
     likely: tuple[str, ...] = ()
     """Errata that the reading applies though they are likely, not proven."""
 
     def words(self, used: Collection[str] = ALL) -> str:
         """In a line, of the numbers that are `used`; empty where nothing is to be said.
 
-        >>> solids = [Estimate(what, "estimated", "from drawn solids") for what in ("masses", "inertias")]
+        >>> solids = [StandIn(what, "estimated", "from drawn solids") for what in ("masses", "inertias")]
         >>> Caveats(("rotor-inertia-power",), tuple(solids)).words(DYNAMICS)
         'leaves rotor-inertia-power in place, a proven error; masses and inertias estimated from drawn solids'
         """
@@ -90,7 +90,7 @@ def caveats_of_words(words: str) -> Caveats:
         if found := _LEAVES.fullmatch(clause):
             left += _names(found[1])
         elif found := _GUESSED.fullmatch(clause):
-            estimates += [Estimate(what, found[2], found[3] or "") for what in _names(found[1]) if what in ALL]
+            estimates += [StandIn(what, found[2], found[3] or "") for what in _names(found[1]) if what in ALL]
     return Caveats(tuple(left), tuple(estimates))
 
 

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.model.arm import arm_with_payload, caveats_of
-from lwr_dyn.model.caveats import ALL, DYNAMICS, GUESSED, KINEMATICS, Caveats, Estimate, caveats_of_words
+from lwr_dyn.model.caveats import ALL, DYNAMICS, GUESSED, KINEMATICS, Caveats, StandIn, caveats_of_words
 
 IDS = st.lists(st.sampled_from(("table2-rows", "kuka-signs", "a", "b-c")), unique=True, max_size=4).map(tuple)
 ESTIMATES = st.lists(
-    st.builds(Estimate, st.sampled_from(ALL), st.sampled_from(GUESSED), st.sampled_from(("", "from drawn solids"))),
+    st.builds(StandIn, st.sampled_from(ALL), st.sampled_from(GUESSED), st.sampled_from(("", "from drawn solids"))),
     unique_by=lambda one: one.what,
     max_size=6,
 ).map(tuple)
@@ -29,7 +29,7 @@ def test_nothing_is_said_of_a_clean_arm_and_foreign_words_are_left_out():
 
 
 def test_only_the_numbers_that_are_used_count():
-    springs = Caveats(estimates=(Estimate("gear stiffness", "assumed"), Estimate("speed limits", "assumed")))
+    springs = Caveats(estimates=(StandIn("gear stiffness", "assumed"), StandIn("speed limits", "assumed")))
     assert springs.words(DYNAMICS) == "speed limits assumed" == springs.words(KINEMATICS)
     assert springs.words() == "gear stiffness and speed limits assumed"
 

@@ -10,7 +10,7 @@ from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, UNKNOWN, Colum
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm, JointGains, JointLimits, Ratings, Source
-from lwr_dyn.model.caveats import GUESSED, Caveats, Estimate
+from lwr_dyn.model.caveats import GUESSED, Caveats, StandIn
 from lwr_dyn.model.chain import Body, Chain, ChainLink, DHRow, Rotor
 from lwr_dyn.model.file_layout import Drawing, DrawnCylinder
 from lwr_dyn.model.friction import Direction, JointFriction
@@ -136,11 +136,11 @@ def sort_of(column: str) -> str:
 
 def caveats_of(paper: Paper) -> Caveats:
     """What an arm carries before its numbers: proven errors that the reading leaves in place, and its estimates."""
-    estimates: dict[Estimate, None] = {}
+    estimates: dict[StandIn, None] = {}
     for name, column in paper.columns.items():
         what = sort_of(name)
         if what:
-            estimates |= {Estimate(what, kind, column.how): None for kind in _kinds(paper, column) if kind in GUESSED}
+            estimates |= {StandIn(what, kind, column.how): None for kind in _kinds(paper, column) if kind in GUESSED}
     left = (*paper.left_in_place(), *paper.document.get(LEFT_IN_PLACE, "").split())
     likely = (e.id for e in paper.errata if e.id in paper.reading.errata and e.status == "likely")
     return Caveats(left, tuple(estimates), tuple(likely))

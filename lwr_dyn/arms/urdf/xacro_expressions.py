@@ -205,7 +205,7 @@ class Expressions:
         """The value of an expression, in place of `xacro.safe_eval`; raises `ExpressionError` and what Python would."""
         if len(text) > _LONGEST_TEXT:
             raise ExpressionError(f"an expression longer than {_LONGEST_TEXT} characters")
-        return _Reader(names, self).value(ast.parse(text.strip(), "<expression>", "eval").body)
+        return _Evaluator(names, self).value(ast.parse(text.strip(), "<expression>", "eval").body)
 
     def count(self, size: int) -> None:
         """Add what an expression or a macro gave or cost; raises `ExpressionError` beyond `MOST_IN_ALL`."""
@@ -214,7 +214,7 @@ class Expressions:
             raise ExpressionError("a file whose expressions and macros grow without end")
 
 
-class _Reader:
+class _Evaluator:
     """Gives each node its value."""
 
     def __init__(self, names: Mapping[str, Any], owner: Expressions) -> None:
@@ -327,20 +327,20 @@ class _Reader:
         return partial(methods[name], base) if name in methods else None
 
 
-_NODES: dict[type[ast.AST], Callable[[_Reader, Any], Any]] = {
-    ast.Constant: _Reader.constant,
-    ast.Name: _Reader.name,
-    ast.Attribute: _Reader.attribute,
-    ast.Subscript: _Reader.subscript,
-    ast.Slice: _Reader.slice,
-    ast.BinOp: _Reader.operation,
-    ast.UnaryOp: _Reader.operation,
-    ast.BoolOp: _Reader.logic,
-    ast.Compare: _Reader.comparison,
+_NODES: dict[type[ast.AST], Callable[[_Evaluator, Any], Any]] = {
+    ast.Constant: _Evaluator.constant,
+    ast.Name: _Evaluator.name,
+    ast.Attribute: _Evaluator.attribute,
+    ast.Subscript: _Evaluator.subscript,
+    ast.Slice: _Evaluator.slice,
+    ast.BinOp: _Evaluator.operation,
+    ast.UnaryOp: _Evaluator.operation,
+    ast.BoolOp: _Evaluator.logic,
+    ast.Compare: _Evaluator.comparison,
     ast.IfExp: lambda reader, node: reader.value(node.body if reader.value(node.test) else node.orelse),
     ast.List: lambda reader, node: reader.values(node.elts),
     ast.Tuple: lambda reader, node: tuple(reader.values(node.elts)),
     ast.Set: lambda reader, node: _set(reader.values(node.elts)),
     ast.Dict: lambda reader, node: _dict(zip(reader.values(node.keys), reader.values(node.values), strict=True)),
-    ast.Call: _Reader.call,
+    ast.Call: _Evaluator.call,
 }

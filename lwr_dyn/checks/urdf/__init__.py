@@ -2,6 +2,7 @@
 
 document             A URDF as written: links, joints and their places, what a joint moves and how links hang
                      together; its findings
+drive_rules          Rules of drives: friction, rotors, travel, speeds that look like rpm, efforts against the weight
 elements             Links and joints of a URDF, each number as written; what cannot be read is None and has a finding
                      of its own
 hulls                Convex hulls of bodies, and the meshes that they are made of
@@ -15,6 +16,8 @@ judgement            Each link's inertial held against the convex hull of its ow
                      what is odd
 lint                 A URDF judged by every rule: the findings with their severity, without those that the user
                      ignores
+mirror_rules         Rules of two links of one shape: left and right, or the same part again
+reader_rules         What the reader of arms refuses in a file: the reader itself is asked
 reports              What `lwr-dyn lint` makes of URDFs: the files of folders, findings grouped by cause, and their
                      outputs
 schema_rules         Rules of the format: the outermost element, names, tags, attributes, numbers
