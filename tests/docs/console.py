@@ -53,14 +53,16 @@ def ready() -> str:
     return str(folder / "socket")
 
 
-def environment(programs: Path) -> dict[str, str]:
-    """The surroundings of a command: `lwr-dyn` and `python` are this working tree and this interpreter.
+def environment(programs: Path, text: str) -> dict[str, str]:
+    """The surroundings of a page's commands: `lwr-dyn` and `python` are this working tree and this interpreter.
 
     A warning that a program in Python causes is an error.
     """
     python = shlex.quote(sys.executable)
-    command = f"{python} -IS {shlex.quote(ready_command.__file__)} {shlex.quote(ready())}"
-    for name, begin in (("lwr-dyn", command), ("python", f"{python} -W error"), ("python3", python)):
+    begins = {"python": f"{python} -W error", "python3": python}
+    if "lwr-dyn" in text:
+        begins["lwr-dyn"] = f"{python} -IS {shlex.quote(ready_command.__file__)} {shlex.quote(ready())}"
+    for name, begin in begins.items():
         program = programs / name
         program.write_text(f'#!/bin/sh\nexec {begin} "$@"\n', encoding="utf-8")
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
@@ -162,7 +164,7 @@ def steps(text: str) -> Iterator[Block]:
 
 def run_page(text: str, folder: Path, update: bool = False, report: Any = None, page: str = "page") -> str:
     """Run a page in an empty folder; returns its text, with the real output when `update`."""
-    variables = environment(Path(tempfile.mkdtemp(prefix="programs_", dir=folder.parent)))
+    variables = environment(Path(tempfile.mkdtemp(prefix="programs_", dir=folder.parent)), text)
     session = Session(page)
     changes: list[tuple[Command, list[str], int]] = []
     (folder / "scripts").symlink_to(ROOT / "scripts")  # a page may run the examples of a clone

@@ -96,7 +96,7 @@ def become(request: dict, streams: list[int]) -> None:
 
 
 def load_all() -> None:
-    """Import what commands import."""
+    """Import what commands import, but for what needs a package that is not installed."""
     import gc
     import importlib
     import pkgutil
@@ -106,7 +106,8 @@ def load_all() -> None:
     gc.disable()
     for module in pkgutil.walk_packages(lwr_dyn.__path__, "lwr_dyn."):
         if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
+            with contextlib.suppress(ImportError):
+                importlib.import_module(module.name)
     gc.freeze()  # no page of memory is copied for the collector's marks
     gc.enable()
 
