@@ -140,8 +140,7 @@ def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> Matrix
     name, printed = f"A{i + 1}", printed_symbols(rows, i)
     beyond = normal_form(printed - right, [sp.Symbol(f"q{i + 1}")])
     entries = tuple(
-        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), beyond[r, c] == 0)
-        for r, c in PLACES
+        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), beyond[r, c] == 0) for r, c in PLACES
     )
     same = all(entry.same for entry in entries)
     return MatrixVerdict(

@@ -10,7 +10,6 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError, UnknownNameError
 
-
 HELD = {f"joint_{j}": 0.5 for j in (3, 4, 5, 6, 7)}
 """Of the arms that are shown here: a page of two joints is made in a quarter of the time that one of seven takes."""
 
