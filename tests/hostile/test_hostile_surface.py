@@ -84,7 +84,7 @@ def test_a_plot_that_is_a_folder(tmp_path, where, lwr_dyn_command):
     )
 
 
-@pytest.mark.parametrize("number", ["S 1e999, T 2", "S 2, T 1e999", "S 2, T -1e999"])
+@pytest.mark.parametrize("number", ["S 1e999, T 2", "S 2, T 1e999"])
 def test_a_status_or_turn_of_a_cell_that_no_number_is(tmp_path, number):
     """Found by the fuzz: an OverflowError."""
     from dataclasses import replace
