@@ -84,6 +84,24 @@ def test_a_plot_that_is_a_folder(tmp_path, where, lwr_dyn_command):
     )
 
 
+@pytest.mark.parametrize("number", ["S 1e999, T 2", "S 2, T 1e999"])
+def test_a_status_or_turn_of_a_cell_that_no_number_is(tmp_path, number):
+    """Found by the fuzz: an OverflowError."""
+    from dataclasses import replace
+
+    from lwr_dyn.krl.project.program import parse_program
+    from lwr_dyn.krl.running.cell import read_cell, with_cell
+    from lwr_dyn.krl.running.program_run import check_program
+    from tests.hostile.readers import GOOD, ROOT
+
+    good = (ROOT / GOOD / "cell.toml").read_text(encoding="utf-8")
+    (tmp_path / "x.toml").write_text(good.replace("S 2, T 10", number), encoding="utf-8")
+    cell = replace(read_cell(tmp_path / "x.toml"), submits=())
+    program = with_cell(parse_program("DEF a( )\nPTP P[2]\nEND", name="a"), cell)
+    found = check_program(program, lwr_dyn.load("kr30ha"), cell=cell)
+    assert any("inf" in d.message for d in found if d.severity == "error")
+
+
 COMMAND = re.compile(r"^\s*::|##\[", re.MULTILINE)
 """What GitHub's runner takes for a command: at the start of a line, or anywhere in the older form."""
 
