@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf import parse
+from lwr_dyn.arms.urdf import parse, xacro_bounds
 from lwr_dyn.checks.tables import rules
 from lwr_dyn.checks.urdf import hulls
 from lwr_dyn.cli import main
@@ -135,7 +135,13 @@ KRL = {200 * MB: source.LARGEST, 8192: lexer.LONGEST, 100: lexer.DEEPEST}
 LIMITS = {
     "": {64 * MB: files.LARGEST},
     "check": {64 * MB: files.LARGEST, 100: parse._DEEPEST, 256 * MB: hulls._LARGEST},
-    "lint": {64 * MB: files.LARGEST, 100: parse._DEEPEST, 256 * MB: hulls._LARGEST, 20 * MB: rules.LARGEST},
+    "lint": {
+        64 * MB: files.LARGEST,
+        100: parse._DEEPEST,
+        256 * MB: hulls._LARGEST,
+        20 * MB: rules.LARGEST,
+        1 * MB: xacro_bounds.LARGEST_FILE,
+    },
     "replay": {2 * GB: run.LARGEST},
     "compare": {2 * GB: run.LARGEST},
     "identify friction": {2 * GB: column_files.LARGEST},

@@ -5,11 +5,10 @@ import threading
 import time
 
 import pytest
+import xacro
 
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.errors import UrdfError
-
-xacro = pytest.importorskip("xacro")
 
 HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 MANY = "<a/>" * 20000

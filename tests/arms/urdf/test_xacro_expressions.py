@@ -1,10 +1,9 @@
 """Expressions of xacro files: the benign ones as xacro reads them, and no code of the file runs."""
 
 import pytest
+import xacro
 
 from lwr_dyn.arms.urdf.xacro_expressions import LONGEST, MOST_IN_ALL, ExpressionError, Expressions
-
-xacro = pytest.importorskip("xacro")
 
 BENIGN = """
 1

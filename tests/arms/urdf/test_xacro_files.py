@@ -1,11 +1,10 @@
 """Foreign xacro files are expanded, and none of their code runs unless they are trusted."""
 
 import pytest
+import xacro
 
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.errors import UrdfError
-
-xacro = pytest.importorskip("xacro")
 
 HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 OPENS = "open('{0}', 'w').close()"

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
+import xacro  # noqa: F401  its tests are skipped without it
 
 import lwr_dyn
 from lwr_dyn.arms.loading import arm_of
 from lwr_dyn.checks.urdf.lint import lint_file
 from lwr_dyn.foundation.errors import OptionError, UrdfError
 from lwr_dyn.model.run import Run
-
-pytest.importorskip("xacro")
 
 NEEDS_PYTHON = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:property name="n" value="${[k for k in [3, 4]][1]}"/>
