@@ -88,7 +88,8 @@ TIP_SPEED = 22.0
 def velocities_in_rpm(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A speed that looks like turns a minute (9.55 times too large) or deg/s (57 times): more than 4.5 times that of
     each other turning joint in the same chain (at least three), or one at which the farthest link would move at more
-    than 15 m/s (sound arms: up to 6). Speeds above 40 rad/s have a rule of their own.
+    than 22 m/s (sound arms: up to 6, a humanoid's legs 21). Speeds up to 6 rad/s and fingers are left alone; those
+    above 50 rad/s have a rule of their own.
     """
     reaches = link_poses(document)
     for joint in document.joints:

@@ -152,6 +152,8 @@ OUTSIDE_ERROR, OUTSIDE_WARNING = 0.3, 0.02
 OFF = 2.0
 EMPTY, LIGHT, HEAVY, SOLID = 5.0, 60.0, 5000.0, 12000.0
 """[kg/m^3] Impossible, odd; odd, impossible. Good arms: 250 to 3 030, a cover 13, a display 68."""
+STEEL, SMALL_PART = 8000.0, 0.2
+"""[kg/m^3] Of a small part [kg] of solid steel, such as the cross of a universal joint."""
 UNUSUAL = 6.0
 SPARSE, DENSE = 100.0, 3000.0
 """[kg/m^3] Between these a density unlike the others of the file is worth a note only."""
@@ -255,8 +257,8 @@ def density(document: UrdfDocument) -> Iterable[UrdfFinding]:
 
     Good arms: 250 to 3 030 kg/m^3 (covers 13, a display 68), those of other makers 166 to 3 240 (a bellows 24). Error
     below 5 and above 12 000, warning below 60, above 5 000, and for 6 times or a sixth of the median over the file's
-    links above 50 g (a note between 100 and 3 000). A factor of 1000 in the mass, or of 1000^3 in the volume (a mesh in
-    mm), is named.
+    links above 50 g (a note between 100 and 3 000). Parts below 0.2 kg may be of solid steel: up to 8 000. A factor of
+    1000 in the mass, or of 1000^3 in the volume (a mesh in mm), is named.
     """
     for found in judgements(document):
         if not _density_is_odd(found):
@@ -298,6 +300,8 @@ def mass_fit(document: UrdfDocument) -> Iterable[UrdfFinding]:
 
 def _density_is_odd(found: Judgement) -> bool:
     rho, relative = found.density, found.density / found.usual
+    if found.point.mass < SMALL_PART and HEAVY < rho <= STEEL:
+        return False
     return rho < LIGHT or rho > HEAVY or (found.point.mass > 0.05 and not 1.0 / UNUSUAL < relative < UNUSUAL)
 
 

@@ -88,8 +88,8 @@ TWO_TURNS = 4.0 * math.pi
 """Position limit [rad] that no arm of the corpus with sound limits reaches: two turns to one side."""
 DEGREES = 720.0
 """Largest angle that is taken for degrees; beyond it a number stands for "no limit"."""
-FAST = 40.0
-"""Joint speed [rad/s] above those of sound arms: up to 37 (a humanoid), 25 (an industrial arm)."""
+FAST = 50.0
+"""Joint speed [rad/s] above those of sound arms: up to 49 (a humanoid's ankle), 25 (an industrial arm)."""
 LONG_TRAVEL = 20.0
 """Travel of a slide [m] above which its limits look like millimetres; a gantry has some metres."""
 ENDLESS = 5000.0
@@ -207,8 +207,8 @@ def _not_above_zero(document: UrdfDocument, name: str, why: str) -> Iterator[Urd
 
 
 def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """A velocity limit above 40 rad/s (sound arms: up to 25, a humanoid 37), which looks like deg/s. Numbers above
-    2 292 are too large for deg/s as well and stand for "unknown": a note, and above 1e6 nothing.
+    """A velocity limit above 50 rad/s (sound arms: up to 25, a humanoid 49), which looks like deg/s. Numbers above
+    2 865 are too large for deg/s as well and stand for "unknown": a note, and above 1e6 nothing.
     """
     for joint in document.joints:
         speed = joint.velocity
@@ -216,7 +216,7 @@ def velocity_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
             turned = math.radians(speed)
             fits = 0.3 <= turned <= FAST
             yield UrdfFinding(
-                f"velocity limit {number_text(speed)} rad/s", "arms have up to 25 rad/s, humanoids 37",
+                f"velocity limit {number_text(speed)} rad/s", "arms have up to 25 rad/s, humanoids 49",
                 joint.limit.place, joint.subject,
                 tag_text(joint.limit, velocity=number_text(turned)) if fits else "the joint's speed in rad/s",
                 "likely", "velocity limits in deg/s" if fits else "",
@@ -339,7 +339,7 @@ def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
             continue
         sizes = np.sort(np.abs(origin.rpy))
         if np.abs(PARTS - sizes).max(axis=1).min() <= _WRITTEN:
-            degrees = vector_text(np.degrees(origin.rpy).round(1))
+            degrees = " ".join(f"{x:.1f}" for x in np.degrees(origin.rpy))
             meant = tag_text(origin.element, rpy=vector_text(np.round(_rpy_of_parts(origin.rpy), 6)))
             yield UrdfFinding(
                 f"rpy {vector_text(origin.rpy)} looks like parts of a quaternion", f"as angles {degrees} degrees",

@@ -21,8 +21,8 @@ SAME_CENTRE, SAME_TENSOR = 2e-3, 0.02
 """Of the centre's distance from the frame; of the largest moment."""
 SAME_PRODUCT = 0.2
 """Of the largest product."""
-PRODUCT = 0.01
-"""Largest product over the middle moment below which no sign matters."""
+PRODUCT, MATTERS = 0.01, 0.02
+"""Largest product, and least difference that its sign makes, over the middle moment."""
 _TRIANGLE = np.triu_indices(3, 1)
 
 
@@ -39,7 +39,7 @@ def signs_unlike(document: UrdfDocument) -> Iterator[UrdfFinding]:
     0.2 %), and whose tensors have the same moments and products, but for the signs of the products: these go with no
     turn or mirror image of the centre. Of left and right, products that change sign are those of the axis that the
     centre changes sign along with one of the two others. The finding is at the link whose shapes fit worse, else at the
-    later one. Products below 1 % of the middle moment are not looked at.
+    later one. Differences below 2 % of the middle moment are not looked at.
     """
     said: set[str] = set()
     for first, second in combinations(_points(document), 2):
@@ -85,12 +85,14 @@ def _unlike(first: tuple[str, MassPoint], second: tuple[str, MassPoint]) -> tupl
     turns = _turns()
     turns = turns[np.abs(turns @ one.com - two.com).max(axis=1) <= SAME_CENTRE * far]
     images = turns @ one.inertia @ turns.swapaxes(1, 2)
-    least = np.maximum(SAME_PRODUCT * np.abs(two.inertia[_TRIANGLE]).max(), 0.0)
-    slack = np.full((3, 3), min(float(least), SAME_TENSOR * size)) + np.eye(3) * SAME_TENSOR * size
+    least = SAME_PRODUCT * float(np.abs(two.inertia[_TRIANGLE]).max())
+    slack = np.full((3, 3), min(least, SAME_TENSOR * size)) + np.eye(3) * SAME_TENSOR * size
     alike = (np.abs(np.abs(images) - np.abs(two.inertia)) <= slack).all(axis=(1, 2))
     if not alike.any() or (np.abs(images - two.inertia) <= slack).all(axis=(1, 2)).any():
         return None
     turns, images = turns[alike], images[alike]
+    if np.abs(images - two.inertia).max(axis=(1, 2)).min() < MATTERS * np.median(two.inertia.diagonal()):
+        return None
     back = turns.swapaxes(1, 2) @ two.inertia @ turns
     return Twin(a, one, list(back)), Twin(b, two, list(images))
 

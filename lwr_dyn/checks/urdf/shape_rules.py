@@ -207,8 +207,8 @@ def _filled(hull: Hull) -> Array:
     return np.vstack([hull.centroid + shell * some for shell in _SHELLS])
 
 
-APART = 0.06
-"""Gap between neighbours, and distance of a joint from both, over the larger diameter: 0.010 and 0.041 on good arms."""
+APART = 0.065
+"""Gap between neighbours, and distance of a joint from both, over the larger diameter: 0.061 and 0.060 on good arms."""
 NEARER, FREER, _NAMED = 0.42, 0.3, 0.1
 
 
@@ -249,7 +249,7 @@ def bodies_apart(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """At q = 0 the bodies on both sides of a joint do not meet.
 
     Good arms have at most 0.010 diameters between the hulls of neighbours (one 0.046), those of other makers 0.021. A
-    gap of more than 0.06 points to the origin of the joint or of a shape: in mm, with a sign or an axis exchanged. A
+    gap of more than 0.065 points to the origin of the joint or of a shape: in mm, with a sign or an axis exchanged. A
     sign or order that brings the joint 0.1 diameters of the parent nearer to it is named, with the text to write. Where
     a mesh of either body could not be read it is a note: the body may be larger.
     """
@@ -264,7 +264,7 @@ def bodies_apart(document: UrdfDocument) -> Iterable[UrdfFinding]:
 def joint_off_bodies(document: UrdfDocument) -> Iterable[UrdfFinding]:
     """The origin of a joint lies outside both bodies that it holds together.
 
-    On good arms it lies at most 0.041 diameters outside, on those of other makers 0.029. More than 0.06 outside both
+    On good arms it lies at most 0.041 diameters outside, on those of other makers 0.029. More than 0.065 outside both
     points to the origin of the joint or of a shape. Of a slide only the direction counts, so it is left alone.
     """
     for joint, parent, child, pose in _neighbours(document):

@@ -38,9 +38,9 @@ def table(title: str, groups: Iterable[tuple[str, Sequence[PlantVerdict]]]) -> s
 
 
 def totals(verdicts: Sequence[PlantVerdict]) -> str:
-    """Above the floors without the hopeless kinds, and all 68."""
+    """Above the floors without the hopeless kinds, and all 73."""
     large = [v for v in verdicts if v.large]
-    return table("planted", (("above the floors, without the hopeless kinds", large), ("all 68 kinds", verdicts)))
+    return table("planted", (("above the floors, without the hopeless kinds", large), ("all 73 kinds", verdicts)))
 
 
 def by_kind(verdicts: Sequence[PlantVerdict]) -> str:

@@ -1,11 +1,15 @@
 """Faults in a `<joint>`; each edit returns the size of the fault, None where it would change nothing."""
 
 import math
+import xml.etree.ElementTree as ET
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from tests.checks.urdf.plant_site import PlantSite, angles_of, centre_of, number, vector, write_origin
 
+LEAST_TURN = 0.01
+"""[rad]"""
 LEAST_SHIFT = 1e-3
 """Of the link's diameter."""
 _CYCLE = [1, 2, 0]
@@ -117,6 +121,33 @@ def origin_angles_in_degrees(site: PlantSite) -> float | None:
     write_origin(site.joint, rpy=np.degrees(angles))
     largest = float(np.abs(angles).max())
     return largest if largest > 1e-3 else None
+
+
+def origin_angles_of_quaternion(site: PlantSite) -> float | None:
+    """x, y, z of the quaternion of the joint's origin in place of roll, pitch, yaw; size: the angle [rad]."""
+    turn = Rotation.from_euler("xyz", angles_of(site.joint))
+    if turn.magnitude() < LEAST_TURN:
+        return None
+    write_origin(site.joint, rpy=turn.as_quat(canonical=True)[:3])
+    return float(turn.magnitude())
+
+
+def loss_negative(site: PlantSite, name: str) -> float | None:
+    """Damping or friction below 0."""
+    dynamics = site.joint.find("dynamics")
+    if dynamics is None:
+        dynamics = ET.SubElement(site.joint, "dynamics")
+    dynamics.set(name, "-0.5")
+    return 0.5
+
+
+def travel_times(site: PlantSite, factor: float) -> float | None:
+    """The position limits of a slide in another unit; size: its travel as written [m]."""
+    limits = _limits(site)
+    if limits is None or site.joint.get("type") != "prismatic":
+        return None
+    limit_times(site, ["lower", "upper"], factor)
+    return (limits[1] - limits[0]) * factor
 
 
 def axis(site: PlantSite, change: str) -> float | None:
