@@ -8,7 +8,7 @@ PHYSICAL = ("lwr4plus", "--reading", "physical")
 
 @pytest.mark.slow
 def test_the_json_has_the_keys_that_programs_read(recorded):
-    record = recorded("margins", "lwr4plus", "--poses", "100")
+    record = recorded("margins", "lwr4plus", "--reading", "computed", "--poses", "100")
     assert 0.1 < record["unstable_share"] < 0.4
     assert 6000 < record["least_rate_hz"] < 7000
     assert (len(record["worst_q"]), record["worst_joint"]) == (7, "joint_1")

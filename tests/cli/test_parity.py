@@ -7,8 +7,8 @@ from tests.checks.engines.small_files import TWO
 
 @pytest.mark.slow
 def test_one_engine_as_text(printed):
-    out = printed("parity", "lwr4plus", "--engine", "pinocchio")
-    assert "lwr4plus.urdf: largest difference from ours over 20 random states" in out
+    out = printed("parity", "lwr4plus", "--reading", "computed", "--engine", "pinocchio")
+    assert "lwr4plus_computed.urdf: largest difference from ours over 20 random states" in out
     assert "ignored  0.016         2.5e-04  .srdf by loadRotorParameters" in out
 
 

@@ -52,7 +52,7 @@ def test_a_run_file_carries_what_made_it_and_loads(recorded, tmp_path):
     assert {"mean", "mean_abs", "max", "min", "rms"} <= set(record["metrics"]["position_mrad"])
     run = Run.load(target)
     meta = run.meta
-    assert (meta["robot"], meta["reading"], meta["seed"]) == ("lwr4plus", "computed", 3)
+    assert (meta["robot"], meta["reading"], meta["seed"]) == ("lwr4plus", "physical", 3)
     assert meta["controller"]["name"] == "pid"
     assert meta["payload"]["mass"] == 2.0
     assert meta["options"]["rate"] == 1000.0

@@ -25,7 +25,7 @@ def test_velocity_error_takes_the_lag_away(simulated):
 
 @pytest.mark.slow
 def test_a_known_payload_is_compensated(simulated):
-    load = ("--payload", "3", "--controller", "inverse-dynamics")
+    load = ("--reading", "computed", "--payload", "3", "--controller", "inverse-dynamics")
     unknown, known = (simulated(*HOLD, *load, *x)["metrics"]["tip_max_mm"] for x in ((), ("--payload-known",)))
     assert unknown > 5.0
     assert known < 0.01
