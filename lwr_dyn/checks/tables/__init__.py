@@ -7,7 +7,8 @@ min_mean_max  A mean outside its extremes, a maximum below its minimum, and the 
               would fit
 proportions   Columns of one file that are proportional in most rows, the rows that break it, and rows that are
               shifted by one
-robot_checks  A data file of a robot: what `lwr-dyn check` of it refuses or fails is a finding
+robot_checks  A data file of a robot held against what `lwr-dyn check` says of it: what that refuses or fails is a
+              finding
 rules         A file of numbers, examined by every rule; here the rules of numbers that must agree and of copied
               neighbours
 sheet         The contents of a file of numbers, whatever its format: tables of printed cells, matrices, sentences;

@@ -127,3 +127,50 @@ def test_a_wrong_option_of_check_is_bad_input_whatever_the_file_says(folder, lwr
     code, _, err = lwr_dyn_command("check", "robots/weak.urdf", "--tip", "none")
     assert code == 2
     assert err.count("\n") == 1
+
+
+MESH = '<visual><geometry><mesh filename="{}"/></geometry></visual></link>'
+
+
+@pytest.mark.parametrize("mesh", ["package://none_such/a.stl", "https://example.org/a.stl", "broken.stl", "a.ply"])
+def test_meshes_that_are_not_judged_are_errors_where_meshes_are_required(folder, lwr_dyn_command, mesh):
+    (folder / "broken.stl").write_bytes(b"solid nothing")
+    (folder / "a.ply").write_bytes(b"ply\n")
+    text = GOOD.replace("</link>", MESH.format(mesh), 1)
+    (folder / "away.urdf").write_text(text, encoding="utf-8")
+    code, out, _ = lwr_dyn_command("lint", "away.urdf")
+    assert code == 0, out
+    code, out, _ = lwr_dyn_command("lint", "away.urdf", "--require-meshes", "--sarif", "out.sarif")
+    assert code == 1
+    assert "error: " in out
+    (result,) = [
+        x for x in json.loads((folder / "out.sarif").read_text())["runs"][0]["results"] if "mesh" in x["ruleId"]
+    ]
+    assert result["level"] == "error"
+
+
+def test_required_meshes_that_are_all_there_change_nothing(folder, lwr_dyn_command):
+    assert lwr_dyn_command("lint", "robots/good.urdf", "--require-meshes")[0] == 0
+    code, _, err = lwr_dyn_command("lint", "wam7", "--require-meshes")
+    assert (code, err) == (
+        2, "lwr-dyn: --require-meshes: would do nothing here; allowed: with a .urdf, a .xacro or a folder of these\n"
+    )  # fmt: skip
+
+
+def test_exit_codes_are_as_the_help_says(folder, lwr_dyn_command):
+    _, text, _ = lwr_dyn_command("lint", "--help")
+    said = " ".join(text.split())
+    assert "Exit code 1 for an error, and for a warning in a table or, with --strict, in a URDF; 0 for notes" in said
+    (folder / "warned.urdf").write_text(GOOD.replace('velocity="2"', 'velocity="180"'), encoding="utf-8")
+    (folder / "noted.urdf").write_text(GOOD.replace("<axis", "<flavour/><axis", 1), encoding="utf-8")
+    codes = {
+        (file, option): lwr_dyn_command("lint", file, *option)[0]
+        for file in ("robots/weak.urdf", "warned.urdf", "noted.urdf", "none.urdf")
+        for option in ((), ("--strict",))
+    }
+    assert codes == {
+        ("robots/weak.urdf", ()): 1, ("robots/weak.urdf", ("--strict",)): 1,
+        ("warned.urdf", ()): 0, ("warned.urdf", ("--strict",)): 1,
+        ("noted.urdf", ()): 0, ("noted.urdf", ("--strict",)): 0,
+        ("none.urdf", ()): 2, ("none.urdf", ("--strict",)): 2,
+    }  # fmt: skip
