@@ -30,6 +30,7 @@ from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.run import short_repr
 from lwr_dyn.studies.sweep.running.chunk_file import chunk_stamp, decoded, joined
 from lwr_dyn.studies.sweep.summary import ControllerRuns
+from lwr_dyn.studies.sweep.sweep_study import MOST_RUNS
 
 SCHEMA = 1
 PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow", "mpmath")
@@ -109,6 +110,8 @@ class SweptController:
         if folder_names([x["folder"]]) != [x["folder"]] or not all(
             type(x[k]) is int and x[k] > 0 for k in ("chunk", "runs")
         ):
+            raise ValueError
+        if x["runs"] > MOST_RUNS:  # as no study has; its chunks would be counted through for hours
             raise ValueError
         return cls(str(x["controller"]), x["folder"], str(x["kernel"]), x["chunk"], x["runs"], x["by"] == "simulate")
 
@@ -251,7 +254,9 @@ class SweepFolder:
         }
 
     def _stamps(self, controller: SweptController) -> dict[int, tuple[str, int, int]]:
-        files = {number: self.file(controller, number) for number in range(controller.count)}
+        names = (path.stem.removeprefix("chunk-") for path in (self.path / controller.folder).glob("chunk-*.parquet"))
+        numbers = sorted(int(name) for name in names if name.isascii() and name.isdigit() and len(name) < _LONGEST)
+        files = {number: self.file(controller, number) for number in numbers if number < controller.count}
         stamps = {number: chunk_stamp(path) for number, path in files.items() if path.exists()}
         return {number: stamp for number, stamp in stamps.items() if stamp is not None}
 

@@ -121,6 +121,18 @@ def test_a_chunk_in_the_place_of_another_is_refused_with_a_line(tmp_path):
         assert folder.misplaced(PID) == {}
 
 
+@pytest.mark.parametrize("runs", ["10000000000000000", "1e9", "10000001"])
+def test_a_manifest_of_chunks_without_end_is_refused(tmp_path, runs):
+    """Found by the fuzz: each of the chunks was looked for."""
+    with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
+        fill(folder, PID, (0,))
+    text = MANIFEST.text().replace('"runs": 10', f'"runs": {runs}')
+    assert text != MANIFEST.text()
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(FileAccessError, match="no manifest of a sweep"):
+        SweepResults.load(tmp_path)
+
+
 def test_what_a_killed_process_left_is_cleared_and_damaged_chunks_do_not_count(tmp_path):
     with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
         fill(folder, PID, (0, 1, 2))
