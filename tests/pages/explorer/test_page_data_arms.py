@@ -12,8 +12,7 @@ from lwr_dyn.pages.explorer.page_data import beside_each_other, readings_shown, 
 from tests.headless import logs
 from tests.pages.explorer.explored import explored_arm, opened
 
-SHOWN = "lwr4plus computed"
-READINGS = ("computed", "printed", "physical")
+READINGS = ("physical", "printed", "computed")
 AGREES = 1e-12
 """Of the largest number."""
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
