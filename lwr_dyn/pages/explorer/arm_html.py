@@ -98,7 +98,8 @@ def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...
     root = "a = sqrt(5 (I2 + I3 - I1) / (2 m)), and so on"
     last = NumberCell(names[3], "", how=no_ellipsoid(body))
     if shape is not None:
-        last = _cell(names[3], shape.semi_axes, "m", (*mass, *inertia), root, 1000.0)
+        cells = {source.cell: source for source in (*inertia, *mass)}  # the mass is a source of a shifted tensor too
+        last = _cell(names[3], shape.semi_axes, "m", tuple(cells.values()), root, 1000.0)
     return (
         _cell(names[0], np.array([body.mass]), "kg", mass),
         _cell(names[1], body.com, "m", com, scale=1000.0),
@@ -126,7 +127,7 @@ def table(
     rows = []
     for i, (name, kind) in enumerate(names):
         keys = [_cell_id(ident, i * len(columns) + k) for k in range(len(columns))]
-        cells = "".join(f'<td class="num" id="{key}">{pieces[key]}</td>' for key in keys)
+        cells = "".join(f"<td class=num id={key}>{pieces[key]}</td>" for key in keys)
         small = f" <small>{escape(kind)}</small>" if kind else ""
         rows.append(f'<tr><th scope="row">{escape(name)}{small}</th>{cells}</tr>')
     title, label = escape(caption), f'aria-label="{escape(caption)}, scrolls sideways"'
@@ -163,15 +164,15 @@ def _number(cell: NumberCell, key: str) -> str:
     """A button with the popover that it opens; of an unknown number why it is unknown."""
     if not cell.text:
         return f'<span class="soft">{escape(cell.how or "unknown")}</span>'
-    button = f'<button class="n" type="button" popovertarget="{key}">{escape(cell.text)}</button>'
-    first = _list([("value", cell.exact), *([("computed", cell.how)] if cell.how else [])], mono="value")
+    button = f"<button class=n type=button popovertarget={key}>{escape(cell.text)}</button>"
+    first = _list([("value", cell.exact), *([("computed", cell.how)] if cell.how else [])])
     listed = "".join(_list(_source_rows(source)) for source in cell.sources[:_MOST_CELLS])
     more = len(cell.sources) - _MOST_CELLS
     if not cell.sources:
         listed = _list([("source", UNSOURCED)])
     elif more > 0:
         listed += _list([("more", f"{more} further cells, in the .provenance.json of lwr-dyn urdf")])
-    return f'{button}<div popover id="{key}" class="pop"><h3>{escape(cell.heading)}</h3>{first}{listed}</div>'
+    return f"{button}<div popover id={key} class=pop><h3>{escape(cell.heading)}</h3>{first}{listed}</div>"
 
 
 def _source_rows(source: Source) -> Iterable[tuple[str, str]]:
@@ -191,8 +192,8 @@ def _value(value: object) -> str:
     return "; ".join(map(_value, value)) if isinstance(value, tuple | list) else str(value)
 
 
-def _list(rows: Iterable[tuple[str, str]], mono: str = "") -> str:
-    cells = (f"<dt>{escape(a)}<dd{' class=mono' if a == mono else ''}>{escape(b)}" for a, b in rows)  # HTML ends them
+def _list(rows: Iterable[tuple[str, str]]) -> str:
+    cells = (f"<dt>{escape(a)}<dd>{escape(b)}" for a, b in rows)  # HTML ends them
     return f"<dl>{''.join(cells)}</dl>"
 
 

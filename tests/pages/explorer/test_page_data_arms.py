@@ -12,7 +12,7 @@ from lwr_dyn.pages.explorer.page_data import beside_each_other, readings_shown, 
 from tests.headless import logs
 from tests.pages.explorer.explored import explored_arm, opened
 
-READINGS = ("computed", "printed", "physical")
+READINGS = ("physical", "printed", "computed")
 AGREES = 1e-12
 """Of the largest number."""
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
@@ -180,7 +180,7 @@ def test_readings_can_be_chosen_on_a_page_that_does_not_compute(browser, tmp_pat
     write_explorer(tmp_path / "arm.html", lwr_dyn.load("lwr4plus"))
     window = opened(browser, (tmp_path / "arm.html").as_uri())
     chosen(window, 2)
-    arm = lwr_dyn.load("lwr4plus", "physical")
+    arm = lwr_dyn.load("lwr4plus", READINGS[2])
     text = window.execute_script("return document.getElementById('links').innerText")
     assert all(cell.text in text for column in link_columns(arm) for cell in column.cells)
     assert window.execute_script("return [lwrExplorer.robot, lwrExplorer.torques ?? null]") == [None, None]

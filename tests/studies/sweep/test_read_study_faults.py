@@ -140,7 +140,7 @@ FAULTS = {
     ),
     "a reading of the plant": (
         parameter("reading", 'values = ["printed", "phys"]'),
-        "parameter[0].values: no reading named 'phys' (did you mean physical?); allowed: computed, printed, physical",
+        "parameter[0].values: no reading named 'phys' (did you mean physical?); allowed: physical, printed, computed",
     ),
     "a reading as a range": (parameter("reading", "low = 0\nhigh = 1"), "'uniform'; allowed: choice (values) or fixed"),
     "friction that is off": (
