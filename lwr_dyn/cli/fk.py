@@ -38,10 +38,9 @@ def command(
             raise OptionError("--symbolic", robot, "a robot with a DH table")
         with needs_extra("symbolic"):
             from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
-        text = dh_matrices_text(open_paper(robot, loading.reading))
-        loading.arm(robot, KINEMATICS)
+        _, paper = loading.arm_and_paper(robot, KINEMATICS)
         say_caveats()
-        click.echo(text)
+        click.echo(dh_matrices_text(open_paper(robot, loading.reading) if paper is None else paper))
         return
     arm = loading.arm(robot, KINEMATICS)
     q = _positions(arm, **given)

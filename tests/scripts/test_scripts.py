@@ -13,7 +13,7 @@ from tests.docs.blocks import blocks
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
 EXAMPLES = {
-    "generate_urdf.py": (["lwr4plus", "--reading", "physical"], "lwr4plus_physical.urdf"),
+    "generate_urdf.py": (["lwr4plus", "--reading", "computed"], "lwr4plus_computed.urdf"),
     "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
     "own_arm.py": ([], "torque that holds it"),
     "stick_slip.py": (["--out", "out/figures"], "99% of break-away for 1 s: moves by 0 m"),
