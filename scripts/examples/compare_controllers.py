@@ -24,7 +24,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--html", help="page to write")
     options = parser.parse_args(arguments)
 
-    arm = lwr_dyn.load("lwr4plus")
+    arm = lwr_dyn.load("lwr4plus", "computed")  # as the authors of the paper computed it
     reference = lwr_dyn.reference(options.task, arm, timing=options.timing)
     plants = [plant_case(arm, text) for text in options.plants.split(",")]
     fixed = (("position_limits", not options.no_stops),)
