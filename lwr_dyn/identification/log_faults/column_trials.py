@@ -134,7 +134,7 @@ def table_spread(columns: TorqueColumns, arm: Arm, friction: float) -> Array:
     >>> import lwr_dyn
     >>> arm = lwr_dyn.load("lwr4plus")
     >>> table_spread(TorqueColumns(arm.chain), arm, 0.05)[70:74].round(2)
-    array([1. , 8.8, 8.8, 8.8])
+    array([1.16, 8.8 , 8.8 , 8.8 ])
     """
     own, n = columns.own(arm), columns.n
     masses = own[: columns.bodies : 10]
