@@ -60,7 +60,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     """Find faults in URDF and xacro files, or in tables of numbers (.toml, .csv, a robot).
 
     Exit code 1 for an error, and for a warning in a table or, with --strict, in a URDF; 0 for notes; 2 for a file that
-    cannot be opened.
+    cannot be read.
 
     In a URDF, each link, joint and shape as written: format, tree, limits, axes, units, masses, centres and inertias
     against the hulls of the shapes, efforts against weights. A comment `lwr-dyn: ignore CODE` before an element leaves
@@ -76,7 +76,8 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
             raise OptionError(_OF_URDFS[name], "would do nothing here", "with a .urdf, a .xacro or a folder of these")
     sheets = [sheet for name in dict.fromkeys(files) if name not in urdfs for sheet in _sheets(name)]
     findings = [finding for sheet in sheets for finding in lint(sheet)]
-    findings += [finding for name in files if name not in urdfs and _is_robot(name) for finding in robot_findings(name)]
+    told = [name for name in dict.fromkeys(files) if name not in urdfs and _is_robot(name)]
+    findings += [finding for name in told for finding in robot_findings(name)]
     say, given = partial(click.echo, err=True), xacro_arguments(of_urdfs["xacro_args"])
     reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given, of_urdfs["require_meshes"])
     counted = [f for f in findings if f.counts]

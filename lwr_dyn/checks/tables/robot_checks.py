@@ -6,6 +6,7 @@ below 0, shows only once the file is read as an arm. So the same checks are run,
 
 import tomllib
 from collections.abc import Iterator
+from math import isfinite
 from pathlib import Path
 
 from lwr_dyn.checks.tables.sheet import Finding
@@ -48,9 +49,10 @@ def robot_findings(robot: str | Path) -> Iterator[Finding]:
     for verdict in report.verdicts:
         if not verdict.holds:
             unit = f" {verdict.unit}" if verdict.unit else ""
+            numbers = {"value": float(verdict.value), "tolerance": float(verdict.tolerance)}
             yield Finding(
                 "check", "error", "certain", (verdict.name,), f"{verdict.value:.6g}{unit}",
                 f"{verdict.bound} {verdict.tolerance:.6g}{unit}",
                 f"{verdict.value:.3g}{unit} where {verdict.bound} {verdict.tolerance:.3g} is allowed (lwr-dyn check)",
-                {"value": float(verdict.value), "tolerance": float(verdict.tolerance)}, file=str(robot),
+                {k: v for k, v in numbers.items() if isfinite(v)}, file=str(robot),
             )  # fmt: skip
