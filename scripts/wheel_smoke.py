@@ -1,10 +1,11 @@
-"""Try an installed wheel: every command's help, and the examples that the wheel itself carries.
+"""Try an installed wheel: the examples that the wheel itself carries, and the help of commands without one.
 
     python -m build && python -m venv fresh && fresh/bin/pip install dist/*.whl
     python scripts/wheel_smoke.py fresh
 
-The commands run in empty folders without this checkout on their path. Where an extra is not installed, a command must
-say in one line which, with exit code 2. Exit code 1 when something fails.
+The commands run in empty folders without this checkout on their path. Where the extra that a command or an option needs
+is not installed, it must say so in one line, with exit code 2; what needs none must do without. Exit code 1 when
+something fails.
 """
 
 import json
@@ -26,17 +27,27 @@ from importlib.metadata import version
 from lwr_dyn.cli.main import help_texts, schema_file
 from lwr_dyn.cli.main import COMMANDS
 print(json.dumps({
-    "file": lwr_dyn.__file__, "versions": [version("lwr_dyn"), lwr_dyn.__version__], "commands": list(COMMANDS.names),
+    "file": lwr_dyn.__file__, "versions": [version("lwr_dyn"), lwr_dyn.__version__],
+    "commands": {name: COMMANDS[name].extra for name in COMMANDS.names},
     "texts": help_texts(), "schema": schema_file("simulate").is_file(), "robots": list(lwr_dyn.robots()),
 }))
 """
+OF_WORDS = {"--plot": "plots", "cell": "krl"}
+"""Words of examples that need an extra."""
 Run = Callable[[str, list[str]], tuple[int, str, str]]
 """(folder, words of a command) -> exit code, stdout, stderr."""
 
 
-def is_missing(code: int, err: str) -> bool:
-    """Whether a command says in one line that it needs an extra."""
-    return code == 2 and "is not installed; install it with: pip install 'lwr_dyn[" in err and err.count("\n") == 1
+def is_missing(code: int, err: str, extra: str) -> bool:
+    """Whether a command says in one line that it needs this extra."""
+    says = f"is not installed; install it with: pip install 'lwr_dyn[{extra}]'"
+    return bool(extra) and code == 2 and says in err and err.count("\n") == 1
+
+
+def extra_of(line: str, commands: dict[str, str]) -> str:
+    """The extra that an example needs, by its command or a word of it; empty for none."""
+    words = line.split()
+    return next((OF_WORDS[word] for word in words if word in OF_WORDS), commands[words[1]])
 
 
 def examples(path: str, text: dict[str, Any]) -> list[tuple[str, int]]:
@@ -48,27 +59,30 @@ def examples(path: str, text: dict[str, Any]) -> list[tuple[str, int]]:
 
 def faults(facts: dict[str, Any], run: Run) -> list[str]:
     """What fails, one line each; commands run two at a time, each in a folder of its own."""
+    commands, texts = facts["commands"], facts["texts"]
+    shown = {line.split()[1] for path, text in texts.items() for line, _ in examples(path, text)}
+    others = [name for name in commands if name not in shown]
     with ThreadPoolExecutor(2) as pool:
-        helps = pool.map(lambda name: _has_help(*run(name, ["lwr-dyn", name, "--help"])), facts["commands"])
-        out = [f"help of {name}" for name, holds in zip(facts["commands"], helps, strict=True) if not holds]
-        for found in pool.map(lambda path: _example_faults(path, facts["texts"][path], run), facts["texts"]):
+        helps = pool.map(lambda name: _has_help(*run(name, ["lwr-dyn", name, "--help"]), commands[name]), others)
+        out = [f"help of {name}" for name, holds in zip(others, helps, strict=True) if not holds]
+        for found in pool.map(lambda path: _example_faults(path, texts[path], commands, run), texts):
             out += found
     return out
 
 
-def _example_faults(path: str, text: dict[str, Any], run: Run) -> list[str]:
+def _example_faults(path: str, text: dict[str, Any], commands: dict[str, str], run: Run) -> list[str]:
     out = []
     for line, expected in examples(path, text):
         code, _, err = run(path, line.split())
-        if is_missing(code, err):
+        if is_missing(code, err, extra_of(line, commands)):
             break  # later examples may take what this one would have written
         if code != expected:
             out.append(f"{line}: exit code {code}, not {expected}: {err[-300:]}")
     return out
 
 
-def _has_help(code: int, out: str, err: str) -> bool:
-    return (code == 0 and out.startswith("Usage: lwr-dyn")) or is_missing(code, err)
+def _has_help(code: int, out: str, err: str, extra: str) -> bool:
+    return (code == 0 and out.startswith("Usage: lwr-dyn")) or is_missing(code, err, extra)
 
 
 def main(environment: Path) -> int:

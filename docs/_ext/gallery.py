@@ -81,7 +81,11 @@ def make_runs(card: Card, root: Path, folder: Path) -> None:
     with tempfile.TemporaryDirectory() as programs:
         for command in card["commands"]:
             done = subprocess.run(
-                ["bash", "-c", command], cwd=folder, env=environment(Path(programs)), capture_output=True, text=True
+                ["bash", "-c", command],
+                cwd=folder,
+                env=environment(Path(programs), command),
+                capture_output=True,
+                text=True,
             )
             if done.returncode:
                 raise RuntimeError(f"gallery, {card['name']}: {command}\n{done.stdout}{done.stderr}")

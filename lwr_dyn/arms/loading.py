@@ -167,6 +167,7 @@ def load(
     mount: Any = None,
     tool: Any = None,
     xacro_args: Mapping[str, str] | None = None,
+    trust_xacro: bool = False,
 ) -> Arm:
     """A robot by name, from a user's own `.toml`, a `.urdf` or `.xacro`, or the `$machine.dat` of a KUKA robot.
 
@@ -188,8 +189,10 @@ def load(
         `com` [m] in the flange; `inertia` about `com` in axes of the flange [kg m^2] (3 or 6 numbers, or a matrix).
         Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
     xacro_args : mapping, optional
-        Arguments of a `.xacro` file, which the package `xacro` expands. That runs the Python expressions of the file:
-        load only a xacro that you trust.
+        Arguments of a `.xacro` file, which the package `xacro` expands.
+    trust_xacro : bool
+        Whether the expressions of a `.xacro` file run as Python. Without, they may hold numbers, names, operators,
+        indices and listed functions, and none of the file's code runs.
 
     Raises
     ------
@@ -209,7 +212,9 @@ def load(
     >>> lwr_dyn.forward_kinematics(arm, [0] * 7)[2, 3].round(3)
     np.float64(-0.968)
     """
-    return load_with_paper(robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args)[0]
+    return load_with_paper(
+        robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args, trust_xacro=trust_xacro
+    )[0]
 
 
 def load_with_paper(
@@ -221,6 +226,7 @@ def load_with_paper(
     mount: Any = None,
     tool: Any = None,
     xacro_args: Mapping[str, str] | tuple[str, ...] | None = None,
+    trust_xacro: bool = False,
 ) -> tuple[Arm, Paper | None]:
     """As `lwr_dyn.load`, with the paper that the arm comes from; None for a `.urdf`."""
     name = str(robot)
@@ -229,15 +235,14 @@ def load_with_paper(
     if isinstance(xacro_args, tuple):  # options of the command
         xacro_args = xacro_arguments(xacro_args)
     options: dict[str, Any] = {"tip": tip, "lock": dict(lock or {}), "xacro_args": dict(xacro_args or {})}
-    options = {key: value for key, value in options.items() if value}
-    if xacro_args and not ends_in(name, ".xacro"):
-        raise OptionError("xacro_args", f"given for {name}", "only with a .xacro file")
+    options = {key: value for key, value in (options | {"trust_xacro": trust_xacro}).items() if value}
+    _refuse_for_others(name, options)
     if ends_in(name, ".urdf", ".xacro"):
         from lwr_dyn.arms.urdf.reader import read_urdf
 
         if reading is not None:
             raise UnknownNameError("reading of a URDF", reading, ())
-        arm, paper = read_urdf(name, tip, lock, xacro_args), None
+        arm, paper = read_urdf(name, tip, lock, xacro_args, trust_xacro), None
     elif tip is not None:
         raise OptionError("tip", f"given for {name}", "only with a .urdf file")
     elif ending := next((ending for ending in FILE_FORMATS.names if ends_in(name, ending)), None):
@@ -247,6 +252,13 @@ def load_with_paper(
     file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat") else ""
     arm = replace(arm, file=file, loaded_with=options)
     return (arm if mount is tool is None else installed(arm, mount, tool)), paper
+
+
+def _refuse_for_others(name: str, options: Mapping[str, Any]) -> None:
+    """Raise `OptionError` for options of a `.xacro` with another file."""
+    given = next((option for option in ("xacro_args", "trust_xacro") if option in options), None)
+    if given is not None and not ends_in(name, ".xacro"):
+        raise OptionError(given, f"given for {name}", "only with a .xacro file")
 
 
 def xacro_arguments(texts: Iterable[str]) -> dict[str, str]:
@@ -268,7 +280,7 @@ def _of_paper(name: str, reading: str | None, lock: Mapping[str, float]) -> tupl
 def arm_of(run: Run) -> Arm:
     """The arm of a run: that of its setup, else that of its record.
 
-    Raises as `lwr_dyn.load`, and `OptionError` when the record names none.
+    What the record trusts is not trusted again. Raises as `lwr_dyn.load`, and `OptionError` when the record names none.
     """
     if run.setup is not None:
         arm: Arm = run.setup.arm
@@ -277,7 +289,8 @@ def arm_of(run: Run) -> Arm:
     if not isinstance(robot, str):
         raise OptionError("run", "does not say of which robot it is", "a run made by simulate")
     try:
-        options = run.meta.get("loaded_with") or {}
+        kept = (run.meta.get("loaded_with") or {}).items()
+        options = {key: x for key, x in kept if key != "trust_xacro"}  # a file does not say what to trust
         reading = None if ends_in(robot, ".urdf", ".xacro", ".dat", ".kuka.toml") else reading
         arm, _ = load_with_paper(robot, reading, **options)
     except (TypeError, AttributeError):  # a record that another hand has changed

@@ -6,12 +6,13 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import Flag, OneOf, load_robot, robot_options, row_options, show
+from lwr_dyn.cli.options import NO_CODE, Flag, Loading, OneOf, check_code, option, robot_options, row_options, show
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.foundation.progress import progress
+from lwr_dyn.model.caveats import ALL, DYNAMICS
 from lwr_dyn.model.run import Run
 from lwr_dyn.studies.compare.comparison import RunComparison, comparison_html, comparison_of, cross_table, pair_html
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
@@ -36,27 +37,22 @@ FRICTION_HELP = (
     "wrappers such as pid+friction."
 )
 OWN = [
-    click.Option(["--controllers"], metavar="A,B:OPTION=VALUE,FILE.py", help=CONTROLLERS_HELP),
-    click.Option(["--plants"], metavar="A,B=VALUE,A+B", default="nominal", show_default=True, help=PLANTS_HELP),
-    click.Option(["--task"], type=OneOf(REFERENCES.names), default="ist", show_default=True, help="What the arm does."),
-    click.Option(["--tuned"], type=float, metavar="PEAK", help=TUNED_HELP),
-    click.Option(["--friction"], type=float, metavar="SHARE", help=FRICTION_HELP),
-    click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
-    click.Option(["--no-stops"], is_flag=True, help="Let joints pass their position limits."),
-    click.Option(
-        ["--twice"], is_flag=True, help="Follow the task twice, 3 s back between; the second pass is compared."
-    ),
-    click.Option(
-        ["--processes"], type=int, default=1, show_default=True, help="How many simulate; the result is the same."
-    ),
-    click.Option(["--save"], metavar="FOLDER", help="Write the runs there, as .npz."),
-    click.Option(["--label", "labels"], multiple=True, metavar="TEXT", help="Name of a run file; once per file."),
-    click.Option(["--html"], metavar="FILE", help="Write the page: one file that needs no network."),
-    click.Option(["--replay"], metavar="FILE", help="Write a page that replays any two of the runs side by side."),
-    click.Option(
-        ["--markdown"], is_flag=True, help="One table in Markdown, plants down and controllers across: RMS, mm."
-    ),
-    click.Option(["--json"], is_flag=True, help="One JSON object."),
+    option("--controllers", CONTROLLERS_HELP, str, metavar="A,B:OPTION=VALUE,FILE.py"),
+    NO_CODE,
+    option("--plants", PLANTS_HELP, str, "nominal", metavar="A,B=VALUE,A+B"),
+    option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist"),
+    option("--tuned", TUNED_HELP, float, metavar="PEAK"),
+    option("--friction", FRICTION_HELP, float, metavar="SHARE"),
+    option("--rate", "Samples a second.", float, 1000.0),
+    option("--no-stops", "Let joints pass their position limits."),
+    option("--twice", "Follow the task twice, 3 s back between; the second pass is compared."),
+    option("--processes", "How many simulate; the result is the same.", int, 1),
+    option("--save", "Write the runs there, as .npz.", str, metavar="FOLDER"),
+    option("--label labels", "Name of a run file; once per file.", str, metavar="TEXT", multiple=True),
+    option("--html", "Write the page: one file that needs no network.", str, metavar="FILE"),
+    option("--replay", "Write a page that replays any two of the runs side by side.", str, metavar="FILE"),
+    option("--markdown", "One table in Markdown, plants down and controllers across: RMS, mm."),
+    option("--json", "One JSON object."),
 ]
 OF_FILES = ("targets", "labels", "html", "replay", "markdown", "json")
 """What run files can be compared with; the rest is for a robot."""
@@ -68,7 +64,7 @@ PAGES: dict[str, Callable[[RunComparison], str]] = {"html": comparison_html, "re
 
 @click.command("compare")
 @robot_options
-def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: tuple[str, ...], loading: Loading, **given: Any) -> None:
     """Compare run files, or simulate ROBOT under controllers x plants: the error of the tip, torques, the audit.
 
     Each plant is the arm of the controllers' model, changed in one thing that they do not know of.
@@ -81,22 +77,19 @@ def command(robot: tuple[str, ...], reading: str | None, tip: str | None, locks:
     files = [target for target in robot if ends_in(target, RUNS)]
     if files and len(files) < len(robot):
         raise OptionError("compare", "run files and a robot", "run files alone, or one robot")
-    compared = _of_files(files, given) if files else _of_robot(robot, reading, tip, locks, given)
+    compared = _of_files(files, given) if files else _of_robot(robot, loading, given)
     write_files({Path(page): make(compared) for page, make in pages.items()})
     if given["markdown"] and not given["json"]:
-        click.echo(_markdown(compared))
+        click.echo("\n".join([_markdown(compared), *(f"wrote {page}" for page in pages)]))
     else:
-        show(compared.document, given["json"])
-    if not given["json"]:
-        for page in pages:
-            click.echo(f"wrote {page}")
+        show(compared.document, given["json"], pages)
 
 
 command.params = [p for p in command.params if p.name != "robot"]
 TASKS = row_options(REFERENCES, "task", [*command.params, *OWN])
 command.params = [
     click.Argument(["robot"], nargs=-1, required=True, metavar="RUN.npz OTHER.npz ... | ROBOT"),
-    *command.params, *OWN[:3], *TASKS.click_options(), *OWN[3:],
+    *command.params, *OWN[:4], *TASKS.click_options(), *OWN[4:],
 ]  # fmt: skip
 
 
@@ -109,27 +102,25 @@ def _markdown(compared: RunComparison) -> str:
 def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
     for name in (param.name or "" for param in click.get_current_context().command.params):
         if Flag(name, None).is_typed and name not in ("robot", *OF_FILES):
-            raise OptionError(
-                f"--{name.replace('_', '-')}", "would do nothing here", "with a robot, not with run files"
-            )
+            flag = f"--{name.replace('_', '-')}"
+            raise OptionError(flag, "would do nothing here", "with a robot, not with run files")
     runs = [Run.load(path) for path in files]
     return comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
 
 
-def _of_robot(
-    robots: tuple[str, ...], reading: str | None, tip: str | None, locks: tuple[str, ...], given: dict[str, Any]
-) -> RunComparison:
+def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) -> RunComparison:
     if len(robots) != 1:
         raise OptionError("compare", f"{len(robots)} robots", "one robot, or run files that end in .npz")
     if given["labels"]:
         raise OptionError("--label", "would do nothing here", "with run files")
     TASKS.refuse_unused(given["task"])
-    arm = load_robot(robots[0], reading, tip, locks)
+    arm = loading.arm(robots[0], DYNAMICS if given["tuned"] is None else ALL)
     if given["friction"] is not None:
         arm = arm_with_friction(arm, given["friction"])
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
     for text in controllers:
         controller_spec(text)
+    check_code(controllers, given["no_code"])
     cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
     reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
     if given["twice"]:

@@ -9,12 +9,13 @@ import numpy as np
 
 from lwr_dyn.arms.export.data_file import data_file_text
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
-from lwr_dyn.cli.options import OneOf, load_robot, robot_options, show
+from lwr_dyn.cli.options import Loading, OneOf, robot_options, say_caveats, show
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.caveats import ALL, KINEMATICS
 from lwr_dyn.model.chain import Convention, JointKind
 from lwr_dyn.model.spatial import Pose, to_rpy
 
@@ -24,22 +25,15 @@ from lwr_dyn.model.spatial import Pose, to_rpy
 @click.option("--convention", type=OneOf([c.value for c in Convention]), help="One convention; both if not given.")
 @click.option("--out", help="A .toml: the arm as a data file, with bodies, limits, rotors, friction (standard).")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
-def command(
-    robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
-    convention: str | None,
-    out: str | None,
-    as_json: bool,
-) -> None:
+def command(robot: str, loading: Loading, convention: str | None, out: str | None, as_json: bool) -> None:
     """ROBOT as a Denavit-Hartenberg table, computed from its joint axes, with what rows cannot carry."""
-    arm = load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot, KINEMATICS if out is None else ALL)
     if out is not None:
         if not ends_in(out, ".toml"):
             raise FileAccessError(out, f"ends in {Path(out).suffix or 'nothing'!r}", "a path that ends in .toml")
         check_writable(out)
         write_file(out, data_file_text(arm, Convention(convention or Convention.STANDARD.value)))
+        say_caveats()
         click.echo(f"wrote {out}; next: lwr-dyn check {out}")
         return
     tables = [dh_table(arm, c) for c in Convention if convention in (None, c.value)]

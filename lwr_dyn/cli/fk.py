@@ -1,10 +1,12 @@
 """`lwr-dyn fk`: the pose of the flange, a point on it, and the DH matrices in symbols."""
 
+from typing import Any
+
 import click
 import numpy as np
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, load_robot, robot_options, show
+from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading, robot_options, say_caveats, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
@@ -12,6 +14,7 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import FlangeRecord, kuka_units
 from lwr_dyn.model.arm import Arm, from_degrees, positions
+from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.chain import JointKind, names_of_ends
 from lwr_dyn.model.spatial import to_rpy
 
@@ -25,25 +28,22 @@ from lwr_dyn.model.spatial import to_rpy
 @click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
-    q_si: tuple[float, ...] | None,
-    q_deg: tuple[float, ...] | None,
-    axes_deg: dict[str, float] | None,
-    point: tuple[float, ...],
-    symbolic: bool,
-    as_json: bool,
+    robot: str, loading: Loading, point: tuple[float, ...], symbolic: bool, as_json: bool, **given: Any
 ) -> None:
     """Pose of the flange in the base, at --q, --q-deg or --axes-deg; for a KUKA arm in its units as well."""
-    if symbolic and (as_json or q_si or q_deg):
+    if symbolic and (as_json or given["q_si"] or given["q_deg"]):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        click.echo(_symbolic_text(robot, reading))
+        if ends_in(robot, ".urdf"):
+            raise OptionError("--symbolic", robot, "a robot with a DH table")
+        with needs_extra("symbolic"):
+            from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
+        _, paper = loading.arm_and_paper(robot, KINEMATICS)
+        say_caveats()
+        click.echo(dh_matrices_text(open_paper(robot, loading.reading) if paper is None else paper))
         return
-    arm = load_robot(robot, reading, tip, locks)
-    q = _positions(arm, q_si, q_deg, axes_deg)
+    arm = loading.arm(robot, KINEMATICS)
+    q = _positions(arm, **given)
     show(_document(arm, q, fixed_array("--point", point, (3,))), as_json)
 
 
@@ -76,24 +76,15 @@ def _document(arm: Arm, q: Array, point: Array) -> Document:
                     facts=facts)  # fmt: skip
 
 
-def _symbolic_text(robot: str, reading: str | None) -> str:
-    if ends_in(robot, ".urdf"):
-        raise OptionError("--symbolic", robot, "a robot with a DH table")
-    with needs_extra("symbolic"):
-        from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text
-
-    return dh_matrices_text(open_paper(robot, reading))
-
-
 def _positions(
-    arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
+    arm: Arm, q_si: tuple[float, ...] | None, q_deg: tuple[float, ...] | None, axes_deg: dict[str, float] | None
 ) -> Array:
-    if sum(given is not None for given in (q, q_deg, axes_deg)) != 1:
+    if sum(given is not None for given in (q_si, q_deg, axes_deg)) != 1:
         raise OptionError("--q, --q-deg, --axes-deg", "none or several given", "one of them")
     if axes_deg is not None:
         return _positions_of_named(arm, axes_deg)
-    if q is not None:
-        return positions(arm, q, "--q")
+    if q_si is not None:
+        return positions(arm, q_si, "--q")
     return from_degrees(arm, q_deg or (), "--q-deg")
 
 
@@ -110,12 +101,8 @@ def _positions_of_named(arm: Arm, axes: dict[str, float]) -> Array:
 
 def _outside(arm: Arm, q: Array) -> list[str]:
     """Joints beyond their limits, and by how much."""
-    lines = []
-    for name, x, low, up in zip(arm.joint_names, q, arm.lower, arm.upper, strict=True):
-        excess = max(low - x, x - up)
-        if excess > 0.0:
-            lines.append(f"{name} is outside its limits by {excess:.6g}")
-    return lines
+    excess = zip(arm.joint_names, np.maximum(arm.lower - q, q - arm.upper), strict=True)
+    return [f"{name} is outside its limits by {x:.6g}" for name, x in excess if x > 0.0]
 
 
 def _triple(values: Array) -> str:

@@ -7,7 +7,7 @@ import click
 import numpy as np
 
 from lwr_dyn.cli import options
-from lwr_dyn.cli.options import ELASTIC_HELP, OneOf, OptionRule, given_elasticity, robot_options
+from lwr_dyn.cli.options import ELASTIC_HELP, Loading, OneOf, OptionRule, given_elasticity, robot_options
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
 from lwr_dyn.design import gain_search
@@ -73,27 +73,15 @@ HEADINGS = (
 )
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
-    omega_n: float,
-    xi: float,
-    rate: float,
-    delay: int,
-    margin: float | None,
-    task: str | None,
-    elastic: str | None,
-    encoders: str,
-    as_json: bool,
+    robot: str, loading: Loading, omega_n: float, xi: float, rate: float, delay: int, as_json: bool, **given: Any
 ) -> None:
     """Worst-case inertia of each joint over its limits, Kp = omega_n^2 b and Kd = 2 xi omega_n b, where sampling makes
     the loop unstable, and with --margin the largest omega_n that keeps a margin."""
-    options.refuse_unused(RULES, {"margin": margin, "elastic": elastic})
+    options.refuse_unused(RULES, given)
     second_order_gains([1.0], omega_n, xi)  # refuse bad options before the search
     sampling = Sampling(rate, delay)
-    arm = options.load_robot(robot, reading, tip, locks)
-    search = None if margin is None else _margin_search(arm, margin, (rate, delay), task, elastic, encoders)
+    arm = loading.arm(robot, options.used_by(given["elastic"]))
+    search = None if given["margin"] is None else _margin_search(arm, (rate, delay), **given)
     with progress("searching the largest inertias"):
         maxima = worst_case_inertias(arm)
         gains = second_order_gains([w.value for w in maxima], omega_n, xi)
@@ -143,13 +131,13 @@ def document(
 
 
 def _margin_search(
-    arm: Arm, limit: float, sampled: tuple[float, int], task: str | None, elastic: str | None, encoders: str
+    arm: Arm, sampled: tuple[float, int], margin: float, task: str | None, elastic: str | None, encoders: str
 ) -> Callable[[Gains], MarginGains]:
     """What searches the largest omega_n of each controller: rigid, and elastic where a stiffness is given.
 
     Raises before the search what options cannot be.
     """
-    gain_search.check_margin(limit)
+    gain_search.check_margin(margin)
     cases = [LoopCase(*sampled)]
     if elastic is not None:
         elasticity = chosen_elasticity(arm, given_elasticity(elastic))
@@ -158,7 +146,7 @@ def _margin_search(
     if task is not None:
         reference = REFERENCES.make(task, arm)
         q = np.asarray(reference.sample(np.linspace(0.0, reference.duration, ON_TASK)).q)
-    return lambda gains: gain_search.margin_gains(arm, limit, cases, gains, q)
+    return lambda gains: gain_search.margin_gains(arm, margin, cases, gains, q)
 
 
 def searched(arm: Arm, maxima: Sequence[InertiaMaximum]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, robot_options, show
+from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, robot_options, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
@@ -17,6 +17,7 @@ from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_w
 from lwr_dyn.kinematics.solution import InverseResult, Solution, SolutionRecord, nearest_solution
 from lwr_dyn.krl.robot import kuka_pose
 from lwr_dyn.model.arm import Arm, from_degrees
+from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.spatial import from_rpy
 
@@ -40,20 +41,13 @@ MANY = 32
 @click.option("--all", "every", is_flag=True, help="List whole-turn copies too where there are many.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
-    arm_angle_deg: float | None,
-    every: bool,
-    as_json: bool,
-    **given: Any,
+    robot: str, loading: Loading, arm_angle_deg: float | None, every: bool, as_json: bool, **given: Any
 ) -> None:
     """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits.
 
     Without an orientation: one solution for the position, near --from-deg, of mostly endlessly many.
     """
-    arm = load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot, KINEMATICS)
     pose, turned = _pose(arm, given)
     angle = None if arm_angle_deg is None else float(np.radians(arm_angle_deg))
     options: dict[str, Any] = {"arm_angle": angle, "solver": given["solver"]}

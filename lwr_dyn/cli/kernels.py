@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import load_robot, robot_options, show
+from lwr_dyn.cli.options import Loading, caveats, robot_options, say_caveats, show
 from lwr_dyn.codegen.emit.emission import EmittedArm
 from lwr_dyn.codegen.kernels.kernel import require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, kernel_spec
@@ -48,27 +49,25 @@ class WhereWritten:
 @click.option("--dtype", default="float64", show_default=True, help="float64 or float32.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], language: str | None, out: str | None,
-    emit: str | None, prefix: str | None, sincos: str | None, vectors: str | None, inputs: str, friction: str,
-    dtype: str, as_json: bool,
-) -> None:  # fmt: skip
+    robot: str, loading: Loading, emit: str | None, inputs: str, friction: str, dtype: str, as_json: bool, **given: Any
+) -> None:
     """Functions of ROBOT as C or JavaScript; or those of a batch with their operations a state, or one's source."""
-    where = WhereWritten(language, out, prefix, sincos, vectors)
+    where, language = WhereWritten(**given), given["language"]
     where.check()
     if (emit is not None or language is not None) and as_json:
         raise OptionError("--json", "with --emit" if language is None else "with --language", "one of them")
     chosen = _names(inputs)
     if language is not None:
-        _write(load_robot(robot, reading, tip, locks), where, _names(emit or ""), chosen, friction, dtype)
+        _write(loading.arm(robot), where, _names(emit or ""), chosen, friction, dtype)
         return
     if emit is not None:
         function_shape(emit)
-    spec = kernel_spec(load_robot(robot, reading, tip, locks), chosen, friction, "armature", dtype)
+    spec = kernel_spec(loading.arm(robot), chosen, friction, "armature", dtype)
     require_packages()
     if emit is not None:
         from lwr_dyn.codegen.kernels.kernel_source import generate
 
-        click.echo(generate(spec, emit).text, nl=False)
+        click.echo("".join(f"# {line}\n" for line in caveats()) + generate(spec, emit).text, nl=False)
         return
     show(costs(spec), as_json)
 
@@ -96,6 +95,7 @@ def _write(
             raise OptionError("--vectors", repr(where.vectors), "another file than those of --out")
         files[Path(where.vectors)] = vectors_text(emitted)
     write_files(files)
+    say_caveats()
     click.echo(f"{', '.join(map(str, files))}: {emitted.spec.name}, {dtype}, {emitted.kind} sine and cosine")
     _print_written(emitted, arm.name if where.prefix is None else where.prefix, "_" if where.language == "c" else ".")
 

@@ -19,10 +19,11 @@ from lwr_dyn.checks.tables.sheet import Finding, Sheet, SheetRecord
 from lwr_dyn.checks.urdf.document import UrdfRecord
 from lwr_dyn.checks.urdf.lint import explanation
 from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import show, trust_option
 from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_text
+from lwr_dyn.foundation.tables import log_line
 
 _OF_URDFS = {
     "sarif": "--sarif",
@@ -32,6 +33,7 @@ _OF_URDFS = {
     "everything": "--all",
     "require_meshes": "--require-meshes",
     "xacro_args": "--xacro-arg",
+    "trust_xacro": "--trust-xacro",
 }
 
 
@@ -51,6 +53,7 @@ def _explain(context: click.Context, _: click.Parameter, code: str | None) -> No
 @click.option("--strict", is_flag=True, help="URDF: exit 1 on warnings too.")
 @click.option("--require-meshes", is_flag=True, help="URDF: a mesh that is not there, or cannot be read, is an error.")
 @click.option("--xacro-arg", "xacro_args", multiple=True, metavar="NAME:=VALUE", help="Argument of the .xacro files.")
+@trust_option
 @click.option("--all", "everything", is_flag=True, help="URDF: print every finding of a group.")
 @click.option(
     "--explain", metavar="CODE", callback=_explain, expose_value=False, is_eager=True,
@@ -65,6 +68,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     In a URDF, each link, joint and shape as written: format, tree, limits, axes, units, masses, centres and inertias
     against the hulls of the shapes, efforts against weights. A comment `lwr-dyn: ignore CODE` before an element leaves
     out findings in it; before <robot>, in the whole file. A folder stands for the .urdf and .urdf.xacro files below it.
+    No code of a .xacro runs: what its expressions hold beyond numbers, names and listed functions is refused.
 
     In tables: means outside their extremes, cells or columns exchanged, powers of ten, copied neighbours, shifted rows,
     sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong. Of a
@@ -79,7 +83,8 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     told = [name for name in dict.fromkeys(files) if name not in urdfs and _is_robot(name)]
     findings += [finding for name in told for finding in robot_findings(name)]
     say, given = partial(click.echo, err=True), xacro_arguments(of_urdfs["xacro_args"])
-    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given, of_urdfs["require_meshes"])
+    options = (of_urdfs[name] for name in ("trust_xacro", "require_meshes"))
+    reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given, *options)
     counted = [f for f in findings if f.counts]
     holds = not counted and all(report.holds(of_urdfs["strict"]) for report in reports)
     if as_json:
@@ -88,7 +93,7 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     else:
         print_reports(reports, of_urdfs["everything"], of_urdfs["github"])
         for finding in findings:
-            click.echo(finding.line())
+            click.echo(log_line(finding.line()))
         if sheets:
             click.echo(_summary(counted, len(findings) - len(counted), sheets))
     sys.exit(0 if holds else 1)

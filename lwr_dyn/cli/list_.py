@@ -10,6 +10,7 @@ from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.options import show
 from lwr_dyn.foundation.document import Document, Note, Section
 from lwr_dyn.foundation.tables import Heading, Table
+from lwr_dyn.model.caveats import Caveats
 
 
 @click.command("list")
@@ -74,6 +75,11 @@ def _details(paper: Paper) -> Iterator[str]:
     origin = paper.document.get("origin")
     yield f"{paper.name}: {paper.document['title']}" + (f" ({origin})" if origin else "")
     for name in paper.reading_names:
-        yield f"  {name}: {paper.readings[name].about}"
+        yield f"  {name}: " + "; ".join(filter(None, (paper.readings[name].about, _left(paper, name))))
     for name, column in paper.columns.items():
         yield f"    {name:<20} {column.kind:<10} {column.where}"
+
+
+def _left(paper: Paper, reading: str) -> str:
+    """The proven errors that a reading leaves in place, in words."""
+    return Caveats(paper.left_in_place(reading)).of_reading

@@ -23,12 +23,13 @@ from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, RatingWarning, UnknownNameError
 from lwr_dyn.foundation.files import reason_of
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.foundation.tables import log_line
 from lwr_dyn.foundation.version import VERSION
 
 ROBOT = "Robot, mount and tool"
 """Heading of the options that load a robot; the last one."""
 
-ROBOT_OPTIONS = ("--robot", "--reading", "--tip", "--lock", "--mount", "--tool", "--xacro-arg")
+ROBOT_OPTIONS = ("--robot", "--reading", "--tip", "--lock", "--mount", "--tool", "--xacro-arg", "--trust-xacro")
 
 FEW = 6
 """A command with no more options than this has them in one list."""
@@ -147,61 +148,51 @@ def interruptible() -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, before)
 
 
+def _row(module: str, about: str, extra: str = "") -> Row:
+    return Row(f"lwr_dyn.cli.{module}:command", about, extra)
+
+
 COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
-        "list": Row("lwr_dyn.cli.list_:command", "Robots, readings and where their numbers come from."),
-        "new": Row("lwr_dyn.cli.new:command", "Write a commented file to start from: arm, controller, study."),
-        "show": Row("lwr_dyn.cli.show:command", "An arm or a run in the browser: sliders, inertia, sources."),
-        "urdf": Row("lwr_dyn.cli.urdf:command", "Write a robot as URDF with its sidecars."),
-        "dh": Row("lwr_dyn.cli.dh:command", "Any arm as a DH table, standard or modified; as a data file."),
-        "parity": Row(
-            "lwr_dyn.cli.parity:command",
+        "list": _row("list_", "Robots, readings and where their numbers come from."),
+        "new": _row("new", "Write a commented file to start from: arm, controller, study."),
+        "show": _row("show", "An arm or a run in the browser: sliders, inertia, sources."),
+        "urdf": _row("urdf", "Write a robot as URDF with its sidecars."),
+        "dh": _row("dh", "Any arm as a DH table, standard or modified; as a data file."),
+        "parity": _row(
+            "parity",
             "What Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy lose of a model, and what restores it.",
-            extra="parity",
+            "parity",
         ),
-        "check": Row(
-            "lwr_dyn.cli.check:command", "Check a robot's model: each check with value, tolerance and verdict."
+        "check": _row("check", "Check a robot's model: each check with value, tolerance and verdict."),
+        "fk": _row("fk", "Pose of the flange; the DH matrices in symbols."),
+        "gains": _row("gains", "Worst-case inertia of each joint, and gains from it."),
+        "margins": _row("margins", "Margins of a sampled loop, over all poses."),
+        "ik": _row("ik", "Joint positions for a pose: all branches, with limits and reach kept apart."),
+        "kernels": _row("kernels", "Functions of an arm as C or JavaScript; what batch functions cost.", "batch"),
+        "replay": _row("replay", "Show runs in the browser: one file without network, or live."),
+        "simulate": _row("simulate", "A task under a controller: run file, metrics, audit."),
+        "compare": _row("compare", "Runs side by side: controllers x plants, or run files."),
+        "sweep": _row("sweep", "A study of many runs, its cost stated ahead.", "sweeps"),
+        "tune": _row("tune", "Gains for a stated aim over a study.", "batch"),
+        "identify": _row(
+            "identify.group", "Friction, or friction and inertia, from logs of an arm that moved.", "plots"
         ),
-        "fk": Row("lwr_dyn.cli.fk:command", "Pose of the flange; the DH matrices in symbols."),
-        "gains": Row("lwr_dyn.cli.gains:command", "Worst-case inertia of each joint, and gains from it."),
-        "margins": Row("lwr_dyn.cli.margins:command", "Margins of a sampled loop, over all poses."),
-        "ik": Row(
-            "lwr_dyn.cli.ik:command", "Joint positions for a pose: all branches, with limits and reach kept apart."
-        ),
-        "kernels": Row(
-            "lwr_dyn.cli.kernels:command",
-            "Functions of an arm as C or JavaScript; what batch functions cost.",
-            extra="batch",
-        ),
-        "replay": Row("lwr_dyn.cli.replay:command", "Show runs in the browser: one file without network, or live."),
-        "simulate": Row("lwr_dyn.cli.simulate:command", "A task under a controller: run file, metrics, audit."),
-        "compare": Row("lwr_dyn.cli.compare:command", "Runs side by side: controllers x plants, or run files."),
-        "sweep": Row("lwr_dyn.cli.sweep:command", "A study of many runs, its cost stated ahead.", extra="sweeps"),
-        "tune": Row("lwr_dyn.cli.tune:command", "Gains for a stated aim over a study.", extra="batch"),
-        "identify": Row(
-            "lwr_dyn.cli.identify.group:command",
-            "Friction, or friction and inertia, from logs of an arm that moved.",
-            extra="plots",
-        ),
-        "excite": Row(
-            "lwr_dyn.cli.identify.excite:command",
+        "excite": _row(
+            "identify.excite",
             "A motion that shows an arm's parameters best: fast, inside all limits, clear of everything.",
-            extra="batch",
+            "batch",
         ),
-        "lint": Row("lwr_dyn.cli.lint:command", "Faults in URDFs and tables, with place and reason."),
-        "krl": Row(
-            "lwr_dyn.cli.krl.group:command", "KUKA programs: write, check and run them on a robot's model.", extra="krl"
+        "lint": _row("lint", "Faults in URDFs and tables, with place and reason."),
+        "krl": _row("krl.group", "KUKA programs: write, check and run them on a robot's model.", "krl"),
+        "conventions": _row(
+            "conventions", "The possible conventions of a table that states none, ranked, with the reasons."
         ),
-        "conventions": Row(
-            "lwr_dyn.cli.conventions:command",
-            "The possible conventions of a table that states none, ranked, with the reasons.",
+        "sensitivity": _row(
+            "sensitivity", "One task under all readings: which results and conclusions depend on the reading."
         ),
-        "sensitivity": Row(
-            "lwr_dyn.cli.sensitivity:command",
-            "One task under all readings: which results and conclusions depend on the reading.",
-        ),
-        "reproduce": Row("lwr_dyn.cli.reproduce:command", "Recompute what a paper prints.", extra="all"),
+        "reproduce": _row("reproduce", "Recompute what a paper prints.", "all"),
     },
 )
 """Subcommands, imported when they are used; other packages can add rows."""
@@ -313,5 +304,5 @@ def _warner() -> Callable[..., None]:
 
 def print_error(message: str, code: int) -> int:
     """One line on stderr; returns the exit code."""
-    click.echo(f"lwr-dyn: {' '.join(message.split())}", err=True)
+    click.echo(log_line(f"lwr-dyn: {' '.join(message.split())}"), err=True)
     return code

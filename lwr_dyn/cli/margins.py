@@ -6,9 +6,9 @@ from typing import Any
 import click
 import numpy as np
 
-from lwr_dyn.arms.loading import load_with_paper
+from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
-from lwr_dyn.cli.options import NUMBERS, OneOf, OptionRule, robot_options, row_options
+from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, OptionRule, option, robot_options, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
 from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
 from lwr_dyn.design.margins import LIMIT, margins
@@ -22,35 +22,32 @@ from lwr_dyn.simulation.setup import ENCODERS
 from lwr_dyn.trajectory.references.references import REFERENCES
 
 LOOP = [
-    click.Option(["--rate"], type=float, default=1000.0, show_default=True, help="Samples a second."),
-    click.Option(["--delay"], type=int, default=0, show_default=True, help="From a command to its torque, samples."),
-    click.Option(["--velocity-cutoff"], type=float, help="Speeds by an encoder's filter of this cut-off, Hz."),
+    option("--rate", "Samples a second.", float, 1000.0),
+    option("--delay", "From a command to its torque, samples.", int, 0),
+    option("--velocity-cutoff", "Speeds by an encoder's filter of this cut-off, Hz.", float),
 ]
 PLANT = [
-    click.Option(["--elastic"], metavar="K|file", help=options.ELASTIC_HELP),
-    click.Option(["--encoders"], type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True,
-                 help="The side of elastic joints that the controller gets."),
-    click.Option(["--payload"], type=float, default=0.0, show_default=True,
-                 help="Point mass at the flange that the controller does not know, kg."),
-    click.Option(["--plant-reading"], help="Judge another reading than the controller's."),
-]  # fmt: skip
+    option("--elastic", options.ELASTIC_HELP, str, metavar="K|file"),
+    option("--encoders", "The side of elastic joints that the controller gets.", OneOf(ENCODERS), ENCODERS[0]),
+    option("--payload", "Point mass at the flange that the controller does not know, kg.", float, 0.0),
+    option("--plant-reading", "Judge another reading than the controller's.", str),
+]
 WHERE = [
-    click.Option(["--q-deg"], type=NUMBERS, help="One pose, deg (m for sliding joints); the joint box if not given."),
-    click.Option(["--task"], type=OneOf(REFERENCES.names), help="Poses along a task, in place of the joint box."),
+    option("--q-deg", "One pose, deg (m for sliding joints); the joint box if not given.", NUMBERS),
+    option("--task", "Poses along a task, in place of the joint box.", OneOf(REFERENCES.names)),
 ]
 BOX = [
-    click.Option(["--poses"], type=int, default=POSES, show_default=True, help="Poses drawn from the joint box."),
-    click.Option(["--seed"], type=int, default=SEED, show_default=True, help="Seed of the drawing."),
+    option("--poses", "Poses drawn from the joint box.", int, POSES),
+    option("--seed", "Seed of the drawing.", int, SEED),
 ]
+PICTURE = "Picture: bode, nyquist, sensitivity, map, or a file named after one. Repeatable."
+MAPPED = "Joints of the map, from 1; the two that count most if not given."
 OUT = [
-    click.Option(["--limit"], type=float, default=LIMIT, show_default=True,
-                 help="Of |S_ii|; exit 1 where it is given and not kept."),
-    click.Option(["--plot"], multiple=True, metavar="NAME|FILE.png",
-                 help="Picture: bode, nyquist, sensitivity, map, or a file named after one. Repeatable."),
-    click.Option(["--map-joints"], type=NUMBERS, metavar="I,J",
-                 help="Joints of the map, from 1; the two that count most if not given."),
-    click.Option(["--json"], is_flag=True, help="One JSON object."),
-]  # fmt: skip
+    option("--limit", "Of |S_ii|; exit 1 where it is given and not kept.", float, LIMIT),
+    option("--plot", PICTURE, str, metavar="NAME|FILE.png", multiple=True),
+    option("--map-joints", MAPPED, NUMBERS, metavar="I,J"),
+    option("--json", "One JSON object."),
+]
 RULES = (
     OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),
     OptionRule("task", lambda given: given["q_deg"] is None, "without --q-deg"),
@@ -62,7 +59,7 @@ RULES = (
 
 @click.command("margins")
 @robot_options
-def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: str, loading: Loading, **given: Any) -> None:
     """Judge the sampled loop of ROBOT near rest: share of the joint box that is unstable, least rate, |S_ii| of each
     joint, gain and delay margins at the worst pose.
 
@@ -72,8 +69,9 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     CONTROLLERS_OPTIONS.refuse_unused(law)
     TASKS.refuse_unused(given["task"] or "")
     options.refuse_unused(RULES, given)
+    options.check_code([given["controller"]], given["no_code"])
     writers = [picture_writer(wish) for wish in given["plot"]]
-    arm = options.load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot, options.used_by(given["elastic"]))
     with progress("judging the loop"), faults_in(law):
         report = margins(
             arm, given["controller"], q=_poses(arm, given), rate=given["rate"], delay=given["delay"],
@@ -84,19 +82,16 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         )  # fmt: skip
     joints = _map_joints(given["map_joints"])
     written = [path for write in writers for path in write(report, joints)]
-    options.show(report.document, given["json"])
-    if not given["json"]:
-        for path in written:
-            click.echo(f"wrote {path}")
+    options.show(report.document, given["json"], written)
     sys.exit(1 if options.Flag("limit", None).is_typed and not report.holds else 0)
 
 
-_FIRST = [*command.params, CONTROLLER, *LOOP, *PLANT, *WHERE, *BOX, *OUT]
+_FIRST = [*command.params, CONTROLLER, options.NO_CODE, *LOOP, *PLANT, *WHERE, *BOX, *OUT]
 TASKS = row_options(REFERENCES, "task", _FIRST)
 OF_TASKS = TASKS.click_options()
 CONTROLLERS_OPTIONS = row_options(CONTROLLERS, "controller", [*_FIRST, *OF_TASKS])
 command.params += [
-    CONTROLLER, *CONTROLLERS_OPTIONS.click_options(), *LOOP, *PLANT, *WHERE, *OF_TASKS, *BOX, *OUT,
+    CONTROLLER, *CONTROLLERS_OPTIONS.click_options(), options.NO_CODE, *LOOP, *PLANT, *WHERE, *OF_TASKS, *BOX, *OUT,
 ]  # fmt: skip
 
 
@@ -119,7 +114,7 @@ def _poses(arm: Arm, given: dict[str, Any]) -> Array | None:
 def _plant(arm: Arm, robot: str, given: dict[str, Any]) -> Arm | None:
     """The arm that moves, where it is not the controller's."""
     name, payload = given["plant_reading"], given["payload"]
-    plant = arm if name is None else load_with_paper(robot, name, **arm.loaded_with)[0]
+    plant = arm if name is None else options.stands_on(load(robot, name, **arm.loaded_with))
     if payload != 0.0:
         plant = arm_with_payload(plant, payload)
     return None if plant is arm else plant

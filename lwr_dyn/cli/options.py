@@ -4,15 +4,16 @@ All options of a registry's rows are accepted on the command line; those of othe
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from dataclasses import dataclass, field, replace
+from functools import wraps
+from typing import Any
 
 import click
 import numpy as np
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from lwr_dyn.arms.loading import load_with_paper, xacro_arguments
+from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.catalog import robots
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.arrays import number_of
@@ -21,8 +22,7 @@ from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm, si_value
-
-F = TypeVar("F", bound=Callable[..., Any])
+from lwr_dyn.model.caveats import ALL, DYNAMICS
 
 
 class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
@@ -37,46 +37,90 @@ class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 
             raise click.BadParameter(f"{fault.message.rstrip('.')}{hint}.", ctx, param) from None
 
 
-class Numbers(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
-    """Numbers separated by commas: `--q-deg -90,0` and `--q-deg=-90,0` both work."""
+class Separated(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
+    """Parts separated by commas, `--q-deg -90,0` or `--q-deg=-90,0`; `read` raises `ValueError` for what are none."""
 
-    name = "numbers"
+    def __init__(self, name: str, read: Callable[[str], Any], words: str) -> None:
+        self.name, self.read, self.words = name, read, words
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
-        """The numbers as floats."""
-        if isinstance(value, tuple):
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The value."""
+        if not isinstance(value, str):
             return value
         try:
-            return tuple(number_of(x) for x in str(value).split(","))
+            return self.read(value)
         except ValueError:
-            self.fail(
-                f"{value!r} is not a list of numbers; allowed: numbers separated by commas, such as -90,0", param, ctx
-            )
+            self.fail(f"{value!r} is not {self.words}", param, ctx)
 
 
-class NamedAxes(click.ParamType):  # type: ignore[type-arg] # generic only since click 8.4
-    """Joints by name: `A1=10,A2=-90`; those not named are 0."""
-
-    name = "name=value,..."
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, float]:
-        """Name -> value."""
-        if isinstance(value, dict):
-            return value
-        try:
-            pairs = [part.split("=") for part in str(value).split(",")]
-            return {name.strip(): number_of(number) for name, number in pairs}
-        except ValueError:
-            self.fail(
-                f"{value!r} is not a list of axes; allowed: NAME=DEG separated by commas, A1=10,A2=-90", param, ctx
-            )
+def _named(text: str) -> dict[str, float]:
+    pairs = [part.split("=") for part in text.split(",")]
+    return {name.strip(): number_of(number) for name, number in pairs}
 
 
-NUMBERS, NAMED_AXES = Numbers(), NamedAxes()
+NUMBERS = Separated(
+    "numbers", lambda text: tuple(map(number_of, text.split(","))),
+    "a list of numbers; allowed: numbers separated by commas, such as -90,0",
+)  # fmt: skip
+NAMED_AXES = Separated("name=value,...", _named, "a list of axes; allowed: NAME=DEG separated by commas, A1=10,A2=-90")
+"""Joints by name; those not named are 0."""
+
+
+def option(
+    names: str, text: str, kind: Any = bool, default: Any = None, *, metavar: str | None = None, multiple: bool = False
+) -> click.Option:
+    """One option of click's `names` in one text; a flag without a `kind`. The help shows its default, if any."""
+    if kind is bool:
+        return click.Option(names.split(), is_flag=True, help=text)
+    settings: dict[str, Any] = {"default": default, "show_default": default is not None, "multiple": multiple}
+    return click.Option(names.split(), type=kind, metavar=metavar, help=text, **settings)
+
+
+NO_CODE = option("--no-code", "Refuse controllers in Python files, which would run.")
+
+
+def check_code(controllers: Iterable[str], no_code: bool, typed: bool = True) -> None:
+    """With --no-code raise `OptionError` for Python files among controllers; say on stderr which run if not typed."""
+    from lwr_dyn.control.controllers import code_files, refuse_code
+
+    for path in code_files(controllers):
+        if no_code:
+            refuse_code(path, "--no-code")
+        if not typed:
+            click.echo(f"runs the Python file {path}, which the study names", err=True)
+
+
 ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for the arm's own."
 
-_LOADING = "lwr_dyn.arms.loading"
-"""Where click's context keeps options of loading."""
+
+@dataclass(frozen=True, slots=True)
+class Loading:
+    """The options with which ROBOT is loaded; `further` has texts of --mount, --tool, --xacro-arg; --trust-xacro."""
+
+    reading: str | None = None
+    tip: str | None = None
+    locks: tuple[str, ...] = ()
+    further: Mapping[str, Any] = field(default_factory=dict)
+
+    def arm(self, robot: str, used: Collection[str] = DYNAMICS) -> Arm:
+        """The arm, with its notes on stderr; raises as `lwr_dyn.load`.
+
+        What must be known before those of its numbers that are `used` is the first line of what `show` prints.
+        """
+        arm, _ = self.arm_and_paper(robot, used)
+        for note in arm.notes:
+            click.echo(f"note: {note}", err=True)
+        return arm
+
+    def arm_and_paper(self, robot: str, used: Collection[str] = DYNAMICS) -> tuple[Arm, Paper | None]:
+        """The arm and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
+        locks = dict(map(_lock, self.locks))
+        arm, paper = load_with_paper(robot, self.reading, tip=self.tip, lock=locks, **self.further)
+        return stands_on(arm, used), paper
+
+
+_ARMS = "lwr_dyn.arms"
+"""Where click's context keeps what is to be said of the arms."""
 
 
 def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -84,59 +128,60 @@ def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[Completio
     return names or [CompletionItem(begun, type="file")]
 
 
-def robot_options(command: F) -> F:
-    """ROBOT, --reading, --lock, --mount, --tool, for a .urdf --tip, for a .xacro --xacro-arg.
+REPEATED = (
+    ("--xacro-arg", "xacro_args", "NAME:=VALUE", "Argument of a .xacro."),
+    ("--tool", "tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
+    ("--mount", "mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
+)
+"""Options of loading that can be given several times: `--mount ceiling --mount xyz=0,0,2.5`."""
 
-    `load_robot` finds mount, tool and xacro's arguments in click's context, so that no command takes them itself.
-    """
+
+trust_option = click.option(
+    "--trust-xacro", is_flag=True, help="Run all expressions of a .xacro as Python: none of its code runs otherwise."
+)
+
+
+def robot_options(command: Callable[..., None]) -> Callable[..., None]:
+    """ROBOT, and as one `loading` all others: of a .urdf --tip, of a .xacro --xacro-arg and --trust-xacro."""
+
+    @wraps(command)
+    def with_loading(reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+        repeated = {name for _, name, *_ in REPEATED}
+        further = {name: given.pop(name) or None for name in [*given] if name in repeated}
+        further["trust_xacro"] = given.pop("trust_xacro", False)
+        command(loading=Loading(reading, tip, locks, further), **given)
+
     for option in (
-        _kept("xacro_args", "--xacro-arg", "NAME:=VALUE", "Argument of a .xacro."),
-        _kept("tool", "--tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
-        _kept("mount", "--mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
+        trust_option,
+        *(click.option(*names, multiple=True, metavar=metavar, help=f"{text} Repeatable.")
+          for *names, metavar, text in REPEATED),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
         click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given."),
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
         click.argument("robot", shell_complete=_robots),
-    ):
-        command = option(command)
-    return command
+    ):  # fmt: skip
+        with_loading = option(with_loading)
+    return with_loading
 
 
-def load_robot(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]) -> Arm:
-    """The arm that the options name, with its notes on stderr; raises as `lwr_dyn.load`."""
-    arm, _ = load_robot_and_paper(robot, reading, tip, locks)
-    for note in arm.notes:
-        click.echo(f"note: {note}", err=True)
+def stands_on(arm: Arm, used: Collection[str] = DYNAMICS) -> Arm:
+    """The arm, which this command says its caveats of: what must be known before those of its numbers that are used."""
+    context = click.get_current_context(silent=True)
+    if context is not None:
+        context.meta.setdefault(_ARMS, []).append(arm.caveat(used))
     return arm
 
 
-def load_robot_and_paper(
-    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...]
-) -> tuple[Arm, Paper | None]:
-    """The arm that the options name and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
-    return load_with_paper(robot, reading, tip=tip, lock=dict(_lock(text) for text in locks), **options_kept())
-
-
-def given_xacro_args() -> dict[str, str]:
-    """The arguments of a .xacro that the options name; raises `OptionError`."""
-    return xacro_arguments(options_kept().get("xacro_args") or ())
-
-
-def options_kept() -> dict[str, Any]:
-    """The texts of --mount, --tool and --xacro-arg, None where not given."""
+def caveats() -> tuple[str, ...]:
+    """One line for each arm that the running command stands on, where there is one to be said."""
     context = click.get_current_context(silent=True)
-    return {} if context is None else context.meta.get(_LOADING, {})
+    return () if context is None else tuple(dict.fromkeys(filter(None, context.meta.get(_ARMS, ()))))
 
 
-def _kept(argument: str, option: str, metavar: str, text: str) -> Any:
-    """An option of loading that can be given several times, kept as texts: `--mount ceiling --mount xyz=0,0,2.5`."""
-
-    def keep(context: click.Context, _: click.Parameter, texts: tuple[str, ...]) -> None:
-        context.meta.setdefault(_LOADING, {})[argument] = texts or None
-
-    return click.option(
-        option, argument, multiple=True, metavar=metavar, help=f"{text} Repeatable.", callback=keep, expose_value=False
-    )
+def say_caveats() -> None:
+    """These lines on stdout, of a command that prints no document."""
+    for line in caveats():
+        click.echo(line)
 
 
 def _lock(text: str) -> tuple[str, float]:
@@ -145,6 +190,11 @@ def _lock(text: str) -> tuple[str, float]:
         return joint, number_of(value)
     except ValueError:
         raise OptionError("--lock", repr(text), "JOINT=VALUE, such as finger=0.02") from None
+
+
+def used_by(elastic: str | None) -> Collection[str]:
+    """The numbers of an arm that a loop stands on, by what --elastic asks for."""
+    return DYNAMICS if elastic is None else ALL
 
 
 def given_elasticity(text: str | None) -> str | float | None:
@@ -157,14 +207,23 @@ def given_elasticity(text: str | None) -> str | float | None:
     raise OptionError("--elastic", repr(text), "a stiffness above 0 in N m/rad, or file")
 
 
-def print_json(record: Any) -> None:
-    """One JSON object on stdout."""
-    click.echo(json_text(record))
+def show(document: Document, as_json: bool, wrote: Iterable[object] = ()) -> None:
+    """A result on stdout, as text with the files that were written, or as one JSON object.
 
-
-def show(document: Document, as_json: bool) -> None:
-    """A result on stdout, as text or as one JSON object."""
+    The caveats of the arms that it stands on come first.
+    """
+    document = with_caveats(document)
     click.echo(json_text(document.record()) if as_json else document.text())
+    for path in () if as_json else wrote:
+        click.echo(f"wrote {path}")
+
+
+def with_caveats(document: Document) -> Document:
+    """The document with the caveats of the command's arms, for a page of it."""
+    context = click.get_current_context(silent=True)
+    if context is None or _ARMS not in context.meta:
+        return document
+    return replace(document, caveats=tuple(dict.fromkeys((*(document.caveats or ()), *caveats()))))
 
 
 Given = Mapping[str, Any]
@@ -249,8 +308,7 @@ def _options_of(registry: Registry[Any], row: str) -> Collection[Option]:
 def _click_option(flag: Flag, registry: Registry[Any]) -> click.Option:
     kinds = {quantity: float if quantity is Quantity.ANGLE else NUMBERS for quantity in Quantity}
     kind = OneOf(flag.kind.names) if isinstance(flag.kind, Registry) else kinds.get(flag.kind, flag.kind)
-    settings: dict[str, Any] = {"is_flag": True} if flag.kind is bool else {"type": kind}
-    return click.Option([f"--{flag.name}"], help=_help(flag, registry), **settings)
+    return option(f"--{flag.name}", _help(flag, registry), kind)
 
 
 def _help(flag: Flag, registry: Registry[Any]) -> str:

@@ -15,7 +15,7 @@ from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.checks.engines.engine import ENGINES, is_installed
 from lwr_dyn.checks.engines.losses import as_urdf
 from lwr_dyn.checks.engines.survey import ModelReport, document, markdown, matrix, survey
-from lwr_dyn.cli.options import OneOf, load_robot, robot_options, show
+from lwr_dyn.cli.options import Loading, OneOf, robot_options, show, stands_on
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import Report, progress
@@ -27,15 +27,7 @@ from lwr_dyn.model.arm import Arm
 @click.option("--engine", "engines", multiple=True, type=OneOf(ENGINES.names), help="Only this one; may be repeated.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 @click.option("--markdown", "as_markdown", is_flag=True, help="One row a feature, one column an engine, as Markdown.")
-def command(
-    robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
-    engines: tuple[str, ...],
-    as_json: bool,
-    as_markdown: bool,
-) -> None:
+def command(robot: str, loading: Loading, engines: tuple[str, ...], as_json: bool, as_markdown: bool) -> None:
     """What engines ignore or misread of ROBOT's URDF, measured by loading it, and which file or option restores it.
 
     ROBOT may be `all`: every robot and reading of this package. A .urdf is taken as it stands; with --mount or --tool,
@@ -48,29 +40,27 @@ def command(
             raise MissingPackageError(ENGINES[engine].facts["package"], ENGINES[engine].extra)
     chosen = engines or ENGINES.names
     with progress("loading models into the engines") as report:
-        reports = list(_all(chosen, report)) if robot == "all" else [_one(robot, reading, tip, locks, chosen)]
+        reports = list(_all(chosen, report)) if robot == "all" else [_one(robot, loading, chosen)]
     if as_markdown:
         click.echo(markdown(matrix(reports)))
     else:
         show(document(reports), as_json)
 
 
-def _one(
-    robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], engines: Sequence[str]
-) -> ModelReport:
-    arm = load_robot(robot, reading, tip, locks)
+def _one(robot: str, loading: Loading, engines: Sequence[str]) -> ModelReport:
+    arm = loading.arm(robot)
     given = arm.loaded_with
     if not ends_in(robot, ".urdf", ".xacro") or "mount" in given or "tool" in given:
         return _written(arm, engines)
-    with as_urdf(Path(robot), given.get("xacro_args", {})) as path:
-        return survey(path, tip, given.get("lock", {}), engines)
+    with as_urdf(Path(robot), given) as path:
+        return survey(path, loading.tip, given.get("lock", {}), engines)
 
 
 def _all(engines: Sequence[str], report: Report) -> Iterator[ModelReport]:
     for robot in robots():
         for reading in readings(robot):
             report(f"{robot}, reading {reading}")
-            yield _written(load(robot, reading), engines)
+            yield _written(stands_on(load(robot, reading)), engines)
 
 
 def _written(arm: Arm, engines: Sequence[str]) -> ModelReport:
@@ -79,11 +69,8 @@ def _written(arm: Arm, engines: Sequence[str]) -> ModelReport:
         path = Path(folder) / f"{model_stem(arm)}.urdf"
         write_file(path, urdf_text(arm))
         report = survey(path, engines=engines)
-    return replace(report, unwritten=_one_sided_friction(arm, report))
-
-
-def _one_sided_friction(arm: Arm, report: ModelReport) -> str:
     if not arm.friction:
-        return ""
+        return replace(report, unwritten="")
     largest = float(np.abs(report.reference.friction(arm)).max())
-    return f"friction that differs by direction is in none, up to {largest:.2g} N m; see .provenance.json"
+    text = f"friction that differs by direction is in none, up to {largest:.2g} N m; see .provenance.json"
+    return replace(report, unwritten=text)

@@ -7,9 +7,10 @@ from typing import Any
 import click
 
 from lwr_dyn.arms import loading
+from lwr_dyn.cli.options import say_caveats, stands_on
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
+from lwr_dyn.model.run import Run, run_used
 
 
 @click.command("replay")
@@ -46,7 +47,8 @@ def command(
     if beside and len(run_files) < 2:
         raise OptionError("--beside", "would do nothing here", "with two runs or more")
     runs = [Run.load(path) for path in run_files]
-    arms = [arm_of_file(run, path) for run, path in zip(runs, run_files, strict=True)]
+    arms = [stands_on(arm_of_file(run, path), run_used(run)) for run, path in zip(runs, run_files, strict=True)]
+    say_caveats()
     layout = "beside" if beside else "overlaid"
     options: dict[str, Any] = {"labels": labels or None, "title": title, "frames": frames, "layout": layout}
     if html is not None:

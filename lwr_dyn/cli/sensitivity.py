@@ -7,7 +7,7 @@ import click
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import readings
 from lwr_dyn.checks.sensitivity.analysis import POSES, sensitivity
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import show, stands_on
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
@@ -38,7 +38,7 @@ def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
     for robot in robots:
         short = Path(robot).stem if ends_in(robot, ".toml", ".urdf") else robot
         for reading in (None,) if ends_in(robot, ".urdf") else readings(robot):
-            arm = load(robot, reading)
+            arm = stands_on(load(robot, reading))
             name = arm.reading if len(robots) == 1 else f"{short} {arm.reading}" if reading else short
             if name in arms:
                 raise OptionError("robots", f"{name} twice", "different names")

@@ -5,20 +5,20 @@ from pathlib import Path
 import click
 
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.options import NUMBERS, load_robot, robot_options
+from lwr_dyn.cli.options import NUMBERS, Loading, robot_options, say_caveats, stands_on
 from lwr_dyn.cli.replay import arm_of_file, wait_for_interrupt
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.model.arm import Arm, from_degrees
-from lwr_dyn.model.run import Run
+from lwr_dyn.model.run import Run, run_used
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import start_pose
 from lwr_dyn.pages.explorer.shown import has_display, show
 from lwr_dyn.pages.replay import live
 from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
-_OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
+_OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "trust_xacro", "q_deg")
 """Options that a run file answers by itself."""
 
 
@@ -36,9 +36,7 @@ _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "q_deg")
 @click.option("--browser/--no-browser", default=None, help="Open the page; if not given, on a terminal with a display.")
 def command(
     robot: str,
-    reading: str | None,
-    tip: str | None,
-    locks: tuple[str, ...],
+    loading: Loading,
     q_deg: tuple[float, ...] | None,
     html: Path | None,
     beside: str | None,
@@ -58,9 +56,10 @@ def command(
         given = "with --serve" if serve else f"for {robot}"
         raise OptionError("--beside", f"given {given}", "only with a robot's page")
     run = _run(robot) if ends_in(robot, ".npz") else None
-    other = None if beside is None else _beside(beside)
-    arm = load_robot(robot, reading, tip, locks) if run is None else arm_of_file(run, robot)
+    other = None if beside is None else stands_on(_beside(beside))
+    arm = loading.arm(robot) if run is None else stands_on(arm_of_file(run, robot), run_used(run))
     q = None if q_deg is None else from_degrees(arm, q_deg, "--q-deg")
+    say_caveats()
     if serve:
         _serve(arm, run, q, port, browser)
         return

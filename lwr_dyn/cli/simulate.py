@@ -3,9 +3,8 @@
 The run as a document: errors joint by joint, limits, audit, friction.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
 import click
@@ -98,57 +97,46 @@ class NameOrFile(options.OneOf):
         return value
 
 
-def _option(name: str, text: str, kind: Any = bool, default: Any = None, multiple: bool = False) -> click.Option:
-    """One option; the help shows its default, if any."""
-    if kind is bool:
-        return click.Option([name], is_flag=True, help=text)
-    shown = default is not None
-    return click.Option([name], type=kind, default=default, show_default=shown, help=text, multiple=multiple)
-
-
-TASK = _option("--task", "What the arm does.", options.OneOf(REFERENCES.names), "ist")
-
-LAWS = NameOrFile(CONTROLLERS.names)
-
+TASK = options.option("--task", "What the arm does.", options.OneOf(REFERENCES.names), "ist")
 AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
-
-CONTROLLER = _option("--controller", AROUND, LAWS, "pd-gravity")
-
+CONTROLLER = options.option("--controller", AROUND, NameOrFile(CONTROLLERS.names), "pd-gravity")
 PLANT = [
-    _option("--plant-reading", "Simulate another reading than the controller's.", str),
-    _option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
-    _option("--payload", "Point mass at the flange, or at the tool centre point, kg.", float, 0.0),
-    _option("--payload-known", "Build the controller's model with the payload."),
-    _option("--friction", "Friction of the plant.", options.OneOf(FORMS), FORMS[0]),
-    _option("--elastic", options.ELASTIC_HELP, str),
-    _option("--encoders", "The side of elastic joints that the controller gets.", options.OneOf(ENCODERS), ENCODERS[0]),
-    _option("--passive-refit", "Use the nearest friction that feeds no energy in."),
+    options.option("--plant-reading", "Simulate another reading than the controller's.", str),
+    options.option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
+    options.option("--payload", "Point mass at the flange, or at the tool centre point, kg.", float, 0.0),
+    options.option("--payload-known", "Build the controller's model with the payload."),
+    options.option("--friction", "Friction of the plant.", options.OneOf(FORMS), FORMS[0]),
+    options.option("--elastic", options.ELASTIC_HELP, str),
+    options.option(
+        "--encoders", "The side of elastic joints that the controller gets.", options.OneOf(ENCODERS), ENCODERS[0]
+    ),
+    options.option("--passive-refit", "Use the nearest friction that feeds no energy in."),
 ]
 
 LOOP = [
-    _option("--no-saturation", "Do not cut torques at the limits."),
-    _option("--no-stops", "Let joints pass their position limits."),
-    _option("--allow-unphysical", "Simulate inertias that no body can have."),
-    _option("--encoder-bits", "2^bits counts a turn; exact if not given.", int),
-    _option("--encoder-noise", "Standard deviation of the readings, rad.", float, 0.0),
-    _option("--velocity-cutoff", "Cut-off of the velocity filter, Hz.", float, 100.0),
-    _option("--seed", "Seed of the encoder's noise.", int, 0),
-    _option("--rate", "Samples a second.", float, 1000.0),
-    _option("--delay", "Delay from a command to its torque, samples.", int, 0),
-    _option("--continuous", "The controller runs at every moment, not at samples."),
-    _option("--method", "Method of integration.", options.OneOf(METHODS), METHODS[0]),
-    _option("--substeps", "RK4 steps a sample.", int, 1),
-    _option(
+    options.option("--no-saturation", "Do not cut torques at the limits."),
+    options.option("--no-stops", "Let joints pass their position limits."),
+    options.option("--allow-unphysical", "Simulate inertias that no body can have."),
+    options.option("--encoder-bits", "2^bits counts a turn; exact if not given.", int),
+    options.option("--encoder-noise", "Standard deviation of the readings, rad.", float, 0.0),
+    options.option("--velocity-cutoff", "Cut-off of the velocity filter, Hz.", float, 100.0),
+    options.option("--seed", "Seed of the encoder's noise.", int, 0),
+    options.option("--rate", "Samples a second.", float, 1000.0),
+    options.option("--delay", "Delay from a command to its torque, samples.", int, 0),
+    options.option("--continuous", "The controller runs at every moment, not at samples."),
+    options.option("--method", "Method of integration.", options.OneOf(METHODS), METHODS[0]),
+    options.option("--substeps", "RK4 steps a sample.", int, 1),
+    options.option(
         "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
     ),
-    _option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
-    _option("--out", "Run file to write, .npz.", str),
-    _option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
-    _option(
+    options.option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
+    options.option("--out", "Run file to write, .npz.", str),
+    options.option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
+    options.option(
         "--plot", "Picture: FILE.png, FILE.svg or a quantity, as torque, tip-error. Repeatable.", str, multiple=True
     ),
-    _option("--full", "All errors of the joints: means, extremes, velocities."),
-    _option("--json", "One JSON object."),
+    options.option("--full", "All errors of the joints: means, extremes, velocities."),
+    options.option("--json", "One JSON object."),
 ]
 
 RULES = (
@@ -166,52 +154,41 @@ RULES = (
 
 @click.command("simulate")
 @options.robot_options
-def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: str, loading: options.Loading, **given: Any) -> None:
     """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the audit."""
     TASK_OPTIONS.refuse_unused(given["task"])
     law = split_name(given["controller"])[0]
     CONTROLLER_OPTIONS.refuse_unused(law)
+    options.check_code([given["controller"]], given["no_code"])
     options.refuse_unused(RULES, given)
     out = given["out"]
     _check_target(out, ".npz")
     _check_target(given["csv"], ".csv")
     pictures = [plot_writer(wish) for wish in given["plot"]]
-    arm = options.load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot, options.used_by(given["elastic"]))
     setup = _setup(arm, robot, given)
     sampled = sampled_notes(setup)
     _note([] if given["json"] else sampled.before)
     run = _simulated(setup, law, out, [] if given["json"] else sampled.once_begun)
-    others = _other_files(run, given["csv"], pictures)
-    _note([] if given["json"] else sampled.after)
-    options.show(run_document(run, arm, given["full"], sampled.record), given["json"])
-    if given["json"]:
-        return
+    others = [*filter(None, [given["csv"]])]
     for path in others:
-        click.echo(f"wrote {path}")
-    if out is not None:
+        run.save(path)
+    others += [str(draw(run)) for draw in pictures]
+    _note([] if given["json"] else sampled.after)
+    options.show(run_document(run, arm, given["full"], sampled.record), given["json"], others)
+    if out is not None and not given["json"]:
         click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
-
-
-def _other_files(run: Run, csv: str | None, pictures: list[Callable[[Run], Path]]) -> list[str]:
-    """Paths of the CSV file and the pictures that were asked for, written."""
-    if csv is not None:
-        run.save(csv)
-    return ([csv] if csv is not None else []) + [str(draw(run)) for draw in pictures]
 
 
 def _note(lines: list[str]) -> None:
     click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
 
 
-OWN = [*command.params, TASK, CONTROLLER, *PLANT, *LOOP]
-
+OWN = [*command.params, TASK, CONTROLLER, options.NO_CODE, *PLANT, *LOOP]
 TASK_OPTIONS = options.row_options(REFERENCES, "task", OWN)
-
 OF_TASK = TASK_OPTIONS.click_options()
-
 CONTROLLER_OPTIONS = options.row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
-
-command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), *PLANT, *LOOP]
+command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), options.NO_CODE, *PLANT, *LOOP]
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
@@ -220,7 +197,10 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
     controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(law, given, model))
-    plant = arm if given["plant_reading"] is None else load(robot, given["plant_reading"], **arm.loaded_with)
+    plant = arm
+    if given["plant_reading"] is not None:
+        other = load(robot, given["plant_reading"], **arm.loaded_with)
+        plant = options.stands_on(other, options.used_by(given["elastic"]))
     if given["plant_scale"] != 1.0:
         plant = arm_with_scaled_inertia(plant, given["plant_scale"])
     plant_is_model = plant is arm and (given["payload_known"] or not payload)

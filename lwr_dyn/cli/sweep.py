@@ -6,7 +6,7 @@ from typing import Annotated, TypedDict
 
 import click
 
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import NO_CODE, check_code, show
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import CLEAR, progress
 from lwr_dyn.foundation.tables import Heading, Table
@@ -16,7 +16,7 @@ from lwr_dyn.studies.sweep.running.cost import SweepCost, duration
 from lwr_dyn.studies.sweep.running.sweep import SweepOutcome, sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults
 from lwr_dyn.studies.sweep.summary_document import summary_sections
-from lwr_dyn.studies.sweep.sweep_study import SweepStudy
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
 
 
 @click.command("sweep")
@@ -33,6 +33,7 @@ from lwr_dyn.studies.sweep.sweep_study import SweepStudy
 )
 @click.option("--runs", type=int, metavar="N", help="Runs of each controller, in place of the study's.")
 @click.option("--no-report", is_flag=True, help="Only the files of results: no figures, no page, no worst runs.")
+@click.option("--no-code", is_flag=True, help=NO_CODE.help)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     study: str,
@@ -41,6 +42,7 @@ def command(
     threads: int | None,
     runs: int | None,
     no_report: bool,
+    no_code: bool,
     as_json: bool,
 ) -> None:
     """Carry out a study: many closed loops, each with its own parameters, by kernels, in files of results.
@@ -48,9 +50,11 @@ def command(
     Stopped or killed at any point, the same command goes on; chunks of runs that are there are not made again. Exit
     code 1: some chunks failed, the rest is there.
     """
-    read = read_study(study)
+    read = read_study(study, lambda path: check_code([path], no_code, typed=False))
     if runs is not None:
         read = replace(read, runs=runs)
+    said = study_caveats(read)
+    click.echo("".join(f"{line}\n" for line in said if not as_json), nl=False)
 
     def state(cost: SweepCost) -> None:
         if sys.stderr.isatty():
@@ -61,7 +65,7 @@ def command(
         done = sweep(read, out, scheduler=scheduler, threads=threads, report=report, state=state)
         report("the report")
         finished = None if no_report else finish(read, SweepResults.load(out))
-    show(sweep_document(read, done, finished), as_json)
+    show(replace(sweep_document(read, done, finished), caveats=said if as_json else ()), as_json)
     sys.exit(0 if done.is_complete else 1)
 
 
@@ -95,6 +99,7 @@ def sweep_document(study: SweepStudy, done: SweepOutcome, finished: FinishedSwee
         Fact("seconds", done.seconds, "That this sweep took, s."),
         Table("", columns, rows, key="controllers", says="One record a controller."),
         Note(became if made + failed else f"all {kept} chunks were there: {done.folder}"),
+        Note(list(done.refused)),
         Note([f"FAILED: {text}, chunk {k}, {why}" for text, each in failures.items() for k, why in each]),
         Note(f"{failed} chunk{'s' if failed > 1 else ''} failed; the same command tries again", failed > 0),
         Fact("report", files[0] if files else None, "The page; null without a run and with --no-report.",

@@ -2,11 +2,11 @@
 
 import sys
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import click
 
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import NO_CODE, check_code, option, show
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
@@ -17,7 +17,7 @@ from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.rollout_arguments import plant_parameters
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.sampling import Values
-from lwr_dyn.studies.sweep.sweep_study import SweepStudy, arm_of_study, is_task, spec_of_study
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, arm_of_study, is_task, spec_of_study, study_caveats
 from lwr_dyn.studies.sweep.tune import USE, Evaluate, SearchSize, tune
 from lwr_dyn.studies.sweep.vocabulary import parameter_path
 
@@ -37,29 +37,21 @@ SIZES = {
     "front": "Further searches under tighter bounds, for the Pareto front.",
     "seed": "Of the search and of the runs that are drawn.",
 }
-DEFAULTS = {one.name: one.default for one in fields(SearchSize)}
+AIM_HELP = "The metric, and its quantile over the runs, that is to be small."
+BOUND_HELP = "Bound: the same quantile of the largest command, as a share of the torque limit; inf for none."
+OPTIONS = [
+    option("--controller", "One of the study's; its first if not given.", str, metavar="NAME:OPTION=VALUE"),
+    option("--gain gains", GAIN_HELP, str, metavar="NAME=LOW:HIGH", multiple=True),
+    option("--aim", AIM_HELP, str, "tip_max:0.99", metavar="METRIC:SHARE"),
+    option("--torque-share", BOUND_HELP, float, 1.0),
+    *(option(f"--{one.name}", SIZES[one.name], int, one.default) for one in fields(SearchSize)),
+    option("--threads", "Of the runs; the result is the same.", int, 1),
+    NO_CODE,
+    option("--json as_json", "One JSON object."),
+]
 
 
-@click.command("tune")
-@click.argument("study", metavar="STUDY.toml")
-@click.option("--controller", metavar="NAME:OPTION=VALUE", help="One of the study's; its first if not given.")
-@click.option("--gain", "gains", multiple=True, metavar="NAME=LOW:HIGH", help=GAIN_HELP)
-@click.option(
-    "--aim",
-    default="tip_max:0.99",
-    show_default=True,
-    metavar="METRIC:SHARE",
-    help="The metric, and its quantile over the runs, that is to be small.",
-)
-@click.option(
-    "--torque-share",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="Bound: the same quantile of the largest command, as a share of the torque limit; inf for none.",
-)
-@click.option("--threads", type=int, default=1, show_default=True, help="Of the runs; the result is the same.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@click.command("tune", params=[click.Argument(["study"], metavar="STUDY.toml"), *OPTIONS])
 def command(
     study: str,
     controller: str | None,
@@ -67,6 +59,7 @@ def command(
     aim: str,
     torque_share: float,
     threads: int,
+    no_code: bool,
     as_json: bool,
     **sizes: int,
 ) -> None:
@@ -75,7 +68,7 @@ def command(
     Every candidate meets the same runs; what is found is judged beside the gains as given on runs that the search has
     not seen. Exit 1 where no candidate keeps the bound.
     """
-    read, size = read_study(study), SearchSize(**sizes)
+    read, size = read_study(study, lambda path: check_code([path], no_code, typed=False)), SearchSize(**sizes)
     text = read.controllers[0] if controller is None else controller
     if text not in read.controllers:
         raise UnknownNameError(f"controller of {read.name}", text, read.controllers)
@@ -93,14 +86,8 @@ def command(
             read, text, chosen, evaluator(read, text, threads), given,
             aim=gain_aim(aim, read.quantiles), bound=torque_share, size=size, report=report,
         )  # fmt: skip
-    show(found.document, as_json)
+    show(replace(found.document, caveats=study_caveats(read)), as_json)
     sys.exit(0 if found.keeps_bound else 1)
-
-
-command.params[-2:-2] = [
-    click.Option([f"--{name}"], type=int, default=DEFAULTS[name], show_default=True, help=words)
-    for name, words in SIZES.items()
-]
 
 
 def evaluator(study: SweepStudy, controller: str, threads: int = 1) -> Evaluate:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from lwr_dyn.arms.urdf.writer import urdf_text
-from lwr_dyn.cli.options import load_robot, robot_options
+from lwr_dyn.cli.options import Loading, robot_options, say_caveats
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, write_file, write_folder
 
@@ -15,9 +15,9 @@ from lwr_dyn.foundation.files import check_writable, write_file, write_folder
 @click.option(
     "--out", help="A .urdf, with .srdf, .xml (MJCF), .provenance.json beside it; or one .srdf, .xml or .toml."
 )
-def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], out: str | None) -> None:
+def command(robot: str, loading: Loading, out: str | None) -> None:
     """Write ROBOT as URDF: on stdout, or with its sidecars to --out, whose ending decides on the format."""
-    arm = load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot)
     if out is None:
         click.echo(urdf_text(arm), nl=False)
         return
@@ -31,9 +31,11 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
     check_writable(target)
     if ending != ".urdf":
         write_file(target, FORMATS.load(ending)(arm))
+        say_caveats()
         click.echo(f"wrote {target}")
         return
     files = model_files(arm, target.stem)
+    say_caveats()
     write_folder(target.parent, files)
     for name in files:
         click.echo(f"wrote {target.parent / name}")

@@ -6,9 +6,10 @@ its options, by the names that they have in `lwr-dyn simulate` (`omega_n` is rea
 """
 
 import inspect
+import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -70,8 +71,31 @@ def faults_in(path: str) -> Iterator[None]:
         raise FileAccessError(path, text, "a controller that runs") from fault
 
 
+NO_CODE = "LWR_DYN_NO_CODE"
+"""With this variable set no Python file of a user is run, in no process that inherits it."""
+
+
+def code_files(texts: Iterable[str]) -> tuple[str, ...]:
+    """The Python files among controllers as text, each once: what making the controllers would run.
+
+    >>> code_files(["pid:omega-n=20+friction", "mine.py:stiff+friction", "mine.py"])
+    ('mine.py',)
+    """
+    bases = (found["base"] for text in texts if (found := _FORM.match(text)))
+    return tuple(dict.fromkeys(base for base in bases if base.endswith(".py")))
+
+
+def refuse_code(path: str, by: str) -> None:
+    """Raise `OptionError`: a file that would run, where `by` forbids it."""
+    raise OptionError(path, f"Python that would run, against {by}", "controllers by name")
+
+
 def _run(path: str) -> ModuleType:
+    if os.environ.get(NO_CODE):
+        refuse_code(path, NO_CODE)
     text = read_text(path, NEEDED)
+    if "\0" in text:
+        raise FileAccessError(path, "a null character", NEEDED)
     module = ModuleType(f"lwr_dyn_controller_{Path(path).stem}")
     module.__file__ = path
     sys.modules[module.__name__] = module  # dataclasses look their module up there

@@ -24,7 +24,8 @@ from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, caveats_of
+from lwr_dyn.model.caveats import ALL, DYNAMICS
 from lwr_dyn.model.run import repr_html, short_repr
 from lwr_dyn.model.transmission import JointElasticity
 
@@ -274,7 +275,11 @@ def _document(report: MarginReport) -> Document:
         "The margins at the worst pose; null where the loop is unstable there, or past what was tried.",
     )
     title = f"{arm.name}, reading {arm.reading}: {report.label}; {case.words}"
-    return Document(title, "", [whole, detail], "lwr-dyn margins", "margins", facts)
+    return Document(title, "", [whole, detail], "lwr-dyn margins", "margins", facts, _caveats(report))
+
+
+def _caveats(report: MarginReport) -> tuple[str, ...]:
+    return caveats_of([report.arm], DYNAMICS if report.case.elasticity is None else ALL)
 
 
 def _worst(report: MarginReport) -> list[Fact | Note | Table]:

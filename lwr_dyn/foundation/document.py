@@ -29,6 +29,9 @@ ABOUT = (
     "unknown or not finite."
 )
 """Of every record."""
+CAVEATS = "caveats"
+"""Key of a record."""
+CAVEATS_ARE = "Proven errors that the arm's reading leaves in place, and its numbers that are estimated or assumed."
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +131,8 @@ class Document:
     """What sort of document it is, in a word, for the head of the page."""
     facts: Sequence[Fact] = field(default_factory=tuple)
     """Tiles of the page, and the first keys of the record."""
+    caveats: Sequence[str] | None = None
+    """What must be known before the numbers of its arms: the first lines; None where it is of no arm."""
 
     @property
     def there(self) -> tuple[Section, ...]:
@@ -135,15 +140,15 @@ class Document:
         return tuple(one for one in self.sections if one.there is not False)
 
     def text(self) -> str:
-        """For the terminal: the verdict (the title, where there is none), then the sections, an empty line between."""
-        head = [self.verdict or self.title, *map(_line, filter(_is_shown, self.facts))]
+        """For the terminal: caveats, the verdict (where there is none the title), then the sections, a line between."""
+        head = [*(self.caveats or ()), self.verdict or self.title, *map(_line, filter(_is_shown, self.facts))]
         blocks = ["\n".join(_lines(section)) for section in self.there if not section.page]
         first, *rest = [*filter(None, blocks)] or [""]
         return "\n\n".join(["\n".join(filter(None, [*head, first])), *rest])
 
     def record(self) -> dict[str, Any]:
         """For `--json`: values as computed."""
-        out = _record(self.facts)
+        out = _record(self.facts) | ({} if self.caveats is None else {CAVEATS: [*self.caveats]})
         for section in self.sections:
             found = _record(section.parts) if section.there is not False else None
             out |= {section.key: found} if section.key is not None else found or {}
@@ -155,6 +160,8 @@ class Document:
         Raises `TypeError` for a part whose type neither its value nor its `kind` shows, with its key.
         """
         found = dict(_properties(self.facts))
+        if self.caveats is not None:
+            found[CAVEATS] = _said(CAVEATS_ARE, type_of(list[str]))
         may: set[str] = set()
         for section in self.sections:
             if section.own:

@@ -214,6 +214,16 @@ def aligned(rows: Sequence[Sequence[str]], head: tuple[str, ...]) -> str:
     return "\n".join([lines[0], "  ".join("-" * w for w in widths), *lines[1:]])
 
 
+def log_line(text: str) -> str:
+    """A line of a log that a foreign name can neither end nor turn into a command of a terminal or of GitHub.
+
+    >>> log_line("arm.urdf: link x\\n::error::y"), log_line("::set-env::x")
+    ('arm.urdf: link x\\\\n::error::y', '\\\\::set-env::x')
+    """
+    text = "".join(x if x.isprintable() else x.encode("unicode_escape").decode() for x in text)
+    return ("\\" if text.lstrip().startswith("::") else "") + text.replace("##[", "#\\#[")
+
+
 def json_text(record: Any) -> str:
     """A record as JSON text: arrays become lists, NaN and infinity null.
 

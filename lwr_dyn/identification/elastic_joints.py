@@ -281,4 +281,4 @@ def elastic_document(found: ElasticIdentification, arm: Arm, robot: str = "") ->
     ]
     verdict = f"{len(found.values)} parameters from {found.equations} equations, {found.base.count} of them the links'"
     facts = [Fact("robot", robot, "Name of the robot."), Fact("equations", found.equations, "How many were used.")]
-    return Document("Elastic joints", verdict, sections, "lwr-dyn identify elastic", facts=facts)
+    return Document("Elastic joints", verdict, sections, "lwr-dyn identify elastic", facts=facts, caveats=())

@@ -293,7 +293,7 @@ def _column(paper: Paper, name: str, column: Column, rule: ColumnRule) -> Column
     ids = dict.fromkeys(x for row in column.errata.values() for x in row)
     where = column.where + (f"; erratum {', '.join(ids)} of {paper.name} read" if ids else "")
     kinds = [p.kind for e in paper.errata if e.id in ids for p in e.patches if p.kind and p.at.startswith(column.name)]
-    return ColumnText(name, values, units, where, [column.kind, *kinds][-1], more)
+    return ColumnText(name, values, units, where, [column.kind, *kinds][-1], more, column.how)
 
 
 def _said(value: Any) -> Any:

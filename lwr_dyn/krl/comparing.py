@@ -88,24 +88,16 @@ def file_values(file: SourceFile) -> dict[str, FileValue]:
     return found
 
 
-def same_value(a: FileValue, b: FileValue) -> bool:
-    """Whether both mean the same: 1.50 is 1.5, and case counts in strings only."""
-    return meaning_of(a.text) == meaning_of(b.text) and meaning_of(a.type or "") == meaning_of(b.type or "")
-
-
 def meaning_of(code: str) -> str:
-    """Code in a form in which lines that mean the same are equal."""
+    """Code in a form in which lines that mean the same are equal: 1.50 is 1.5, and case counts in strings only."""
     try:
         tokens = tokens_of(code)[0]
     except LineError:
         return code.strip()
-    words = []
-    for token in tokens:
-        number = token.kind in ("INTEGER", "DECIMAL")
-        words.append(
-            repr(float(token.text)) if number else token.text if token.kind == "STRING" else token.text.upper()
-        )
-    return " ".join(words)
+    return " ".join(
+        repr(float(x.text)) if x.kind in ("INTEGER", "DECIMAL") else x.text if x.kind == "STRING" else x.text.upper()
+        for x in tokens
+    )
 
 
 def point_change(a: FileValue, b: FileValue) -> PointChange | None:
@@ -183,9 +175,8 @@ def routine_changes(before: SourceFile, after: SourceFile) -> list[RoutineChange
     for name, lines in new.items():
         if name not in old:
             out.append(RoutineChange(name, "added", (((), tuple(lines)),)))
-        else:
-            pieces = _pieces(old[name], lines)
-            out += [RoutineChange(name, "changed", pieces)] if pieces else []
+        elif pieces := _pieces(old[name], lines):
+            out.append(RoutineChange(name, "changed", pieces))
     return out + [RoutineChange(name, "removed", ((tuple(old[name]), ()),)) for name in old if name not in new]
 
 
@@ -294,7 +285,7 @@ def _value_changes(before: SourceFile, after: SourceFile) -> tuple[list[PointCha
         a = old.get(key)
         if a is None:
             values.append(ValueChange(b.name, None, b.text))
-        elif not same_value(a, b):
+        elif [meaning_of(a.text), meaning_of(a.type or "")] != [meaning_of(b.text), meaning_of(b.type or "")]:
             _add_change(a, b, points, values)
     gone = [ValueChange(a.name, a.text, None) for key, a in old.items() if key not in new]
     return points, values + gone

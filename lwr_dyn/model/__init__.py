@@ -2,6 +2,8 @@
 
 arm             `Arm`: one robot in SI units, with its chain in the source's frames and its joints and bodies in URDF
                 frames
+caveats         What stands before an arm's numbers: proven errors that its reading leaves in place, numbers estimated
+                or assumed
 chain           `Chain`: the serial arm in the frames of its source; both roads to the dynamics start from it
 ellipsoid       The solid ellipsoid of one density that has a body's mass, centre of mass and inertia
 file_layout     What a file holds beyond the arm in it: how it is drawn, and of a URDF its own links, frames, axes and

@@ -7,7 +7,7 @@ is given in link i-1. An arm with a payload or other masses is another `Arm`: it
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, ShapeError, UnknownNameError
 from lwr_dyn.foundation.registry import Option, Quantity
+from lwr_dyn.model.caveats import ALL, DYNAMICS, Caveats
 from lwr_dyn.model.chain import Body, Chain, Installation, JointKind, Tool, lock_joint, with_bodies, with_payload
 from lwr_dyn.model.file_layout import Drawing, FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
@@ -102,7 +103,9 @@ class Arm:
 
     >>> import lwr_dyn
     >>> lwr_dyn.load("lwr4plus")
-    Arm('lwr4plus', reading='computed', n=7)
+    Arm('lwr4plus', reading='physical', n=7)
+    >>> lwr_dyn.load("lwr4plus", "computed")
+    Arm('lwr4plus', reading='computed', n=7, leaves rotor-inertia-power in place, a proven error)
     """
 
     name: str
@@ -134,10 +137,23 @@ class Arm:
     """Its mount and tool; None for an arm that stands on its base and ends at its flange."""
     notes: tuple[str, ...] = ()
     """What was chosen when it was loaded: the tip, joints that are held."""
+    caveats: Caveats = field(default_factory=Caveats)
+    """Proven errors that its reading leaves in place, and which of its numbers are estimated or assumed."""
     _repr_html_ = repr_html
 
     def __repr__(self) -> str:
-        return f"Arm({self.name!r}, reading={self.reading!r}, n={self.n})"
+        parts = [f"{self.name!r}, reading={self.reading!r}, n={self.n}", self.caveats.of_reading]
+        return f"Arm({', '.join(filter(None, parts))})"
+
+    def caveat(self, used: Collection[str] = ALL) -> str:
+        """What must be known before its numbers, of those that are `used`: one line with its name, or nothing.
+
+        >>> import lwr_dyn
+        >>> lwr_dyn.load("lwr4plus", "computed").caveat(used=())
+        'lwr4plus (computed): leaves rotor-inertia-power in place, a proven error'
+        """
+        words = self.caveats.words(used)
+        return f"{self.name} ({self.reading}): {words}" if words else ""
 
     @property
     def n(self) -> int:
@@ -247,6 +263,11 @@ class Arm:
             which = "" if len(bare) == self.n else f" of {', '.join(bare)}"
             raise MissingDataError(self.name, f"masses and inertias{which}", "dynamics")
         return self.chain
+
+
+def caveats_of(arms: Iterable[Arm], used: Collection[str] = DYNAMICS) -> tuple[str, ...]:
+    """What must be known before numbers of some arms, of those that are `used`: each line once."""
+    return tuple(dict.fromkeys(filter(None, (arm.caveat(used) for arm in arms))))
 
 
 def arm_with_payload(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:

@@ -9,7 +9,7 @@ import json
 import math
 import textwrap
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Annotated, Any, Protocol, Self
@@ -20,6 +20,7 @@ from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only, real_arra
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.foundation.files import check_readable, write_file
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.model.caveats import ALL, DYNAMICS
 
 NOTEBOOK_FORMS: Registry[Callable[[Any], str]] = Registry(
     "notebook_form", {"html": Row("lwr_dyn.pages.document:html_of", "a result as small HTML")}
@@ -283,4 +284,11 @@ class Run:
             raise
         except Exception:
             raise FileAccessError(str(path), "not a whole run file", allowed) from None
+        if not (np.diff(run.t) > 0.0).all():
+            raise FileAccessError(str(path), "times that do not rise from sample to sample", allowed)
         return run
+
+
+def run_used(run: Run) -> Collection[str]:
+    """The numbers of its arm that a run stands on: those of the gears too where joints are elastic."""
+    return DYNAMICS if run.meta.get("elasticity") is None else ALL

@@ -20,7 +20,7 @@ from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.number_text import raised
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.arm import Arm, JointLimits, caveats_of
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.markup import Html, element, joined
@@ -71,7 +71,11 @@ def page_html(document: Document) -> str:
     """One file that needs no network."""
     shown = document.there
     figures = [part for one in shown for part in one.parts if isinstance(part, PageFigure)]
-    said = [document.verdict, *(line for one in shown[:1] for line in _notes(one.parts) if not one.title)]
+    said = [
+        *(document.caveats or ()),
+        document.verdict,
+        *(line for one in shown[:1] for line in _notes(one.parts) if not one.title),
+    ]
     main = [
         element("h1", document.title),
         element("ul", [element("li", line) for line in said if line], class_="say"),
@@ -202,7 +206,7 @@ def notebook_html(document: Document) -> str:
     known = [f"{one.head}: {one.text}" for one in first if isinstance(one, Fact) and one.head and one.text]
     brief = [part for one in document.there if one.brief for part in one.parts]
     tables = [part.shown() for part in brief if isinstance(part, Table) and part.is_shown]
-    said = [element("div", _short(line)) for line in [*known, *_notes(first)]]
+    said = [element("div", _short(line)) for line in [*(document.caveats or ()), *known, *_notes(first)]]
     return joined([element("b", _short(document.verdict or document.title)), said, map(_small, tables)])
 
 
@@ -249,7 +253,7 @@ def arm_document(arm: Arm) -> Document:
     ]  # fmt: skip
     title = f"{arm.title or arm.name}: {arm.n} joints, reading {arm.reading}"
     table = Table("", headings, rows, "" if all(turning) else SLIDING)
-    return Document(title, "", [Section("", [table], brief=True)], kind="arm")
+    return Document(title, "", [Section("", [table], brief=True)], kind="arm", caveats=caveats_of([arm]))
 
 
 def _limits(limits: JointLimits, turns: bool) -> tuple[str, str, str]:

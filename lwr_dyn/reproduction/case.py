@@ -140,8 +140,8 @@ class PaperData:
 
     @cached_property
     def paper(self) -> Paper:
-        """The data file as read under its default reading; raises `PaperError`."""
-        return paper_of_tables(dict(self.tables), self.file)
+        """The data file under the reading that the results name; raises `PaperError`, `UnknownNameError`."""
+        return paper_of_tables(dict(self.tables), self.file, self.results.reading)
 
     @property
     def errata(self) -> tuple[Erratum, ...]:
@@ -157,7 +157,7 @@ class PaperData:
         return PaperCase(tables, patched_results(self.results, applied), self.file, ids, from_known_maxima)
 
     def reading(self, name: str = "", *more: str) -> PaperCase:
-        """The case of a reading (the default one if not named) and of further errata."""
+        """The case of a reading (that of the results if not named) and of further errata."""
         read = self.paper.readings[name] if name else self.paper.reading
         return self.case(*read.errata, *more)
 

@@ -176,7 +176,7 @@ class BlockComparer:
         return ComparedNumber(block, cell, DIFFERS, (), value, (), formula, own)
 
     def _candidates(self, block: ResultBlock) -> list[str]:
-        """Errata that can affect a block: of the default reading, of its own list, and those that patch it."""
+        """Errata that can affect a block: of the reading of the results, of its own list, and those that patch it."""
         start = f"results.{block.name}."
 
         def affects(e: Erratum) -> bool:
@@ -271,7 +271,7 @@ def compare_numbers(
     slow : bool
         Also what needs simulations or algebra with letters.
     known : dict, optional
-        Name of a block -> columns of values that were computed elsewhere, under the default reading.
+        Name of a block -> columns of values that were computed elsewhere, under the reading of the results.
     from_known_maxima : bool
         Global searches only look where they ended for the package's own tables: quick, for slightly changed tables.
 

@@ -178,7 +178,7 @@ def paper_page(
     return content.Page(
         title=title,
         subtitle=paper.document.get("title", ""),
-        byline=" \u00b7 ".join([*(text for text in makers if text), f"reading {paper.default_reading}"]),
+        byline=" \u00b7 ".join([*(text for text in makers if text), f"reading {paper.reading.name}"]),
         verdict=verdict_sentence(verdicts, entries, result.holds),
         words=result.document.record()["summary"],
         document=tuple(paper.document.items()),

@@ -142,9 +142,9 @@ class ResultBlock:
     """What a recomputation needs beyond the tables: "gains.kp" must be printed in the paper's data file; a text with
     spaces names something that is in no data file."""
     errata: tuple[str, ...] = ()
-    """Errata beyond those of the default reading that may explain a difference."""
+    """Errata beyond those of the paper's reading (`Results.reading`) that may explain a difference."""
     reading: str = ""
-    """The reading that derived numbers are of; the default one if empty."""
+    """The reading that derived numbers are of; `Results.reading` if empty."""
     note: str = ""
     range_of: tuple[str, ...] = ()
     """Columns that span a row's range, in which "near" is meant where conditions are assumed."""
@@ -166,6 +166,8 @@ class Results:
     paper: str
     file: str
     blocks: Mapping[str, ResultBlock]
+    reading: str | None
+    """The reading under which the authors' numbers are recomputed, which need not be the arm most likely."""
     raw: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -190,8 +192,8 @@ def results_of_tables(raw: Mapping[str, Any], file: str) -> Results:
     top = Fields(raw, file)
     if top.take("schema", int) != SCHEMA:
         raise top.refuse("schema", str(raw["schema"]), str(SCHEMA))
-    paper = top.text("paper")
-    return Results(paper, file, {name: _block(name, top.table(name)) for name in top.unread()}, raw)
+    paper, reading = top.text("paper"), top.text("reading", default="") or None
+    return Results(paper, file, {name: _block(name, top.table(name)) for name in top.unread()}, reading, raw)
 
 
 def _block(name: str, fields: Fields) -> ResultBlock:

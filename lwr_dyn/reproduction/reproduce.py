@@ -60,15 +60,16 @@ def convention_section(paper: str, of_tensors: bool) -> Audit:
     return ReportSection("resolver", "Conventions", "\n".join(lines)), lines
 
 
-def sensitivity_section(paper: str) -> Audit:
-    """The paper's task under all readings: the controller's model is one of them, the plant another."""
+def sensitivity_section(paper: str, own: str) -> Audit:
+    """The paper's task under all readings, `own` first: the controller's model is one of them, the plant another."""
     task = printed_task(paper)
-    result = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in readings(paper)}, task)
-    names = list(result.study.labels.values())
-    tables = (*(error_table(result, name) for name in names), gains_table(result), survival(result))
+    names = dict.fromkeys((own, *readings(paper)))
+    result = sensitivity({name: arm_from_paper(open_paper(paper, name)) for name in names}, task)
+    labels = list(result.study.labels.values())
+    tables = (*(error_table(result, name) for name in labels), gains_table(result), survival(result))
     text = "\n".join([f"{result.study.task.about}; {errors_text(result)}", *notes(result)])
     record = {
-        "rms_mm": {name: result.tip_rms_mm(name) for name in names},
+        "rms_mm": {name: result.tip_rms_mm(name) for name in labels},
         "conclusions": {c.text: c.verdict() for c in result.conclusions},
     }
     return ReportSection("spread", "Readings", text, tables), record
@@ -81,7 +82,7 @@ def audit_sections(study: PaperStudy, with_sensitivity: bool) -> tuple[list[Repo
     if study.study.conventions:
         audits["resolver"] = convention_section(paper, study.study.conventions == "tensors")
     if with_sensitivity:
-        audits["spread"] = sensitivity_section(paper)
+        audits["spread"] = sensitivity_section(paper, study.data.paper.reading.name)
     return [section for section, _ in audits.values()], {name: record for name, (_, record) in audits.items()}
 
 
@@ -195,7 +196,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     own = {keyword: value for keyword, value in options.items() if keyword != SENSITIVITY.keyword}
     progress("models and checks")
     reports = models_and_checks(make_folder(place), study.name)
-    result = study.study.load("run")(place, arm_from_paper(open_paper(study.name)), progress, **own)
+    result = study.study.load("run")(place, arm_from_paper(study.data.paper), progress, **own)
     pictures = result.pictures.write(place)
     progress("verdicts and proofs")
     verdicts = with_bases(study, compare_numbers(study, slow=True, known=result.known))

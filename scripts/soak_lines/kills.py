@@ -30,7 +30,7 @@ ROUNDS, SEED = int(os.environ.get("LWR_DYN_KILLS", "20")), 24
 PAUSE = 0.1
 """[s] At each of the slow places."""
 OLD = b"what stood there before\n"
-LEFT_OVER = re.compile(r"\..+\.[a-z0-9_]{8}(\.part)?|INCOMPLETE\.txt")
+LEFT_OVER = re.compile(r"\..+\.([a-z0-9_]{8}(\.part)?|\d+\.part)|INCOMPLETE\.txt")
 """What a killed process may leave: files under temporary names, and a note in a folder of `reproduce`."""
 
 Job = Callable[[Path, Path], Any]
@@ -65,6 +65,16 @@ def _compile(folder: Path, _: Path) -> None:
     lwr_dyn.batch_dynamics(lwr_dyn.load("lwr4plus")).gravity_vector(np.zeros((1, 7)))
 
 
+def _sweep(folder: Path, log: Path) -> None:
+    _command("sweep", str(log.with_name("study.toml")), "--out", str(folder / "sweep"), "--threads", "1", "--no-report")
+
+
+def _models(folder: Path, _: Path) -> None:
+    from scripts.build_models import main as build_models
+
+    build_models(["--folder", str(folder)])
+
+
 HOLD = ("--task", "hold", "--from-deg", "0,0,0,0,0,0,0", "--duration", "0.05")
 JOBS: dict[str, Job] = {
     "simulate": lambda folder, _: _command("simulate", "lwr4plus", *HOLD, "--out", str(folder / "run.npz")),
@@ -72,11 +82,32 @@ JOBS: dict[str, Job] = {
     "reproduce": lambda folder, _: _command("reproduce", "lwr4", "--out", str(folder)),
     "identify": lambda folder, log: _command("identify", "friction", str(log), "--plot", str(folder / "map")),
     "kernel compile": _compile,
+    "show": lambda folder, _: _command("show", "lwr4plus", "--html", str(folder / "x.html"), "--no-browser"),
+    "build_models": _models,
+    "sweep": _sweep,
 }
 
 
+STUDY = """robot = "lwr4plus"
+reading = "physical"
+controllers = ["inverse-dynamics"]
+[task]
+name = "hold"
+from-deg = [0, 30, 0, -60, 0, 30, 0]
+duration = 0.05
+[sampling]
+method = "random"
+runs = 16
+chunk = 2
+[[parameter]]
+path = "payload.mass"
+low = 0
+high = 1
+"""
+
+
 def _log(folder: Path) -> Path:
-    """A log in which each joint moves at steady speeds."""
+    """A log in which each joint moves at steady speeds; beside it a study of eight chunks."""
     from tests.identification.simulated import ideal_cruise
 
     arm = lwr_dyn.load("wam7")
@@ -84,6 +115,7 @@ def _log(folder: Path) -> Path:
     rows = np.vstack([np.hstack([log.q, log.tau]) for log in once])
     head = ",".join(["time", *(f"{x}{j}" for x in ("q", "tau") for j in range(1, 8))])
     path = folder / "log.csv"
+    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     np.savetxt(path, np.column_stack([np.arange(len(rows)) / 100, rows]), "%.9g", ",", header=head, comments="")
     return path
 
@@ -100,6 +132,14 @@ class SlowStream:
     def __exit__(self, *_: object) -> None:
         self.stream.close()
 
+    def flush(self) -> None:
+        """Hand on what is written."""
+        self.stream.flush()
+
+    def fileno(self) -> int:
+        """The number of the file."""
+        return int(self.stream.fileno())
+
     def write(self, data: bytes) -> None:
         """Half of it, a pause, the other half."""
         self.stream.write(data[: len(data) // 2])
@@ -110,6 +150,8 @@ class SlowStream:
 
 def _slow_writes(said: int) -> None:
     """In a child: pauses inside writes and about renames; says "(" when a file is begun and ")" when it is renamed."""
+    from lwr_dyn.studies.sweep.running import sweep_folder
+
     fdopen, replace = os.fdopen, os.replace
 
     def opened(handle: int, mode: str = "r", *more: Any, **options: Any) -> Any:
@@ -124,7 +166,12 @@ def _slow_writes(said: int) -> None:
         time.sleep(PAUSE)
         os.write(said, b")")
 
+    def begun(path: Any, mode: str) -> SlowStream:
+        os.write(said, b"(")
+        return SlowStream(open(path, mode))
+
     os.fdopen, os.replace = opened, renamed
+    sweep_folder.open = begun  # type: ignore[attr-defined] # which forces its files to the disk by itself
 
 
 def started(job: Job, folder: Path, log: Path, slow: bool = True) -> tuple[int, int]:
@@ -204,11 +251,12 @@ def killed(job: Job, log: Path, rounds: int, rng: random.Random) -> Outcome:
 
 
 def kills() -> tuple[str, bool, str]:
-    """`kill -9` of simulate, urdf, reproduce, identify and a kernel's compilation: files are old or new, never half."""
+    """`kill -9` of each of `JOBS`: files are old or new, never half."""
     rng, outcomes = random.Random(SEED), {}
     with tempfile.TemporaryDirectory() as place:
         log = _log(Path(place))
-        for name, job in JOBS.items():
+        for name in os.environ.get("LWR_DYN_KILLED", ",".join(JOBS)).split(","):
+            job = JOBS[name]
             outcomes[name] = killed(job, log, ROUNDS, rng)
             print(outcomes[name].row(name), *outcomes[name].faults, sep="\n  ", file=sys.stderr, flush=True)
     head = ("command", "kills", "inside a write", "old files", "new files", "absent", "temporary", "half")

@@ -1,7 +1,5 @@
 """`lwr-dyn compare` as a user types it: the table, JSON, files, and one line for bad input."""
 
-import json
-
 import pytest
 
 import lwr_dyn
@@ -14,58 +12,46 @@ SHORT = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.0
 MINE = "def make(arm, dynamics):\n    return lambda t, q, dq, q_ref, dq_ref, ddq_ref: dynamics.gravity_vector(q)\n"
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, lwr_dyn_command):
+def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, printed):
     (folder / "mine.py").write_text(MINE)
     arguments = ("--controllers", "pid,mine.py", "--plants", "nominal,friction,payload=3+scale=1.1", "--save", "runs")
-    code, out, err = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
-    assert (code, err) == (0, "")
+    out = printed("compare", "lwr4plus", *SHORT, *arguments)
     assert len(out.splitlines()) >= 3 + 6
     assert "3 kg at the flange" in out
     assert "assumed Coulomb friction, 5 % of the torque limits" in out
     files = sorted(path.name for path in (folder / "runs").iterdir())
     assert files == [f"run_{i}.npz" for i in range(1, 7)]
-    code, out, _ = lwr_dyn_command("compare", "runs/run_1.npz", "runs/run_3.npz", "--html", "x.html", "--label", "a",
-                                   "--label", "b")  # fmt: skip
-    assert code == 0
+    out = printed("compare", "runs/run_1.npz", "runs/run_3.npz", "--html", "x.html", "--label", "a", "--label", "b")
     assert out.splitlines()[-1] == "wrote x.html"
     assert (folder / "x.html").read_text().startswith("<!doctype html>")
 
 
 @pytest.mark.slow
-def test_without_a_choice_all_controllers_run_and_json_is_one_object(lwr_dyn_command):
+def test_without_a_choice_all_controllers_run_and_json_is_one_object(recorded):
     task = ("--task", "hold", "--from-deg", "0,30,0,60,0,30,0", "--duration", "0.02")
-    code, out, _ = lwr_dyn_command("compare", "wam7", *task, "--json")
-    record = json.loads(out)
-    assert code == 0
+    record = recorded("compare", "wam7", *task)
     assert faults("compare", record) == []
     assert len(record["runs"]) + len(record["failures"]) == len(CONTROLLERS.names)
     assert len(record["runs"]) > 3
     assert {"tip_rms_mm", "tip_max_mm", "peak_torque", "torque_share", "audit_residual_J"} <= set(record["runs"][0])
 
 
-def test_one_table_in_markdown_with_friction_that_a_law_knows(lwr_dyn_command):
+def test_one_table_in_markdown_with_friction_that_a_law_knows(printed):
     task = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "5,35,5,-55,5,35,5")
     laws = "inverse-dynamics,inverse-dynamics+friction"
-    code, out, _ = lwr_dyn_command("compare", "lwr4plus", *task, "--duration", "0.5", "--controllers", laws,
-                                   "--plants", "friction", "--friction", "0.01", "--markdown")  # fmt: skip
+    plants = ("--plants", "friction", "--friction", "0.01")
+    out = printed("compare", "lwr4plus", *task, "--duration", "0.5", "--controllers", laws, *plants, "--markdown")
     head, _, row = out.splitlines()
-    assert (code, head) == (0, "| plant | `inverse-dynamics` | `inverse-dynamics+friction` |")
+    assert head == "| plant | `inverse-dynamics` | `inverse-dynamics+friction` |"
     cells = row.strip("| ").split(" | ")
     assert cells[0] == "friction"
     assert float(cells[1]) > 10.0 * float(cells[2].strip("*"))
 
 
-def test_twice_compares_the_second_pass(folder, lwr_dyn_command):
-    arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--save", "runs", "--json")
-    code, out, _ = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
-    record = json.loads(out)
-    assert (code, len(record["runs"]), faults("compare", record)) == (0, 1, [])
+def test_twice_compares_the_second_pass(folder, recorded):
+    arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--save", "runs")
+    record = recorded("compare", "lwr4plus", *SHORT, *arguments)
+    assert (len(record["runs"]), faults("compare", record)) == (1, [])
     assert record["title"] == "lwr4plus, hold twice, 0.02 s from 3.02 s on"
     whole = lwr_dyn.Run.load("runs/run_1.npz")
     assert whole.t[-1] == pytest.approx(3.04)
@@ -100,35 +86,28 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_bad_input_gets_one_line_and_exit_code_2(case, lwr_dyn_command, folder):
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_gets_one_line_and_exit_code_2(arguments, message, refused, folder):
     (folder / "empty.py").write_text("x = 1\n")
-    arguments, message = BAD[case]
-    code, out, err = lwr_dyn_command("compare", *arguments)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
+    assert message in refused("compare", *arguments)
     assert [path.name for path in folder.iterdir()] == ["empty.py"]
 
 
 @pytest.mark.slow
-def test_runs_of_different_references_are_refused(lwr_dyn_command, folder):
+def test_runs_of_different_references_are_refused(lwr_dyn_command, refused, folder):
     for name, angle in (("a.npz", "30"), ("b.npz", "31")):
         lwr_dyn_command("simulate", "lwr4plus", *SHORT[:3], f"0,{angle},0,-60,0,30,0", *SHORT[4:], "--out", name)
-    code, out, err = lwr_dyn_command("compare", "a.npz", "b.npz", "--html", "x.html")
-    assert (code, out) == (2, "")
+    err = refused("compare", "a.npz", "b.npz", "--html", "x.html")
     assert "a.npz and b.npz: different references, 0.0175 rad or m apart at t = " in err
     assert not (folder / "x.html").exists()
 
 
-def test_the_help_names_every_plant(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("compare", "--help")
-    assert code == 0
+def test_the_help_names_every_plant(printed):
+    out = printed("compare", "--help")
     assert all(name in out for name in (*PLANTS.names, "payload=3", "--controllers", "--task"))
 
 
-def test_where_one_page_cannot_be_made_none_is_written(folder, lwr_dyn_command):
+def test_where_one_page_cannot_be_made_none_is_written(folder, refused):
     arguments = ("--controllers", "pid", "--html", "a.html", "--replay", "b.html")
-    code, _, err = lwr_dyn_command("compare", "lwr4plus", *SHORT, *arguments)
-    assert (code, err.count("\n")) == (2, 1)
-    assert "two runs or more" in err
+    assert "two runs or more" in refused("compare", "lwr4plus", *SHORT, *arguments)
     assert list(folder.iterdir()) == []

@@ -1,11 +1,8 @@
 """`lwr-dyn conventions`: output, exit codes, one clear line for bad input."""
 
-import json
-
 import pytest
 
 from lwr_dyn.arms.papers.catalog import template
-from lwr_dyn.cli.main import main
 
 NUMBER = """
 [[number]]
@@ -19,22 +16,11 @@ where = "somewhere"
 
 
 @pytest.fixture
-def command(capsys):
-    def run(*arguments):
-        with pytest.raises(SystemExit) as stop:
-            main(["conventions", *map(str, arguments)])
-        out, err = capsys.readouterr()
-        return stop.value.code, out, err
-
-    return run
-
-
-@pytest.fixture
 def evidence(tmp_path):
     def write(text):
         path = tmp_path / "evidence.toml"
         path.write_text(text, encoding="utf-8")
-        return path
+        return str(path)
 
     return write
 
@@ -43,13 +29,10 @@ def number(quantity="inertia", joint="joint_2", value='"2.9"', unit="kg m^2", re
     return NUMBER.format(quantity=quantity, joint=joint, value=value, unit=unit, rest=rest)
 
 
-def test_wam_as_text_and_json(command):
-    code, out, err = command("wam7")
-    assert (code, err) == (0, "")
+def test_wam_as_text_and_json(printed, recorded):
+    out = printed("conventions", "wam7")
     assert "link 1, 3, 6: products of inertia +integral (decided by second tensors)" in out
-    code, out, err = command("wam7", "--json")
-    record = json.loads(out)
-    assert code == 0
+    record = recorded("conventions", "wam7")
     assert record["best"]["about"] == "com"
     assert record["best"]["products"] == ["integral"] * 7
     made = {(d["question"], d["link"]): d for d in record["decisions"]["arm"]}
@@ -58,20 +41,18 @@ def test_wam_as_text_and_json(command):
 
 
 @pytest.mark.slow
-def test_kr30_gives_zero_and_signs(command):
-    code, out, _ = command("kr30ha")
-    assert code == 0
+def test_kr30_gives_zero_and_signs(printed):
+    out = printed("conventions", "kr30ha")
     assert "signs (-1, -1, -1, -1, -1, -1), offsets (0, 0, 90, 0, 0, 180) deg: 11 of 11 checks hold" in out
     assert "its inertias are estimated" in out
 
 
-def test_a_file_of_ones_own_with_evidence(command, tmp_path, evidence):
+def test_a_file_of_ones_own_with_evidence(printed, tmp_path, evidence):
     robot = tmp_path / "mine.toml"
     text = template("mine.toml", "mine", "RRR", "modified")
     robot.write_text(text.replace('kind = "assumed"', 'kind = "printed"'), encoding="utf-8")
-    code, out, err = command(robot, "--evidence", evidence(number("gravity", unit="N m", rest="q = [0, 90, 0]")))
-    assert (code, err) == (0, "")
-    assert "published numbers" in out
+    given = evidence(number("gravity", unit="N m", rest="q = [0, 90, 0]"))
+    assert "published numbers" in printed("conventions", str(robot), "--evidence", given)
 
 
 @pytest.mark.parametrize(
@@ -100,12 +81,8 @@ def test_a_file_of_ones_own_with_evidence(command, tmp_path, evidence):
         ("number = [", "TOML"),
     ],
 )  # fmt: skip
-def test_bad_evidence_is_one_line(command, evidence, text, says):
-    code, out, err = command("lwr4plus", "--evidence", evidence(text))
-    assert code == 2
-    assert out == ""
-    assert err.count("\n") == 1
-    assert says in err
+def test_bad_evidence_is_one_line(refused, evidence, text, says):
+    assert says in refused("conventions", "lwr4plus", "--evidence", evidence(text))
 
 
 @pytest.mark.slow
@@ -119,8 +96,5 @@ def test_bad_evidence_is_one_line(command, evidence, text, says):
         (("kr30ha", "--evidence", "nowhere.toml"), "has none to read"),
     ],
 )
-def test_bad_arguments_are_one_line(command, arguments, says):
-    code, out, err = command(*arguments)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-    assert says in err
+def test_bad_arguments_are_one_line(refused, arguments, says):
+    assert says in refused("conventions", *arguments)

@@ -1,7 +1,5 @@
 """`lwr-dyn dh` and the formats of `lwr-dyn urdf --out`, as a user types them."""
 
-import json
-
 import mujoco
 import numpy as np
 import pytest
@@ -14,18 +12,16 @@ from tests.arms.export.test_data_file import FOREIGN
 UR10 = str(ROBOTS / FOREIGN["ur10"][0])
 
 
-def test_both_tables_with_what_they_leave(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("dh", UR10, "--tip", "tool0")
-    assert code == 0
+def test_both_tables_with_what_they_leave(printed):
+    out = printed("dh", UR10, "--tip", "tool0")
     assert "standard DH" in out
     assert "modified DH" in out
     assert out.count("flange by the table against the model:") == 2
     assert "shoulder_lift_joint  0.612   0            0         q" in out
 
 
-def test_json_gives_the_numbers(lwr_dyn_command):
-    _, out, _ = lwr_dyn_command("dh", "lwr4plus", "--convention", "modified", "--json")
-    (table,) = json.loads(out)["tables"]
+def test_json_gives_the_numbers(recorded):
+    (table,) = recorded("dh", "lwr4plus", "--convention", "modified")["tables"]
     assert table["rows"][2]["d"] == 0.4
     assert table["residual_m"] < 1e-12
 
@@ -37,10 +33,9 @@ def test_a_data_file_that_check_takes(lwr_dyn_command, tmp_path):
 
 
 @pytest.mark.parametrize("ending", FORMATS.names)
-def test_the_ending_decides(lwr_dyn_command, tmp_path, ending):
+def test_the_ending_decides(printed, tmp_path, ending):
     path = tmp_path / f"arm{ending}"
-    code, out, _ = lwr_dyn_command("urdf", "lwr4plus", "--out", str(path))
-    assert (code, out) == (0, f"wrote {path}\n")
+    assert printed("urdf", "lwr4plus", "--out", str(path)) == f"wrote {path}\n"
     assert [x.name for x in tmp_path.iterdir()] == [path.name]
 
 
@@ -65,17 +60,12 @@ def test_a_foreign_file_as_mjcf_moves_the_same(lwr_dyn_command, tmp_path):
         (("dh", "lwr4", "--convention", "standart"), "did you mean standard?"),
     ],
 )
-def test_bad_input_gets_one_line(lwr_dyn_command, tmp_path, monkeypatch, arguments, message):
-    monkeypatch.chdir(tmp_path)
-    code, out, err = lwr_dyn_command(*arguments)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
-    assert list(tmp_path.iterdir()) == []
+def test_bad_input_gets_one_line(refused, folder, arguments, message):
+    assert message in refused(*arguments)
+    assert list(folder.iterdir()) == []
 
 
-def test_a_file_beyond_a_dh_table_is_refused_where_only_a_table_is_read(lwr_dyn_command, tmp_path):
+def test_a_file_beyond_a_dh_table_is_refused_where_only_a_table_is_read(lwr_dyn_command, refused, tmp_path):
     out = tmp_path / "arm.toml"
     lwr_dyn_command("dh", str(ROBOTS / FOREIGN["kinova"][0]), "--tip", FOREIGN["kinova"][1], "--out", str(out))
-    code, _, err = lwr_dyn_command("conventions", str(out))
-    assert code == 2
-    assert "base.xyz; allowed: a DH table without it" in err
+    assert "base.xyz; allowed: a DH table without it" in refused("conventions", str(out))

@@ -1,13 +1,10 @@
 """`lwr-dyn fk` of axes by name, and of a KUKA arm without the optional package `krl`."""
 
-import json
-
 import numpy as np
 import pytest
 
 from lwr_dyn.cli import fk
 
-HOME = ("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90")
 BAD = {
     "unknown joint": (("--axes-deg", "A7=3"), "no joint of kr30ha named 'A7'; known: A1, A2"),
     "axes that are none": (("--axes-deg", "A1"), "is not a list of axes; allowed: NAME=DEG"),
@@ -16,25 +13,14 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_one_line(name, lwr_dyn_command):
-    arguments, message = BAD[name]
-    code, out, err = lwr_dyn_command("fk", "kr30ha", *arguments)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
+@pytest.mark.parametrize(("arguments", "message"), BAD.values(), ids=BAD)
+def test_bad_input_is_one_line(arguments, message, refused):
+    assert message in refused("fk", "kr30ha", *arguments)
 
 
-def test_axes_by_name(lwr_dyn_command):
-    record = json.loads(lwr_dyn_command(*HOME, "--json")[1])
-    assert record["position"] == pytest.approx([1.34, 0, 1.81])
-    code, out, _ = lwr_dyn_command(*HOME)
-    assert code == 0
-    assert "position  1.340000000 0.000000000 1.810000000 m" in out
-
-
-def test_named_and_listed_positions_give_the_same_pose_and_its_point(lwr_dyn_command):
+def test_named_and_listed_positions_give_the_same_pose_and_its_point(recorded):
     ways = (("--axes-deg", "A3=90,A2=-90"), ("--q-deg", "0,-90,90,0,0,0"))
-    records = [json.loads(lwr_dyn_command("fk", "kr30ha", *way, "--point", "0,0,0.1", "--json")[1]) for way in ways]
+    records = [recorded("fk", "kr30ha", *way, "--point", "0,0,0.1") for way in ways]
     assert records[0] == records[1]
     pose = np.array(records[0]["T"])
     np.testing.assert_allclose(records[0]["point_in_base"], pose[:3, 3] + 0.1 * pose[:3, 2], atol=1e-12)

@@ -1,7 +1,5 @@
 """`lwr-dyn margins` as a user types it."""
 
-import json
-
 import pytest
 
 POSE = ("--q-deg", "0,30,0,-60,0,30,0")
@@ -9,10 +7,8 @@ PHYSICAL = ("lwr4plus", "--reading", "physical")
 
 
 @pytest.mark.slow
-def test_the_json_has_the_keys_that_programs_read(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("margins", "lwr4plus", "--poses", "100", "--json")
-    record = json.loads(out)
-    assert code == 0
+def test_the_json_has_the_keys_that_programs_read(recorded):
+    record = recorded("margins", "lwr4plus", "--reading", "computed", "--poses", "100")
     assert 0.1 < record["unstable_share"] < 0.4
     assert 6000 < record["least_rate_hz"] < 7000
     assert (len(record["worst_q"]), record["worst_joint"]) == (7, "joint_1")
@@ -27,9 +23,9 @@ def test_a_limit_that_is_given_and_not_kept_is_exit_1(options, code, lwr_dyn_com
 
 
 @pytest.mark.slow
-def test_options_of_the_controller_the_loop_and_the_plant_reach_the_loop(lwr_dyn_command):
+def test_options_of_the_controller_the_loop_and_the_plant_reach_the_loop(recorded):
     def worst(*options):
-        return json.loads(lwr_dyn_command("margins", *PHYSICAL, *POSE, "--json", *options)[1])["worst"]
+        return recorded("margins", *PHYSICAL, *POSE, *options)["worst"]
 
     plain = worst()
     for options in (
@@ -42,13 +38,12 @@ def test_options_of_the_controller_the_loop_and_the_plant_reach_the_loop(lwr_dyn
 
 
 @pytest.mark.slow
-def test_poses_along_a_task(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("margins", *PHYSICAL, "--task", "ist", "--json", "--controller", "inverse-dynamics")
-    record = json.loads(out)
-    assert (code, record["poses"], record["where"]) == (0, 200, "given poses")
+def test_poses_along_a_task(recorded):
+    record = recorded("margins", *PHYSICAL, "--task", "ist", "--controller", "inverse-dynamics")
+    assert (record["poses"], record["where"]) == (200, "given poses")
 
 
-def test_a_file_of_ones_own_is_linearised_and_this_is_said(lwr_dyn_command, tmp_path):
+def test_a_file_of_ones_own_is_linearised_and_this_is_said(printed, refused, tmp_path):
     own = tmp_path / "own.py"
     own.write_text(
         "def make(arm, dynamics):\n"
@@ -56,23 +51,18 @@ def test_a_file_of_ones_own_is_linearised_and_this_is_said(lwr_dyn_command, tmp_
         "        return dynamics.inverse_dynamics(q, dq, 2500 * (q_ref - q) - 100 * dq)\n"
         "    return law\n"
     )
-    code, out, _ = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--controller", str(own))
-    assert code == 0
-    assert "note: the controller has no linear_feedback(q): linearised by central differences" in out
+    law = (*PHYSICAL, *POSE, "--controller", str(own))
+    assert "the controller has no linear_feedback(q): linearised by central differences" in printed("margins", *law)
     own.write_text("def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return q_ref - qq\n")
-    code, _, err = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--controller", str(own))
-    assert (code, err.count("\n")) == (2, 1)
-    assert "own.py: line 2: NameError" in err
+    assert "own.py: line 2: NameError" in refused("margins", *law)
 
 
 @pytest.mark.slow
-def test_pictures_are_written_and_named(lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    code, out, _ = lwr_dyn_command("margins", *PHYSICAL, *POSE, "--plot", "bode", "--plot", "my_nyquist.svg")
-    assert code == 0
+def test_pictures_are_written_and_named(printed, folder):
+    out = printed("margins", *PHYSICAL, *POSE, "--plot", "bode", "--plot", "my_nyquist.svg")
     written = [line.removeprefix("wrote ") for line in out.splitlines() if line.startswith("wrote ")]
     assert written == ["bode.png", "bode.svg", "my_nyquist.png", "my_nyquist.svg"]
-    assert all((tmp_path / name).stat().st_size > 5000 for name in written)
+    assert all((folder / name).stat().st_size > 5000 for name in written)
 
 
 @pytest.mark.slow
@@ -101,16 +91,10 @@ def test_pictures_are_written_and_named(lwr_dyn_command, tmp_path, monkeypatch):
         ((*POSE, "--plot", "map", "--map-joints", "1.5,2"), "two joints counted from 1"),
     ],
 )  # fmt: skip
-def test_bad_input_is_one_line(options, fault, lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    code, out, err = lwr_dyn_command("margins", *PHYSICAL, *options)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-    assert fault in err
-    assert not list(tmp_path.iterdir())
+def test_bad_input_is_one_line(options, fault, refused, folder):
+    assert fault in refused("margins", *PHYSICAL, *options)
+    assert not list(folder.iterdir())
 
 
-def test_an_arm_without_inertias_is_refused(lwr_dyn_command):
-    code, out, err = lwr_dyn_command("margins", "lwr4")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "masses and inertias not given" in err
+def test_an_arm_without_inertias_is_refused(refused):
+    assert "masses and inertias not given" in refused("margins", "lwr4")

@@ -5,18 +5,12 @@ import pytest
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS, parameter_path
 
-
-@pytest.fixture
-def written(lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return lambda *words: lwr_dyn_command("new", "study", *words)
+pytestmark = pytest.mark.usefixtures("folder")
 
 
-def test_the_study_is_read_as_it_stands(written):
-    code, out, err = written("first.toml")
-    assert (code, out, err) == (
-        0, "wrote first.toml; next: edit it, then  lwr-dyn sweep first.toml --out first\n", "",
-    )  # fmt: skip
+def test_the_study_is_read_as_it_stands(printed):
+    out = printed("new", "study", "first.toml")
+    assert out == "wrote first.toml; next: edit it, then  lwr-dyn sweep first.toml --out first\n"
     study = read_study("first.toml")
     assert (study.name, study.count, study.chunks, len(study.controllers)) == ("first", 512, 4, 3)
     assert study.limits == {"tip_max": 3e-3, "saturated_s": 0.0}
@@ -34,11 +28,9 @@ def test_the_study_is_read_as_it_stands(written):
         ("there.toml", "there.toml: exists already; allowed: a new file"),
     ],
 )
-def test_other_files_are_refused(word, words, written, tmp_path):
+def test_other_files_are_refused(word, words, refused, tmp_path):
     (tmp_path / "there.toml").write_text("", encoding="utf-8")
-    code, out, err = written(word)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert words in err
+    assert words in refused("new", "study", word)
 
 
 @pytest.mark.parametrize("path", [path for path in PATHS if OPTION not in path])

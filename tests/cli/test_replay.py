@@ -3,10 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from click.testing import CliRunner
 
-from lwr_dyn.cli.replay import command
-from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError
 from lwr_dyn.pages.replay import live
 
 
@@ -18,37 +15,33 @@ def files(tmp_path, two_runs):
     return [str(path) for path in paths]
 
 
-def invoked(*arguments):
-    return CliRunner().invoke(command, [str(a) for a in arguments])
-
-
-def test_two_files_become_one_page(files, tmp_path):
+def test_two_files_become_one_page(files, printed, tmp_path):
     target = tmp_path / "out.html"
-    result = invoked(*files, "--html", target, "--label", "one", "--label", "two", "--beside", "--frames")
-    assert result.exit_code == 0, result.exception
+    labels = ("--label", "one", "--label", "two", "--beside", "--frames")
+    out = printed("replay", *files, "--html", str(target), *labels)
     size = f"{target.stat().st_size / 1e6:.1f} MB"
-    assert result.output == f"wrote {target} ({size}, needs no network); open it: xdg-open {target}\n"
+    assert out == f"wrote {target} ({size}, needs no network); open it: xdg-open {target}\n"
     text = target.read_text(encoding="utf-8")
     assert '"label":"one"' in text
     assert '"beside":true' in text
 
 
-def test_serve_answers_until_it_is_interrupted(files, monkeypatch):
+def test_serve_answers_until_it_is_interrupted(files, lwr_dyn_command, monkeypatch):
     def interrupted(server):
         assert server.port > 0
         raise KeyboardInterrupt
 
     monkeypatch.setattr(live.LiveReplay, "wait", interrupted)
-    result = invoked(files[0], "--serve", "--port", 0)
-    assert result.exit_code == 0, result.exception
-    assert "http://127.0.0.1:" in result.output
+    code, out, _ = lwr_dyn_command("replay", files[0], "--serve", "--port", "0")
+    assert code == 0
+    assert "http://127.0.0.1:" in out
 
 
-def test_a_missing_browser_is_an_error(files, monkeypatch):
+def test_a_missing_browser_is_an_error(files, lwr_dyn_command, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda url: False)
-    result = invoked(files[0], "--serve", "--port", 0, "--browser")
-    assert isinstance(result.exception, OptionError)
-    assert "no browser found" in str(result.exception)
+    code, _, err = lwr_dyn_command("replay", files[0], "--serve", "--port", "0", "--browser")
+    assert code == 2
+    assert "no browser found" in err
 
 
 @pytest.mark.parametrize(
@@ -61,14 +54,11 @@ def test_a_missing_browser_is_an_error(files, monkeypatch):
         (("--html", "nowhere/x.html"), "nowhere"),
     ],
 )
-def test_wrong_options(files, options, message):
-    result = invoked(files[0], *options)
-    assert isinstance(result.exception, LwrDynError)
-    assert result.exception.exit_code == 2
-    assert message in str(result.exception)
+def test_wrong_options(files, refused, options, message):
+    assert message in refused("replay", files[0], *options)
 
 
-def test_wrong_run_files(files, tmp_path, two_runs):
+def test_wrong_run_files(files, refused, tmp_path, two_runs):
     truncated, nameless = tmp_path / "cut.npz", tmp_path / "nameless.npz"
     whole = (tmp_path / "a.npz").read_bytes()
     truncated.write_bytes(whole[: len(whole) // 2])
@@ -78,7 +68,5 @@ def test_wrong_run_files(files, tmp_path, two_runs):
         (tmp_path / "none.npz", "no such file"),
         (nameless, "which robot"),
     ):
-        result = invoked(path, "--html", tmp_path / "x.html")
-        assert isinstance(result.exception, FileAccessError)
-        assert message in str(result.exception)
+        assert message in refused("replay", str(path), "--html", str(tmp_path / "x.html"))
         assert not (tmp_path / "x.html").exists()

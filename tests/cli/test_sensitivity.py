@@ -1,25 +1,15 @@
 """`lwr-dyn sensitivity`: its tables, its JSON, one line for bad input."""
 
-import json
-
 import pytest
 
-from lwr_dyn.cli.main import main
 from tests.json_schemas import faults
 
 QUICK = ("--task", "joint-move", "--rate", "250", "--poses", "20")
 
 
-def run(*arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(["sensitivity", *arguments])
-    return stop.value.code
-
-
 @pytest.mark.slow
-def test_tables(capsys):
-    assert run("kr30ha", *QUICK) == 0
-    out = capsys.readouterr().out
+def test_tables(printed):
+    out = printed("sensitivity", "kr30ha", *QUICK)
     for words in (
         "gravity torques at 20 poses",
         "8 runs of 4 s at 250",
@@ -33,9 +23,8 @@ def test_tables(capsys):
 
 
 @pytest.mark.slow
-def test_json(capsys):
-    assert run("kr30ha", *QUICK, "--json") == 0
-    record = json.loads(capsys.readouterr().out)
+def test_json(recorded):
+    record = recorded("sensitivity", "kr30ha", *QUICK)
     assert faults("sensitivity", record) == []
     assert record["readings"] == ["kuka", "printed"]
     assert len(record["runs"]) == 8
@@ -57,8 +46,5 @@ def test_json(capsys):
         (("kr30ha", "--rate", "-1"), "rate"),
     ],
 )
-def test_bad_input(arguments, message, capsys):
-    assert run(*arguments) == 2
-    captured = capsys.readouterr()
-    assert message in captured.err
-    assert captured.err.count("\n") == 1
+def test_bad_input(arguments, message, refused):
+    assert message in refused("sensitivity", *arguments)

@@ -1,7 +1,5 @@
 """`lwr-dyn simulate`: what they write, and one line for every bad input, nothing half-written."""
 
-import json
-
 import click
 import pytest
 
@@ -32,36 +30,29 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_options_get_one_line(name, lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_options_get_one_line(name, refused, folder):
     options, message = BAD[name]
     start = ("--task", "point-to-point") if name == "no start" else SHORT
-    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *start, *options)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-    assert message in err
-    assert list(tmp_path.iterdir()) == []
+    assert message in refused("simulate", "lwr4plus", *start, *options)
+    assert list(folder.iterdir()) == []
 
 
-def test_a_path_that_leaves_the_limits_is_refused_with_its_place(lwr_dyn_command):
-    code, _, err = lwr_dyn_command("simulate", "lwr4plus", "--arm-angle-deg", "0")
-    assert code == 2
+def test_a_path_that_leaves_the_limits_is_refused_with_its_place(refused):
+    err = refused("simulate", "lwr4plus", "--arm-angle-deg", "0")
     assert "at t = " in err
     assert "point (" in err
     assert "joint_1 at 4.58" in err  # it goes on through half a turn, beyond its limit
 
 
 @pytest.mark.slow
-def test_a_run_file_carries_what_made_it_and_loads(lwr_dyn_command, tmp_path):
+def test_a_run_file_carries_what_made_it_and_loads(recorded, tmp_path):
     target = tmp_path / "run.npz"
     options = ("--controller", "pid", "--payload", "2", "--encoder-noise", "1e-6", "--seed", "3", "--out", str(target))
-    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options, "--json")
-    assert code == 0
-    record = json.loads(out)
+    record = recorded("simulate", "lwr4plus", *SHORT, *options)
     assert {"mean", "mean_abs", "max", "min", "rms"} <= set(record["metrics"]["position_mrad"])
     run = Run.load(target)
     meta = run.meta
-    assert (meta["robot"], meta["reading"], meta["seed"]) == ("lwr4plus", "computed", 3)
+    assert (meta["robot"], meta["reading"], meta["seed"]) == ("lwr4plus", "physical", 3)
     assert meta["controller"]["name"] == "pid"
     assert meta["payload"]["mass"] == 2.0
     assert meta["options"]["rate"] == 1000.0
@@ -86,24 +77,21 @@ def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, t
 
 
 @pytest.mark.parametrize("task", [(), ("--task", "ist-clear")])
-def test_the_letters_are_refused_by_name_for_an_arm_that_cannot_write_them(lwr_dyn_command, tmp_path, task):
+def test_the_letters_are_refused_by_name_for_an_arm_that_cannot_write_them(refused, tmp_path, task):
     own = tmp_path / "own.toml"
     own.write_text(template("own.toml", "own", "RR"))
-    code, out, err = lwr_dyn_command("simulate", str(own), *task)
-    assert (code, out) == (2, "")
+    err = refused("simulate", str(own), *task)
     assert err.startswith(f"lwr-dyn: task {task[-1] if task else 'ist'}, robot: own; allowed: a seven-joint arm")
     assert err.endswith("other arms have other tasks, as point-to-point\n")
 
 
-def test_an_infeasible_arm_is_refused_unless_allowed(lwr_dyn_command, tmp_path):
+def test_an_infeasible_arm_is_refused_unless_allowed(lwr_dyn_command, refused, tmp_path):
     own = tmp_path / "own.toml"
     text = template("own.toml", "own", "RR").replace("[0, 0, 0.004]]", "[0, 0, 0.03]]")
     own.write_text(text)
     move = ("--task", "point-to-point", "--from-deg", "0,0", "--to-deg", "20,-10", "--duration", "0.1")
     move = (*move, "--controller", "inverse-dynamics")
-    code, _, err = lwr_dyn_command("simulate", str(own), *move)
-    assert code == 2
-    assert "own (printed): the inertia of link_1, link_2 is not physical" in err
+    assert "own (printed): the inertia of link_1, link_2 is not physical" in refused("simulate", str(own), *move)
     assert lwr_dyn_command("simulate", str(own), *move, "--allow-unphysical")[0] == 0
     assert "inertias that no body can have: link_1, link_2" in lwr_dyn_command("urdf", str(own))[1]
 
@@ -133,14 +121,12 @@ def test_a_run_of_an_own_or_locked_arm_can_be_replayed(lwr_dyn_command, tmp_path
         (("--plant-scale", "1.1"), 2),
     ],
 )
-def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options, models, lwr_dyn_command, monkeypatch):
+def test_a_model_is_built_once_where_the_plant_is_the_controllers_model(options, models, recorded, monkeypatch):
     from lwr_dyn.dynamics import pinocchio_engine
 
     built, build = [], pinocchio_engine.pinocchio_model
     monkeypatch.setattr(pinocchio_engine, "pinocchio_model", lambda arm: built.append(arm) or build(arm))
-    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, *options, "--json")
-    assert code == 0
-    assert json.loads(out)["meta"]["engine"] == "pinocchio"
+    assert recorded("simulate", "lwr4plus", *SHORT, *options)["meta"]["engine"] == "pinocchio"
     assert len(built) == models
 
 
@@ -175,3 +161,47 @@ def test_an_error_of_zero_has_no_sign(lwr_dyn_command):
     assert code == 0
     assert "joint_2  mrad      0 " in out
     assert " -0 " not in out
+
+
+TASK = ("--task", "hold", "--from-deg", "0,0,0,10,0,0,0", "--duration", "0.01")
+
+
+def test_simulate_takes_them(printed):
+    out = printed("simulate", "wam7", *TASK, "--controller", "inverse-dynamics+friction", "--omega-n", "20")
+    assert "friction of dq_ref added" in out
+
+
+def test_compare_takes_them(printed):
+    names = "inverse-dynamics,inverse-dynamics+friction-measured"
+    assert "friction of dq added" in printed("compare", "wam7", *TASK, "--controllers", names, "--plants", "friction")
+
+
+SIMULATE, COMPARE = ("simulate", "--controller"), ("compare", "--controllers")
+BAD_NAMES = {
+    "no friction": (SIMULATE, "lwr4plus", ("inverse-dynamics+friction",), "friction of its joints not given"),
+    "no wrapper": (SIMULATE, "wam7", ("pid+fricton",), "did you mean friction?"),
+    "no law": (SIMULATE, "wam7", ("pdi+friction",), "did you mean"),
+    "not of this law": (SIMULATE, "wam7", ("inverse-dynamics+friction", "--ki", "3"), "would do nothing here"),
+    "compare, no wrapper": (COMPARE, "wam7", ("pid+fricton,pid",), "did you mean friction?"),
+    "compare, no law": (COMPARE, "wam7", ("pdi+friction,pid",), "did you mean pid?"),
+}
+
+
+@pytest.mark.parametrize(("command", "robot", "given", "words"), BAD_NAMES.values(), ids=BAD_NAMES)
+def test_bad_names_are_one_line(refused, command, robot, given, words):
+    name, option = command
+    assert words in refused(name, robot, *TASK, option, *given)
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "inf", "nan"])
+def test_a_stiffness_that_is_not_above_zero_is_refused_by_the_name_of_its_option(refused, value):
+    simulated = ("simulate", "lwr4plus", *TASK)
+    err = refused(*simulated, "--elastic", value)
+    assert f"--elastic: {value!r}; allowed: a stiffness above 0 in N m/rad, or file" in err
+    err = refused(*simulated, "--controller", "motor-pd", "--gear-stiffness", value)
+    assert f"gear_stiffness: {value}; allowed: a number above 0 in N m/rad" in err
+
+
+def test_a_default_of_one_law_is_not_shown_as_that_of_all(lwr_dyn_command):
+    text = "".join(lwr_dyn_command("simulate", "--help")[1].split())
+    assert "[default:2000.0(cartesian-impedance)]" in text

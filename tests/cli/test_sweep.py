@@ -14,7 +14,7 @@ STUDY = SimpleNamespace(name="small", runs=4, controllers=("pd", "id"))
 def outcome(made, kept, failures):
     return SimpleNamespace(
         made=made, kept=kept, failures=failures, seconds=1.5, folder=Path("out"),
-        is_complete=not any(failures.values()),
+        is_complete=not any(failures.values()), refused=(),
         cost=SimpleNamespace(section=lambda: Section("", [], "cost")),
     )  # fmt: skip
 

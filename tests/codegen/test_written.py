@@ -56,7 +56,7 @@ SHORT = ("inverse_dynamics", "jacobian", "friction_torque", "smooth_friction_tor
 FILES = {
     "rotary": ({}, ()),
     "sliding": ({}, (), SLIDING),
-    "closed form": ({}, ("inverse_kinematics",), lwr_dyn.load("lwr4plus")),
+    "closed form": ({}, ("inverse_kinematics",), lwr_dyn.load("lwr4plus", "computed")),
     "closed form, six joints": ({}, ("inverse_kinematics",), lwr_dyn.load("kr30ha")),
     "libm": ({"kind": "libm", "inputs": ("payload", "gravity"), "friction": "arm", "prefix": "2 x"}, SHORT[:2]),
     "single": ({"dtype": "float32", "inputs": INPUTS}, SHORT[:2]),

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.urdf import parse
+from lwr_dyn.arms.urdf import parse, xacro_bounds
 from lwr_dyn.checks.tables import rules
 from lwr_dyn.checks.urdf import hulls
 from lwr_dyn.cli import main
 from lwr_dyn.cli.main import FEW, ROBOT, help_texts
 from lwr_dyn.foundation import column_files, files
+from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.foundation.registry import Row
 from lwr_dyn.identification.logs.joint_log import write_log
@@ -28,6 +29,7 @@ from tests.identification.conftest import START, _fourier
 from tests.identification.elastic_plants import elastic_log
 from tests.identification.plants import perturbed_plant, random_motion
 from tests.identification.simulated import ideal_cruise
+from tests.json_schemas import disagreement
 from tests.optional import missing_packages, skipped_for
 
 SLOW = {"sensitivity", "reproduce", "sweep", "krl server"}
@@ -52,6 +54,16 @@ def all_commands():
 
 
 SINGLE = {path: command for path, command in all_commands().items() if not isinstance(command, click.Group)}
+WITH_JSON = [path for path, command in SINGLE.items() if any("--json" in p.opts for p in command.params)]
+NO_JSON = {"dh --out", "identify friction --plot", "kernels --emit", "kernels --language", "margins --plot"}
+"""Options of examples that have no record, or say more beside it."""
+
+
+def example_of_json(path):
+    """The example of a command that is run with `--json`: its last one that can, None if it has no record."""
+    own = [each for each in help_texts()[path]["examples"] if each["run"].startswith(f"lwr-dyn {path} ")]
+    can = [each for each in own if NO_JSON.isdisjoint(f"{path} {word}" for word in each["run"].split())]
+    return can[-1] if can and path in WITH_JSON else None
 
 
 def make(name, lwr_dyn_command):
@@ -85,14 +97,21 @@ def arguments(line):
 @pytest.mark.slow
 @pytest.mark.parametrize("path", [path for path in help_texts() if path not in SLOW])
 def test_the_examples_run(path, lwr_dyn_command, tmp_path, monkeypatch):
+    """One of them with `--json`: its record agrees with the schema, and what it describes has a text too."""
     monkeypatch.chdir(tmp_path)
+    described, record = [], Document.record
+    monkeypatch.setattr(Document, "record", lambda self: described.append(self) or record(self))
     for name in help_texts()[path].get("files", ()):
         make(name, lwr_dyn_command)
     for example in help_texts()[path]["examples"]:
-        code, out, err = lwr_dyn_command(*arguments(example["run"]))
+        as_json = example == example_of_json(path)
+        code, out, err = lwr_dyn_command(*arguments(example["run"]), *["--json"] * as_json)
         assert code == example.get("exit", 0), (example, err)
         assert "Traceback" not in err
         assert out or code
+        if as_json:
+            assert disagreement(path, out) == []
+            assert [bool(each.text()) for each in described] == [True] or path == "lint"  # whose text is not of it
 
 
 @pytest.mark.parametrize("path", SINGLE)
@@ -116,7 +135,13 @@ KRL = {200 * MB: source.LARGEST, 8192: lexer.LONGEST, 100: lexer.DEEPEST}
 LIMITS = {
     "": {64 * MB: files.LARGEST},
     "check": {64 * MB: files.LARGEST, 100: parse._DEEPEST, 256 * MB: hulls._LARGEST},
-    "lint": {64 * MB: files.LARGEST, 100: parse._DEEPEST, 256 * MB: hulls._LARGEST, 20 * MB: rules.LARGEST},
+    "lint": {
+        64 * MB: files.LARGEST,
+        100: parse._DEEPEST,
+        256 * MB: hulls._LARGEST,
+        20 * MB: rules.LARGEST,
+        1 * MB: xacro_bounds.LARGEST_FILE,
+    },
     "replay": {2 * GB: run.LARGEST},
     "compare": {2 * GB: run.LARGEST},
     "identify friction": {2 * GB: column_files.LARGEST},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -33,6 +33,12 @@ def modules(package: Path = PACKAGE) -> list[Path]:
 def parsed(path: Path) -> ast.Module:
     """The syntax tree of a file."""
     return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def parsed_with(pattern: str, package: Path = PACKAGE) -> dict[str, ast.Module]:
+    """The trees of the source files whose text has a pattern in any case, by place in the package: no other can."""
+    having = [path for path in modules(package) if re.search(pattern, path.read_text(encoding="utf-8"), re.I | re.M)]
+    return {path.relative_to(package).as_posix(): parsed(path) for path in having}
 
 
 def length(path: Path) -> int:
@@ -71,10 +77,9 @@ def type_imports(tree: ast.Module) -> set[str]:
     return {name for block in blocks for name in imports(block)}
 
 
-@pytest.mark.slow
 def test_no_own_module_is_imported_for_types_alone():
     """Such an import holds a circle apart."""
-    hiding = {path.relative_to(PACKAGE).as_posix(): type_imports(parsed(path)) for path in modules()}
+    hiding = {name: type_imports(tree) for name, tree in parsed_with("TYPE_CHECKING").items()}
     assert {name: own for name, names in hiding.items() if (own := {n for n in names if n.startswith("lwr_dyn")})} == {}
 
 
@@ -97,14 +102,26 @@ def test_the_index_of_a_package_names_what_is_there(package):
     assert index(package) == children(package)
 
 
-@pytest.mark.slow
-def test_a_class_name_has_one_meaning():
+def ambiguous(package: Path = PACKAGE) -> dict[str, list[str]]:
+    """Names of classes that several modules define, with these; only where lines look so, trees are looked at."""
+    lines = [re.findall(r"^\s*class (\w+)", path.read_text(encoding="utf-8"), re.M) for path in modules(package)]
+    twice = {name for name, count in Counter(name for names in lines for name in names).items() if count > 1}
     places = defaultdict(list)
-    for path in modules():
-        for node in ast.walk(parsed(path)):
+    for place, tree in parsed_with(rf"^\s*class ({'|'.join(twice)})\b", package).items() if twice else ():
+        for node in ast.walk(tree):
             if isinstance(node, ast.ClassDef):
-                places[node.name].append(path.relative_to(PACKAGE).as_posix())
-    assert {name: where for name, where in places.items() if len(where) > 1} == {}
+                places[node.name].append(place)
+    return {name: where for name, where in places.items() if len(where) > 1}
+
+
+def test_a_class_name_has_one_meaning():
+    assert ambiguous() == {}
+
+
+def test_a_class_name_with_two_meanings_is_seen(tmp_path):
+    (tmp_path / "a.py").write_text('class One: ...\nclass Two: ...\n"""\nclass Three\n"""\n', encoding="utf-8")
+    (tmp_path / "b.py").write_text("def f():\n    class One: ...\nclass Three: ...\n", encoding="utf-8")
+    assert ambiguous(tmp_path) == {"One": ["a.py", "b.py"]}
 
 
 def test_no_module_is_long():
@@ -123,18 +140,23 @@ def words(tree: ast.AST) -> set[str]:
     return {word.lower() for each in found for word in each}
 
 
-@pytest.mark.slow
+def vague(package: Path = PACKAGE) -> dict[str, set[str]]:
+    """The vague words of the files that use some."""
+    used = {name: words(tree) & VAGUE for name, tree in parsed_with("|".join(VAGUE), package).items()}
+    return {name: found for name, found in used.items() if found}
+
+
 def test_names_and_docstrings_use_plain_words():
-    used = {path.relative_to(PACKAGE).as_posix(): words(parsed(path)) & VAGUE for path in modules()}
-    assert {name: vague for name, vague in used.items() if vague} == {}
+    assert vague() == {}
 
 
 @pytest.mark.parametrize(
     "text", ["told = 1", "def f(story_of): ...", "class SomebodyElse: ...", '"""What we are told."""']
 )
-def test_a_vague_word_is_seen(text):
-    assert words(ast.parse(text)) & VAGUE
-    assert not words(ast.parse("stored = history = 'told'")) & VAGUE
+def test_a_vague_word_is_seen(text, tmp_path):
+    (tmp_path / "a.py").write_text(text, encoding="utf-8")
+    (tmp_path / "b.py").write_text("stored = history = 'told'", encoding="utf-8")
+    assert list(vague(tmp_path)) == ["a.py"]
 
 
 def long_modules(package: Path = PACKAGE) -> list[str]:

@@ -10,6 +10,8 @@ from lwr_dyn.design.loop_judgement import sampled_loops, sampling_text, stabilit
 from lwr_dyn.design.sampled_loop import Sampling
 from tests.simulation.sample_runs import lwr, one_joint
 
+AUTHORS = ("lwr4plus", "--reading", "computed")
+"""With their rotors, a hundred times too light, the wrist shakes."""
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 
 
@@ -18,7 +20,7 @@ def notes(err):
 
 
 def test_before_the_run_the_box_and_the_reference_are_judged(lwr_dyn_command):
-    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD)
+    code, _, err = lwr_dyn_command("simulate", *AUTHORS, *HOLD)
     first, second = err.splitlines()
     assert code == 0
     assert first.startswith("note: sampled at 1000 Hz, this loop is unstable at rest in 22.9 +- 0.9 % of the joint box")
@@ -37,7 +39,7 @@ def test_before_the_run_the_box_and_the_reference_are_judged(lwr_dyn_command):
     ],
 )
 def test_a_loop_that_is_stable_everywhere_or_not_judged_gets_no_line(options, lwr_dyn_command):
-    assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)[2]) == []
+    assert notes(lwr_dyn_command("simulate", *AUTHORS, *HOLD, *options)[2]) == []
 
 
 @pytest.mark.slow
@@ -55,7 +57,7 @@ def test_a_loop_that_is_stable_everywhere_or_not_judged_gets_no_line(options, lw
 )
 def test_the_reference_is_judged_on_the_simulated_plant(options, rate, lwr_dyn_command):
     """Not on the controller's model: a lighter plant chatters where the model would not, a heavier one does not."""
-    code, _, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
+    code, _, err = lwr_dyn_command("simulate", *AUTHORS, *HOLD, *options)
     unstable = [line for line in notes(err) if "poses of this reference it is unstable" in line]
     assert code == 0
     assert [f"from {rate} Hz on it holds there" in line for line in unstable] == ([True] if rate else [])
@@ -63,12 +65,12 @@ def test_the_reference_is_judged_on_the_simulated_plant(options, rate, lwr_dyn_c
 
 @pytest.mark.slow
 def test_the_record_of_a_run_has_it_too(lwr_dyn_command):
-    record = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--delay", "1", "--json")[1])
+    record = json.loads(lwr_dyn_command("simulate", *AUTHORS, *HOLD, "--delay", "1", "--json")[1])
     judged = record["sampled_loop"]
     assert record["meta"]["options"]["delay"] == 1
     assert judged["in_box"]["share"] == pytest.approx(0.4995)
     assert judged["along_reference"]["unstable"] == judged["along_reference"]["poses"] == 51
-    own = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--continuous", "--json")[1])
+    own = json.loads(lwr_dyn_command("simulate", *AUTHORS, *HOLD, "--continuous", "--json")[1])
     assert own["sampled_loop"] is None
 
 
@@ -80,7 +82,7 @@ def test_the_words_of_a_sampling():
 
 def test_gains_that_hold_at_no_rate_and_slow_growth_are_said(lwr_dyn_command):
     hold = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.01")
-    box, path = notes(lwr_dyn_command("simulate", "lwr4plus", *hold, "--omega-n", "1", "--payload", "20")[2])
+    box, path = notes(lwr_dyn_command("simulate", *AUTHORS, *hold, "--omega-n", "1", "--payload", "20")[2])
     assert box.endswith("; no rate up to 1e+06 Hz makes it hold in all of them")
     assert path.endswith("where a deviation grows by 0.33 % a sample; no rate up to 1e+06 Hz makes it hold there")
 
@@ -88,11 +90,11 @@ def test_gains_that_hold_at_no_rate_and_slow_growth_are_said(lwr_dyn_command):
 def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_command, tmp_path):
     mine = str(tmp_path / "mine.py")
     assert lwr_dyn_command("new", "controller", mine)[0] == 0
-    err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", mine)[2]
+    err = lwr_dyn_command("simulate", *AUTHORS, *HOLD, "--controller", mine)[2]
     assert notes(err) == [
         "note: whether sampling makes this loop unstable is not judged: the controller has no linear_feedback(q)"
     ]
-    assert notes(lwr_dyn_command("simulate", "lwr4plus", *HOLD, "--controller", mine, "--continuous")[2]) == []
+    assert notes(lwr_dyn_command("simulate", *AUTHORS, *HOLD, "--controller", mine, "--continuous")[2]) == []
 
 
 @pytest.mark.slow
@@ -100,7 +102,7 @@ def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_comma
 def test_elastic_joints_are_judged_as_such(encoders, unstable, lwr_dyn_command):
     """Rigid, this loop holds; on springs PD holds from the motors' side, and nowhere from the links'."""
     options = ("--reading", "physical", "--elastic", "1e4", "--encoders", encoders)
-    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)
+    code, out, err = lwr_dyn_command("simulate", *AUTHORS, *HOLD, *options)
     found = notes(err)
     assert code == 0
     assert "limits of position, speed and torque: kept" in out  # the run itself does not show it
@@ -113,7 +115,7 @@ def test_elastic_joints_are_judged_as_such(encoders, unstable, lwr_dyn_command):
 @pytest.mark.slow
 def test_what_is_said_of_elastic_joints_agrees_with_the_margins(lwr_dyn_command):
     options = ("--reading", "physical", "--controller", "inverse-dynamics", "--elastic", "file", "--json")
-    judged = json.loads(lwr_dyn_command("simulate", "lwr4plus", *HOLD, *options)[1])["sampled_loop"]
+    judged = json.loads(lwr_dyn_command("simulate", *AUTHORS, *HOLD, *options)[1])["sampled_loop"]
     report = lwr_dyn.margins(lwr_dyn.load("lwr4plus", reading="physical"), "inverse-dynamics", elasticity="file")
     assert 0 < report.stability.unstable < report.stability.poses
     assert judged["in_box"]["unstable"] == report.stability.unstable
@@ -125,7 +127,7 @@ def test_what_is_said_of_elastic_joints_agrees_with_the_margins(lwr_dyn_command)
 def test_what_is_known_of_elastic_joints_is_said_of_a_run_that_diverges_too(lwr_dyn_command):
     elastic = ("--reading", "physical", "--elastic", "1e4", "--encoders", "link", "--no-saturation", "--no-stops")
     move = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "9,30,0,-60,0,30,0")
-    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *move, "--duration", "0.5", *elastic)
+    code, out, err = lwr_dyn_command("simulate", *AUTHORS, *move, "--duration", "0.5", *elastic)
     assert (code, out) == (2, "")
     assert len(notes(err)) == 2
     assert err.splitlines()[-1].startswith("lwr-dyn: ")
@@ -133,7 +135,7 @@ def test_what_is_known_of_elastic_joints_is_said_of_a_run_that_diverges_too(lwr_
 
 @pytest.mark.slow
 def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("gains", "lwr4plus")
+    code, out, _ = lwr_dyn_command("gains", *AUTHORS)
     rows = {line.split()[0]: line for line in out.splitlines() if line}
     assert code == 0
     assert "of 2000 poses drawn evenly from the joint box (seed 0); linear, without friction and torque limits" in out
@@ -145,7 +147,7 @@ def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
 
 @pytest.mark.slow
 def test_gains_as_json_with_rate_and_delay(lwr_dyn_command):
-    record = json.loads(lwr_dyn_command("gains", "lwr4plus", "--rate", "500", "--delay", "1", "--json")[1])["sampled"]
+    record = json.loads(lwr_dyn_command("gains", *AUTHORS, "--rate", "500", "--delay", "1", "--json")[1])["sampled"]
     assert list(record) == ["pd-gravity", "pid", "inverse-dynamics"]
     assert {(x["rate"], x["delay"]) for x in record.values()} == {(500.0, 1)}
     assert len(record["pid"]["worst"]) == 7
@@ -159,7 +161,7 @@ def test_gains_as_json_with_rate_and_delay(lwr_dyn_command):
     ],
 )
 def test_bad_sampling_gets_one_line(options, fault, lwr_dyn_command):
-    code, out, err = lwr_dyn_command("gains", "lwr4plus", *options)
+    code, out, err = lwr_dyn_command("gains", *AUTHORS, *options)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert fault in err
 

@@ -14,7 +14,7 @@ from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.motion_profile import constant_speed
 
-ARM = lwr_dyn.load("lwr4plus")
+ARM = lwr_dyn.load("lwr4plus", "computed")
 START = [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0]
 
 

@@ -7,37 +7,72 @@ output into them. What a page may hold stands in CONTRIBUTING.md.
 from __future__ import annotations
 
 import argparse
+import atexit
 import contextlib
 import difflib
 import doctest
 import os
+import shlex
+import shutil
 import stat
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tests.docs import ready_command
 from tests.docs.blocks import Block, Command, PageError, blocks, check_marks, matches, updated
 
 ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = "python scripts/examples/"
 LIMIT = 300
 """Seconds after which a command is stopped."""
 CLOSED_PIPE = 141
 """Exit code (128 + SIGPIPE) of a command that still writes when `head` has what it wants: no fault, but a race."""
 
 
-def environment(programs: Path) -> dict[str, str]:
-    """The surroundings of a command: `lwr-dyn` and `python` are this working tree and this interpreter."""
-    for name, arguments in (("lwr-dyn", "-m lwr_dyn "), ("python", ""), ("python3", "")):
+@cache
+def ready() -> str:
+    """The socket of the process that has loaded what commands load; it ends with this one."""
+    folder = Path(tempfile.mkdtemp(prefix="ready_"))
+    command = [sys.executable, ready_command.__file__, ready_command.SERVE, str(folder / "socket")]
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=surroundings(), start_new_session=True
+    )
+    assert process.stdin
+    assert process.stdout
+    atexit.register(shutil.rmtree, folder)
+    atexit.register(process.wait)
+    atexit.register(process.stdin.close)
+    if process.stdout.readline() != b"ready\n":
+        raise RuntimeError(f"{shlex.join(command)} did not start")
+    return str(folder / "socket")
+
+
+def environment(programs: Path, text: str) -> dict[str, str]:
+    """The surroundings of a page's commands: `lwr-dyn` and `python` are this working tree and this interpreter.
+
+    A warning that a program in Python causes is an error.
+    """
+    python = shlex.quote(sys.executable)
+    begins = {"python": f"{python} -W error", "python3": python}
+    if "lwr-dyn" in text:
+        begins["lwr-dyn"] = f"{python} -IS {shlex.quote(ready_command.__file__)} {shlex.quote(ready())}"
+    for name, begin in begins.items():
         program = programs / name
-        program.write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments}"$@"\n', encoding="utf-8")
+        program.write_text(f'#!/bin/sh\nexec {begin} "$@"\n', encoding="utf-8")
         program.chmod(program.stat().st_mode | stat.S_IXUSR)
+    return surroundings() | {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}"}
+
+
+def surroundings() -> dict[str, str]:
+    """The variables of a command without the path of its programs."""
     path = os.pathsep.join(part for part in (str(ROOT), os.environ.get("PYTHONPATH")) if part)
     return os.environ | {
-        "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": path,
         "COLUMNS": "100",
         "TERM": "dumb",
@@ -45,14 +80,18 @@ def environment(programs: Path) -> dict[str, str]:
     }
 
 
-def run_command(command: Command, folder: Path, surroundings: dict[str, str]) -> tuple[list[str], int]:
-    """What a command prints, stderr included, and its exit code; raises `PageError` when it takes too long."""
+def run_command(command: Command, folder: Path, variables: dict[str, str]) -> tuple[list[str], int]:
+    """What a command prints, stderr included, and its exit code.
+
+    Raises `PageError` when it takes too long, or is an example that writes elsewhere than to `out/`.
+    """
+    there = {*os.listdir(folder), "out"}
     script = f"set -o pipefail\n{command.text}"
     try:
         done = subprocess.run(
             ["bash", "-c", script],
             cwd=folder,
-            env=surroundings,
+            env=variables,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -61,6 +100,8 @@ def run_command(command: Command, folder: Path, surroundings: dict[str, str]) ->
         )
     except subprocess.TimeoutExpired:
         raise PageError(f"line {command.line}: `{command.text}` ran longer than {LIMIT} s") from None
+    if EXAMPLES in command.text and not there.issuperset(os.listdir(folder)):
+        raise PageError(f"line {command.line}: `{command.text}` writes elsewhere than to out/")
     lines = done.stdout.rstrip("\n").splitlines()
     while lines and not lines[-1].strip():
         lines.pop()
@@ -123,7 +164,7 @@ def steps(text: str) -> Iterator[Block]:
 
 def run_page(text: str, folder: Path, update: bool = False, report: Any = None, page: str = "page") -> str:
     """Run a page in an empty folder; returns its text, with the real output when `update`."""
-    surroundings = environment(Path(tempfile.mkdtemp(prefix="programs_", dir=folder.parent)))
+    variables = environment(Path(tempfile.mkdtemp(prefix="programs_", dir=folder.parent)), text)
     session = Session(page)
     changes: list[tuple[Command, list[str], int]] = []
     (folder / "scripts").symlink_to(ROOT / "scripts")  # a page may run the examples of a clone
@@ -136,7 +177,7 @@ def run_page(text: str, folder: Path, update: bool = False, report: Any = None, 
                     if not update:
                         check_marks(command)
                     start = time.perf_counter()
-                    actual, code = run_command(command, folder, surroundings)
+                    actual, code = run_command(command, folder, variables)
                     if report:
                         report(f"{time.perf_counter() - start:6.1f} s  {command.text.splitlines()[0]}")
                     if update:

@@ -184,3 +184,11 @@ def test_a_pipe_that_head_closes_is_no_fault(tmp_path, command):
 def test_a_closed_pipe_without_head_is_one(tmp_path):
     with pytest.raises(PageError, match="exit code 141"):
         ran("```console\n$ sh -c 'echo 1; exit 141' | cat\n1\n```\n", tmp_path)
+
+
+def test_an_example_that_warns_or_writes_elsewhere_is_seen(tmp_path):
+    warns = "```python file=a.py\nimport warnings\nwarnings.warn('so')\n```\n```console\n$ python a.py\n```\n"
+    with pytest.raises(PageError, match="UserWarning: so"):
+        ran(warns, tmp_path)
+    with pytest.raises(PageError, match="elsewhere"):
+        ran("```console\n$ touch x; # python scripts/examples/x.py\n```\n", tmp_path / "page")

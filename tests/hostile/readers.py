@@ -20,6 +20,7 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
 from tests.hostile.changes import VALUES, changed
+from tests.hostile.folders import bag, machine_data, sweep_folder, xacro
 from tests.hostile.recordings import log_csv, log_parquet, motion_csv, run_file, written
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -70,11 +71,6 @@ def urdf_judged(folder: Path, rng: random.Random) -> None:
     from lwr_dyn.checks.urdf.lint import lint_file
 
     lint_file(written(folder, "x.urdf", changed(rng.choice(_urdfs()), rng)))
-
-
-def xacro(folder: Path, rng: random.Random) -> None:
-    """A file of macros."""
-    lwr_dyn.load(written(folder, "x.urdf.xacro", changed(_text(f"{GOOD}/macro.urdf.xacro"), rng)))
 
 
 @functools.cache
@@ -220,7 +216,7 @@ READERS: dict[str, Reader] = {
     "robot TOML": robot_file, "URDF": urdf, "URDF judged": urdf_judged, "xacro": xacro, "CSV log": log_csv,
     "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl, "KRL cell": cell,
     "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "study": study,
-    "command line": command_line,
+    "command line": command_line, "bag": bag, "machine.dat": machine_data, "sweep folder": sweep_folder,
 }  # fmt: skip
 
 

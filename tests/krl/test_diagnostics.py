@@ -9,18 +9,9 @@ from lwr_dyn.krl.project.program import load_program, parse_program
 from lwr_dyn.krl.running.cell import input_values
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
+from tests.krl.short_programs import HOME, program_of
 
-HOME = "PTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}"
 SPEED = "BAS(#VEL_PTP, 100)\n$VEL.CP = 0.2"
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
-def body(*lines, data=None):
-    return parse_program("\n".join(["DEF a( )", *lines, "END", ""]), data, "a")
 
 
 def codes(program, arm=None, **options):
@@ -47,14 +38,14 @@ def codes(program, arm=None, **options):
     ],
 )
 def test_syntax_has_its_place(line, column, code):
-    (diagnostic,) = [d for d in check_program(body(line)) if d.code == code]
+    (diagnostic,) = [d for d in check_program(program_of(line)) if d.code == code]
     assert (diagnostic.position.line, diagnostic.position.column) == (2, column)
     assert "\n" not in str(diagnostic)
     assert diagnostic.hint
 
 
 def test_a_keyword_as_a_name_is_reported_as_such():
-    (diagnostic,) = check_program(body("DECL FRAME off"))
+    (diagnostic,) = check_program(program_of("DECL FRAME off"))
     assert diagnostic.message == "off is a keyword and no name"
 
 
@@ -92,11 +83,11 @@ def test_a_keyword_as_a_name_is_reported_as_such():
     ],
 )
 def test_language_faults(lines, expected):
-    assert codes(body(*lines)) == expected
+    assert codes(program_of(*lines)) == expected
 
 
 def test_a_sound_program_is_clean(arm):
-    assert codes(body(SPEED, HOME, "LIN_REL {X -50}", HOME), arm) == []
+    assert codes(program_of(SPEED, HOME, "LIN_REL {X -50}", HOME), arm) == []
 
 
 def test_missing_end_and_missing_def():
@@ -146,7 +137,7 @@ def test_tabs_and_every_kind_of_line_end(arm):
     ],
 )
 def test_faults_of_a_run(arm, lines, code):
-    program = body(*lines)
+    program = program_of(*lines)
     with pytest.raises(ProgramError) as fault:
         run_program(program, arm)
     assert fault.value.code == code
@@ -156,7 +147,7 @@ def test_faults_of_a_run(arm, lines, code):
 
 
 def test_the_check_reports_recursion_too(arm):
-    assert "recursion" in [d.code for d in check_program(body(SPEED, HOME, "a()"), arm)]
+    assert "recursion" in [d.code for d in check_program(program_of(SPEED, HOME, "a()"), arm)]
 
 
 def test_functions_nested_in_sums_without_end_are_reported_by_check_and_run(arm):
@@ -173,8 +164,8 @@ def test_functions_nested_in_sums_without_end_are_reported_by_check_and_run(arm)
 
 def test_a_value_that_is_missing_after_a_fault_is_no_other_fault(arm):
     lines = ["REAL X, Y", SPEED, HOME, "X = 1e400", "Y = X", "WAIT SEC Y", "Y = 1", "WAIT SEC Y"]
-    assert codes(body(*lines), arm) == [(6, "number-range")]
-    assert codes(body("REAL X", SPEED, HOME, "X = X + 1", "WAIT SEC X"), arm) == [(6, "no-value")]
+    assert codes(program_of(*lines), arm) == [(6, "number-range")]
+    assert codes(program_of("REAL X", SPEED, HOME, "X = X + 1", "WAIT SEC X"), arm) == [(6, "no-value")]
 
 
 @pytest.mark.slow
@@ -186,16 +177,16 @@ def test_an_endless_loop_is_cut_and_reported(arm):
         ("10 s of simulated time", MachineData(seconds=10.0)),
         ("30 motions", MachineData(motions=30)),
     ):
-        run = run_program(body(SPEED, HOME, *counting), arm, settings)
+        run = run_program(program_of(SPEED, HOME, *counting), arm, settings)
         (note,) = run.diagnostics
         assert (note.severity, note.code) == ("note", "bound")
         assert what in note.message
-    empty = body(SPEED, HOME, "LOOP", "ENDLOOP")
+    empty = program_of(SPEED, HOME, "LOOP", "ENDLOOP")
     assert run_program(empty, arm, MachineData(steps=2000)).diagnostics[0].code == "endless"
 
 
 def test_an_input_without_a_value_names_the_option(arm):
-    program = body(SPEED, HOME, "IF $IN[7] THEN", "PTP_REL {A1 10}", "ENDIF")
+    program = program_of(SPEED, HOME, "IF $IN[7] THEN", "PTP_REL {A1 10}", "ENDIF")
     with pytest.raises(ProgramError, match=r"--set '\$IN\[7\]=TRUE'"):
         run_program(program, arm)
     assert len(run_program(program, arm, inputs=input_values(["$IN[7]=TRUE"])).executed) == 2
@@ -221,7 +212,7 @@ def test_files_that_are_missing(tmp_path, arm):
 
 def test_another_robot_is_refused():
     with pytest.raises(OptionError):
-        run_program(body(SPEED, HOME), lwr_dyn.load("lwr4plus"))
+        run_program(program_of(SPEED, HOME), lwr_dyn.load("lwr4plus"))
 
 
 def test_an_included_file_is_krl(tmp_path):
@@ -239,14 +230,13 @@ def test_faults_of_an_included_file_are_not_reported(tmp_path):
 
 def test_a_motion_of_nanometres_is_planned_and_an_endless_one_reported(arm):
     tiny = ["BAS(#VEL_PTP, 100)", "$VEL.CP = 2", HOME, "LIN_REL {X 0.0000015}", "LIN_REL {X 0.0000015, A 10}"]
-    assert codes(body(*tiny), arm) == []
+    assert codes(program_of(*tiny), arm) == []
     slow = [SPEED, "$VEL.ORI1 = 0.000001", "$OV_PRO = 1", HOME, "LIN_REL {A 10}"]
-    assert codes(body(*slow), arm) == [(7, "speed-range")]
+    assert codes(program_of(*slow), arm) == [(7, "speed-range")]
 
 
 def test_at_most_a_hundred_of_a_kind_are_shown_and_the_rest_is_counted():
-    source = "\n".join(["DEF a( )", *["WIAT SEC 1"] * 1000, "WHILE", "END", ""])
-    found = check_program(parse_program(source, name="a"))
+    found = check_program(program_of(*["WIAT SEC 1"] * 1000, "WHILE"))
     assert [d.code for d in found].count("unknown-keyword") == MOST
     (rest,) = [d for d in found if d.code == "more"]
     assert (rest.severity, rest.position.line) == ("note", MOST + 2)

@@ -5,7 +5,6 @@ import re
 
 import pytest
 
-import lwr_dyn
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.page import SPEEDS, program_data, program_html
 from lwr_dyn.krl.project.program import load_program, parse_program, program_of
@@ -31,13 +30,8 @@ def program():
 
 
 @pytest.fixture(scope="module")
-def kr30ha():
-    return lwr_dyn.load("kr30ha")
-
-
-@pytest.fixture(scope="module")
-def run(program, kr30ha):
-    return run_program(program, kr30ha)
+def run(program, arm):
+    return run_program(program, arm)
 
 
 @pytest.fixture(scope="module")
@@ -124,18 +118,18 @@ def test_the_data_has_every_line_and_every_motion(run, program):
     assert data["speed"]["values"]["shape"][0] <= SPEEDS
 
 
-def test_each_motion_names_its_file(kr30ha):
+def test_each_motion_names_its_file(arm):
     included = [parse_text(CALLED, "turn.src")[0], parse_text("DEF still( )\nEND\n", "still.src")[0]]
     program = program_of(parse_text(CALLER, "a.src")[0], None, included)
-    data = program_data(run_program(program, kr30ha), program)
+    data = program_data(run_program(program, arm), program)
     assert [file["name"] for file in data["files"]] == ["a.src", "turn.src"]
     assert [m[:2] for m in data["motions"]] == [[0, 2], [1, 2], [0, 4]]
 
 
-def test_warnings_stand_beside_their_lines_and_text_cannot_end_the_script(kr30ha):
+def test_warnings_stand_beside_their_lines_and_text_cannot_end_the_script(arm):
     source = CALLER.replace("turn( )", 'PTP {A1 20} ;</script><b>"')
     program = parse_program(source, name="a")
-    run = run_program(program, kr30ha)
+    run = run_program(program, arm)
     html = program_html(run, program)
     data = json.loads(re.search(r'id="replay-data">(.*?)</script>', html, re.DOTALL)[1])
     (file,) = data["program"]["files"]

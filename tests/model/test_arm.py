@@ -16,7 +16,7 @@ WAM = lwr_dyn.load("wam7")
 
 
 def test_its_representation_is_short_and_names_robot_and_reading():
-    assert repr(ARM) == "Arm('lwr4plus', reading='computed', n=7)"
+    assert repr(ARM) == "Arm('lwr4plus', reading='physical', n=7)"
     assert len(repr(ARM.chain)) < 100
 
 

@@ -92,7 +92,7 @@ def test_each_is_one_or_two_kilobytes_of_whole_html_and_a_short_text(results):
 
 def test_the_numbers_are_those_of_the_result(results, arm, run):
     words = text_of(arm._repr_html_())
-    assert "joint_2 -120 to 120 110 176 2.778 0.001603" in words
+    assert "joint_2 -120 to 120 110 176 2.778 0.1603" in words
     figures, words = metrics(run, arm), text_of(run._repr_html_())
     assert f"RMS {figures.tip_rms_mm:.6g} mm" in words
     assert "rigid links and joints" in words

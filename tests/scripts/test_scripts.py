@@ -1,19 +1,21 @@
 """Every worked example runs as a user runs it, prints what it promises, and writes to `out/` only."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests.docs.blocks import blocks
+
 SCRIPTS = Path(__file__).resolve().parents[2] / "scripts"
 
 EXAMPLES = {
-    "generate_urdf.py": (["lwr4plus", "--reading", "physical"], "lwr4plus_physical.urdf"),
+    "generate_urdf.py": (["lwr4plus", "--reading", "computed"], "lwr4plus_computed.urdf"),
     "dynamics_two_roads.py": (["--states", "20"], "coriolis_matrix  largest difference"),
     "own_arm.py": ([], "torque that holds it"),
-    "friction_wam.py": (["--speeds", "0.1", "0.18", "0.25"], "wrote 3 logs and out"),
     "stick_slip.py": (["--out", "out/figures"], "99% of break-away for 1 s: moves by 0 m"),
     "own_controller.py": ([], "tip error (rigid links and joints) at most 0.00"),
     "compare_controllers.py": ([], "PID + gravity, damping on dq        3 kg at the flange  1.529 *"),
@@ -21,10 +23,14 @@ EXAMPLES = {
     "krl_two_points.py": ([], "check: nothing to say"),
     "replay_ist.py": ([], "wrote out/ist.html"),
     "kr30ha_envelope.py": ([], "reach 2032.72 mm, data sheet 2033"),
-    "identification_loop.py": (["--starts", "1"], "fitted.toml: all 34 checks hold\nmodel table : tip error 2.9"),
-    "robot_logs.py": ([], "wrote out/logs/units.csv"),
     "kr30ha_equations_of_motion.py": ([], "tau is Pinocchio's to "),
 }
+ON_PAGES = {
+    "friction_wam.py": "friction_from_logs.md",
+    "robot_logs.py": "logs_of_your_robot.md",
+    "identification_loop.py": "identify_your_arm.md",
+}
+"""Examples that a page runs with all that they print; what else holds of an example is asked there too."""
 LONGEST = 60
 """Lines of an example."""
 
@@ -71,7 +77,14 @@ def test_every_line_of_soak_loads_and_says_what_it_counts(tmp_path):
     assert done.stdout == "all\n", done.stderr
 
 
+@pytest.mark.parametrize("script", ON_PAGES)
+def test_an_example_is_run_by_its_page(script):
+    page = (SCRIPTS.parent / "docs" / "how_to" / ON_PAGES[script]).read_text(encoding="utf-8")
+    commands = [each.text for block in blocks(page) if block.language == "console" for each in block.commands()]
+    assert any(re.fullmatch(rf"python scripts/examples/{re.escape(script)}( --\w+ \w+)*", text) for text in commands)
+
+
 def test_no_example_is_left_out_and_none_is_long():
-    assert {p.name for p in (SCRIPTS / "examples").glob("*.py")} == set(EXAMPLES)
-    for name in EXAMPLES:
+    assert {p.name for p in (SCRIPTS / "examples").glob("*.py")} == EXAMPLES.keys() | ON_PAGES.keys()
+    for name in EXAMPLES.keys() | ON_PAGES.keys():
         assert len((SCRIPTS / "examples" / name).read_text().splitlines()) <= LONGEST

@@ -67,7 +67,7 @@ def joint_waves(duration=14.0):
 
 @cache
 def lwr():
-    return lwr_dyn.load("lwr4plus")
+    return lwr_dyn.load("lwr4plus", "computed")
 
 
 @cache

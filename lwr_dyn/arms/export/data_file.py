@@ -8,13 +8,14 @@ Numbers are written by repr, which is read back bit-exact.
 import json
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
+from lwr_dyn.arms.papers.assembly import LEFT_IN_PLACE, sort_of
 from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -34,11 +35,14 @@ class ColumnText:
     kind: str = "computed"
     more: str = ""
     """Further fields as TOML, each with a comma before it."""
+    how: str = ""
+    """Of what is estimated or assumed, in a few words."""
 
     def line(self) -> str:
         """The column as an inline table."""
         fields = f"values = {literal(self.values)}, unit = {literal(_short(self.unit))}{self.more}"
-        return f"{self.name} = {{ {fields}, where = {quoted(self.where)}, kind = {quoted(self.kind)} }}"
+        how = f", how = {quoted(self.how)}" if self.how else ""
+        return f"{self.name} = {{ {fields}, where = {quoted(self.where)}, kind = {quoted(self.kind)}{how} }}"
 
 
 def table_text(name: str, columns: Sequence[ColumnText], *lines: str) -> list[str]:
@@ -104,6 +108,7 @@ def data_file_text(arm: Arm, convention: Convention = Convention.STANDARD) -> st
     lines = [
         f"# {arm.name}, reading {arm.reading}, as a {convention.value} DH table; written by lwr_dyn from {origin}",
         f"# flange by the table against the source: {left.metres:.1e} m, {left.radians:.1e} rad",
+        *(f"# {line}" for line in [arm.caveat()] if line),
         "schema = 1",
         f"name = {quoted(arm.name)}",
         f"title = {quoted(f'{arm.title} (computed)')}",
@@ -131,7 +136,10 @@ def data_file_text(arm: Arm, convention: Convention = Convention.STANDARD) -> st
 
 def _notes(arm: Arm) -> dict[str, str]:
     """What the file has no place for."""
-    out = {"links": ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))}
+    out: dict[str, str] = {}
+    if arm.caveats.left_in_place:
+        out[LEFT_IN_PLACE] = " ".join(arm.caveats.left_in_place)
+    out["links"] = ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))
     if arm.loaded_with:
         out["loaded_with"] = "; ".join(f"{key} {value}" for key, value in arm.loaded_with.items())
     lacks = ["shapes, names of links and frames, transmissions, which joints are continuous"] if arm.layout else []
@@ -158,6 +166,7 @@ def _kinematics(arm: Arm, table: DHTable, origin: str) -> Iterator[str]:
         numbers["beta"] = [row.beta for row in table.rows]
     where = f"common normals of the joint axes; {where}"
     columns = [ColumnText(x, v, "m" if x in ("a", "d") else "rad", where, kind) for x, v in numbers.items()]
+    columns = [_marked(arm, "dh", column) for column in columns]
     yield from table_text("dh", columns, f"convention = {quoted(table.convention.value)}")
     where, kind = _cells(arm, [*joints[-3:], "flange"], origin)
     yield from table_text("flange", _pose(table.flange, f"what the rows leave; {where}", kind))
@@ -189,7 +198,15 @@ def _column(arm: Arm, table: str, name: str, values: Sequence[float | None], ori
     where, kind = _cells(arm, quantities, origin)
     linear = table in _LINEAR_LAST and len(rule.quantities) > 1
     units = [_UNITS[rule.quantities[-1 if linear and not turns else 0]] for turns in arm.chain.turning]
-    return ColumnText(name, list(values) if rule.per_joint else values[0], units, where, kind)
+    given = list(values) if rule.per_joint else values[0]
+    return _marked(arm, table, ColumnText(name, given, units, where, kind))
+
+
+def _marked(arm: Arm, table: str, column: ColumnText) -> ColumnText:
+    """The column with the kind and the way of what the arm carries as estimated or assumed."""
+    what = sort_of(f"{table}.{column.name}")
+    found = next((one for one in arm.caveats.estimates if one.what == what), None)
+    return column if found is None else replace(column, kind=found.kind, how=found.how)
 
 
 def _values(arm: Arm) -> dict[str, Columns]:
@@ -264,7 +281,7 @@ def _inertial(arm: Arm, table: DHTable, origin: str) -> list[str]:
         ColumnText("com", [x and x.com for x in given], "m", *_of_links(arm, "com", origin)),
         ColumnText("inertia", [_tensor(x) for x in given], "kg m^2", *_of_links(arm, "inertia", origin), more),
     ]
-    return table_text("inertial", columns)
+    return table_text("inertial", [_marked(arm, "inertial", column) for column in columns])
 
 
 def _tensor(body: Body | None) -> list[list[float]] | None:

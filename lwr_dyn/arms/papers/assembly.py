@@ -10,6 +10,7 @@ from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, UNKNOWN, Colum
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import Arm, JointGains, JointLimits, Ratings, Source
+from lwr_dyn.model.caveats import GUESSED, Caveats, StandIn
 from lwr_dyn.model.chain import Body, Chain, ChainLink, DHRow, Rotor
 from lwr_dyn.model.file_layout import Drawing, DrawnCylinder
 from lwr_dyn.model.friction import Direction, JointFriction
@@ -92,6 +93,8 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
         yield f"{joint}.motors", (*factors, *columns)
 
 
+LEFT_IN_PLACE = "left_in_place"
+"""In `[document]` of a file that was written from an arm: proven errors that its reading leaves in place."""
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """Gravity [m/s^2] when the file gives none."""
 _RATINGS = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
@@ -112,8 +115,42 @@ def arm_from_paper(paper: Paper) -> Arm:
         mastering=paper.numbers("poses.mastering"),
         sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
         friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
-        elasticity=elasticity_of(paper),
+        elasticity=elasticity_of(paper), caveats=caveats_of(paper),
     )  # fmt: skip
+
+
+_SORTS = {
+    "limits.lower": "position limits", "limits.upper": "position limits", "limits.velocity": "speed limits",
+    "limits.effort": "torque limits", "inertial.mass": "masses", "inertial.com": "centres of mass",
+    "inertial.inertia": "inertias", "elasticity.stiffness": "gear stiffness",
+    "elasticity.damping": "gear damping", "base.xyz": "geometry", "base.rpy": "geometry",
+    "dh": "geometry", "flange": "geometry", "rotors": "rotor inertias", "friction": "friction",
+}  # fmt: skip
+"""Column, or table -> the sort of its numbers, one of `lwr_dyn.model.caveats.ALL`; gravity and drawings have none."""
+
+
+def sort_of(column: str) -> str:
+    """The sort of the numbers of a column such as "inertial.mass"; empty for one without a sort."""
+    return _SORTS.get(column) or _SORTS.get(column.partition(".")[0], "")
+
+
+def caveats_of(paper: Paper) -> Caveats:
+    """What an arm carries before its numbers: proven errors that the reading leaves in place, and its estimates."""
+    estimates: dict[StandIn, None] = {}
+    for name, column in paper.columns.items():
+        what = sort_of(name)
+        if what:
+            estimates |= {StandIn(what, kind, column.how): None for kind in _kinds(paper, column) if kind in GUESSED}
+    left = (*paper.left_in_place(), *paper.document.get(LEFT_IN_PLACE, "").split())
+    likely = (e.id for e in paper.errata if e.id in paper.reading.errata and e.status == "likely")
+    return Caveats(left, tuple(estimates), tuple(likely))
+
+
+def _kinds(paper: Paper, column: Column) -> tuple[str, ...]:
+    """The column's kind, and the kinds of its cells that errata read."""
+    applied = {id for ids in column.errata.values() for id in ids}
+    patches = [p for e in paper.errata if e.id in applied for p in e.patches if p.at.startswith(column.name)]
+    return (column.kind, *(p.kind for p in patches if p.kind))
 
 
 def _si(paper: Paper, name: str, default: float) -> Array:

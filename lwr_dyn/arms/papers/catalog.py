@@ -39,7 +39,7 @@ def readings(robot: str) -> tuple[str, ...]:
     """Names of the readings of a robot, its default first; raises as `open_paper`.
 
     >>> readings("lwr4plus")
-    ('computed', 'printed', 'physical')
+    ('physical', 'printed', 'computed')
     """
     return open_paper(robot).reading_names
 

@@ -37,7 +37,7 @@ def _column(fields: Fields, rule: ColumnRule, n: int, touched: dict[int, list[st
     values = fields.take("values", object)
     unit = fields.take("unit", object)
     where, kind = fields.text("where"), fields.choice("kind", KINDS)
-    note = fields.text("note", default="")
+    note, how = fields.text("note", default=""), fields.text("how", default="")
     symbols = tuple(str(x) for x in fields.take("symbols", list, default=[]))
     sigma = fields.take("sigma", object, default=None)
     fields.refuse_unknown()
@@ -62,7 +62,7 @@ def _column(fields: Fields, rule: ColumnRule, n: int, touched: dict[int, list[st
     errors = () if sigma is None else _row(fields, "sigma", given, (count, *shape), may_be_unknown=True)
     if (np.array(errors) < 0.0).any():
         raise fields.refuse("sigma", "a number below 0", "standard errors, in the unit of the values")
-    return Column(fields.path, cells, tuple(units), where, kind, note, symbols, errata, errors)
+    return Column(fields.path, cells, tuple(units), where, kind, note, symbols, errata, errors, how)
 
 
 def _row(fields: Fields, place: str, row: Any, shape: tuple[int, ...], may_be_unknown: bool) -> Any:

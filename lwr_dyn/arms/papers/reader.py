@@ -33,7 +33,8 @@ def apply_errata(tables: dict[str, Any], errata: tuple[Erratum, ...], file: str)
             apply_patch(tables, patch, erratum.id, file)
             column, row = _column_and_row(patch.at)
             for i in [row] if row is not None else range(64):  # all rows: no arm has more joints
-                touched.setdefault(column, {}).setdefault(i, []).append(erratum.id)
+                ids = touched.setdefault(column, {}).setdefault(i, [])
+                ids += [erratum.id] if erratum.id not in ids else []
     return touched
 
 

@@ -192,6 +192,7 @@ class Column:
     errata: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     """Row -> ids of the errata that changed it."""
     sigma: tuple[Any, ...] = ()  # standard errors, as `values`, NaN where unknown; empty if not given
+    how: str = ""  # of what is estimated or assumed, in a few words: "from drawn solids"
 
     def si(self) -> Array:
         """The values in SI units."""
@@ -237,6 +238,11 @@ class Erratum:
     status: str
     patches: tuple[Patch, ...]
     severity: str = ""  # one of `SEVERITIES`; empty where not given
+
+    @property
+    def changes_arm(self) -> bool:
+        """Whether it is proven, changes the model, and says how to read cells of the file's own tables."""
+        return self.status == "proven" and self.severity == "model" and bool(self.of_tables())
 
     def of_results(self) -> tuple[Patch, ...]:
         """The patches of printed results."""
@@ -299,6 +305,11 @@ class Paper:
     def numbers(self, column: str) -> tuple[float, ...]:
         """The numbers of a column in SI units; empty where the file has no such column."""
         return tuple(self.columns[column].si().tolist()) if column in self.columns else ()
+
+    def left_in_place(self, reading: str = "") -> tuple[str, ...]:
+        """Ids of the proven errata that change the arm, and that a reading, this one if not named, does not apply."""
+        applied = (self.readings[reading] if reading else self.reading).errata
+        return tuple(e.id for e in self.errata if e.changes_arm and e.id not in applied)
 
     def __repr__(self) -> str:
         return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.caveats import DYNAMICS
 from lwr_dyn.model.chain import Body, Rotor, unphysical_links
 from lwr_dyn.model.file_layout import fitting
 from lwr_dyn.model.spatial import Pose, to_rpy
@@ -21,6 +22,7 @@ WRITTEN_BY = "written by lwr_dyn"
 PARTLY_KNOWN = "inertia given in part, the unknown part written as 0: "
 UNKNOWN_LIMITS = "unknown, written as stand-ins: "
 ESTIMATED = "estimated, not measured: "
+CAVEAT = "before its numbers: "
 GRAVITY = "gravity in the base frame [m/s^2], which a URDF cannot hold: "
 REFLECTED = "rotor inertia as the joint feels it; gear ratios are stand-ins of 1: "
 """Starts of header lines that are read back."""
@@ -63,8 +65,9 @@ def header(arm: Arm) -> list[str]:
     unknown, bare = [f"{name} {x}" for name, x in unknown_limits(arm)], arm.uninstalled()
     lines = [
         f"{arm.title}; robot {arm.name}, reading {arm.reading}",
+        *caveat_lines(arm),
         f"{WRITTEN_BY}; do not edit: change the data file and write again",
-        f"errata applied: {', '.join(arm.errata) or 'none'}",
+        f"errata applied: {arm.caveats.errata_words(arm.errata)}",
         f"source file sha256: {arm.digest or 'none'}",
         f"{GRAVITY}{numbers(arm.chain.gravity)}",
         *([] if arm.installation is None else [INSTALLED]),
@@ -82,6 +85,12 @@ def header(arm: Arm) -> list[str]:
     if arm.friction:
         lines.insert(-1, ONE_SIDED)
     return ["<!--", *(f"  {comment(x)}" for x in lines), "-->"]
+
+
+def caveat_lines(arm: Arm) -> list[str]:
+    """What must be known before the numbers of a rigid arm, in a line; none where nothing must."""
+    words = arm.caveats.words(DYNAMICS)
+    return [f"{CAVEAT}{words}"] if words else []
 
 
 def estimates(arm: Arm) -> list[str]:

@@ -7,11 +7,12 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 from lwr_dyn.arms.papers.catalog import readings, robots
-from lwr_dyn.arms.urdf.elements import Attribute, comment, number
+from lwr_dyn.arms.urdf.elements import Attribute, caveat_lines, comment, number
 from lwr_dyn.arms.urdf.writer import urdf_text, urdf_with_sources
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, Source
+from lwr_dyn.model.caveats import DYNAMICS
 from lwr_dyn.model.spatial import Pose
 
 SCHEMA = 1
@@ -43,6 +44,8 @@ def provenance_text(arm: Arm) -> str:
         "reading": arm.reading,
         "title": arm.title,
         "errata": list(arm.errata),
+        "caveat": arm.caveat(DYNAMICS),
+        "caveats": asdict(arm.caveats),
         "source_sha256": arm.digest,
         "gravity": [float(x) for x in arm.chain.gravity],
     }
@@ -141,8 +144,8 @@ def model_stem(arm: Arm) -> str:
     """ROBOT for the default reading of a robot of this package, else ROBOT_READING.
 
     >>> from lwr_dyn import load
-    >>> model_stem(load("lwr4plus")), model_stem(load("lwr4plus", reading="physical"))
-    ('lwr4plus', 'lwr4plus_physical')
+    >>> model_stem(load("lwr4plus")), model_stem(load("lwr4plus", reading="computed"))
+    ('lwr4plus', 'lwr4plus_computed')
     """
     default = readings(arm.name)[0] if arm.name in robots() else ""
     return arm.name if arm.reading == default else f"{arm.name}_{arm.reading}"
@@ -182,6 +185,7 @@ def srdf_text(arm: Arm) -> str:
         '<?xml version="1.0" encoding="utf-8"?>',
         "<!--",
         f"  {comment(f'rotors of robot {arm.name}, reading {arm.reading}; written by lwr_dyn, do not edit')}",
+        *(f"  {comment(line)}" for line in caveat_lines(arm)),
         "  for pinocchio.loadRotorParameters: mass is the rotor's moment of inertia about its axis [kg m^2];",
         "  armature = gear_ratio^2 mass",
         "-->",

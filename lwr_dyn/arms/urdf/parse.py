@@ -7,27 +7,26 @@ expanded by the package `xacro` where it is installed; it needs no ROS.
 """
 
 import hashlib
-import io
 import math
-import os
 import re
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stderr
+from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 from xml.etree import ElementTree
 from xml.parsers.expat import errors
+from xml.sax.saxutils import unescape
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.elements import GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
+from lwr_dyn.arms.urdf.elements import CAVEAT, GRAVITY, REFLECTED, UNKNOWN_LIMITS, WRITTEN_BY, comment
 from lwr_dyn.arms.urdf.writer import CarriedXml, carried_xml
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.arrays import number_of
-from lwr_dyn.foundation.errors import MissingPackageError, UrdfError
+from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in, read_bytes
+from lwr_dyn.model.caveats import Caveats, caveats_of_words
 from lwr_dyn.model.chain import Rotor
 
 DRAKE = "http://drake.mit.edu"
@@ -90,72 +89,13 @@ def _with_declarations(content: bytes) -> bytes:
     return content[:at] + b"".join(spaces) + content[at:]
 
 
-def expand_xacro(
-    path: str | Path,
-    arguments: Mapping[str, str] = MappingProxyType({}),
-    parse: Callable[..., Any] | None = None,
-) -> str:
-    """The URDF that a xacro file expands to.
-
-    `arguments` are values of its `<xacro:arg>`; `parse(inp, filename=None) -> xml.dom.minidom.Document` stands in for
-    `xacro.parse`, for the file and all that it includes. Raises `FileAccessError`; `MissingPackageError` without xacro;
-    `UrdfError` with what xacro says where it refuses the file.
-    """
-    read_bytes(path, "a readable .xacro file")
-    try:
-        import xacro
-        from xacro import substitution_args
-    except ModuleNotFoundError:
-        raise MissingPackageError("xacro", "urdf") from None
-    before = xacro.parse, substitution_args._eval_find
-    xacro.parse = parse or xacro.parse
-    substitution_args._eval_find = lambda name: _found(name, Path(path), before[1])
-    try:
-        with redirect_stderr(io.StringIO()):
-            return str(xacro.process_file(str(path), mappings=dict(arguments)).toxml())
-    except Exception as fault:  # it evaluates the file's own expressions: anything can come out
-        said = " ".join(str(fault).split()) or type(fault).__name__
-        raise UrdfError(str(path), "xacro", said, "a file that `xacro` expands") from None
-    finally:
-        xacro.parse, substitution_args._eval_find = before
-
-
-def _found(name: str, inside: Path, installed: Callable[[str], str]) -> str:
-    """The folder of `$(find name)`."""
-    try:
-        return str(package_folder(name, inside) or installed(name))
-    except ModuleNotFoundError:  # no ROS here
-        where = "above or beside the file, or in a folder of ROS_PACKAGE_PATH"
-        raise LookupError(f"the package {name} is not {where}") from None
-
-
-def package_folder(name: str, inside: Path) -> Path | None:
-    """The folder of a ROS package: above or beside a file, or where ROS's environment points; or None.
-
-    Above the file a folder with another name counts too if its `package.xml` has this one.
-    """
-    listed = [Path(x) for x in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if x]
-    listed += [Path(x) / "share" for x in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if x]
-    above = Path(os.path.abspath(inside)).parents
-    candidates = [found for folder in above for found in (folder, folder / name)]
-    candidates += [folder / name for folder in listed]
-    here = (found for found in candidates if found.name == name and found.is_dir())
-    return next(here, None) or next((folder for folder in above if _package_name(folder) == name), None)
-
-
-def _package_name(folder: Path) -> str:
-    """The name in a folder's `package.xml`; empty where there is none."""
-    file = folder / "package.xml"
-    text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""
-    return text.partition("<name>")[2].partition("</name>")[0].strip()
-
-
 _WIDTHS = {"xyz": 3, "rpy": 3}
 _SCALARS = ("value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "damping", "friction", "multiplier", "offset")
 _LIMITS = ("lower", "upper", "effort", "velocity")
 _NEEDED = {"link": ("inertial",), "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic")}
 WORLD = ': write <link name="world"/>, which Drake adds unwritten'
 """Added to the message on a joint whose parent is not there."""
+_CONTROL, _PRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]"), "letters that can be printed in a line"
 _ROTOR = ("gear_ratio", "rotor_inertia")
 _DRAKE = ("{https://drake.mit.edu/}", "{http://drake.mit.edu}", "{https://drake.mit.edu}", "{http://drake.mit.edu/}")
 
@@ -174,12 +114,14 @@ class UrdfFile:
     """"joint limit" pairs that our own header lists as unknown."""
     gravity: tuple[float, ...] | None
     """Gravity [m/s^2] in our own header."""
+    caveats: Caveats
+    """What our own header says of its numbers."""
     carried: CarriedXml
     """Shapes, materials and motors, which no computation uses."""
 
 
-def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfFile:
-    """Parse a URDF file, or what a `.xacro` file expands to with these arguments.
+def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None, trust_xacro: bool = False) -> UrdfFile:
+    """Parse a URDF file, or what a `.xacro` file expands to with these arguments, trusted or not.
 
     Raises `FileAccessError`; `MissingPackageError` for a `.xacro` without xacro; `UrdfError`: what xacro refuses,
     broken XML, a missing name or attribute, a malformed number, a name used twice.
@@ -188,7 +130,7 @@ def parse_urdf(path: str | Path, xacro_args: Mapping[str, str] | None = None) ->
 
     file = Path(path).name
     if ends_in(file, ".xacro"):
-        content = expand_xacro(path, xacro_args or {}).encode()
+        content = expand_xacro(path, xacro_args or {}, trust=trust_xacro).encode()
     else:
         content = read_bytes(path, "a readable .urdf file")
     checked = checked_xml(content, file)
@@ -219,6 +161,9 @@ class CheckedXml:
             file=self.file, name=self.root.attrib["name"], digest=self.digest, links=links, joints=joints,
             rotors=self.rotors, placeholders=_named(self.header, UNKNOWN_LIMITS),
             gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
+            caveats=caveats_of_words(
+                unescape("; ".join(x.removeprefix(CAVEAT) for x in self.header if x.startswith(CAVEAT)))
+            ),
             carried=self.carried,
         )  # fmt: skip
 
@@ -277,6 +222,8 @@ def _check(root: ElementTree.Element, file: str) -> None:
         raise UrdfError(file, f"<{root.tag}>", "the outermost element", "<robot>")
     if not root.get("name"):
         raise UrdfError(file, "robot", "no name", "a name")
+    if _CONTROL.search(root.attrib["name"]):
+        raise UrdfError(file, "robot", f"the name {root.attrib['name']!r}", _PRINTABLE)
     links = _names(root, "link", file)
     _names(root, "joint", file)
     for link in root.findall("link"):
@@ -318,6 +265,8 @@ def _names(root: ElementTree.Element, tag: str, file: str) -> set[str]:
         name = element.get("name")
         if not name or name in seen:
             raise UrdfError(file, f"{tag} {name or k}", "used twice" if name else "no name", "a name of its own")
+        if _CONTROL.search(name):
+            raise UrdfError(file, f"{tag} {k}", f"the name {name!r}", _PRINTABLE)
         seen.add(name)
     return seen
 

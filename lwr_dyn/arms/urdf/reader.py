@@ -58,6 +58,7 @@ def read_urdf(
     tip: str | None = None,
     lock: Mapping[str, float] | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    trust_xacro: bool = False,
 ) -> Arm:
     """The serial arm in a URDF file: its joints and links keep the file's names, joints beside the chain are held.
 
@@ -70,6 +71,8 @@ def read_urdf(
         Joints fixed at a value [rad or m]; a mimic joint follows the locked joint that it mimics.
     xacro_args : mapping, optional
         Arguments of a `.xacro` file.
+    trust_xacro : bool
+        Whether its expressions run as Python.
 
     Raises
     ------
@@ -81,7 +84,7 @@ def read_urdf(
     UnknownNameError
         No link named `tip`, no moving joint of a locked name.
     """
-    urdf = parse_urdf(path, xacro_args)
+    urdf = parse_urdf(path, xacro_args, trust_xacro)
     chosen = chosen_chain(build_tree(urdf, lock or {}), tip)
     tree, given, tip, held = chosen.tree, tip, chosen.tip, chosen.held
     base, *groups = chosen.groups
@@ -104,7 +107,7 @@ def read_urdf(
         limits=tuple(joint_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
         layout=replace(layout, written=_by_carrier(tree, names, written)),
-        notes=_notes(() if given else chosen.ends, tip, held),
+        notes=_notes(() if given else chosen.ends, tip, held), caveats=urdf.caveats,
     )  # fmt: skip
 
 

@@ -12,13 +12,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lwr_dyn.arms.urdf.model_files import model_files
-from lwr_dyn.arms.urdf.parse import expand_xacro, parse_urdf, parse_xml
+from lwr_dyn.arms.urdf.parse import parse_urdf, parse_xml
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.tree import KINDS, build_tree, with_held_joints
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.checks.engines.child_process import Job, Loaded, TriedStates
 from lwr_dyn.checks.engines.engine import FEATURES, ArmInFile, tolerance, without_meshes, xml_of
@@ -72,14 +74,18 @@ class FileReference:
 
 
 @contextmanager
-def as_urdf(path: Path, xacro_args: Mapping[str, str]) -> Iterator[Path]:
-    """The file itself, or what a `.xacro` expands to, as a file for a while; raises as `expand_xacro`."""
+def as_urdf(path: Path, loaded_with: Mapping[str, Any]) -> Iterator[Path]:
+    """The file itself, or what a `.xacro` expands to, as a file for a while; raises as `expand_xacro`.
+
+    `loaded_with` are the options of `lwr_dyn.load`, xacro's among them.
+    """
     if not ends_in(path, ".xacro"):
         yield path
         return
     with tempfile.TemporaryDirectory() as folder:
         expanded = Path(folder) / f"{path.name.partition('.')[0]}.urdf"
-        write_file(expanded, expand_xacro(path, xacro_args))
+        trust = loaded_with.get("trust_xacro", False)
+        write_file(expanded, expand_xacro(path, loaded_with.get("xacro_args", {}), trust=trust))
         yield expanded
 
 

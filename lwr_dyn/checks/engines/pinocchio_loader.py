@@ -106,7 +106,7 @@ def file_verdicts(arm: Arm) -> tuple[list[Verdict], list[str]]:
     The file is read again with the arm's tip and locks, so a payload or a mounting changes nothing here.
     """
     given = arm.loaded_with
-    with as_urdf(Path(arm.file), given.get("xacro_args", {})) as path:
+    with as_urdf(Path(arm.file), given) as path:
         reference = reference_of(path, given.get("tip"), given.get("lock", {}), STATES)
         try:
             with quiet() as printed:

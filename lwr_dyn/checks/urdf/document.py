@@ -15,6 +15,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from lwr_dyn.arms.urdf.elements import DRAWN_HERE, WRITTEN_BY
+from lwr_dyn.arms.urdf.xacro_files import UNTRUSTED
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement, joint_of, link_of
 from lwr_dyn.checks.urdf.xml_tree import Place, XmlElement, XmlFaultError, expand_with_places, read_tree
 from lwr_dyn.foundation.arrays import Array
@@ -178,7 +179,9 @@ class UrdfDocument:
         return sum(max(x.inertial.mass or 0.0, 0.0) for x in links if x is not None and x.inertial is not None)
 
 
-def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None) -> UrdfDocument:
+def read_document(
+    path: str | Path, xacro_args: Mapping[str, str] | None = None, trust_xacro: bool = False
+) -> UrdfDocument:
     """A URDF or xacro file as a document; text that is no URDF makes a document with a finding and no links.
 
     Raises `FileAccessError` for a file that cannot be read or has over 50 MB, `MissingPackageError` for a xacro file
@@ -188,10 +191,11 @@ def read_document(path: str | Path, xacro_args: Mapping[str, str] | None = None)
     if not ends_in(file, ".xacro"):
         return document_of(read_bytes(place, NEEDED, LARGEST_FILE), file)
     try:
-        return document_of(expand_with_places(place, xacro_args or {}).encode(), file, carried=True)
+        return document_of(expand_with_places(place, xacro_args or {}, trust_xacro).encode(), file, carried=True)
     except UrdfError as refused:
         what = f"xacro refuses the file: {refused.found}"
-        fault = UrdfFinding(what, "it expands to no URDF", Place(file, 1, 1), "", code="xacro-refused")
+        instead = "--trust-xacro, if the file is yours: all its code runs" if refused.allowed == UNTRUSTED else ""
+        fault = UrdfFinding(what, "it expands to no URDF", Place(file, 1, 1), "", instead, code="xacro-refused")
         return replace(document_of("<robot/>", file), root=None, faults=(fault,))
 
 

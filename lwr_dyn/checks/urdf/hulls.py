@@ -24,10 +24,10 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.parse import package_folder
+from lwr_dyn.arms.urdf.xacro_files import package_folder
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.foundation.files import cache_folder, read_bytes, write_file
+from lwr_dyn.foundation.files import cache_folder, read_bytes, write_in_place
 
 _DIRECTIONS = 574
 _CHUNK = 8192
@@ -190,7 +190,8 @@ def kept_points(key: str) -> Array | None:
     """The points kept under a key, (k, 3) array [m]; None without any, or with a damaged file."""
     try:
         path = folder() / f"{key}.points"
-        content = path.read_bytes() if path.stat().st_size <= _LARGEST_KEPT else b""
+        is_ours = not path.is_symlink() and path.stat().st_size <= _LARGEST_KEPT
+        content = path.read_bytes() if is_ours else b""
     except (OSError, FileAccessError):
         return None
     digest, data = content[len(_MARK) : len(_MARK) + 32], content[len(_MARK) + 32 :]
@@ -206,7 +207,7 @@ def keep_points(key: str, points: Array) -> None:
     try:
         cache_folder().mkdir(mode=0o700, parents=True, exist_ok=True)  # parents of a folder get the rights of the umask
         folder().mkdir(mode=0o700, exist_ok=True)
-        write_file(folder() / f"{key}.points", _MARK + _digest(key, data) + data)
+        write_in_place(folder() / f"{key}.points", _MARK + _digest(key, data) + data)
     except (OSError, FileAccessError):
         return
 

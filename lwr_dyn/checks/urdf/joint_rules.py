@@ -329,10 +329,10 @@ _WRITTEN = 1.5e-4
 
 
 def angles_of_quaternions(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (of a quarter
-    turn), 0.5 0.5 0.5, 0.3827 or 0.9239 (of 45 degrees), 1 0 0 (of half a turn). As angles in rad they would be 40.5,
-    28.6, 21.9, 52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 is a note: somebody may have typed one
-    rad. Parts of other turns are not seen.
+    """Angles in an `<origin>` that are three of the four parts of a quaternion: 0.7071 once or twice (a quarter turn),
+    0.5 0.5 0.5, 0.3827 or 0.9239 (45 degrees), 1 0 0 (half a turn). As angles in rad they would be 40.5, 28.6, 21.9,
+    52.9 and 57.3 degrees, which hardly any part is turned by. 1 0 0 alone is a note: it may be one rad. Parts of other
+    turns are not seen.
     """
     for origin, subject, judged in _origins(document):
         if origin.rpy is None or origin.element is None:

@@ -167,14 +167,19 @@ class LintReport:
 
 
 def lint_file(
-    path: str | Path, ignore: Collection[str] = (), xacro_args: Mapping[str, str] | None = None
+    path: str | Path,
+    ignore: Collection[str] = (),
+    xacro_args: Mapping[str, str] | None = None,
+    trust_xacro: bool = False,
 ) -> LintReport:
     """Judge a URDF or xacro file, whose arguments are `xacro_args`, without the codes to ignore.
+
+    None of a xacro's code runs unless `trust_xacro` says that all of it may.
 
     Raises `FileAccessError`, `MissingPackageError` and `UrdfError` as `read_document`, `UnknownNameError` for a code to
     ignore that no rule has.
     """
-    return lint_document(read_document(path, xacro_args), ignore)
+    return lint_document(read_document(path, xacro_args, trust_xacro), ignore)
 
 
 def lint_document(document: UrdfDocument, ignore: Collection[str] = ()) -> LintReport:

@@ -33,7 +33,7 @@ class Refusal(NamedTuple):
 
 def refused(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """Something that no other rule names and for which `check`, `simulate` and all other commands refuse the file:
-    another XML namespace, leftovers of xacro, a number that cannot be read in an element that nobody knows, a second
+    another XML namespace, leftovers of xacro, a number that cannot be read in an unknown element, a second
     <inertial> that is broken, elements nested over 100 deep. The reader itself is asked.
     """
     said = refusal(document)

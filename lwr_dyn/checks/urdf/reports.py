@@ -19,7 +19,7 @@ from lwr_dyn.checks.urdf.document import SEVERITIES, FindingSeverity, UrdfFindin
 from lwr_dyn.checks.urdf.lint import LintReport, about, explanation, lint_file, severity_of
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
-from lwr_dyn.foundation.tables import json_text
+from lwr_dyn.foundation.tables import json_text, log_line
 from lwr_dyn.foundation.version import VERSION
 
 FOLLOWING = {
@@ -87,7 +87,7 @@ def report_text(report: LintReport, everything: bool = False) -> str:
     """The findings of a file, grouped by cause (with `everything` all of each group), and what was not judged."""
     lines = [line for group in grouped(report.findings) for line in _group(group, everything)]
     lines += [f"{report.file}: {remark}" for remark in report.remarks]
-    return "\n".join([*lines, summary([report])])
+    return "\n".join(map(log_line, [*lines, summary([report])]))
 
 
 def _group(group: FindingGroup, everything: bool) -> Iterator[str]:
@@ -252,25 +252,28 @@ def judge_all(
     sarif: str | None,
     say: Callable[[str], None],
     xacro_args: Mapping[str, str] | None = None,
+    trust_xacro: bool = False,
     require_meshes: bool = False,
 ) -> tuple[LintReport, ...]:
     """The reports of all files; writes them as SARIF. Raises as `lint_file`, `urdf_files` and `write_file`.
 
-    With `require_meshes` a mesh that is not there, or cannot be read, is an error.
-
-    A xacro in a folder is passed over, with one line, where xacro is not installed.
+    With `require_meshes` a mesh that is not there, or cannot be read, is an error. A xacro in a folder is passed over,
+    with one line, where xacro is not installed; one that is trusted has its name typed, so a folder with `trust_xacro`
+    is an `OptionError`.
     """
+    if trust_xacro and (folder := next((name for name in names if Path(name).is_dir()), None)):
+        raise OptionError("--trust-xacro", f"given for the folder {folder}", "files by name: a folder is never trusted")
     if sarif is not None:
         check_writable(sarif)
     reports = []
     for file in dict.fromkeys(urdf_files(names)):
         try:
-            report = lint_file(file, ignore, xacro_args)
+            report = lint_file(file, ignore, xacro_args, trust_xacro)
             reports.append(with_required_meshes(report) if require_meshes else report)
         except MissingPackageError as fault:
             if file in names:
                 raise
-            say(f"{file} passed over: {fault}")
+            say(log_line(f"{file} passed over: {fault}"))
     if sarif is not None:
         write_file(sarif, json_text(sarif_record(reports)) + "\n")
     return tuple(reports)
@@ -295,4 +298,4 @@ def print_reports(reports: Sequence[LintReport], everything: bool, github: bool)
         for report in reports:
             click.echo(report_text(report, everything))
     if github or len(reports) > 1:
-        click.echo(summary(reports))
+        click.echo(log_line(summary(reports)))

@@ -17,7 +17,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.parse import expand_xacro
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.foundation.arrays import Array, number_of
 from lwr_dyn.foundation.errors import LwrDynError
 
@@ -136,9 +136,9 @@ def read_tree(content: bytes | str, file: str, carried: bool = False) -> XmlElem
     return reader.root
 
 
-def expand_with_places(path: Path, arguments: Mapping[str, str]) -> str:
+def expand_with_places(path: Path, arguments: Mapping[str, str], trust: bool = False) -> str:
     """What a xacro file expands to, its elements with an attribute "line:column:file"; raises as `expand_xacro`."""
-    return expand_xacro(path, arguments, _parse)
+    return expand_xacro(path, arguments, _parse, trust)
 
 
 def _parse(text: Any, filename: str | None = None) -> Any:

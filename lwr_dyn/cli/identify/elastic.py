@@ -6,7 +6,7 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options, readable_logs
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import show, stands_on
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.elastic_joints import TWO_ENCODERS, elastic_document, identify_elastic
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -31,7 +31,7 @@ def command(
     Beside q1.. of the links the logs have qm1.., the motors' positions seen at the joints, and tau1.., the motors'
     torques seen at the joints. The links' base parameters are fitted too.
     """
-    arm, rule = load(robot, reading), SampleRule(given["cutoff"], slowest=given["slowest"])
+    arm, rule = stands_on(load(robot, reading)), SampleRule(given["cutoff"], slowest=given["slowest"])
     with progress("reading and fitting the logs"):
         usable, faults = readable_logs(logs, declared_units(units), arm, given["columns"], True, NEEDS, ())
         found = identify_elastic(usable, arm, rule) if usable else None

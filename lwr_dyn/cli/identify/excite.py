@@ -6,7 +6,7 @@ from typing import Any
 import click
 import numpy as np
 
-from lwr_dyn.cli.options import NUMBERS, OneOf, load_robot, options_kept, robot_options, show
+from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, robot_options, show
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.excitation import design, motion_limits
@@ -40,7 +40,7 @@ from lwr_dyn.model.arm import arm_with_payload
 @click.option("--out", help="Write the motion there: .csv, .parquet, or .npz as a run.")
 @click.option("--rate", default=100.0, show_default=True, help="Rows a second of --out.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
-def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
+def command(robot: str, loading: Loading, **given: Any) -> None:
     """Design a motion of ROBOT that shows its inertial and friction parameters best, to be run and logged.
 
     A Fourier series that begins and ends at rest, inside the limits of position, speed and torque, clear of the floor,
@@ -54,7 +54,7 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         raise OptionError("--margin-deg", given["margin_deg"], "0 or more, in deg")
     if out is not None:
         design.check_target(out)
-    arm = load_robot(robot, reading, tip, locks)
+    arm = loading.arm(robot)
     if given["payload"] != 0.0:
         arm = arm_with_payload(arm, given["payload"])
     weights = design.noise_of_joints(noise[0] if len(noise) == 1 else noise, arm.n)
@@ -71,17 +71,21 @@ def command(robot: str, reading: str | None, tip: str | None, locks: tuple[str, 
         design.write_excitation(out, found, given["rate"])
     show(found.document, given["as_json"])
     if out is not None and not given["as_json"]:
-        click.echo(f"wrote {out}{_next(out, robot, reading=reading, tip=tip, lock=locks, payload=given['payload'])}")
+        click.echo(f"wrote {out}{_next(out, robot, loading, given['payload'])}")
 
 
-def _next(out: str, robot: str, **chosen: Any) -> str:
+def _next(out: str, robot: str, loading: Loading, payload: float) -> str:
     """The command that simulates a log of it, of the same arm."""
     if not out.endswith(".csv"):
         return ""
     words = ["lwr-dyn", "simulate", robot]
-    kept = {name.replace("xacro_args", "xacro-arg"): texts for name, texts in options_kept().items()}
-    for name, values in (chosen | kept).items():
+    chosen = {"reading": loading.reading, "tip": loading.tip, "lock": loading.locks, "payload": payload}
+    for name, values in [*chosen.items(), *((x, y) for x, y in loading.further.items() if x != "trust_xacro")]:
         for value in values if isinstance(values, tuple) else (values,) if values else ():
-            words += [f"--{name}", repr(value) if isinstance(value, float) else value]
+            words += [
+                f"--{name.replace('xacro_args', 'xacro-arg')}",
+                repr(value) if isinstance(value, float) else value,
+            ]
+    words += ["--trust-xacro"] if loading.further["trust_xacro"] else []
     words += ["--task", "csv", "--file", out, "--controller", "inverse-dynamics"]
     return f"; simulate a log:  {shlex.join([*words, '--out', out.removesuffix('.csv') + '_run.npz'])}"

@@ -6,7 +6,7 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify.log_options import end, log_options
-from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
+from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show, stands_on
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.friction import identify_friction
 from lwr_dyn.identification.friction.direction_fit import MODELS
@@ -39,7 +39,7 @@ def command(logs: tuple[str, ...], robot: str | None, reading: str | None, units
         check_figure(given["plot"])
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
     options = identify_friction.FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
-    arm = None if robot is None else load(robot, reading)
+    arm = None if robot is None else stands_on(load(robot, reading))
     with progress("reading and fitting the logs"):
         result = identify_friction.identify_friction_files(
             logs, declared_units(units), arm, given["subtract"], options, column_map(given["columns"])

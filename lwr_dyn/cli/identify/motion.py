@@ -7,17 +7,8 @@ import click
 
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.cli.identify.log_options import (
-    check_option,
-    chosen_motors,
-    end,
-    joint_logs,
-    log_options,
-    motor_options,
-    sample_rule,
-    warn,
-)
-from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show
+from lwr_dyn.cli.identify import log_options as of_logs
+from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show, stands_on
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
@@ -25,13 +16,9 @@ from lwr_dyn.identification.bodies.possible_bodies import body_lines
 from lwr_dyn.identification.fitted import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
+from lwr_dyn.identification.motion import motion_result
 from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_result import (
-    DEFAULT_MOTION,
-    MotionIdentification,
-    MotionRule,
-    motion_document,
-)
+from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
@@ -50,8 +37,8 @@ INSTRUMENT_RULES = tuple(
 
 
 @click.command("motion")
-@check_option
-@log_options
+@of_logs.check_option
+@of_logs.log_options
 @click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
 @click.option("--html", metavar="FILE",
               help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
@@ -74,7 +61,7 @@ INSTRUMENT_RULES = tuple(
               help="The motion that was commanded (.csv of `excite`, or a run), one for each LOG: instrumental "
               "variables on unfiltered rows, for logs that no filter suits.")  # fmt: skip
 @click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
-@motor_options
+@of_logs.motor_options
 def command(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
 ) -> None:
@@ -88,26 +75,29 @@ def command(
     slowest = usual if given["slowest"] is None else given["slowest"]
     refuse_unused(INSTRUMENT_RULES, given)
     (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
-    motors = chosen_motors(arm, given)
-    samples = sample_rule(given["cutoff"], float(slowest), motors)
-    rule = MotionRule(samples, given["friction"], given["stribeck"], given["folds"], given["deviation"], given["known"])
+    stands_on(arm)
+    motors = of_logs.chosen_motors(arm, given)
+    samples = of_logs.sample_rule(given["cutoff"], float(slowest), motors)
+    fit = (given[name] for name in ("friction", "stribeck", "folds", "deviation", "known"))
+    rule = motion_result.MotionRule(samples, *fit)
     _check_paths(given, arm, paper)
+    read = (given["columns"], given["as_logged"])
     with progress("reading and fitting the logs"):
-        usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], given["as_logged"])
-        unseen, more = joint_logs(given["validate"], declared, arm, motors, given["columns"], given["as_logged"])
+        usable, faults = of_logs.joint_logs(logs, declared, arm, motors, *read)
+        unseen, more = of_logs.joint_logs(given["validate"], declared, arm, motors, *read)
         unseen, seen = apart_from(unseen, usable, "which is fitted", "logs that the fit does not see")
         commands, unread = _commands(given["instruments"], declared, arm)
         result = identify_motion(usable, arm, rule, commands) if usable and not unread else None
-    warn(sample_notes([*usable, *unseen], samples))
+    of_logs.warn(sample_notes([*usable, *unseen], samples))
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
         files = ", ".join(log.source for log in unseen)
-        show(motion_document(result, robot=robot, unseen=checked, files=files), as_json)
+        show(motion_result.motion_document(result, robot=robot, unseen=checked, files=files), as_json)
         if as_json:
-            warn(body_lines(result.bodies))
+            of_logs.warn(body_lines(result.bodies))
         for line in _written(given, result, checked, paper):
             click.echo(line, err=as_json)
-    end([*faults, *more, *seen, *unread])
+    of_logs.end([*faults, *more, *seen, *unread])
 
 
 def _commands(paths: Sequence[str], units: Mapping[str, str], arm: Arm) -> tuple[list[JointLog], list[LwrDynError]]:

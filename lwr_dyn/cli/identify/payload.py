@@ -5,16 +5,8 @@ from typing import Any
 import click
 
 from lwr_dyn.arms.loading import load
-from lwr_dyn.cli.identify.log_options import (
-    chosen_motors,
-    end,
-    joint_logs,
-    log_options,
-    motor_options,
-    sample_rule,
-    warn,
-)
-from lwr_dyn.cli.options import OneOf, show
+from lwr_dyn.cli.identify import log_options as of_logs
+from lwr_dyn.cli.options import OneOf, show, stands_on
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -24,7 +16,7 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
 
 
 @click.command("payload")
-@log_options
+@of_logs.log_options
 @click.option("--robot", required=True, help="The arm without the load (name, .toml or .urdf).")
 @click.option("--without", multiple=True, metavar="LOG", help="A log of the same arm without the load: then the arm is "
               "fitted too, and errors of its table stay out of the load. Repeatable.")  # fmt: skip
@@ -34,7 +26,7 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
               f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
-@motor_options
+@of_logs.motor_options
 def command(
     logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
 ) -> None:
@@ -43,17 +35,17 @@ def command(
     The ten numbers are those of a body that can be: the nearest to what the torques say.
     """
     cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
-    arm, declared = load(robot, reading), declared_units(units)
-    motors = chosen_motors(arm, given)
-    rules = [sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
+    arm, declared = stands_on(load(robot, reading)), declared_units(units)
+    motors = of_logs.chosen_motors(arm, given)
+    rules = [of_logs.sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):
-        usable, faults = joint_logs(logs, declared, arm, motors, given["columns"], True)
-        empty, more = joint_logs(given["without"], declared, arm, motors, given["columns"], True)
+        usable, faults = of_logs.joint_logs(logs, declared, arm, motors, given["columns"], True)
+        empty, more = of_logs.joint_logs(given["without"], declared, arm, motors, given["columns"], True)
         empty, same = apart_from(empty, usable, "which is with the load", "logs without the load")
         usable = [] if same else usable  # one of the two is not what it is called
         found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
         show(load_document(found, robot), as_json)
         if as_json:
-            warn(load_warnings(found))
-    end([*faults, *more, *same])
+            of_logs.warn(load_warnings(found))
+    of_logs.end([*faults, *more, *same])

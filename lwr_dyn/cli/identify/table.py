@@ -4,7 +4,7 @@ import click
 
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.identify.log_options import check_option, end, log_options, readable_logs
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import show, stands_on
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
@@ -44,6 +44,7 @@ def command(
     """
     share, rule, declared = _share(deviation), SampleRule(slowest=slowest), declared_units(units)
     arm, paper = load_with_paper(robot, reading)
+    stands_on(arm)
     source = arm if paper is None else paper
     if html is not None:
         check_report_path(html)

@@ -1,21 +1,21 @@
 """`lwr-dyn krl run`: cycle time, motions, speeds and torques of a program, as text and as one JSON object."""
 
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Annotated, NotRequired, TypedDict
 
 import click
 import numpy as np
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
-from lwr_dyn.cli.options import show
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.cli.options import show, stands_on
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.krl.diagnostics import DiagnosticRecord, has_no_error
+from lwr_dyn.krl.motion.cycle_times import CycleTimes
 from lwr_dyn.krl.running.program_run import ProgramRun, run_program
 
 
@@ -34,25 +34,15 @@ class MachineDataRecord(TypedDict):
     passes: Annotated[int, "Most passes of a LOOP without a way out."]
 
 
-class CycleTimesRecord(TypedDict):
-    """`CycleTimes.to_json`."""
-
-    overlap: Annotated[float, "[s] The ramps of neighbours overlap; the motion itself is by this law."]
-    advance: Annotated[float, "[s] By $ADVANCE."]
-    known: Annotated[float, "[s] The whole path is known beforehand."]
-    chained: Annotated[int, "Motions that pass into one another without a stop."]
-    assumed: Annotated[list[str], "What the three laws are."]
-
-
 class PassesRecord(TypedDict):
-    """`LoopPasses.to_json` with the times of a pass."""
+    """`LoopPasses` with the times of a pass."""
 
     file: str
     line: Annotated[int, "In which the loop ends."]
     cycle_time: Annotated[float, "[s] Of one pass, the mean of those that are counted."]
     seconds: Annotated[list[float], "Of each pass after the first."]
     period: Annotated[int, "How many passes repeat for ever; 0 where the state did not come back."]
-    cycle_times: Annotated[CycleTimesRecord, "[s] Of one pass by three laws of look-ahead."]
+    cycle_times: Annotated[CycleTimes, "[s] Of one pass by three laws of look-ahead."]
 
 
 def run_document(run: ProgramRun) -> Document:
@@ -60,15 +50,19 @@ def run_document(run: ProgramRun) -> Document:
     times, pass_times = run.times(), run.pass_times()
     passes = None
     if run.passes is not None and pass_times is not None:
-        passes = {**run.passes.to_json(), "cycle_times": pass_times.to_json()}
+        x = run.passes
+        passes = {
+            "file": x.position.file, "line": x.position.line, "cycle_time": x.cycle_time, "seconds": list(x.seconds),
+            "period": x.period, "cycle_times": asdict(pass_times),
+        }  # fmt: skip
     parts: list[Part] = [
         Fact("program", run.program, "Its name."),
         Fact("robot", run.arm.name, "Its name."),
         Fact("duration", run.duration, "[s] Of all that was simulated."),
         Fact("cycle_time", run.cycle_time, "[s] Of a pass of the endless loop at which the run ended, else of the "
              "whole program; null where the run is cut.", kind=float),
-        Fact("cycle_times", times.to_json(), "Of the whole run, by three laws of look-ahead; `duration` is by the "
-             "first.", kind=CycleTimesRecord),
+        Fact("cycle_times", asdict(times), "Of the whole run, by three laws of look-ahead; `duration` is by the "
+             "first.", kind=CycleTimes),
         _motions(run),
         Note([] if run.passes is None else str(run.passes)),
         _axes(run),
@@ -92,8 +86,10 @@ def run_document(run: ProgramRun) -> Document:
         Fact("diagnoses", [d.to_json() for d in run.diagnostics], "Warnings and notes of the run, errors that it "
              "did not come to, axes over their speed.", kind=list[DiagnosticRecord]),
     ]  # fmt: skip
-    verdict = f"{run.program} on {run.arm.name}: {_headline(run)}"
-    return Document("", verdict, [Section("", parts)], "lwr-dyn krl run")
+    took = f"{run.duration:.3f} s" + (" simulated" if run.passes else "")
+    if run.cut is not None:
+        took = f"cut after {run.duration:.3f} s, so no cycle time; rows that end later are planned only"
+    return Document("", f"{run.program} on {run.arm.name}: {took}", [Section("", parts)], "lwr-dyn krl run")
 
 
 def _motions(run: ProgramRun) -> Table:
@@ -128,7 +124,8 @@ def _axes(run: ProgramRun) -> Table:
         replace(torque, head="static N m", key="peak_static_torque", says="[N m] The largest that holds the arm."),
         replace(torque, head="dynamic N m", key="peak_torque", says="[N m] The largest of the motion."),
     ]
-    torques = [_peaks(run, x) for x in (run.static_torque, run.torque)]
+    known = (run.static_torque, run.torque)
+    torques = [np.full(arm.n, np.nan) if x is None else np.abs(x).max(axis=0) for x in known]
     speeds = run.peak_speeds
     rows = zip(arm.joint_names, np.degrees(speeds), speeds / arm.velocity, *torques, strict=True)
     return Table("", headings, [*rows], columnwise=True)
@@ -140,17 +137,6 @@ def _assumed(run: ProgramRun) -> str:
     known = f"masses of {run.arm.name} as its data file has them"
     masses = "masses unknown, so no torques" if run.torque is None else known
     return f"{source}: {ramps} s to rated speed; {masses}"
-
-
-def _headline(run: ProgramRun) -> str:
-    if run.cut is not None:
-        return f"cut after {run.duration:.3f} s, so no cycle time; rows that end later are planned only"
-    return f"{run.duration:.3f} s" + (" simulated" if run.passes else "")
-
-
-def _peaks(run: ProgramRun, torque: Array | None) -> Array:
-    """The largest of each axis (n,) [N m]; NaN where it is unknown."""
-    return np.full(run.arm.n, np.nan) if torque is None else np.asarray(np.abs(torque).max(axis=0))
 
 
 @click.command("run")
@@ -167,7 +153,7 @@ def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_
                 raise FileAccessError(path, f"does not end in {ending}", f"a path that ends in {ending}")
             check_writable(path)
     program = shared.program(file)
-    arm = shared.arm(program)
+    arm = stands_on(shared.arm(program))
     with progress(f"running {file}"):
         result = run_program(program, arm, shared.machine(arm), shared.inputs, shared.cell)
     if out is not None:
@@ -176,7 +162,5 @@ def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_
         from lwr_dyn.krl.page import write_program_page
 
         write_program_page(html, result, program)
-    show(run_document(result), as_json)
-    for path in () if as_json else filter(None, (out, html)):
-        click.echo(f"wrote {path}")
+    show(run_document(result), as_json, filter(None, (out, html)))
     sys.exit(0 if has_no_error(result.diagnostics) else 1)

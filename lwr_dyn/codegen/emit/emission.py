@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.urdf.elements import estimates, numbers
+from lwr_dyn.arms.urdf.elements import caveat_lines, estimates, numbers
 from lwr_dyn.codegen.emit import functions as emit
 from lwr_dyn.codegen.kernels import kernel_spec as specs
 from lwr_dyn.codegen.kernels.elementary import sincos
@@ -154,7 +154,7 @@ def wrapped(text: str) -> list[str]:
     """Text as lines that may stand in a comment of C or JavaScript: ASCII, and nothing that ends the comment."""
     plain = text.replace("*/", "* /").replace("/*", "/ *").replace("??", "? ?")
     plain = plain.encode("ascii", "backslashreplace").decode().replace("\\", "/")
-    return textwrap.wrap(plain, WIDTH, subsequent_indent="  ") or [""]
+    return textwrap.wrap(plain, WIDTH, subsequent_indent="  ", break_on_hyphens=False) or [""]
 
 
 def _texts(emitted: EmittedArm) -> list[str]:
@@ -166,8 +166,9 @@ def _texts(emitted: EmittedArm) -> list[str]:
     joints = [f"q[{i}] {name} [{unit}]" for i, (name, unit) in enumerate(zip(arm.joint_names, units, strict=True))]
     return [
         f"{arm.title}; robot {arm.name}, reading {arm.reading}",
+        *caveat_lines(arm),
         f"written by lwr-dyn {VERSION} with CasADi {version('casadi')}; do not edit: write it again",
-        f"errata applied: {', '.join(arm.errata) or 'none'}",
+        f"errata applied: {arm.caveats.errata_words(arm.errata)}",
         f"source file sha256: {arm.digest or 'none'}",
         *([f"loaded with: {loaded}"] if loaded else []),
         *([] if "gravity" in spec.inputs else [f"gravity in the {first} frame [m/s^2]: {numbers(arm.chain.gravity)}"]),

@@ -2,7 +2,8 @@
 
 A kernel on disk is one file, written whole or not at all, its keyed digest checked before it is run. Machine code is
 run only from a folder and a file that belong to this user and that no other can write, and only when it was signed with
-this user's key (`key`, mode 0600, in the user's own cache folder): what came from elsewhere is built again. Two
+this user's key (`key`, mode 0600, in the user's own cache folder), together with its name: what came from elsewhere,
+another kernel under this name, and a link are built again. Two
 processes that compile the same kernel write the same file, each under a temporary name and then renamed; a killed
 process leaves at most a temporary file, which is deleted later. A damaged file is built again.
 """
@@ -35,11 +36,11 @@ from numpy.typing import NDArray
 
 from lwr_dyn.codegen.kernels.kernel_spec import KernelInterface, KernelSpec, function_shape
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
-from lwr_dyn.foundation.files import LEFT_OVER, cache_folder, user_folder, write_file
+from lwr_dyn.foundation.files import LEFT_OVER, cache_folder, user_folder, write_in_place
 
 T = TypeVar("T")
 
-_MARK = b"lwr_dyn kernel 2\n"
+_MARK = b"lwr_dyn kernel 3\n"
 
 _warned: set[str] = set()
 
@@ -61,7 +62,7 @@ def read_cache(key: str) -> tuple[dict[str, Any], bytes] | None:
         _refuse_foreign(cache_folder())
         content = _own_bytes(cache_folder() / f"{key}.kernel")
         digest, rest = content[len(_MARK) : len(_MARK) + 65], content[len(_MARK) + 65 :]
-        if not content.startswith(_MARK) or not hmac.compare_digest(digest, _digest(rest)):
+        if not content.startswith(_MARK) or not hmac.compare_digest(digest, _digest(key, rest)):
             return None
         text, _, code = rest.partition(b"\n")
         record = json.loads(text)
@@ -78,7 +79,7 @@ def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
         folder = cache_folder()
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         _refuse_foreign(folder)
-        write_file(folder / f"{key}.kernel", _MARK + _digest(rest) + rest)
+        write_in_place(folder / f"{key}.kernel", _MARK + _digest(key, rest) + rest)
         _sweep(folder)
     except (OSError, FileAccessError) as fault:
         if str(folder) not in _warned:
@@ -87,8 +88,9 @@ def write_cache(key: str, record: dict[str, Any], code: bytes) -> None:
             warnings.warn(CacheWarning(str(folder), str(reason).lower()), stacklevel=2)
 
 
-def _digest(content: bytes) -> bytes:
-    return hmac.digest(_user_key(), content, "sha256").hex().encode() + b"\n"
+def _digest(key: str, content: bytes) -> bytes:
+    """Ties the code to this user and to the name of the kernel, in which all that it depends on is digested."""
+    return hmac.digest(_user_key(), key.encode() + b"\n" + content, "sha256").hex().encode() + b"\n"
 
 
 def _user_key() -> bytes:
@@ -112,8 +114,8 @@ def _user_key() -> bytes:
 
 
 def _own_bytes(path: Path, refused: int = 0o022) -> bytes:
-    """The content of a regular file of this user without those rights of others; raises `OSError` otherwise."""
-    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb") as stream:
+    """The content of a regular file, no link, of this user, without those rights of others; or raises `OSError`."""
+    with open(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOFOLLOW", 0)), "rb") as stream:
         found = os.fstat(stream.fileno())
         if not stat.S_ISREG(found.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", str(path))

@@ -150,7 +150,7 @@ MAXIMISERS_SHOWN = 8
 KEPT = 32
 """Arms whose maxima are kept."""
 
-_found: dict[str, tuple["InertiaMaximum", ...]] = {}
+_found: dict[str, dict[int, "InertiaMaximum"]] = {}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -194,17 +194,27 @@ def worst_case_inertia(
     With `starts` (k, n) given, the search climbs from there alone: for an arm that is little changed. Raises
     `MissingDataError`: no inertias, or a sliding joint without limits.
     """
-    return _maximum(replace(first_joint(arm, fixed or {}), joint=joint, sign=-1.0 if smallest else 1.0), starts)
+    first = first_joint(arm, fixed or {})
+    if starts is None and not smallest:
+        return _kept(first, joint)
+    return _maximum(replace(first, joint=joint, sign=-1.0 if smallest else 1.0), starts)
 
 
 def worst_case_inertias(arm: Arm) -> tuple[InertiaMaximum, ...]:
     """Every joint's largest inertia; raises as `worst_case_inertia`. Those of the last arms are kept in memory."""
     first = first_joint(arm, {})
-    if first.content not in _found:
-        if len(_found) >= KEPT:
-            del _found[next(iter(_found))]
-        _found[first.content] = tuple(_maximum(replace(first, joint=i)) for i in range(arm.n))
-    return _found[first.content]
+    return tuple(_kept(first, i) for i in range(arm.n))
+
+
+def _kept(first: JointInertia, joint: int) -> InertiaMaximum:
+    """The maximum of a joint, searched once as long as the arm is among the last ones."""
+    content = first.content
+    if content not in _found and len(_found) >= KEPT:
+        del _found[next(iter(_found))]
+    of_arm = _found.setdefault(content, {})
+    if joint not in of_arm:
+        of_arm[joint] = _maximum(replace(first, joint=joint))
+    return of_arm[joint]
 
 
 def first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:

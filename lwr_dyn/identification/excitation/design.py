@@ -20,7 +20,7 @@ from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.excitation import motion_design, objectives
 from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, clearance_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, caveats_of
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.run import Motion, Run, repr_html, short_repr
@@ -253,7 +253,7 @@ def _document(found: Excitation) -> Document:
     ), [*rows], key="parameters", says="The base parameters.")  # fmt: skip
     parts = [[use_table(found)], [sigma_table(found), parameters], [searched]]
     sections = [whole, series, *(Section("", part) for part in parts)]
-    return Document(title, "", sections, "lwr-dyn excite", "excitation", facts)
+    return Document(title, "", sections, "lwr-dyn excite", "excitation", facts, caveats_of([arm]))
 
 
 def use_table(found: Excitation) -> Table:

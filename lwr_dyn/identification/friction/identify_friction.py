@@ -224,7 +224,7 @@ def friction_document(result: FrictionIdentification, robot: str | None = None) 
         Note([str(fault) for fault in result.faults], key="faults", says="What could not be read or fitted, and why.",
              page=True),
     ], brief=True)  # fmt: skip
-    return Document("Friction from cruises", verdict, [fits], "lwr-dyn identify friction", facts=facts)
+    return Document("Friction from cruises", verdict, [fits], "lwr-dyn identify friction", facts=facts, caveats=())
 
 
 def _table(result: FrictionIdentification) -> Table:

@@ -239,6 +239,8 @@ def read_log(
 
 def _of_run_file(path: Path, arm: Arm | None, needs: Sequence[str]) -> JointLog:
     run = Run.load(path)
+    if run.t.size < 2:
+        raise LogError(str(path), "rows", f"{run.t.size}", "a recording of at least a second")
     log = log_of_run(run, 1.0 / float(run.t[1] - run.t[0]), str(path))
     for quantity in (x for x in needs if x not in ("q", "tau")):
         raise LogError(str(path), "columns", f"no {quantity}1.. in a run", "a log that has them")

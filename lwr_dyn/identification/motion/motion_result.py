@@ -24,7 +24,7 @@ from lwr_dyn.identification.regression.least_squares import IDENTIFIED, BasePara
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch
 from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, caveats_of
 from lwr_dyn.model.run import repr_html, short_repr
 
 Numbers = list[float]
@@ -235,7 +235,7 @@ def motion_document(
         ]),
     ]  # fmt: skip
     return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
-                    "lwr-dyn identify motion", "identification", facts)  # fmt: skip
+                    "lwr-dyn identify motion", "identification", facts, caveats_of([arm]))  # fmt: skip
 
 
 def parameters(result: MotionIdentification) -> Table:

@@ -175,7 +175,7 @@ def load_document(found: LoadIdentification, robot: str = "") -> Document:
     kilograms = f"{with_error(float(mass[0]), float(sigma[0]))} kg{doubt}"
     verdict = f"load of {kilograms}" if load else f"no load found: torques give {kilograms}"
     return Document("Load in the hand", verdict, [body, Section("Torques", [joints, least_squares])],
-                    "lwr-dyn identify payload", facts=facts)  # fmt: skip
+                    "lwr-dyn identify payload", facts=facts, caveats=())  # fmt: skip
 
 
 def _body(found: LoadIdentification, load: PossibleLoad | None) -> Table:

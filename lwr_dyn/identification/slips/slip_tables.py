@@ -172,7 +172,9 @@ def slip_document(
         Note(f"no motion shows: {_names(hidden)}", bool(hidden)),
     ])  # fmt: skip
     sections = [Section("", [Note(_repairs(report, paper)), said]), every]
-    return Document("A table against logs", _verdict(report), sections, "lwr-dyn identify table", facts=facts)
+    return Document(
+        "A table against logs", _verdict(report), sections, "lwr-dyn identify table", facts=facts, caveats=()
+    )
 
 
 def best_table(report: SlipReport) -> Hypothesis:

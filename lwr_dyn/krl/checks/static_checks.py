@@ -6,16 +6,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lwr_dyn.krl.checks.constants import check_compared, check_setting
-from lwr_dyn.krl.checks.type_check import check_assignable, shape_of, type_in
+from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, check_value, place_of, shape_of, type_in
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.declarations import Declaration, Signal, StructType
 from lwr_dyn.krl.names.known_names import AXES, BOOL, CARTESIAN, INT, REAL, UNKNOWN
-from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.program import Program, Scope, UnknownNames, program_in, scope_of, signature, slip_of
 from lwr_dyn.krl.project.project import Project, SymbolTable, type_of
-from lwr_dyn.krl.project.scope import Scope, UnknownNames, scope_of, signature, slip_of
 
 BEFORE_BRACKETS = ("RETURN", "WHILE", "UNTIL", "SWITCH")
 """Keywords before an expression: one that is misspelt before a bracket reads as a call."""
@@ -99,7 +97,7 @@ def _assign(scope: Scope, x: s.Assign) -> None:
         target = target.of
     kind = type_in(scope, x.target)
     check_assignable(scope, kind, x.value, target.name)
-    check_setting(scope, x.target, kind, x.value)
+    check_value(scope, place_of(scope, x.target), x.value)
 
 
 def _invoke(scope: Scope, x: s.Invoke) -> None:

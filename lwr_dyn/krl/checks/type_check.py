@@ -1,23 +1,33 @@
-"""The type of an expression in a scope, and of each argument of a call, with a diagnostic where types do not fit.
+"""An expression where it stands: its type, those of a call's arguments, and constants that cannot be meant.
 
-An unknown type fits every type.
+An unknown type fits every type. Of constants: an index outside of its array, a speed in mm/s, over 100 %, a `#NAME` of
+no ENUM.
 """
+
+from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
 from typing import Any
 
-from lwr_dyn.krl.checks import constants
 from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
 from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.names import known_names as k
 from lwr_dyn.krl.names.known_names import BOOL, INT, REAL, UNKNOWN, FunctionParameter, Type
+from lwr_dyn.krl.project.program import Scope, near_name, signature, slip_of
 from lwr_dyn.krl.project.project import type_of
-from lwr_dyn.krl.project.scope import Scope, signature, slip_of
 
 KERNEL = "KSS"
 """The package of the controller's own functions."""
+FASTEST = 3.0
+"""[m/s] $VEL_MA.CP, the largest path speed, as the robots are delivered."""
+_SPEEDS = frozenset({"$VEL.CP", "LDAT.VEL", "BAS.VEL_CP", "BAS.CP_PARAMS", "SVEL_CP.1"})
+
+_PERCENTS = frozenset({
+    "$VEL_AXIS", "$ACC_AXIS", "$OV_PRO", "$OV_ROB", "$APO.CPTP", "$APO.CVEL", "PDAT.VEL", "PDAT.ACC", "LDAT.ACC",
+    "BAS.VEL_PTP", "BAS.ACC_PTP", "BAS.PTP_PARAMS", "SVEL_JOINT.1",
+})  # fmt: skip
 
 
 def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
@@ -49,7 +59,7 @@ def _check(
 ) -> None:
     taken = scope.type_seen(parameter.type)
     if isinstance(argument, e.EnumLiteral):
-        constants.check_constant(scope, argument, taken)
+        _check_constant(scope, argument, taken)
     elif parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
         message = f"{parameter.name} of {name} is OUT, the argument is no variable"
         scope.report(argument.column, "arguments", message, f"a variable of type {taken}", severity)
@@ -101,7 +111,7 @@ def check_assignable(scope: Scope, target: Type, x: e.Expression, what: str) -> 
         _check_components(scope, x, target)
         return
     if isinstance(x, e.EnumLiteral):
-        constants.check_constant(scope, x, target)
+        _check_constant(scope, x, target)
         return
     value = type_in(scope, x)
     if target.name == "CHAR" and value.name == "CHAR":
@@ -147,7 +157,7 @@ def _index(scope: Scope, x: e.Index) -> Type:
     for i in x.indices:
         if not INT.accepts(type_in(scope, i)):
             scope.report(i.column, "type", "an index must be INT", "a whole number from 1")
-    constants.check_indices(scope, of, x)
+    _check_indices(scope, of, x)
     if of.name == "?" or not x.indices:
         return of
     if of.dimensions == 0:
@@ -192,7 +202,10 @@ def _call(scope: Scope, x: e.FunctionCall) -> Type:
     count = len(x.arguments)
     given = [UNKNOWN if argument is None else type_in(scope, argument) for argument in x.arguments]
     check_types(scope, x, given)
-    constants.check_arguments(scope, x)
+    if x.name.upper() == "BAS" and count == 2 and isinstance(x.arguments[0], e.EnumLiteral):
+        check_value(scope, f"BAS.{x.arguments[0].name.upper()}", x.arguments[1])
+    elif x.arguments:
+        check_value(scope, f"{x.name.upper()}.1", x.arguments[0])
     if not least <= count <= most:
         allowed = str(least) if least == most else f"{least} to {most}"
         scope.report(x.column, "arguments", f"{x.name} is given {count} arguments", f"it takes {allowed}")
@@ -218,7 +231,7 @@ def _check_components(scope: Scope, x: e.Aggregate, target: Type) -> None:
         if target.name != "?" and scope.is_type(target.name):
             scope.report(x.column, "type", f"a structure where {target} is expected", f"a value of type {target}")
         return
-    constants.check_value(scope, target.name, x)
+    check_value(scope, target.name, x)
     seen: set[str] = set()
     for item in x.items:
         name = item.name.upper()
@@ -256,7 +269,7 @@ def _binary(scope: Scope, x: e.Binary) -> Type:
 
 def _comparison(scope: Scope, x: e.Binary, left: Type, right: Type) -> Type:
     ordered = x.operator not in ("==", "<>")
-    constants.check_compared(scope, x.left, left, x.right, right)
+    check_compared(scope, x.left, left, x.right, right)
     if not left.accepts(right) or (ordered and left.name not in (k.NUMBERS | {"?"})):
         hint = "numbers" if ordered else "two values of one type"
         if "BOOL" in (left.name, right.name):
@@ -294,3 +307,88 @@ _TYPES: dict[type, Callable[[Scope, Any], Type]] = {
     e.Unary: _unary,
     e.Binary: _binary,
 }
+
+
+def _check_indices(scope: Scope, of: Type, x: e.Index) -> None:
+    """Report constant indices before the first or after the last element."""
+    for i, index in enumerate(x.indices):
+        value = e.number_of(index)
+        last = of.sizes[i] if i < len(of.sizes) else 0
+        if value is not None and (value < 1 or (last and value > last)):
+            name = place_of(scope, x.of)
+            message = f"index {value:g} of {name}"
+            scope.report(index.column or x.column, "index-range", message, f"1 to {last}" if last else "from 1")
+
+
+def place_of(scope: Scope, x: e.Reference) -> str:
+    """`$VEL.CP` for a component of a system variable, `LDAT.VEL` for one of another structure, else the name."""
+    if isinstance(x, e.Index):
+        return place_of(scope, x.of)
+    if isinstance(x, e.Name):
+        return x.name.upper()
+    if isinstance(x.of, e.Name) and x.of.name.startswith("$"):
+        return f"{x.of.name}.{x.name}".upper()
+    whole = scope.variable(x.of.name) if isinstance(x.of, e.Name) else None
+    return f"{'?' if whole is None else whole.name}.{x.name}".upper()
+
+
+def check_value(scope: Scope, place: str, x: e.Expression | None) -> None:
+    """Report a constant that is too large for a place such as `$VEL.CP`; of a structure, each component."""
+    if isinstance(x, e.Aggregate):
+        for item in x.items:
+            check_value(scope, f"{place}.{item.name.upper()}", item.value)
+        return
+    value = e.number_of(x)
+    if value is None or x is None:
+        return
+    name = place.removesuffix(".1")
+    if place in _PERCENTS and value > 100.0:
+        # bas.src multiplies what stands in PDAT and LDAT: more than 100 may work
+        severity: Severity = "warning" if "DAT." in place else "error"
+        scope.report(x.column, "percent-range", f"{name} = {value:g} %", "at most 100", severity)
+    elif place in _SPEEDS and value > FASTEST:
+        hint = f"in m/s, at most {FASTEST:g} as delivered"
+        if value >= 10.0:
+            hint += f"; {value:g} mm/s is {value / 1e3:g}"
+        scope.report(x.column, "speed-unit", f"{name} = {value:g} m/s", hint, "warning")
+
+
+def _check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:
+    """Report a constant where none is expected, or one that its enumeration does not have.
+
+    A warning for KUKA's own enumerations: their constants differ between versions of KSS.
+    """
+    if target.name == "?":
+        _check_anywhere(scope, x)
+        return
+    members = scope.enum(target.name)
+    if members is None:
+        if target.name in k.SIMPLE or scope.structure(target.name) is not None:
+            scope.report(x.column, "type", f"#{x.name} where {target} is expected", f"a value of type {target}")
+    elif x.name.upper() not in members:
+        is_open = scope.is_open(target.name)
+        near = slip_of(x.name, sorted(members)) if is_open else near_name(x.name, members)
+        if near is None and is_open:
+            return
+        hint = ", ".join(sorted(members)) if near is None else f"did you mean #{near}?"
+        message = f"{target} has no constant #{x.name}"
+        scope.report(x.column, "no-constant", message, hint, "warning" if scope.is_foreign(target.name) else "error")
+
+
+def _check_anywhere(scope: Scope, x: e.EnumLiteral) -> None:
+    """Where no enumeration is expected: a constant that none has, one slip away from one of a known enumeration."""
+    tables = (*(names.enums for names in scope.tables), scope.known.enums)
+    enums = [members for table in tables for members in table.values()]
+    if any(x.name.upper() in members for members in enums):
+        return
+    near = slip_of(x.name, (member for members in enums for member in sorted(members)))
+    if near is not None:
+        message, hint = f"no enumeration that is known has the constant #{x.name}", f"did you mean #{near}?"
+        scope.report(x.column, "no-constant", message, hint, "warning")
+
+
+def check_compared(scope: Scope, left: e.Expression, left_type: Type, right: e.Expression, right_type: Type) -> None:
+    """Report a constant that is compared with a number, or with a value of an enumeration that does not have it."""
+    for x, other in ((left, right_type), (right, left_type)):
+        if isinstance(x, e.EnumLiteral):
+            _check_constant(scope, x, other)

@@ -23,9 +23,8 @@ from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile, is_krl_file, krl_files, parse_text
 from lwr_dyn.krl.language.unparse import statement_text
 from lwr_dyn.krl.names.known_names import KnownNames, known_names
-from lwr_dyn.krl.project.program import Program, program_in, read_file
+from lwr_dyn.krl.project.program import Program, Scope, program_in, read_file
 from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, project_of
-from lwr_dyn.krl.project.scope import Scope
 
 Kind = Literal["routine", "block", "fold", "variable", "type"]
 LONGEST = 80
@@ -133,7 +132,11 @@ class EditedProject:
     def project(self) -> Project:
         """All files as they are now."""
         if self._project is None:
-            files = {x.file.name: x for x in self._on_disk()}
+            try:
+                paths = krl_files(self.folder) if self.whole else sorted(filter(is_krl_file, self.folder.iterdir()))
+            except OSError:  # no KRL file yet, or no folder
+                paths = []
+            files = {x.file.name: x for x in _read(paths, self.folder)}
             files.update((name, _parsed(name, text)) for name, text in self.texts.items())
             self._keep(project_of(files.values(), self.folder))
         assert self._project is not None
@@ -206,13 +209,6 @@ class EditedProject:
 
     def _others(self, name: str) -> Iterable[ModuleFile]:
         return (x for x in self.project.files if x.file.name != name)
-
-    def _on_disk(self) -> list[ModuleFile]:
-        try:
-            paths = krl_files(self.folder) if self.whole else sorted(filter(is_krl_file, self.folder.iterdir()))
-        except OSError:  # no KRL file yet, or no folder
-            return []
-        return _read(paths, self.folder)
 
 
 @dataclass(slots=True, eq=False)

@@ -14,9 +14,8 @@ from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
 from lwr_dyn.krl.names.known_names import Type
-from lwr_dyn.krl.project.program import Program
+from lwr_dyn.krl.project.program import Program, Scope, scope_of
 from lwr_dyn.krl.project.project import DeclaredName, ModuleFile, SymbolTable
-from lwr_dyn.krl.project.scope import Scope, scope_of
 
 Meaning = Literal["variable", "routine", "type", "component", "constant", "label"]
 
@@ -109,7 +108,8 @@ def _referent(context: LineContext, tokens: list[Token], i: int) -> Referent | N
     token, statement = tokens[i], context.statement
     if token.kind == "ENUMERATION":
         return _constant(context, token)
-    node = next((x for x in _nodes(statement) if getattr(x, "column", 0) == token.column and _is_named(x, token)), None)
+    here = (x for x in _nodes(statement) if getattr(x, "column", 0) == token.column)
+    node = next((x for x in here if str(getattr(x, "name", "")).upper() == token.text.upper()), None)
     if isinstance(node, e.Component):
         return _component(context.scope, type_in(context.scope.silent(), node.of), node.name, node)
     if isinstance(node, e.Item):
@@ -119,12 +119,9 @@ def _referent(context: LineContext, tokens: list[Token], i: int) -> Referent | N
         return _label(context, token)
     called = isinstance(node, e.FunctionCall) or (i + 1 < len(tokens) and tokens[i + 1].kind == "_LPAR")
     order = (_routine, _variable, _type) if called else (_variable, _routine, _type)
-    within = _with_index(statement, node)
+    # `T[3]` where the name is the T in it
+    within = next((x for x in _nodes(statement) if isinstance(x, e.Index) and x.of is node), node)
     return next((x for x in (find(context.scope, token, within) for find in order) if x is not None), None)
-
-
-def _is_named(node: Any, token: Token) -> bool:
-    return str(getattr(node, "name", "")).upper() == token.text.upper()
 
 
 def _nodes(x: Any) -> list[Any]:
@@ -139,11 +136,6 @@ def _nodes(x: Any) -> list[Any]:
 @cache
 def _field_names(kind: type) -> tuple[str, ...]:
     return tuple(one.name for one in fields(kind)) if is_dataclass(kind) else ()
-
-
-def _with_index(statement: s.Statement | None, node: Any) -> Any:
-    """`T[3]` where the name T in it is the node."""
-    return next((x for x in _nodes(statement) if isinstance(x, e.Index) and x.of is node), node)
 
 
 def _variable(scope: Scope, token: Token, node: Any) -> Referent | None:
@@ -262,9 +254,8 @@ def _variable_line(context: LineContext, found: Referent) -> str:
         return _known(context, found.name)
     kind = context.scope.variable(found.name)
     text = "" if kind is None or kind.name == "?" else f"{kind} "
-    mark = "CONST " if isinstance(declared, DeclaredName) and declared.const else ""
-    shared = "GLOBAL " if isinstance(declared, DeclaredName) and declared.is_global else ""
-    return f"{shared}DECL {mark}{text}{found.name}"
+    is_global, const = (declared.is_global, declared.const) if isinstance(declared, DeclaredName) else (False, False)
+    return f"{'GLOBAL ' * is_global}DECL {'CONST ' * const}{text}{found.name}"
 
 
 def _constant_lines(context: LineContext, found: Referent) -> list[str]:

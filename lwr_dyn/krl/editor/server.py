@@ -47,12 +47,6 @@ def column_at(text: str, units: int, encoding: str) -> int:
     return next((at for at, size in enumerate(sizes) if size >= units), len(text))
 
 
-def word_length(text: str, at: int) -> int:
-    """Characters of the word that begins at a character (from 0) of a line; at least one."""
-    word = _WORD.match(text, min(at, len(text)))
-    return max(1, 0 if word is None else len(word[0]))
-
-
 DEBOUNCE = 0.1
 """[s] After the last change, until the file is checked again."""
 
@@ -252,7 +246,8 @@ class _Editor:
         line, first = position.line - 1, position.column - 1
         text = (file.lines[line].layout or "") if line < len(file.lines) else ""
         if length is None:
-            length = word_length(text, first)
+            word = _WORD.match(text, min(first, len(text)))
+            length = max(1, 0 if word is None else len(word[0]))
         ends = (characters(text, at, self._encoding) for at in (first, first + length))
         return lsp.Range(*(lsp.Position(line, at) for at in ends))
 

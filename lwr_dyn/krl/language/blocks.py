@@ -70,8 +70,7 @@ class BlockPairing:
         self._close_inner(0, last)
 
     def _report(self, i: int, code: str, message: str, hint: str) -> None:
-        column = getattr(self.file.lines[i].statement, "column", 1)
-        self.diagnostics.append(Diagnostic(self.file.position(i, column), "error", code, message, hint))
+        self.diagnostics.append(Diagnostic(self.file.place(i), "error", code, message, hint))
 
     def _indentation(self, i: int) -> int:
         if i not in self.indentations:
@@ -229,9 +228,7 @@ class _OutlineReader:
         self.outside = False
 
     def report(self, i: int, code: str, message: str, hint: str = "", severity: Severity = "error") -> None:
-        statement = self.file.lines[i].statement if i < len(self.file.lines) else None
-        column = getattr(statement, "column", 1)
-        self.out.diagnostics.append(Diagnostic(self.file.position(i, column), severity, code, message, hint))
+        self.out.diagnostics.append(Diagnostic(self.file.place(i), severity, code, message, hint))
 
     def data(self) -> FileOutline:
         statements = [line.statement for line in self.file.lines]

@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from lwr_dyn.krl.language.expressions import Bool, Expression, Nodes, Reference, Rules
+from lwr_dyn.krl.language.expressions import Bool, Expression, Nodes, Placed, Reference, Rules
+
+
+@dataclass(frozen=True, slots=True)
+class PlacedLine(Placed):
+    """A line, by the column of its first word that matters."""
+
+    column: int = field(default=1, compare=False, repr=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,18 +23,17 @@ class Header:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class Parameter(Placed):
     """`name[]:IN`; `dimensions` is the number of indices between the brackets, 0 without brackets."""
 
     name: str
     mode: str | None = None
     dimensions: int = 0
     sizes: tuple[Expression, ...] = ()
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Def:
+class Def(PlacedLine):
     """`DEF name(...)`, or `DEFFCT returns[sizes] name(...)`."""
 
     name: str
@@ -36,25 +42,18 @@ class Def:
     returns_sizes: tuple[Expression, ...] | None = None
     """() for `CHAR[]`, None without brackets."""
     is_global: bool = False
-    column: int = field(default=1, compare=False)
-
-    @property
-    def returns_array(self) -> bool:
-        """Whether it returns an array."""
-        return self.returns_sizes is not None
 
 
 @dataclass(frozen=True, slots=True)
-class DefDat:
+class DefDat(PlacedLine):
     """`DEFDAT name PUBLIC`."""
 
     name: str
     public: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Declarator:
+class Declarator(Placed):
     """One declared name: `name[3, 4] = value`; `sizes` is None without brackets, () for `[]` and `[,]`."""
 
     name: str
@@ -62,11 +61,10 @@ class Declarator:
     value: Expression | None = None
     commas: int = 0
     """Those of brackets without sizes: 1 for `[,]`."""
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Declaration:
+class Declaration(PlacedLine):
     """`DECL E6POS P1, P2`; `type` is None where it is missing, `decl` is False without the word DECL."""
 
     type: str | None
@@ -74,53 +72,48 @@ class Declaration:
     decl: bool = True
     is_global: bool = False
     const: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class EnumType:
+class EnumType(PlacedLine):
     """`ENUM name A, B, C`."""
 
     name: str
     members: tuple[str, ...]
     is_global: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class StructType:
+class StructType(PlacedLine):
     """`STRUC name INT A, B, REAL C`: one declaration for each type."""
 
     name: str
     members: tuple[tuple[str, tuple[Declarator, ...]], ...]
     is_global: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Signal:
+class Signal(PlacedLine):
     """`SIGNAL name $IN[1] TO $IN[4]`; `SIGNAL name FALSE` switches one off."""
 
     name: str
     first: Reference | Bool
     last: Reference | None = None
     is_global: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Channel:
+class Channel(PlacedLine):
     """`CHANNEL :name :channel $structure`: a serial line of the controller."""
 
     name: str
     channel: str
     structure: Reference
     is_global: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class External:
+class External(PlacedLine):
     """`EXT name(INT:IN)`, `EXTFCT REAL name(...)`: a subprogram of another file; EXTP, EXTFCTP: of the controller."""
 
     name: str
@@ -128,26 +121,25 @@ class External:
     parameters: tuple[str, ...] = ()
     returns_sizes: tuple[Expression, ...] | None = None
     of_controller: bool = False
-    column: int = field(default=1, compare=False)
 
 
 Declared: TypeAlias = Header | Def | DefDat | Declaration | EnumType | StructType | Signal | Channel | External
 
 
-def _declaration(c: Nodes, type_at: int | None, names_at: int) -> Declaration:
+def _declaration(c: Nodes, kind: str | None, names_at: int) -> Declaration:
     # parts: [GLOBAL] DECL [GLOBAL] [CONST] type names...
-    kind = None if type_at is None else c[type_at]
-    return Declaration(kind, tuple(c[names_at:]), True, (c[0] or c[2]) is not None, c[3] is not None, c[1].column)
+    names, is_global = tuple(c[names_at:]), (c[0] or c[2]) is not None
+    return Declaration(kind, names, True, is_global, c[3] is not None, column=c[1].column)
 
 
 def _without_decl(c: Nodes, kind: str) -> Declaration:
     # parts: [GLOBAL] [CONST] type names...
-    return Declaration(kind, tuple(c[3:]), False, c[0] is not None, c[1] is not None, c[2].column)
+    return Declaration(kind, tuple(c[3:]), False, c[0] is not None, c[1] is not None, column=c[2].column)
 
 
 def _declarator(c: Nodes) -> Declarator:
     if isinstance(c[1], int):
-        return Declarator(c[0].text, (), c[2], c[1], c[0].column)
+        return Declarator(c[0].text, (), c[2], c[1], column=c[0].column)
     return Declarator(c[0].text, c[1], c[2], column=c[0].column)
 
 
@@ -158,7 +150,7 @@ def _structure(c: Nodes) -> StructType:
             members[-1] = (members[-1][0], (*members[-1][1], declarator))
         else:
             members.append((kind, (declarator,)))
-    return StructType(c[2].text, tuple(members), c[0] is not None, c[2].column)
+    return StructType(c[2].text, tuple(members), c[0] is not None, column=c[2].column)
 
 
 def _external_type(c: Nodes) -> str:
@@ -171,38 +163,40 @@ def _parameter(c: Nodes) -> Parameter:
     if isinstance(c[1], int):
         return Parameter(c[0].text, c[2], c[1] + 1, column=c[0].column)
     dimensions = 0 if c[1] is None else max(len(c[1]), 1)
-    return Parameter(c[0].text, c[2], dimensions, c[1] or (), c[0].column)
+    return Parameter(c[0].text, c[2], dimensions, c[1] or (), column=c[0].column)
 
 
 def _external(c: Nodes) -> External:
     # EXT name [types], or EXTFCT type [sizes] name [types]
     returns, sizes, name, types = (None, None, *c[1:]) if len(c) == 3 else c[1:]
     own = c[0].kind.endswith("P")
-    return External(name.text, returns, types or (), sizes, own, name.column)
+    return External(name.text, returns, types or (), sizes, own, column=name.column)
 
 
 RULES: Rules = {
     "def_": lambda c: Def(c[2].text, c[3] or (), is_global=c[0] is not None, column=c[2].column),
-    "deffct": lambda c: Def(c[4].text, c[5] or (), c[2], c[3], c[0] is not None, c[4].column),
-    "defdat": lambda c: DefDat(c[1].text, c[2] is not None, c[1].column),
+    "deffct": lambda c: Def(c[4].text, c[5] or (), c[2], c[3], c[0] is not None, column=c[4].column),
+    "defdat": lambda c: DefDat(c[1].text, c[2] is not None, column=c[1].column),
     "parameters": tuple,
     "parameter": _parameter,
     "brackets": lambda c: "".join(x.text for x in c),
     "mode": lambda c: c[0].text.upper(),
-    "typed": lambda c: _declaration(c, 4, 5),
+    "typed": lambda c: _declaration(c, c[4], 5),
     "untyped": lambda c: _declaration(c, None, 4),
     "bare": lambda c: _without_decl(c, c[2].text.upper()),
     "bare_named": lambda c: _without_decl(c, c[2].text),
     "type": lambda c: c[0].text.upper() if c[0].kind == "SIMPLE" else c[0].text,
     "declarator": _declarator,
     "commas": len,
-    "enum_": lambda c: EnumType(c[2].text, tuple(x.text for x in c[3:]), c[0] is not None, c[2].column),
+    "enum_": lambda c: EnumType(c[2].text, tuple(x.text for x in c[3:]), c[0] is not None, column=c[2].column),
     "struc": _structure,
     "member": lambda c: (c[0], Declarator(c[1].text, c[2], column=c[1].column)),
     "also": lambda c: (None, Declarator(c[0].text, c[1], column=c[0].column)),
-    "signal": lambda c: Signal(c[2].text, c[3], c[5], c[0] is not None, c[2].column),
-    "no_signal": lambda c: Signal(c[2].text, Bool(False, c[3].column), None, c[0] is not None, c[2].column),
-    "channel": lambda c: Channel(c[2].text, c[3].text, c[4], c[0] is not None, c[2].column),
+    "signal": lambda c: Signal(c[2].text, c[3], c[5], c[0] is not None, column=c[2].column),
+    "no_signal": lambda c: Signal(
+        c[2].text, Bool(False, column=c[3].column), None, c[0] is not None, column=c[2].column
+    ),
+    "channel": lambda c: Channel(c[2].text, c[3].text, c[4], c[0] is not None, column=c[2].column),
     "ext": _external,
     "extfct": _external,
     "ext_types": tuple,

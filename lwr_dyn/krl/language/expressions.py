@@ -1,4 +1,4 @@
-"""Expressions of KRL as records; the parser builds them with `RULES`. `column` (from 1) is left out of equality."""
+"""Expressions of KRL as records; the parser builds them with `RULES`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from lwr_dyn.krl.language.lexer import Token
+from lwr_dyn.krl.language.lexer import LineError, Token
 
 Nodes = list[Any]
 """The parts of a rule of `grammar.lark` in order: tokens and records; None for an optional part that is left out."""
@@ -15,127 +15,120 @@ Rules: TypeAlias = dict[str, Callable[[Nodes], Any]]
 
 
 @dataclass(frozen=True, slots=True)
-class Integer:
+class Placed:
+    """What stands at a column (from 1); 0 where it was not read. It is left out of equality."""
+
+    column: int = field(default=0, compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Integer(Placed):
     """A whole number; `base` is 10, 2 (`'B010'`) or 16 (`'H1F'`), `digits` the number of digits written."""
 
     value: int
     base: int = 10
     digits: int = 0
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Real:
+class Real(Placed):
     """A number with a decimal point or an exponent."""
 
     value: float
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Bool:
+class Bool(Placed):
     """TRUE or FALSE."""
 
     value: bool
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class Text(Placed):
     """One or several characters in double quotes."""
 
     value: str
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class EnumLiteral:
+class EnumLiteral(Placed):
     """`#NAME`, without the hash."""
 
     name: str
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Name(Placed):
     """A variable; system variables begin with $."""
 
     name: str
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Index:
+class Index(Placed):
     """`of[i, j]`; without indices (`of[]`) the whole array; with `row` (`of[i,]`) a whole row of it."""
 
     of: Reference
     indices: tuple[Expression, ...]
     row: bool = False
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Component:
+class Component(Placed):
     """`of.name`."""
 
     of: Reference
     name: str
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class FunctionCall:
+class FunctionCall(Placed):
     """`name(arguments)`; None for an argument that is left out."""
 
     name: str
     arguments: tuple[Expression | None, ...] = ()
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class ChannelName:
+class ChannelName(Placed):
     """`:name`, a serial line as the argument of COPEN."""
 
     name: str
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class Item(Placed):
     """One component of an aggregate: `X 10`, `POINT[] "P1"`, `J[2] 5`."""
 
     name: str
     value: Expression
     indices: tuple[Expression, ...] | None = None
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Aggregate:
+class Aggregate(Placed):
     """`{type: X 1, Y 2}`; the type may be left out."""
 
     items: tuple[Item, ...]
     type: str | None = None
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Unary:
+class Unary(Placed):
     """`+ - NOT B_NOT`."""
 
     operator: str
     operand: Expression
-    column: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Binary:
+class Binary(Placed):
     """`: * / + - AND B_AND EXOR B_EXOR OR B_OR == <> < > <= >=`; the column is the operator's."""
 
     operator: str
     left: Expression
     right: Expression
-    column: int = field(default=0, compare=False)
 
 
 Reference: TypeAlias = "Name | Index | Component"
@@ -172,36 +165,48 @@ def _optional_list(c: Nodes) -> tuple[Any, ...]:
     return () if c == [None] else tuple(c)
 
 
+MOST_DIGITS = 40
+"""Of an integer: far above any of KUKA's, far below what a float holds."""
+
+
+def _integer(token: Token, digits: str, base: int, width: int = 0) -> Integer:
+    if len(digits) > MOST_DIGITS:
+        raise LineError(
+            token.column, "number-range", f"{len(digits)} digits are no INT", f"at most {MOST_DIGITS} digits"
+        )
+    return Integer(int(digits, base), base, width, column=token.column)
+
+
 def _bits(token: Token) -> Integer:
     digits, base = token.text[2:-1], 2 if token.text[1] in "Bb" else 16
-    return Integer(int(digits, base), base, len(digits), token.column)
+    return _integer(token, digits, base, len(digits))
 
 
 _LITERALS: dict[str, Callable[[Token], Literal]] = {
-    "INTEGER": lambda token: Integer(int(token.text), column=token.column),
+    "INTEGER": lambda token: _integer(token, token.text, 10),
     "BITS": _bits,
-    "DECIMAL": lambda token: Real(float(token.text), token.column),
-    "STRING": lambda token: Text(token.text[1:-1], token.column),
-    "TRUTH": lambda token: Bool(token.text.upper() == "TRUE", token.column),
-    "ENUMERATION": lambda token: EnumLiteral(token.text[1:].lstrip(), token.column),
+    "DECIMAL": lambda token: Real(float(token.text), column=token.column),
+    "STRING": lambda token: Text(token.text[1:-1], column=token.column),
+    "TRUTH": lambda token: Bool(token.text.upper() == "TRUE", column=token.column),
+    "ENUMERATION": lambda token: EnumLiteral(token.text[1:].lstrip(), column=token.column),
 }
 RULES: Rules = {
     "name": lambda c: c[0],
-    "variable": lambda c: Name(c[0].text, c[0].column),
+    "variable": lambda c: Name(c[0].text, column=c[0].column),
     "literal": lambda c: _LITERALS[c[0].kind](c[0]),
     "index": lambda c: Index(c[0], c[1], column=c[0].column),
-    "row_of": lambda c: Index(c[0], c[1], True, c[0].column),
+    "row_of": lambda c: Index(c[0], c[1], True, column=c[0].column),
     "row": tuple,
     "indices": _optional_list,
     "no_indices": lambda c: (),
-    "component": lambda c: Component(c[0], c[1].text, c[1].column),
-    "call": lambda c: FunctionCall(c[0].text, c[1], c[0].column),
+    "component": lambda c: Component(c[0], c[1].text, column=c[1].column),
+    "call": lambda c: FunctionCall(c[0].text, c[1], column=c[0].column),
     "arguments": _optional_list,
-    "channel_name": lambda c: ChannelName(c[0].text, c[0].column),
-    "aggregate": lambda c: Aggregate(tuple(c[2:]), None if c[1] is None else c[1].text, c[0].column),
-    "item": lambda c: Item(c[0].text, c[2], c[1], c[0].column),
+    "channel_name": lambda c: ChannelName(c[0].text, column=c[0].column),
+    "aggregate": lambda c: Aggregate(tuple(c[2:]), None if c[1] is None else c[1].text, column=c[0].column),
+    "item": lambda c: Item(c[0].text, c[2], c[1], column=c[0].column),
     "sizes": _optional_list,
-    "binary": lambda c: Binary(c[1].text.upper(), c[0], c[2], c[1].column),
-    "composed": lambda c: Binary(":", c[0], c[1], c[1].column),
-    "negated": lambda c: Unary(c[0].text.upper(), c[1], c[0].column),
+    "binary": lambda c: Binary(c[1].text.upper(), c[0], c[2], column=c[1].column),
+    "composed": lambda c: Binary(":", c[0], c[1], column=c[1].column),
+    "negated": lambda c: Unary(c[0].text.upper(), c[1], column=c[0].column),
 }

@@ -68,7 +68,9 @@ def _signs(tokens: Sequence[Token]) -> frozenset[int]:
     """Whether the next word begins the value of a component."""
     for i, token in enumerate(tokens):
         text = token.text
-        if token.kind == "PLUSMINUS" and (i == 0 or value or not _ends_value(tokens[i - 1])):
+        before = tokens[i - 1] if i else None
+        ends_value = before is not None and (before.kind in _SIGNED or before.text in _CLOSE)
+        if token.kind == "PLUSMINUS" and (value or not ends_value):
             found.add(i)
         named = names and token.kind != "BRACE"
         if text in _OPEN:
@@ -90,10 +92,6 @@ def _ends_name(tokens: Sequence[Token], i: int) -> bool:
         if depth == 0:
             return k >= 2 and tokens[k - 2].text in ("{", ",", ":")
     return False
-
-
-def _ends_value(token: Token) -> bool:
-    return token.kind in _SIGNED or token.text in _CLOSE
 
 
 INDENT = 2

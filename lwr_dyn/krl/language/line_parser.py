@@ -54,7 +54,7 @@ def parse_line(text: str) -> tuple[Statement | None, str | None]:
     Raises `LineError`.
 
     >>> parse_line("HALT ; wait here")
-    (Plain(keyword='HALT', column=1), ' wait here')
+    (Plain(keyword='HALT'), ' wait here')
     """
     line = _kept_line(text) if len(text) <= LONGEST_KEPT else _line(text)
     if isinstance(line, LineError):

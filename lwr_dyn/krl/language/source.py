@@ -138,6 +138,11 @@ class SourceFile:
         """The position of line `index` (from 0)."""
         return SourcePosition(self.name, index + 1, column)
 
+    def place(self, index: int) -> SourcePosition:
+        """The position of the statement in line `index` (from 0), which may be behind the last one."""
+        statement = self.lines[index].statement if index < len(self.lines) else None
+        return self.position(index, getattr(statement, "column", 1))
+
 
 def lines_of(statements: Iterable[Statement | SourceLine]) -> tuple[SourceLine, ...]:
     """Statements as lines of a new file."""

@@ -6,41 +6,38 @@ row each in `unparse`, `static_checks` and `execute`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from lwr_dyn.krl.language.declarations import Declared
+from lwr_dyn.krl.language.declarations import Declared, PlacedLine
 from lwr_dyn.krl.language.expressions import Expression, FunctionCall, Name, Nodes, Reference, Rules
 from lwr_dyn.krl.language.lexer import LineError, Token
 
 
 @dataclass(frozen=True, slots=True)
-class Plain:
+class Plain(PlacedLine):
     """A line of one keyword: END, ENDFCT, ENDDAT, ELSE, ENDIF, LOOP, HALT, BRAKE F ..."""
 
     keyword: str
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Assign:
+class Assign(PlacedLine):
     """`target = value`."""
 
     target: Reference
     value: Expression
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Invoke:
+class Invoke(PlacedLine):
     """A subprogram call as a statement."""
 
     call: FunctionCall
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Move:
+class Move(PlacedLine):
     """A motion: PTP, LIN, CIRC, their _REL and spline forms; CIRC has an auxiliary point and may have an angle."""
 
     kind: str
@@ -54,89 +51,79 @@ class Move:
     """C_PTP, C_DIS, C_ORI, C_VEL, C_SPL."""
     frame: str | None = None
     """#BASE or #TOOL of a relative motion, without the hash."""
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class SplineBlock:
+class SplineBlock(PlacedLine):
     """`SPLINE WITH ...`, or `PTP_SPLINE`."""
 
     kind: str
     settings: tuple[Assign, ...] = ()
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class EndSpline:
+class EndSpline(PlacedLine):
     """`ENDSPLINE C_SPL`."""
 
     blends: tuple[str, ...] = ()
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Wait:
+class Wait(PlacedLine):
     """`WAIT SEC seconds` or `WAIT FOR condition`."""
 
     kind: str
     value: Expression
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class Condition(PlacedLine):
     """`IF x THEN`, `WHILE x`, `UNTIL x`, `SWITCH x`: a keyword with an expression."""
 
     keyword: str
     value: Expression
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class CaseBranch:
+class CaseBranch(PlacedLine):
     """`CASE 1, 2`."""
 
     values: tuple[Expression, ...]
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class For:
+class For(PlacedLine):
     """`FOR variable = first TO last STEP step`."""
 
     variable: Reference
     first: Expression
     last: Expression
     step: Expression | None = None
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Jump:
+class Jump(PlacedLine):
     """`GOTO label`."""
 
     label: str
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class Label(PlacedLine):
     """`label:`."""
 
     name: str
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Return:
+class Return(PlacedLine):
     """`RETURN`, in a function with its value."""
 
     value: Expression | None = None
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class InterruptDeclaration:
+class InterruptDeclaration(PlacedLine):
     """`INTERRUPT DECL priority WHEN condition DO action`; with `INTERRUPT WITH BRAKE DECL` it also brakes the robot."""
 
     priority: Expression
@@ -144,20 +131,18 @@ class InterruptDeclaration:
     action: Assign | Invoke
     is_global: bool = False
     with_brake: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class InterruptSwitch:
+class InterruptSwitch(PlacedLine):
     """`INTERRUPT ON 3`; mode is ON, OFF, ENABLE or DISABLE."""
 
     mode: str
     priority: Expression | None = None
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Trigger:
+class Trigger(PlacedLine):
     """`TRIGGER WHEN DISTANCE = 0 DELAY = 20 DO action PRIO = -1`; `place` is DISTANCE or PATH."""
 
     place: str
@@ -166,11 +151,10 @@ class Trigger:
     action: Assign | Invoke
     priority: Expression | None = None
     on_start: bool = False
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Analog:
+class Analog(PlacedLine):
     """`ANOUT ON x = 0.5 * y + 0.1 DELAY = 0.2`, `ANIN OFF x`."""
 
     keyword: str
@@ -178,15 +162,13 @@ class Analog:
     target: Reference
     value: Expression | None = None
     options: tuple[Assign, ...] = ()
-    column: int = field(default=1, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Confirm:
+class Confirm(PlacedLine):
     """`CONFIRM number`: acknowledge messages, all with 0."""
 
     value: Expression
-    column: int = field(default=1, compare=False)
 
 
 Statement: TypeAlias = (
@@ -202,48 +184,38 @@ def _motion_options(c: Nodes) -> dict[str, Any]:
     return {"blends": blends, "frame": frames[-1] if frames else None, "settings": settings}
 
 
-def _move(c: Nodes) -> Move:
-    return Move(c[0].text.upper(), c[1], column=c[0].column, **_motion_options(c[2:]))
-
-
-def _circ(c: Nodes) -> Move:
-    # parts: CIRC auxiliary end [CA angle] options...
-    return Move(c[0].text.upper(), c[2], auxiliary=c[1], angle=c[4], column=c[0].column, **_motion_options(c[5:]))
-
-
-def _options(c: Nodes) -> tuple[Assign, ...]:
-    return (Assign(Name(c[0].text.upper(), c[0].column), c[1], c[0].column), *(c[2] or ()))
-
-
 def _brake(c: Nodes) -> Plain:
     if c[1] is None:
-        return Plain("BRAKE", c[0].column)
+        return Plain("BRAKE", column=c[0].column)
     if c[1].text.upper() != "F":
         raise LineError(c[1].column, "syntax", f"{c[1].text!r} does not belong here", "BRAKE, or BRAKE F")
-    return Plain("BRAKE F", c[0].column)
+    return Plain("BRAKE F", column=c[0].column)
 
 
 RULES: Rules = {
-    "assign": lambda c: Assign(c[0], c[1], c[0].column),
-    "invoke": lambda c: Invoke(c[0], c[0].column),
-    "move": _move,
-    "circ": _circ,
+    "assign": lambda c: Assign(c[0], c[1], column=c[0].column),
+    "invoke": lambda c: Invoke(c[0], column=c[0].column),
+    "move": lambda c: Move(c[0].text.upper(), c[1], column=c[0].column, **_motion_options(c[2:])),
+    # parts: CIRC auxiliary end [CA angle] options...
+    "circ": lambda c: Move(c[0].text.upper(), c[2], c[1], c[4], column=c[0].column, **_motion_options(c[5:])),
     "with_": lambda c: tuple(c[1:]),
-    "spline": lambda c: SplineBlock(c[0].text.upper(), c[1] or (), c[0].column),
-    "endspline": lambda c: EndSpline(tuple(x.text.upper() for x in c[1:]), c[0].column),
-    "wait": lambda c: Wait(c[1].text.upper(), c[2], c[0].column),
-    "condition": lambda c: Condition(c[0].text.upper(), c[1], c[0].column),
-    "case": lambda c: CaseBranch(tuple(c[1:]), c[0].column),
-    "for_": lambda c: For(c[1], c[2], c[4], c[6], c[0].column),
-    "jump": lambda c: Jump(c[1].text, c[0].column),
-    "label": lambda c: Label(c[0].text, c[0].column),
-    "return_": lambda c: Return(c[1], c[0].column),
-    "interrupt_declaration": lambda c: InterruptDeclaration(c[5], c[7], c[9], bool(c[0]), bool(c[2]), c[1].column),
-    "interrupt_switch": lambda c: InterruptSwitch(c[1].text.upper(), c[2], c[0].column),
-    "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, c[0].column),
-    "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), c[0].column),
-    "options": _options,
+    "spline": lambda c: SplineBlock(c[0].text.upper(), c[1] or (), column=c[0].column),
+    "endspline": lambda c: EndSpline(tuple(x.text.upper() for x in c[1:]), column=c[0].column),
+    "wait": lambda c: Wait(c[1].text.upper(), c[2], column=c[0].column),
+    "condition": lambda c: Condition(c[0].text.upper(), c[1], column=c[0].column),
+    "case": lambda c: CaseBranch(tuple(c[1:]), column=c[0].column),
+    "for_": lambda c: For(c[1], c[2], c[4], c[6], column=c[0].column),
+    "jump": lambda c: Jump(c[1].text, column=c[0].column),
+    "label": lambda c: Label(c[0].text, column=c[0].column),
+    "return_": lambda c: Return(c[1], column=c[0].column),
+    "interrupt_declaration": lambda c: InterruptDeclaration(
+        c[5], c[7], c[9], bool(c[0]), bool(c[2]), column=c[1].column
+    ),
+    "interrupt_switch": lambda c: InterruptSwitch(c[1].text.upper(), c[2], column=c[0].column),
+    "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, column=c[0].column),
+    "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), column=c[0].column),
+    "options": lambda c: (Assign(Name(c[0].text.upper(), column=c[0].column), c[1], column=c[0].column), *(c[2] or ())),
     "brake": _brake,
-    "confirm": lambda c: Confirm(c[1], c[0].column),
-    "plain": lambda c: Plain(c[0].text.upper(), c[0].column),
+    "confirm": lambda c: Confirm(c[1], column=c[0].column),
+    "plain": lambda c: Plain(c[0].text.upper(), column=c[0].column),
 }

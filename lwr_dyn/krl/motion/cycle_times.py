@@ -12,7 +12,7 @@ of each motion. In space the speed v on curvature k keeps v^2 k <= $ACC.CP; PTP 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 
@@ -57,7 +57,6 @@ class _Nodes:
     """Nodes of a path while it is put together; where two pieces meet the tighter bounds count."""
 
     blocks: list[tuple[Array, ...]] = field(default_factory=list)
-    ends: list[int] = field(default_factory=list)
     count: int = 0
 
     def add(self, steps: Array, fastest: Array, first: Array, second: Array, most: Array) -> None:
@@ -69,10 +68,6 @@ class _Nodes:
         self.blocks.append((steps, fastest.copy(), first, second, most))
         self.count += len(steps)
 
-    def end_motion(self, back: int = 0) -> None:
-        """The motion ends `back` nodes before the last one."""
-        self.ends.append(self.count - 1 - back)
-
     def limits(self) -> PathLimits:
         """The bounds at all nodes."""
         return PathLimits(*(np.concatenate(x) for x in zip(*self.blocks, strict=True)))
@@ -81,7 +76,7 @@ class _Nodes:
 def limits_of_chain(chain: Sequence[TimelineItem]) -> tuple[PathLimits, list[int]]:
     """The bounds along a chain, and the nodes at which its motions end."""
     cuts = [0.0, *(_cut(a, b) for a, b in pairwise(chain)), 0.0]
-    nodes = _Nodes()
+    nodes, ends = _Nodes(), []
     for i, item in enumerate(chain):
         part = item.part
         rest = _length(part) - cuts[i] - cuts[i + 1]
@@ -91,8 +86,8 @@ def limits_of_chain(chain: Sequence[TimelineItem]) -> tuple[PathLimits, list[int
             nodes.add(steps, *_straight(part, len(steps)))
         if i + 1 < len(chain):
             nodes.add(*_corner(part, chain[i + 1].part, cuts[i + 1]))
-        nodes.end_motion(len(PARABOLA) // 2 if i + 1 < len(chain) else 0)
-    return nodes.limits(), nodes.ends
+        ends.append(nodes.count - 1 - (len(PARABOLA) // 2 if i + 1 < len(chain) else 0))
+    return nodes.limits(), ends
 
 
 def _length(part: object) -> float:
@@ -147,21 +142,17 @@ def _turn(part: CartesianSegment) -> Array:
 
 
 def _axis_bounds(a: PtpSegment, b: PtpSegment, first: Array, second: Array) -> tuple[Array, ...]:
-    speed, ramp = (
-        np.minimum(x, y) for x, y in ((a.speeds.axis, b.speeds.axis), (a.speeds.axis_ramp, b.speeds.axis_ramp))
-    )
+    speed, ramp = np.minimum(a.speeds.axis, b.speeds.axis), np.minimum(a.speeds.axis_ramp, b.speeds.axis_ramp)
     fastest = np.min((speed / np.maximum(np.abs(first), 1e-12)) ** 2, axis=1)
     return fastest, first, second, np.tile(ramp, (len(first), 1))
-
-
-_BOUNDS = ("cp", "cp_ramp", "ori", "ori_ramp")
 
 
 def _path_bounds(
     a: CartesianSegment, b: CartesianSegment, bend: Array, turn: Array, change: Array
 ) -> tuple[Array, ...]:
     """Bounds of the speed, of the acceleration along and across the path, and of the orientation."""
-    speed, ramp, ori, ori_ramp = (min(getattr(a.speeds, n), getattr(b.speeds, n)) for n in _BOUNDS)
+    names = ("cp", "cp_ramp", "ori", "ori_ramp")
+    speed, ramp, ori, ori_ramp = (min(getattr(a.speeds, n), getattr(b.speeds, n)) for n in names)
     fastest = np.minimum(speed**2, ramp / np.maximum(bend, 1.0 / HUGE))
     fastest = np.minimum(fastest, (ori / np.maximum(np.linalg.norm(turn, axis=1), 1e-12)) ** 2)
     fastest = np.minimum(fastest, ori_ramp / np.maximum(np.linalg.norm(change, axis=1), 1e-12))
@@ -187,18 +178,13 @@ ASSUMED = (
 
 @dataclass(frozen=True, slots=True)
 class CycleTimes:
-    """[s] The duration of one timeline by each law; without a chain of motions all are the same."""
+    """The duration of one timeline by each law; without a chain of motions all are the same."""
 
-    overlap: float
-    advance: float
-    known: float
-    chained: int
-    """Motions that pass into one another without a stop."""
-
-    def to_json(self) -> dict[str, Any]:
-        """As JSON values."""
-        times = {"overlap": self.overlap, "advance": self.advance, "known": self.known}
-        return {**times, "chained": self.chained, "assumed": list(ASSUMED)}
+    overlap: Annotated[float, "[s] The ramps of neighbours overlap; the motion itself is by this law."]
+    advance: Annotated[float, "[s] By $ADVANCE."]
+    known: Annotated[float, "[s] The whole path is known beforehand."]
+    chained: Annotated[int, "Motions that pass into one another without a stop."]
+    assumed: Annotated[tuple[str, ...], "What the three laws are."] = ASSUMED
 
     def lines(self, of: str = "") -> tuple[str, ...]:
         """As text, with what they are `of`; none where no motion is passed without a stop."""

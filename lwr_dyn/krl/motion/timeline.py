@@ -16,13 +16,7 @@ import numpy as np
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.krl.motion import motion_segments
-from lwr_dyn.krl.motion.motion_segments import (
-    AxisMotion,
-    AxisSplineSegment,
-    CartesianSegment,
-    MotionSegment,
-    PtpSegment,
-)
+from lwr_dyn.krl.motion.motion_segments import AxisMotion, AxisSplineSegment, CartesianSegment, MotionSegment
 from lwr_dyn.krl.motion.pose_paths import STILL, Blend, Corner
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion
@@ -227,7 +221,9 @@ def _seconds_in_ramp(profile: MotionProfile, share: float, at_end: bool) -> floa
     return float(np.interp(math.sqrt(max(share, 0.0) * profile.length), np.sqrt(s[: last + 1]), t[: last + 1]))
 
 
-def _share_near(segment: PtpSegment | AxisSplineSegment, tool: Array, distance: float, at_end: bool) -> float:
+def _share_near(
+    segment: motion_segments.PtpSegment | AxisSplineSegment, tool: Array, distance: float, at_end: bool
+) -> float:
     """The share of a motion of the axes, up to a half, in which the tool centre point is within `distance` [m]."""
     low, high = 0.0, 0.5
     for _ in range(HALVINGS):

@@ -2,5 +2,4 @@
 
 program  A program: one module of a project, with all the names that it sees; and how files and folders become one
 project  A project: modules that see one another, as a KUKA controller sees them, and the names that they declare
-scope    The names that a routine sees
 """

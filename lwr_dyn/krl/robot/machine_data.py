@@ -161,10 +161,6 @@ class MachineWords:
         line = self.lines.get(key)
         return Path(self.file).name if line is None else f"{Path(self.file).name}, to line {line}"
 
-    def number(self, key: str) -> float:
-        """[mm]"""
-        return self.checked(key, self.values.get(key))
-
     def checked(self, key: str, value: Any) -> float:
         """A number below 1e9."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < 1e9:
@@ -245,7 +241,7 @@ def machine_arm(words: MachineWords) -> Arm:
     directions, (lower, upper) = words.directions(), words.limits()
     words.raise_time()  # is refused here where it is wrong
     frames = {key: words.frame(key) for key in ("ROBROOT", "TIRORO", "TX3P3", "TFLWP")}
-    lengths = (words.number("LENGTH_A"), words.number("LENGTH_B"))
+    lengths = [words.checked(key, words.values.get(key)) for key in ("LENGTH_A", "LENGTH_B")]
     along_a, along_b = (Pose(np.eye(3), np.array([x / 1e3, 0.0, 0.0])) for x in lengths)
     about_y = Pose(rot_x(-math.pi / 2), np.zeros(3))
     back = about_y.inverse()

@@ -11,7 +11,6 @@ functions        Calls: the routine that one enters; else the value of a stub, o
 inline_forms     What KUKA's inline forms use: BAS, the functions of S motions, and assignments after WITH, which hold
                  for one motion
 motions          Moves the arm of a running program: plans one motion after another onto the timeline, and lists them
-passes           Endless loops: a run ends when the state of the whole program comes back at the head of a loop
 program_run      Checks a program, and runs it on a robot's model: motions in time, speeds, poses, torques, and a Run
                  to replay
 running_program  A running program: its calls, variables, controller, motions and clock, and what a name means in it

@@ -6,7 +6,7 @@ known; where no time has passed, the loop only watches, and time passes until so
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import partial
 from typing import Any
@@ -17,6 +17,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.line_parser import statement_of
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM
@@ -24,8 +25,7 @@ from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.cell import Reply
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
 from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of
-from lwr_dyn.krl.running.passes import SAME, KeptState, LoopPasses, LoopWatch, endless_by_form
-from lwr_dyn.krl.running.running_program import RunningProgram, StackFrame, Watch
+from lwr_dyn.krl.running.running_program import SAME, KeptState, LoopWatch, RunningProgram, StackFrame, Watch
 from lwr_dyn.krl.running.triggers import TICK
 from lwr_dyn.krl.running.values import Value, Variable, converted, copied, value_text
 
@@ -171,7 +171,7 @@ def watch_for_replies(m: RunningProgram) -> None:
         if reply.when is None:
             m.clock.add(reply.after, give)
         else:
-            m.replies.append(Watch(reply.when, partial(_give_later, m, reply.after, give)))
+            m.replies.append(Watch(reply.when, partial(m.clock.add_later, reply.after, give)))
     for watch in m.replies:
         watch.last = _is_true(m, watch.condition)
         if watch.last:
@@ -185,10 +185,6 @@ def _give(m: RunningProgram, i: int, reply: Reply) -> None:
         except ExecutionError as fault:
             raise OptionError(f"reply[{i}].set.{name}", str(fault), "a variable and a value of its type") from None
         m.clock.record(m.log.position, "reply", text)
-
-
-def _give_later(m: RunningProgram, after: float, give: Callable[[], None]) -> None:
-    m.clock.add(m.clock.now + after, give)
 
 
 # --- interrupts
@@ -243,7 +239,7 @@ def look_at_loop(m: RunningProgram, frame: StackFrame, at: int) -> None:
 
 
 def _end(m: RunningProgram, watch: LoopWatch, period: int) -> None:
-    m.passes = LoopPasses(m.log.position, tuple(watch.seconds), period)
+    m.passes = watch.passes(m.log.position, period)
     m.log.end_run("note", "endless", str(m.passes), "")
 
 
@@ -283,3 +279,16 @@ def _head(m: RunningProgram) -> tuple[Any, ...]:
     watches = tuple((p, w.enabled, w.last) for p, w in m.interrupts.items())
     inputs = tuple(sorted((k, repr(v)) for k, v in m.controller.inputs.items()))
     return _place(m), lines, submits, pending, watches, inputs, m.motions.advance, repr(m.motions.blend)
+
+
+def endless_by_form(routine: Routine, at: int) -> bool:
+    """Whether the LOOP that ends in line `at` has no way out: no EXIT, no jump, no RETURN, no HALT inside."""
+    block = routine.blocks.get(at)
+    if block is None or block.kind != "LOOP":
+        return False
+    for i in range(block.first, at):
+        x = routine.file.lines[i].statement
+        leaves = isinstance(x, s.Plain) and x.keyword == "EXIT" and routine.blocks.get(i) is block
+        if leaves or isinstance(x, s.Jump | s.Return):
+            return False
+    return True

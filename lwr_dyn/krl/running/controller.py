@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from functools import lru_cache
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -41,16 +41,12 @@ class Assumption:
     def __str__(self) -> str:
         return f"{self.name} = {self.value} ({self.why})" if self.value else f"{self.name}: {self.why}"
 
-    def to_json(self) -> dict[str, Any]:
-        """As one JSON object."""
-        return {"name": self.name, "value": self.value, "why": self.why}
-
 
 FROM = {"controller": "state default", "option": "option not installed"}
 """Where the values of a table of `states.toml` come from, in the list of assumptions."""
 
 
-@lru_cache(maxsize=1)
+@cache
 def state_defaults() -> Mapping[str, tuple[Value, str]]:
     """The states of a controller in automatic operation without faults or options, and where each comes from.
 
@@ -96,8 +92,7 @@ _STANDARD: dict[str, tuple[str, dict[str, Value]]] = {
 def _machine_value(c: ControllerState, key: str) -> Value | None:
     data, arm = c.machine, c.arm
     if key in ("$VEL_MA", "$ACC_MA"):
-        cp, ori = (data.vel_cp, data.vel_ori) if key == "$VEL_MA" else (data.acc_cp, data.acc_ori)
-        return StructValue("CP", {"CP": cp, "ORI1": ori, "ORI2": ori})
+        return v.speed_value(*((data.vel_cp, data.vel_ori) if key == "$VEL_MA" else (data.acc_cp, data.acc_ori)))
     if key in ("$SOFTN_END", "$SOFTP_END"):
         return v.reals(map(float, np.degrees(arm.lower if key == "$SOFTN_END" else arm.upper)))
     if key in ("$VEL_ACT_MA", "$ACC_ACT_MA"):
@@ -206,8 +201,7 @@ class ControllerState:
         data = self.machine
         values: dict[str, Value] = {
             "$BASE": v.null_frame(), "$TOOL": v.null_frame(),
-            "$VEL": StructValue("CP", {"CP": data.vel_cp, "ORI1": data.vel_ori, "ORI2": data.vel_ori}),
-            "$ACC": StructValue("CP", {"CP": data.acc_cp, "ORI1": data.acc_ori, "ORI2": data.acc_ori}),
+            "$VEL": v.speed_value(data.vel_cp, data.vel_ori), "$ACC": v.speed_value(data.acc_cp, data.acc_ori),
             "$VEL_AXIS": v.reals([100.0] * 6), "$ACC_AXIS": v.reals([100.0] * 6),
             "$APO": StructValue("CONT", dict.fromkeys(("CDIS", "CORI", "CPTP", "CVEL"), 0.0)),
             "$ADVANCE": 3,

@@ -19,7 +19,7 @@ from lwr_dyn.krl.names.known_names import Type
 from lwr_dyn.krl.running import background
 from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of, value_of
 from lwr_dyn.krl.running.functions import called_routine, value_of_call
-from lwr_dyn.krl.running.inline_forms import WithSettings, bas
+from lwr_dyn.krl.running.inline_forms import bas, with_settings
 from lwr_dyn.krl.running.motions import OpenBlock, begin_block, collect, end_block
 from lwr_dyn.krl.running.running_program import ActiveInterrupt, RunningProgram, StackFrame, Submit, Watch
 from lwr_dyn.krl.running.triggers import PathTrigger
@@ -40,7 +40,7 @@ def step(m: RunningProgram, result: list[Value] | None = None) -> None:
     statement = frame.routine.file.lines[at].statement
     if statement is None:
         return
-    position = m.log.position = frame.routine.file.position(at, getattr(statement, "column", 1))
+    position = m.log.position = frame.routine.file.place(at)
     _count_step(m)
     before = len(m.motions.executed)
     try:
@@ -182,11 +182,7 @@ def _wait(m: RunningProgram, x: s.Wait) -> None:
     """WAIT SEC or WAIT FOR; raises `ExecutionError` where nothing can end it."""
     if x.kind == "SEC":
         m.motions.wait(number_of(m, x.value, "WAIT SEC"), m.log.position)
-    else:
-        _wait_for(m, x)
-
-
-def _wait_for(m: RunningProgram, x: s.Wait) -> None:
+        return
     looks = 0
     while not (met := truth_of(m, x.value, "WAIT FOR")) and looks < background.MOST_LOOKS:
         time = background.next_time(m)
@@ -208,13 +204,6 @@ def _wait_for(m: RunningProgram, x: s.Wait) -> None:
     m.motions.wait(after, m.log.position, "WAIT FOR")
 
 
-def _halt(m: RunningProgram) -> None:
-    """HALT: the program is started again at once."""
-    m.motions.stop_advance()
-    m.clock.record(m.log.position, "halt", "HALT")
-    m.controller.assume("HALT", "", "the program is started again at once")
-
-
 def _invoke(m: RunningProgram, x: s.Invoke) -> None:
     """A subprogram call; raises `ExecutionError`."""
     name = x.call.name.upper()
@@ -230,7 +219,7 @@ def _invoke(m: RunningProgram, x: s.Invoke) -> None:
 
 
 def _move(m: RunningProgram, x: s.Move) -> None:
-    with WithSettings(m, x.settings):
+    with with_settings(m, x.settings):
         if m.motions.block is None:
             m.motions.move(m, x, m.log.position)
         else:
@@ -239,7 +228,9 @@ def _move(m: RunningProgram, x: s.Move) -> None:
 
 def _plain(m: RunningProgram, x: s.Plain, frame: StackFrame, at: int) -> None:
     if x.keyword == "HALT":
-        _halt(m)
+        m.motions.stop_advance()
+        m.clock.record(m.log.position, "halt", "HALT")
+        m.controller.assume("HALT", "", "the program is started again at once")
     elif x.keyword in ("RESUME", "BRAKE", "BRAKE F"):
         background.resume(m) if x.keyword == "RESUME" else background.brake_arm(m)
     elif x.keyword == "CONTINUE":
@@ -357,7 +348,7 @@ def _declare_interrupt(m: RunningProgram, x: s.InterruptDeclaration, frame: Stac
 
 
 def _spline(m: RunningProgram, x: s.SplineBlock, frame: StackFrame, at: int) -> None:
-    settings = WithSettings(m, x.settings)
+    settings = with_settings(m, x.settings)
     settings.__enter__()
     begin_block(m.motions, OpenBlock(x.kind, m.log.position, settings))
 

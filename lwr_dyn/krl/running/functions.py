@@ -7,7 +7,8 @@ element or a component is declared and has a value.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -27,35 +28,39 @@ from lwr_dyn.krl.running.controller import ControllerState
 from lwr_dyn.krl.running.evaluate import Environment, number_of, reference_to, value_of
 from lwr_dyn.krl.running.inline_forms import INLINE
 from lwr_dyn.krl.running.running_program import RunningProgram
-from lwr_dyn.krl.running.values import AXIS_NAMES, ArrayValue, EnumValue, StructValue, Value
+from lwr_dyn.krl.running.values import AXIS_NAMES, ArrayValue, EnumValue, StructValue, Value, VariableReference
+
+
+def _variable(env: Environment, x: e.Expression | None) -> VariableReference | None:
+    """The variable, element or component that an argument is; None for another expression."""
+    return reference_to(env, x) if isinstance(x, e.Name | e.Index | e.Component) else None
 
 
 def _text(env: Environment, arguments: Arguments, i: int) -> str:
     if i >= len(arguments):
         raise ExecutionError("arguments", f"{len(arguments)} arguments are too few", "a text is missing")
-    x = arguments[i]
-    if isinstance(x, e.Name | e.Index | e.Component):
-        value = reference_to(env, x).read()
-        return "" if value is None else v.text_of(value)
-    return v.text_of(value_of(env, x))
+    variable = _variable(env, arguments[i])
+    if variable is None:
+        return v.text_of(value_of(env, arguments[i]))
+    value = variable.read()
+    return "" if value is None else v.text_of(value)
 
 
-def _room(env: Environment, x: e.Expression) -> int | None:
+def _room(variable: VariableReference | None) -> int | None:
     """The declared number of characters of a variable; None where it is open."""
-    if not isinstance(x, e.Name | e.Index | e.Component):
-        return None
-    value = reference_to(env, x).read()
+    value = None if variable is None else variable.read()
     return value.sizes[0] if isinstance(value, ArrayValue) and value.sizes else None
 
 
 def _write(env: Environment, x: e.Expression, text: str) -> bool:
     """Put text into a variable; False (nothing is written) where it is longer than the variable."""
-    if not isinstance(x, e.Name | e.Index | e.Component):
+    variable = _variable(env, x)
+    if variable is None:
         raise ExecutionError("type", "a text function writes into what is no variable", "a variable: T[]")
-    room = _room(env, x)
+    room = _room(variable)
     if room is not None and len(text) > room:
         return False
-    reference_to(env, x).write(v.text_array(text, () if room is None else (room,)))
+    variable.write(v.text_array(text, () if room is None else (room,)))
     return True
 
 
@@ -66,7 +71,7 @@ def _case(env: Environment, a: Arguments, i: int) -> bool:
 
 
 def _declared_length(env: Environment, a: Arguments) -> Value:
-    room = _room(env, a[0]) if a else None
+    room = _room(_variable(env, a[0])) if a else None
     return len(_text(env, a, 0)) if room is None else room
 
 
@@ -82,7 +87,9 @@ def _equal(env: Environment, a: Arguments) -> Value:
 
 def _find(env: Environment, a: Arguments) -> Value:
     """The first place from `from` on at which the second text stands in the first one, 0 for none."""
-    shift = 0 if len(a) > 2 and not isinstance(a[0], e.Text) and _is_number(env, a[0]) else -1
+    variable = _variable(env, a[0]) if len(a) > 2 else None
+    first = None if len(a) < 3 else value_of(env, a[0]) if variable is None else variable.read()
+    shift = 0 if isinstance(first, int | float) else -1
     begin = int(number_of(env, a[0], "STRFIND")) if shift == 0 else 1
     within, wanted = _text(env, a, shift + 1), _text(env, a, shift + 2)
     if not _case(env, a, shift + 3):
@@ -90,24 +97,19 @@ def _find(env: Environment, a: Arguments) -> Value:
     return within.find(wanted, max(begin, 1) - 1) + 1
 
 
-def _is_number(env: Environment, x: e.Expression) -> bool:
-    if isinstance(x, e.Name | e.Index | e.Component):
-        return isinstance(reference_to(env, x).read(), int | float)
-    return isinstance(value_of(env, x), int | float)
-
-
 def _to(read: Callable[[str], Value]) -> Callable[[Environment, Arguments], Value]:
     """STRTOINT and the like: TRUE and the value in the second argument where the text can be read."""
 
     def convert(env: Environment, a: Arguments) -> Value:
         text = _text(env, a, 0)
-        if len(a) < 2 or not isinstance(a[1], e.Name | e.Index | e.Component):
+        variable = _variable(env, a[1]) if len(a) > 1 else None
+        if variable is None:
             raise ExecutionError("arguments", "no variable for the value that is read", "a variable")
         try:
             value = read(text.strip())
         except (ValueError, KeyError):
             return False
-        reference_to(env, a[1]).write(value)
+        variable.write(value)
         return True
 
     return convert
@@ -135,47 +137,21 @@ TEXT: dict[str, Callable[[Environment, Arguments], Value]] = {
 """Function -> its value; those with an OUT argument write into it."""
 
 
-def variable_state(m: RunningProgram, arguments: Sequence[e.Expression]) -> Value:
+def _variable_state(m: RunningProgram, arguments: Arguments) -> Value:
     """#INITIALIZED, #DECLARED or #UNDEFINED; raises `ExecutionError` for an argument that is no text."""
     if not arguments:
         raise ExecutionError("arguments", "VARSTATE without a name", 'VARSTATE("name")')
-    return EnumValue(_state(m, v.text_of(value_of(m, arguments[0]))))
-
-
-def _state(env: Environment, name: str) -> str:
-    statement = statement_of(f"{name} = 0")
+    statement = statement_of(f"{v.text_of(value_of(m, arguments[0]))} = 0")
     try:
         if isinstance(statement, Assign):
-            return "DECLARED" if reference_to(env, statement.target).read() is None else "INITIALIZED"
+            value = reference_to(m, statement.target).read()
+            return EnumValue("DECLARED" if value is None else "INITIALIZED")
     except ExecutionError:
         pass
-    return "UNDEFINED"
+    return EnumValue("UNDEFINED")
 
 
 Arguments: TypeAlias = Sequence[e.Expression]
-
-
-def function_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
-    """The value of a function of the controller; None where the model does not compute it; raises `ExecutionError`."""
-    name = x.name.upper()
-    arguments = [a for a in x.arguments if a is not None]
-    if name == "FRAND":
-        m.controller.assume("FRAND", "", "the middle of its range")
-    if name in MATHEMATICS:
-        return _number(m, name, arguments)
-    if name in TEXT:
-        return TEXT[name](m, arguments)
-    if name in INLINE:
-        return INLINE[name](m, next(iter([value_of(m, a) for a in arguments]), None))
-    if name in GEOMETRY:
-        return GEOMETRY[name](m, arguments)
-    return None
-
-
-def is_computed(name: str) -> bool:
-    """Whether the model computes this function."""
-    return any(name.upper() in table for table in (MATHEMATICS, TEXT, INLINE, GEOMETRY))
-
 
 MATHEMATICS: dict[str, Callable[..., int | float]] = {
     "ABS": abs,
@@ -192,12 +168,14 @@ MATHEMATICS: dict[str, Callable[..., int | float]] = {
 _HINTS = {"ACOS": "from -1 to 1", "SQRT": "not negative", "ATAN2": "two numbers", "FRAND": "the least and the most"}
 
 
-def _number(env: Environment, name: str, arguments: Arguments) -> int | float:
+def _number(m: RunningProgram, arguments: Arguments, name: str) -> int | float:
+    if name == "FRAND":
+        m.controller.assume("FRAND", "", "the middle of its range")
     numbers: list[int | float] = []
     for a in arguments:
-        value = value_of(env, a)
+        value = value_of(m, a)
         whole = isinstance(value, int) and not isinstance(value, bool) and name == "ABS"
-        numbers.append(value if whole else number_of(env, a, f"an argument of {name}"))  # type: ignore[arg-type]
+        numbers.append(value if whole else number_of(m, a, f"an argument of {name}"))  # type: ignore[arg-type]
     try:
         return v.ranged(MATHEMATICS[name](*numbers))
     except (ValueError, TypeError):
@@ -207,10 +185,8 @@ def _number(env: Environment, name: str, arguments: Arguments) -> int | float:
 
 def _inv_pos(m: RunningProgram, arguments: Arguments) -> Value:
     point = value_of(m, _at(arguments, 0, "INV_POS"))
-    inverse = np.linalg.inv(v.pose_matrix(point, "INV_POS"))
-    return v.pose_value(
-        np.asarray(inverse, dtype=np.float64), point.type if isinstance(point, StructValue) else "FRAME"
-    )
+    inverse = np.asarray(np.linalg.inv(v.pose_matrix(point, "INV_POS")), dtype=np.float64)
+    return v.pose_value(inverse, point.type if isinstance(point, StructValue) else "FRAME")
 
 
 def _forward(m: RunningProgram, arguments: Arguments) -> Value:
@@ -251,8 +227,9 @@ def _fits(c: ControllerState, q: np.ndarray, point: StructValue) -> bool:
 
 def _set_status(env: Environment, arguments: Arguments, at: int, status: int) -> None:
     """The last argument of FORWARD and INVERSE: 0 where there is a solution."""
-    if at < len(arguments) and isinstance(arguments[at], e.Name | e.Index | e.Component):
-        reference_to(env, arguments[at]).write(status)  # type: ignore[arg-type]
+    variable = _variable(env, arguments[at]) if at < len(arguments) else None
+    if variable is not None:
+        variable.write(status)
 
 
 def _at(arguments: Arguments, i: int, name: str) -> e.Expression:
@@ -261,13 +238,20 @@ def _at(arguments: Arguments, i: int, name: str) -> e.Expression:
     return arguments[i]
 
 
-GEOMETRY: dict[str, Callable[[RunningProgram, Arguments], Value]] = {
+def _inline(m: RunningProgram, arguments: Arguments, name: str) -> Value:
+    return INLINE[name](m, next(iter([value_of(m, a) for a in arguments]), None))
+
+
+FUNCTIONS: Mapping[str, Callable[[RunningProgram, Arguments], Value]] = {
     "INV_POS": _inv_pos,
     "FORWARD": _forward,
     "INVERSE": _inverse,
-    "VARSTATE": variable_state,
+    "VARSTATE": _variable_state,
+    **{name: partial(_inline, name=name) for name in INLINE},
+    **TEXT,
+    **{name: partial(_number, name=name) for name in MATHEMATICS},
 }
-
+"""All that the model computes; each raises `ExecutionError`."""
 _EMPTY: dict[str, Value] = {"BOOL": False, "INT": 0, "REAL": 0.0, "CHAR": " "}
 
 
@@ -276,14 +260,18 @@ def called_routine(m: RunningProgram, name: str) -> Routine | None:
     if name in m.controller.cell.stubs:
         return None
     routine = m.here.routine(name)
-    if routine is not None and routine.file.name.lower().endswith("bas.src") and (name == "BAS" or is_computed(name)):
+    if routine is not None and routine.file.name.lower().endswith("bas.src") and (name == "BAS" or name in FUNCTIONS):
         return None
     return routine
 
 
 def value_of_call(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     """The value of a stub or of a function of the controller; None where there is none; raises `ExecutionError`."""
-    return _stub_value(m, x) if x.name.upper() in m.controller.cell.stubs else function_value(m, x)
+    name = x.name.upper()
+    if name in m.controller.cell.stubs:
+        return _stub_value(m, x)
+    function = FUNCTIONS.get(name)
+    return None if function is None else function(m, [a for a in x.arguments if a is not None])
 
 
 def empty_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
@@ -317,8 +305,8 @@ def _stub_value(m: RunningProgram, x: e.FunctionCall) -> Value | None:
     stub = m.controller.cell.stubs[name]
     m.controller.assume(f"{name}( )", "nothing" if stub.returns is None else v.value_text(stub.returns), "stub")
     for i, value in stub.out.items():
-        target = x.arguments[i - 1] if i <= len(x.arguments) else None
-        if not isinstance(target, e.Name | e.Index | e.Component):
+        target = _variable(m, x.arguments[i - 1] if i <= len(x.arguments) else None)
+        if target is None:
             raise ExecutionError("arguments", f"the stub of {name} sets argument {i}, which is no variable", "")
-        reference_to(m, target).write(value)
+        target.write(value)
     return stub.returns

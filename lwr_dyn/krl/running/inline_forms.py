@@ -7,10 +7,8 @@ from the motion's data (PDAT, LDAT, FDAT), the frames of `$config.dat` and the a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
-from types import TracebackType
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 from lwr_dyn.krl.diagnostics import ExecutionError
 from lwr_dyn.krl.language import expressions as e
@@ -33,10 +31,10 @@ def bas(m: RunningProgram, x: e.FunctionCall) -> None:
     command = arguments[0].name.upper()
     if command in LEFT_OUT:
         return
-    function = _BAS.get(command)
-    if function is None:
+    if command not in _BAS:
         raise ExecutionError("not-modelled", f"BAS(#{command}) is not modelled", f"modelled: {', '.join(_BAS)}")
-    function(m, value)
+    for function in _BAS[command]:
+        function(m, value)
 
 
 def frame_of_table(m: RunningProgram, table: str, number: int) -> StructValue:
@@ -87,7 +85,7 @@ def _act_part(m: RunningProgram, name: str, part: str, default: float) -> float:
     return _part(m.variable(name).value, part, default)
 
 
-def _frames(m: RunningProgram, _: float = 0.0) -> None:
+def _frames(m: RunningProgram, _: float) -> None:
     _set_frame(m, "$TOOL", "TOOL_DATA", _act_part(m, "FDAT_ACT", "TOOL_NO", 0.0))
     _set_frame(m, "$BASE", "BASE_DATA", _act_part(m, "FDAT_ACT", "BASE_NO", 0.0))
 
@@ -107,29 +105,19 @@ def _cp_data(m: RunningProgram, value: float) -> None:
     _set_part(m, "$APO", "CDIS", _act_part(m, "LDAT_ACT", "APO_DIST", 0.0))
 
 
-def _ptp_params(m: RunningProgram, value: float) -> None:
-    _ptp_data(m, value)
-    _frames(m)
-
-
-def _cp_params(m: RunningProgram, value: float) -> None:
-    _cp_data(m, value)
-    _frames(m)
-
-
-_BAS: dict[str, Callable[[RunningProgram, float], None]] = {
-    "INITMOV": lambda m, x: m.controller.initialise(),
-    "VEL_PTP": lambda m, x: _set_axes(m, "$VEL_AXIS", x),
-    "ACC_PTP": lambda m, x: _set_axes(m, "$ACC_AXIS", x),
-    "VEL_CP": lambda m, x: _set_part(m, "$VEL", "CP", x),
-    "ACC_CP": lambda m, x: _set_part(m, "$ACC", "CP", x),
-    "TOOL": lambda m, x: _set_frame(m, "$TOOL", "TOOL_DATA", x),
-    "BASE": lambda m, x: _set_frame(m, "$BASE", "BASE_DATA", x),
-    "PTP_PARAMS": _ptp_params,
-    "CP_PARAMS": _cp_params,
-    "FRAMES": _frames,
-    "PTP_DAT": lambda m, x: _ptp_data(m, _act_part(m, "PDAT_ACT", "VEL", 100.0)),
-    "CP_DAT": lambda m, x: _cp_data(m, _act_part(m, "LDAT_ACT", "VEL", m.controller.machine.vel_cp)),
+_BAS: dict[str, tuple[Callable[[RunningProgram, float], None], ...]] = {
+    "INITMOV": (lambda m, x: m.controller.initialise(),),
+    "VEL_PTP": (lambda m, x: _set_axes(m, "$VEL_AXIS", x),),
+    "ACC_PTP": (lambda m, x: _set_axes(m, "$ACC_AXIS", x),),
+    "VEL_CP": (lambda m, x: _set_part(m, "$VEL", "CP", x),),
+    "ACC_CP": (lambda m, x: _set_part(m, "$ACC", "CP", x),),
+    "TOOL": (lambda m, x: _set_frame(m, "$TOOL", "TOOL_DATA", x),),
+    "BASE": (lambda m, x: _set_frame(m, "$BASE", "BASE_DATA", x),),
+    "PTP_PARAMS": (_ptp_data, _frames),
+    "CP_PARAMS": (_cp_data, _frames),
+    "FRAMES": (_frames,),
+    "PTP_DAT": (lambda m, x: _ptp_data(m, _act_part(m, "PDAT_ACT", "VEL", 100.0)),),
+    "CP_DAT": (lambda m, x: _cp_data(m, _act_part(m, "LDAT_ACT", "VEL", m.controller.machine.vel_cp)),),
 }
 
 
@@ -144,15 +132,9 @@ def _word(whole: Value | None, name: str, otherwise: str) -> EnumValue:
     return value if isinstance(value, EnumValue) and value.name != "NONE" else EnumValue(otherwise)
 
 
-def _speeds(m: RunningProgram, given: Value | None) -> Value:
-    ori = m.controller.machine.vel_ori
-    return StructValue("CP", {"CP": _number(given, "SVEL_CP"), "ORI1": ori, "ORI2": ori})
-
-
 def _ramps(m: RunningProgram, given: Value | None) -> Value:
     share = _part(given, "ACC", 100.0) / 100.0
-    ori = m.controller.machine.acc_ori * share
-    return StructValue("CP", {"CP": m.controller.machine.acc_cp * share, "ORI1": ori, "ORI2": ori})
+    return v.speed_value(m.controller.machine.acc_cp * share, m.controller.machine.acc_ori * share)
 
 
 def _jerk(m: RunningProgram, given: Value | None) -> Value:
@@ -193,7 +175,7 @@ INLINE: dict[str, Callable[[RunningProgram, Value | None], Value]] = {
     "SVEL_JOINT": lambda m, x: min(max(_number(x, "SVEL_JOINT"), 1.0), 100.0),
     "SACC_JOINT": lambda m, x: _part(x, "ACC", 100.0),
     "SGEAR_JERK": lambda m, x: _part(x, "GEAR_JERK", 100.0),
-    "SVEL_CP": _speeds,
+    "SVEL_CP": lambda m, x: v.speed_value(_number(x, "SVEL_CP"), m.controller.machine.vel_ori),
     "SACC_CP": _ramps,
     "SJERK": _jerk,
     "SAPO": _approximation,
@@ -213,47 +195,39 @@ OF_ALL_AXES = ("$VEL_AXIS", "$ACC_AXIS", "$GEAR_JERK")
 """Given for axis 1 alone, as inline forms do, they count for all axes."""
 
 
-@dataclass(slots=True)
-class WithSettings(AbstractContextManager[None]):
-    """Applies assignments, and takes them back at its exit."""
-
-    m: RunningProgram
-    settings: Sequence[s.Assign]
-    before: dict[str, Value | None] = field(default_factory=dict)
-    speeds: set[str] = field(default_factory=set)
-
-    def __enter__(self) -> None:
-        c = self.m.controller
-        known = set(c.speeds_set)
-        for setting in self.settings:
+@contextmanager
+def with_settings(m: RunningProgram, settings: Sequence[s.Assign]) -> Iterator[None]:
+    """Applies assignments, and takes them back at the end; raises `ExecutionError`."""
+    c, known, speeds = m.controller, set(m.controller.speeds_set), set[str]()
+    before: dict[str, Value | None] = {}
+    try:
+        for setting in settings:
             name = e.root_name(setting.target)
             variable = c.variable(name) if name.startswith("$") else None
-            if variable is not None and name not in self.before:
-                self.before[name] = None if variable.value is None else v.copied(variable.value)
+            if variable is not None and name not in before:
+                before[name] = None if variable.value is None else v.copied(variable.value)
             try:
-                self.m.assign(setting)
+                m.assign(setting)
             except ExecutionError as fault:
                 if name in TIMED or fault.code != "not-modelled":
-                    self.__exit__(None, None, None)
                     raise
-                self.m.motions.note_unmodelled(f"{name} after WITH")
+                m.motions.note_unmodelled(f"{name} after WITH")
         for name in OF_ALL_AXES:
-            self._spread(name)
-        self.speeds = c.speeds_set - known
+            _spread(m, settings, name)
+        speeds = c.speeds_set - known
+        yield
+    finally:
+        for name, value in before.items():
+            c.variables[name].value = value
+        c.speeds_set -= speeds
 
-    def _spread(self, name: str) -> None:
-        """Give the value of axis 1 to all axes when no other one is set."""
-        targets = [x.target for x in self.settings if e.root_name(x.target) == name]
-        variable = self.m.controller.variables.get(name)
-        if len(targets) == 1 and isinstance(targets[0], e.Index) and variable is not None:
-            array = variable.value
-            if isinstance(array, ArrayValue) and targets[0].indices == (e.Integer(1),) and (1,) in array.items:
-                self.m.controller.assume(f"{name}[1] after WITH", "", "counts for all axes")
-                array.items.update(dict.fromkeys([(i,) for i in range(1, 7)], array.items[1,]))
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        for name, value in self.before.items():
-            self.m.controller.variables[name].value = value
-        self.m.controller.speeds_set -= self.speeds
+def _spread(m: RunningProgram, settings: Sequence[s.Assign], name: str) -> None:
+    """Give the value of axis 1 to all axes when no other one is set."""
+    targets = [x.target for x in settings if e.root_name(x.target) == name]
+    variable = m.controller.variables.get(name)
+    if len(targets) == 1 and isinstance(targets[0], e.Index) and variable is not None:
+        array = variable.value
+        if isinstance(array, ArrayValue) and targets[0].indices == (e.Integer(1),) and (1,) in array.items:
+            m.controller.assume(f"{name}[1] after WITH", "", "counts for all axes")
+            array.items.update(dict.fromkeys([(i,) for i in range(1, 7)], array.items[1,]))

@@ -1,7 +1,7 @@
 """Checks a program, and runs it on a robot's model: motions in time, speeds, poses, torques, and a Run to replay."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,7 @@ from lwr_dyn.krl.running.controller import Assumption, MachineData
 from lwr_dyn.krl.running.execute import end_at_bound, start_submits, step
 from lwr_dyn.krl.running.functions import called_routine, empty_value, value_of_call
 from lwr_dyn.krl.running.motions import ExecutedMotion
-from lwr_dyn.krl.running.passes import LoopPasses
-from lwr_dyn.krl.running.running_program import RunningProgram
+from lwr_dyn.krl.running.running_program import LoopPasses, RunningProgram
 from lwr_dyn.krl.running.triggers import ProgramEvent
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
@@ -116,7 +115,7 @@ class ProgramRun:
         meta: dict[str, Any] = {
             **arm_record(arm), "task": f"KRL program {self.program}", "controller": {"name": f"KRL {self.program}"},
             "assumed": self.machine.to_json(),
-            "assumptions": [x.to_json() for x in self.assumptions],
+            "assumptions": [asdict(x) for x in self.assumptions],
             "diagnoses": [d.to_json() for d in self.diagnostics],
             **({} if known else {"unknown": ["torques", "energy", "work"]}),
         }  # fmt: skip
@@ -210,11 +209,9 @@ def check_program(
         return sorted_diagnostics(static)
     data = machine or MachineData()
     data = replace(data, motions=min(CHECKED_MOTIONS, data.motions))
-    known = {(d.position.file, d.position.line, d.code) for d in static}
+    known = set(map(_place, static))
     of_run = interpreted(program, arm, data, _surroundings(cell, inputs), tolerant=True).log.diagnostics
-    return sorted_diagnostics(
-        [*static, *(d for d in of_run if (d.position.file, d.position.line, d.code) not in known)]
-    )
+    return sorted_diagnostics([*static, *(d for d in of_run if _place(d) not in known)])
 
 
 def run_program(
@@ -248,11 +245,15 @@ def run_program(
     """
     data = machine or MachineData()
     static = [*program.diagnostics, *static_diagnostics(program)]
+    # what unknown subprograms there are, the run itself notes where it comes to one
+    errors = sorted_diagnostics(d for d in static if d.severity == "error" and d.code != "unknown-call")
     _refuse_errors([d for d in static if d.code in UNREADABLE])
     m = interpreted(program, arm, data, _surroundings(cell, inputs))
     diagnostics, end = m.log.diagnostics, str(m.log.position)
     timeline, executed = m.motions.timeline, m.motions.executed
-    _refuse_errors(_as_checked(diagnostics, static))
+    # of one fault in one line, what the checks say stands in place of what the run says
+    checked = {_place(d): d for d in static}
+    _refuse_errors([checked.get(_place(d), d) for d in diagnostics])
     if not executed:
         _refuse_errors([replace(d, severity="error") for d in diagnostics if d.code == "endless"])
         raise ProgramError(end, "no-motion", "the program moves nothing", "a program with a PTP, LIN or CIRC")
@@ -264,7 +265,7 @@ def run_program(
     return ProgramRun(
         program=program.source.name, arm=arm, machine=data, timeline=timeline, motion=motion,
         executed=tuple(executed), still=tuple(m.motions.still),
-        diagnostics=(*_only_errors(static), *diagnostics, *overspeed(arm, motion, executed)),
+        diagnostics=(*errors, *diagnostics, *overspeed(arm, motion, executed)),
         assumptions=tuple(m.controller.assumptions.values()),
         events=tuple(sorted(m.clock.events, key=lambda x: x.time)), passes=m.passes,
         static_torque=held, torque=torque,
@@ -331,11 +332,6 @@ def _evaluate_call(m: RunningProgram, x: e.FunctionCall) -> Value:
     return result[-1]
 
 
-def _only_errors(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Those that are errors; what unknown subprograms there are, the run itself notes where it comes to one."""
-    return sorted_diagnostics(d for d in diagnostics if d.severity == "error" and d.code != "unknown-call")
-
-
 def _torques(arm: Arm, motion: Motion) -> tuple[Array | None, Array | None]:
     """The torques that hold and move the arm; None where its masses are unknown."""
     if arm.chain.bodies is None:
@@ -350,10 +346,8 @@ def _surroundings(cell: RobotCell | None, inputs: Mapping[str, Value] | None) ->
     return replace(whole, values={**whole.values, **(inputs or {})})
 
 
-def _as_checked(diagnostics: Sequence[Diagnostic], static: Sequence[Diagnostic]) -> list[Diagnostic]:
-    """What the checks say of the same fault in the same line, in place of what the run says."""
-    checked = {(d.position.file, d.position.line, d.code): d for d in static}
-    return [checked.get((d.position.file, d.position.line, d.code), d) for d in diagnostics]
+def _place(d: Diagnostic) -> tuple[str, int, str]:
+    return d.position.file, d.position.line, d.code
 
 
 def _refuse_errors(diagnostics: Sequence[Diagnostic]) -> None:

@@ -1,4 +1,4 @@
-"""A running program: its calls, variables, controller, motions and clock, and what a name means in it.
+"""A running program: its calls and loops, variables, controller, motions and clock, and what a name means in it.
 
 The variables of a file are made when one of them is first used. Statements are executed by `execute`; a function of
 the program in an expression is executed too, so the state is given the function that evaluates calls.
@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from lwr_dyn.krl.checks.type_check import shape_of
 from lwr_dyn.krl.diagnostics import DiagnosticLog, ExecutionError, SourcePosition
@@ -17,15 +20,13 @@ from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Declarator, Def, Parameter, Signal
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
-from lwr_dyn.krl.project.program import Program, program_in
+from lwr_dyn.krl.project.program import Program, program_in, scope_of
 from lwr_dyn.krl.project.project import DeclaredName
-from lwr_dyn.krl.project.scope import scope_of
 from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import ControllerState, MachineData
 from lwr_dyn.krl.running.evaluate import aggregate_value, number_of, reference_to, signal_reference, value_of
 from lwr_dyn.krl.running.motions import Motions
-from lwr_dyn.krl.running.passes import LoopPasses, LoopWatch
 from lwr_dyn.krl.running.triggers import PlannedTrigger, ProgramClock, StoppedMotion, Triggers
 from lwr_dyn.krl.running.values import ArrayValue, StructValue, Value, Variable, VariableReference
 from lwr_dyn.model.arm import Arm
@@ -34,6 +35,108 @@ LARGEST_ARRAY = 100_000
 """Most elements along one dimension of an array."""
 DEEPEST = 40
 """Most calls inside one another."""
+ALIKE = 3
+"""Passes of an endless LOOP that take the same time between the same axes, after which the run may end."""
+PATIENCE = 65
+"""Passes before that: a loop that counts up to 32, such as the places of a pallet, comes back to its state first."""
+SAME = 1e-6
+"""[s] Passes, and ways of a loop, that differ by less are alike."""
+EACH = 64
+"""Passes after each of which the state is compared; later only after every 16th."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoopPasses:
+    """The passes of an endless loop: the position of its end, the duration of each after the first [s]."""
+
+    position: SourcePosition
+    seconds: tuple[float, ...]
+    period: int
+    """How many passes repeat for ever; 0 where the state did not come back."""
+
+    @property
+    def counted(self) -> int:
+        """How many of the last passes give the time of one: those that repeat; the last one where none do."""
+        return max(self.period, 1)
+
+    @property
+    def cycle_time(self) -> float:
+        """[s] Of one pass, the mean of those that are counted."""
+        return float(np.mean(self.seconds[-self.counted :]))
+
+    def __str__(self) -> str:
+        head = f"loop that ends in line {self.position.line} of {self.position.file}: "
+        if self.period:
+            in_turn = f" ({self.period} in turn)" * (self.period > 1)
+            return f"{head}{self.cycle_time:.3f} s a pass, for ever{in_turn}"
+        least, most, n = min(self.seconds), max(self.seconds), len(self.seconds)
+        spread = f"{self.cycle_time:.3f} s in the last of {n} passes, from {least:.3f} to {most:.3f} s"
+        return head + spread + "; its variables do not come back, so later passes may differ"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class KeptState:
+    """A copy of all that decides how a program goes on: calls, axes and events, and the variables of its tables."""
+
+    head: tuple[Any, ...]
+    tables: tuple[Mapping[str, Value | None], ...]
+    time: float
+    """[s] At which it was kept."""
+    after: int = 0
+    """The pass after which it was kept."""
+    timers: tuple[tuple[int, float], ...] = ()
+    """Those for which the program asks; they go on while a loop only watches, so they are held apart."""
+
+    def is_same(self, head: tuple[Any, ...], tables: Sequence[Mapping[str, Variable]]) -> bool:
+        """Whether a present state is this one."""
+        if self.head != head or len(tables) != len(self.tables):
+            return False
+        pairs = zip(self.tables, tables, strict=True)
+        return all(kept == {name: x.value for name, x in now.items()} for kept, now in pairs)
+
+
+@dataclass(slots=True, eq=False)
+class LoopWatch:
+    """The passes of one loop so far."""
+
+    began: float
+    """[s] The present pass."""
+    kept: KeptState
+    count: int = 0
+    looks: int = 0
+    """Passes that only watched."""
+    ticked: float = 0.0
+    """[s] That passed in them since the state was kept."""
+    seconds: list[float] = field(default_factory=list)
+    places: list[Any] = field(default_factory=list)
+    """The axes at the head of the loop."""
+
+    def end_pass(self, now: float, place: Any) -> None:
+        """One more pass has ended, at a time [s] with the axes at a place."""
+        self.count += 1
+        if now - self.began > SAME:
+            self.seconds.append(now - self.began)
+            self.places.append(place)
+        self.began = now
+
+    def passes(self, position: SourcePosition, period: int) -> LoopPasses:
+        """All of them, of which so many repeat."""
+        return LoopPasses(position, tuple(self.seconds), period)
+
+    @property
+    def compares(self) -> bool:
+        """Whether the state is compared after this pass."""
+        return self.count < EACH or self.count % 16 == 0
+
+    @property
+    def keeps(self) -> bool:
+        """Whether the state is kept: after passes 1, 2, 4, 8 ..."""
+        return self.count & (self.count - 1) == 0
+
+    def alike(self) -> bool:
+        """Whether the last passes took the same time between the same axes."""
+        last, places = self.seconds[-ALIKE:], self.places[-ALIKE:]
+        return len(self.seconds) >= PATIENCE and max(last) - min(last) < SAME and len(set(places)) == 1
 
 
 @dataclass(slots=True, eq=False)

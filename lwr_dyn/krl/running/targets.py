@@ -3,6 +3,7 @@
 Of a relative motion the point where it ends; of a path how the orientation is led ($ORI_TYPE, $CIRC_TYPE, $IPO_MODE).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -168,7 +169,10 @@ def _number(point: StructValue, name: str) -> float | None:
 
 
 def _whole(point: StructValue, name: str) -> int | None:
+    """S or T; raises `ExecutionError` for a number that is none, as a cell file may give it."""
     value = _number(point, name)
+    if value is not None and not math.isfinite(value):
+        raise ExecutionError("type", f"{name} is {value}", "a whole number")
     return None if value is None else int(value)
 
 

@@ -62,6 +62,10 @@ class ProgramClock:
         heapq.heappush(self.pending, (time, self.added, action))
         return self.added
 
+    def add_later(self, after: float, action: Callable[[], None]) -> None:
+        """Let something happen some time [s] from now."""
+        self.add(self.now + after, action)
+
     def take_back(self, numbers: Container[int]) -> set[int]:
         """What has these numbers does not happen, as far as it has not happened yet; which they are."""
         gone = {number for _, number, _ in self.pending if number in numbers}

@@ -145,6 +145,11 @@ def pose_matrix(value: Value | None, what: str) -> Array:
     return KukaPose(*pose).matrix()  # type: ignore[arg-type]
 
 
+def speed_value(cp: float, ori: float) -> StructValue:
+    """A value of `$VEL` or `$ACC` [m/s, deg/s and the same per s]."""
+    return StructValue("CP", {"CP": cp, "ORI1": ori, "ORI2": ori})
+
+
 def pose_value(T: Array, type_name: str = "FRAME", rest: Mapping[str, Value] | None = None) -> StructValue:
     """A pose (4, 4) [m] as a structure [mm, deg]; `rest` adds S, T and external axes."""
     p = pose_of_matrix(T)

@@ -83,34 +83,24 @@ def fitted_motions(
     The tolerance is [m] and [rad]. Where a path in space would be singular it is PTP, whatever the kinds, and so it is
     between the samples of `only_ptp`.
     """
-    fit = _Fit(samples, tolerance, _reach(samples, tolerance[0], only_ptp))
+    reach = _reach(samples, tolerance[0], only_ptp)
+
+    def farthest(kind: str, first: int) -> int:
+        """The last sample that a motion of this kind from sample `first` can reach; `first` if none."""
+        stop = min((k for k in samples.pauses if k > first), default=len(samples.q) - 1)
+        most = stop if kind == "PTP" else min(stop, int(reach[first]))
+        return _farthest(partial(_FOLLOWS[kind], samples, tolerance, first), first, most, 2 if kind == "CIRC" else 1)
+
     motions = []
     at, end = 0, len(samples.q) - 1
     while at < end:
-        best = max(((fit.farthest(kind, at), -KINDS.index(kind)) for kind in kinds), default=(at, 0))
-        kind = KINDS[-best[1]]
-        last = best[0]
+        last, order = max(((farthest(kind, at), -KINDS.index(kind)) for kind in kinds), default=(at, 0))
+        kind = KINDS[-order]
         if last == at:
-            kind, last = "PTP", fit.farthest("PTP", at)
+            kind, last = "PTP", farthest("PTP", at)
         motions.append(FittedMotion(kind, at, last, (at + last) // 2 if kind == "CIRC" else None))
         at = last
     return tuple(motions)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Fit:
-    """How far a motion of one kind follows the samples; `reach` is where a path in space from each ends at most."""
-
-    samples: SampledPath
-    tolerance: tuple[float, float]
-    reach: Array
-
-    def farthest(self, kind: str, first: int) -> int:
-        """The last sample that a motion of this kind from sample `first` can reach; `first` if none."""
-        stop = min((k for k in self.samples.pauses if k > first), default=len(self.samples.q) - 1)
-        most = stop if kind == "PTP" else min(stop, int(self.reach[first]))
-        follows = partial(_FOLLOWS[kind], self.samples, self.tolerance, first)
-        return _farthest(follows, first, most, 2 if kind == "CIRC" else 1)
 
 
 def _reach(samples: SampledPath, tolerance: float, only_ptp: Sequence[tuple[int, int]]) -> Array:

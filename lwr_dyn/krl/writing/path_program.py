@@ -128,11 +128,20 @@ def _curve(samples: SampledPath, knots: Sequence[int]) -> tuple[PosePath, Array]
 def _nearest(path: tuple[PosePath, Array], way: Array, knots: Sequence[int], places: Array) -> Array:
     """The lengths (k,) at which the curve is nearest to the places (k, 3), by Newton's steps from their share."""
     curve, marks = path
-    s = np.interp(way, way[list(knots)], marks)
+
+    def at(s: Array) -> tuple[Array, Array]:
+        found = curve.segment.at(s)
+        return found.p, found.dp
+
+    return _stepped(at, places, np.interp(way, way[list(knots)], marks), marks[-1])
+
+
+def _stepped(at: Callable[[Array], tuple[Array, Array]], wanted: Array, s: Array, end: float) -> Array:
+    """Newton's steps along a curve, from `s` (k,) up to `end`, towards what is wanted (k, n)."""
     for _ in range(STEPS):
-        at = curve.segment.at(s)
-        step = np.sum((places - at.p) * at.dp, axis=1) / np.maximum(np.sum(at.dp * at.dp, axis=1), 1e-12)
-        s = np.clip(s + step, 0.0, marks[-1])
+        found, slope = at(s)
+        step = np.sum((wanted - found) * slope, axis=1) / np.maximum(np.sum(slope * slope, axis=1), 1e-12)
+        s = np.clip(s + step, 0.0, end)
     return np.asarray(s)
 
 
@@ -168,12 +177,8 @@ def _nearest_axes(samples: SampledPath, q: Array, way: Array, knots: Sequence[in
     points = q[list(knots)]
     marks = _along(samples, points)
     curve = CubicSpline(marks, points, bc_type="natural")
-    s = np.interp(way, way[list(knots)], marks)
-    for _ in range(STEPS):
-        slope = np.asarray(curve(s, 1))
-        step = np.sum((q - curve(s)) * slope, axis=1) / np.maximum(np.sum(slope * slope, axis=1), 1e-12)
-        s = np.clip(s + step, 0.0, marks[-1])
-    return np.asarray(curve(s))
+    start = np.interp(way, way[list(knots)], marks)
+    return np.asarray(curve(_stepped(lambda s: (curve(s), curve(s, 1)), q, start, marks[-1])))
 
 
 FITTED, CUT, LEFT = 0.55, 0.4, 0.9

@@ -197,11 +197,11 @@ def generate_program(points: PointProgram, arm: Arm) -> Program:
     """
     q = np.radians(points.home_deg)
     base, tool = (pose_matrix(_struct(x, "FRAME"), "a frame") for x in (points.base, points.tool))
-    taught = []
+    declared = [axes_declared("XHOME", arm, points.home_deg)]
     for point in points.points:
         q = _axes_of(points.name, point, RobotState(arm, q, base, tool, None))
-        taught.append((point, status(arm, q), turn(q)))
-    return program_of(_source(points), _data(points, taught, arm))
+        declared.append(pose_declared(point.name, point.pose, status(arm, q), turn(q)))
+    return program_of(_source(points), data_file(points.name, declared))
 
 
 def _axes_of(program: str, point: TaughtPoint, robot: RobotState) -> Array:
@@ -214,20 +214,15 @@ def _axes_of(program: str, point: TaughtPoint, robot: RobotState) -> Array:
 
 
 def _source(points: PointProgram) -> SourceFile:
-    moves = [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait)]
-    for point in points.points:
-        moves += [s.Move(point.motion, e.Name(point.name)), *_wait(point.wait)]
-    moves += [s.Move("PTP", e.Name("XHOME")), *_wait(points.wait)]
+    home = [s.Move("PTP", e.Name("XHOME")), *waiting(points.wait)]
+    there = [x for point in points.points for x in (s.Move(point.motion, e.Name(point.name)), *waiting(point.wait))]
+    moves = [*home, *there, *home]
     tool, base = frame_set("TOOL", points.tool), frame_set("BASE", points.base)
     return program_file(points.name, tool, base, points.ptp_percent, points.lin_speed, moves)
 
 
-def _data(points: PointProgram, taught: Sequence[tuple[TaughtPoint, int, int]], arm: Arm) -> SourceFile:
-    home = axes_declared("XHOME", arm, points.home_deg)
-    return data_file(points.name, [home, *(pose_declared(point.name, point.pose, S, T) for point, S, T in taught)])
-
-
-def _wait(seconds: float) -> list[s.Statement]:
+def waiting(seconds: float) -> list[s.Statement]:
+    """WAIT SEC; nothing for no time."""
     return [s.Wait("SEC", e.Real(seconds))] if seconds > 0.0 else []
 
 

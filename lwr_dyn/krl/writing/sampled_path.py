@@ -71,16 +71,13 @@ def _along(arm: Arm, q: Array, excess: float, home: Array) -> tuple[Array | None
         return None, (jump / len(q), f"an axis turns by {np.degrees(step[jump]):.4g} deg at sample {jump + 2}")
     q = q + WHOLE * np.round((home - q[0]) / WHOLE)
     for i in range(arm.n):
-        turns = [k for k in (0, -1, 1) if _inside(arm, q[:, i] + WHOLE * k, i)]
+        over = np.maximum(q[:, i] - arm.upper[i], arm.lower[i] - q[:, i])
+        low, up = arm.lower[i] - TOUCH, arm.upper[i] + TOUCH
+        turns = [k for k in (0, -1, 1) if ((turned := q[:, i] + WHOLE * k) <= up).all() and (turned >= low).all()]
         if not turns:
-            over = np.maximum(q[:, i] - arm.upper[i], arm.lower[i] - q[:, i])
             return None, (0.5, f"{arm.joint_names[i]} leaves its range by {np.degrees(over.max()):.4g} deg")
         q[:, i] += WHOLE * turns[0]
     return q, (1.0, "")
-
-
-def _inside(arm: Arm, q: Array, i: int) -> bool:
-    return bool(((q <= arm.upper[i] + TOUCH) & (q >= arm.lower[i] - TOUCH)).all())
 
 
 def taught_axes(arm: Arm, flange: Array, q: Array, clear: float) -> Array | None:

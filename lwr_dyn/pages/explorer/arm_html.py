@@ -14,6 +14,7 @@ from lwr_dyn.arms.urdf.model_files import UNSOURCED, quantity_sources
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import written_out
 from lwr_dyn.model.arm import Arm, Joint, Source
+from lwr_dyn.model.caveats import DYNAMICS
 from lwr_dyn.model.chain import Body, JointKind, names_of_ends
 from lwr_dyn.model.ellipsoid import inertia_ellipsoid, no_ellipsoid
 from lwr_dyn.model.spatial import principal_moments
@@ -89,13 +90,14 @@ def _link_cells(arm: Arm, link: str, body: Body | None) -> tuple[NumberCell, ...
     moments, shape = principal_moments(body.inertia_com), inertia_ellipsoid(body)
     tensor = "eigenvalues of the inertia about the centre of mass"
     root = "a = sqrt(5 (I2 + I3 - I1) / (2 m)), and so on"
+    cells = {source.cell: source for source in (*inertia, *mass)}  # the mass is a source of a shifted tensor too
     return (
         _cell(names[0], np.array([body.mass]), "kg", mass),
         _cell(names[1], body.com, "m", com, scale=1000.0),
         _cell(names[2], moments, "kg m^2", inertia, tensor),
         NumberCell(names[3], "", how=no_ellipsoid(body))
         if shape is None
-        else _cell(names[3], shape.semi_axes, "m", (*mass, *inertia), root, 1000.0),
+        else _cell(names[3], shape.semi_axes, "m", tuple(cells.values()), root, 1000.0),
     )
 
 
@@ -114,7 +116,7 @@ def table(
     heads = "".join(f'<th scope="col" class="num" id="{key}">{piece}</th>' for key, piece in pieces[:n])
     rows = []
     for i, (name, kind) in enumerate(names, start=1):
-        cells = "".join(f'<td class="num" id="{key}">{piece}</td>' for key, piece in pieces[i * n : (i + 1) * n])
+        cells = "".join(f"<td class=num id={key}>{piece}</td>" for key, piece in pieces[i * n : (i + 1) * n])
         small = f" <small>{escape(kind)}</small>" if kind else ""
         rows.append(f'<tr><th scope="row">{escape(name)}{small}</th>{cells}</tr>')
     title, label = escape(caption), f'aria-label="{escape(caption)}, scrolls sideways"'
@@ -140,15 +142,15 @@ def _number(cell: NumberCell, key: str) -> str:
     """A button with the popover that it opens; of an unknown number why it is unknown."""
     if not cell.text:
         return f'<span class="soft">{escape(cell.how or "unknown")}</span>'
-    button = f'<button class="n" type="button" popovertarget="{key}">{escape(cell.text)}</button>'
-    first = _list([("value", cell.exact), *([("computed", cell.how)] if cell.how else [])], mono="value")
+    button = f"<button class=n type=button popovertarget={key}>{escape(cell.text)}</button>"
+    first = _list([("value", cell.exact), *([("computed", cell.how)] if cell.how else [])])
     listed = "".join(_list(_source_rows(source)) for source in cell.sources[:_MOST_CELLS])
     more = len(cell.sources) - _MOST_CELLS
     if not cell.sources:
         listed = _list([("source", UNSOURCED)])
     elif more > 0:
         listed += _list([("more", f"{more} further cells, in the .provenance.json of lwr-dyn urdf")])
-    return f'{button}<div popover id="{key}" class="pop"><h3>{escape(cell.heading)}</h3>{first}{listed}</div>'
+    return f"{button}<div popover id={key} class=pop><h3>{escape(cell.heading)}</h3>{first}{listed}</div>"
 
 
 def _source_rows(source: Source) -> Iterable[tuple[str, str]]:
@@ -168,8 +170,8 @@ def _value(value: object) -> str:
     return "; ".join(map(_value, value)) if isinstance(value, tuple | list) else str(value)
 
 
-def _list(rows: Iterable[tuple[str, str]], mono: str = "") -> str:
-    cells = (f"<dt>{escape(a)}<dd{' class=mono' if a == mono else ''}>{escape(b)}" for a, b in rows)  # HTML ends them
+def _list(rows: Iterable[tuple[str, str]]) -> str:
+    cells = (f"<dt>{escape(a)}<dd>{escape(b)}" for a, b in rows)  # HTML ends them
     return f"<dl>{''.join(cells)}</dl>"
 
 
@@ -234,7 +236,7 @@ def _tables(arm: Arm) -> tuple[tuple[str, str, str, list[tuple[str, str]], tuple
 
 
 def _facts(arm: Arm) -> str:
-    """Reading, joints, mass and gravity in one line."""
+    """What must be known before its numbers, reading, joints, mass and gravity in one line."""
     known = [body.mass for body in arm.bodies() if body is not None and not body.unknown]
     mass = f"masses of {len(known)} of {arm.n} links known"
     if len(known) == arm.n:
@@ -242,7 +244,9 @@ def _facts(arm: Arm) -> str:
     g, size = arm.chain.gravity, float(np.linalg.norm(arm.chain.gravity))
     along = ", ".join(f"{x:.3g}" for x in (g / size + 0.0 if size else g))
     origin = escape(arm.title) if arm.layout is not None else f"reading <b>{escape(arm.reading)}</b>"
-    return " · ".join([origin, f"{arm.n} joints", mass, f"gravity {size:.6g} m/s² along ({along})"])
+    facts = [origin, f"{arm.n} joints", mass, f"gravity {size:.6g} m/s² along ({along})"]
+    words = arm.caveats.words(DYNAMICS)
+    return " · ".join([f'<b class="caveat">{escape(words)}</b>', *facts] if words else facts)
 
 
 def _notes(arm: Arm, missing: str) -> str:

@@ -56,14 +56,17 @@ SUFFIXES = (".png", ".svg")
 
 def save_figure(figures: Figure | Sequence[Figure], path: str | Path, runs: Runs = ()) -> tuple[Path, Path]:
     """Write `path`.png and `path`.svg and return both; raises as `draw`, `write_file`, `check_figure`."""
-    targets = figure_paths(path)
-    for target in targets:
-        write_file(target, figure_bytes(figures, target.suffix[1:], runs))
+    targets, drawing = figure_paths(path), draw(figures, runs)
+    with drawing_class():
+        for target in targets:
+            write_file(target, drawing_bytes(drawing, target.suffix[1:]))
     return targets
 
 
 def figure_paths(path: str | Path) -> tuple[Path, Path]:
     """The .png and the .svg of a figure; `path` ends in one of them or has no suffix, else `FileAccessError`."""
+    if Path(path).name in ("", ".."):
+        raise FileAccessError(str(path), "is a directory", "a file's name: .png and .svg are written")
     if Path(path).suffix not in ("", *SUFFIXES):
         raise FileAccessError(str(path), f"ends in {Path(path).suffix}", "no suffix, .png or .svg: both are written")
     return Path(path).with_suffix(".png"), Path(path).with_suffix(".svg")

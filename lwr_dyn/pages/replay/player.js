@@ -163,6 +163,7 @@ class Player {
     about.open = window.innerWidth > 700;
     card.append(head, numbers);
     if (record.stops) card.append(element("div", "stops", record.stops));
+    if (record.caveat) card.append(element("div", "caveat", record.caveat));
     card.append(about);
     document.getElementById("cards").append(card);
     const largest = Math.max(1e-12, run.q.reduce((most, q, k) => Math.max(most, Math.abs(run.qRef[k] - q)), 0));

@@ -287,6 +287,7 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "place": shown.place,
         "tip_model": tip_model(run),
         "stops": stop_contacts(run, arm).sentence(),
+        "caveat": shown.caveat,
         "facts": [[name, value] for name, value in facts(run).items() if value != shown.label],
         "joints": [{"name": j.name, "kind": j.kind.value, "origin": column_major(j.origin)} for j in arm.joints()],
         "flange": column_major(arm.flange()),

@@ -12,7 +12,7 @@ from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics import forward
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run
+from lwr_dyn.model.run import Run, run_used
 from lwr_dyn.pages.replay.look import RUN_COLOURS, run_colour
 from lwr_dyn.simulation.audit import audit_words
 from lwr_dyn.simulation.metrics import stop_contacts
@@ -44,6 +44,11 @@ class ReplayedRun:
     def caption(self) -> str:
         """The label for a figure: with the stops that joints met, as they are part of what is drawn."""
         return "; ".join(text for text in (self.label, stop_contacts(self.run, self.arm).sentence()) if text)
+
+    @property
+    def caveat(self) -> str:
+        """What must be known before its numbers; empty where nothing must."""
+        return self.arm.caveat(run_used(self.run))
 
     @property
     def tip_error(self) -> Array:

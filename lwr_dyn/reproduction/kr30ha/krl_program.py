@@ -139,7 +139,7 @@ def program_parts(report: ProgramReport) -> tuple[Note, Table]:
 
 @cache
 def _diagnoses(corrected: bool) -> tuple[Diagnostic, ...]:
-    arm = arm_from_paper(open_paper("kr30ha"))
+    arm = arm_from_paper(open_paper("kr30ha", "kuka"))
     return check_program(corrected_program(arm) if corrected else printed_program(), arm)
 
 

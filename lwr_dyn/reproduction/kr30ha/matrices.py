@@ -16,7 +16,7 @@ import sympy as sp
 from lwr_dyn.arms.papers.assembly import arm_from_paper, dh_rows
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
-from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices
+from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices, normal_form
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.chain import link_frames
@@ -105,7 +105,7 @@ def paper_matrices() -> PaperMatrices:
     tables = printed_tables("kr30ha")
     right = dh_matrices(open_paper("kr30ha", "printed"))
     factors = [np.array(tables["numeric"][f"T{i + 1}"], dtype=float) for i in range(6)]
-    chain = arm_from_paper(open_paper("kr30ha")).chain
+    chain = arm_from_paper(open_paper("kr30ha", "kuka")).chain
     true = [IN_MM * link.pose(0.0).matrix() for link in chain.links]
     frames = [IN_MM * frame for frame in link_frames(chain, np.zeros(6))]
     composites = {k: np.array(tables["composite"][f"T0{k}"], dtype=float) for k in range(2, 7)}
@@ -138,9 +138,9 @@ def printed_symbols(rows: Sequence[Sequence[str]], i: int) -> sp.Matrix:
 
 def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> MatrixVerdict:
     name, printed = f"A{i + 1}", printed_symbols(rows, i)
+    beyond = normal_form(printed - right, [sp.Symbol(f"q{i + 1}")])
     entries = tuple(
-        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), sp.simplify(printed[r, c] - right[r, c]) == 0)
-        for r, c in PLACES
+        MatrixEntry(r + 1, c + 1, str(printed[r, c]), str(right[r, c]), beyond[r, c] == 0) for r, c in PLACES
     )
     same = all(entry.same for entry in entries)
     return MatrixVerdict(
@@ -151,10 +151,10 @@ def _symbolic(i: int, rows: Sequence[Sequence[str]], right: sp.Matrix) -> Matrix
 def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequence[str]], i: int) -> str:
     """The erratum that reads just the differing entries otherwise, or with which Table 2 gives the printed matrix."""
     wrong = {f"results.symbolic.{name}[{e.row - 1}][{e.column - 1}]" for e in entries if not e.same}
-    for erratum in open_paper("kr30ha").errata:
+    for erratum in open_paper("kr30ha", "kuka").errata:
         if wrong and wrong == {p.at for p in erratum.of_results() if p.at.startswith(f"results.symbolic.{name}[")}:
             return erratum.id
-    for read in open_paper("kr30ha").reading.errata:
+    for read in open_paper("kr30ha", "kuka").reading.errata:
         beside = compared(rows, dh_matrices(_with([read]))[i].tolist())
         if all(entry.same for row in beside for entry in row):
             return read
@@ -163,7 +163,7 @@ def _read_right(name: str, entries: Sequence[MatrixEntry], rows: Sequence[Sequen
 
 def _without(name: str, printed: Array) -> str:
     """The erratum of the reading without which the arm at A = 0 has the printed matrix."""
-    own = open_paper("kr30ha").reading.errata
+    own = open_paper("kr30ha", "kuka").reading.errata
     for left_out in own:
         chain = arm_from_paper(_with([e for e in own if e != left_out])).chain
         single = [link.pose(0.0).matrix() for link in chain.links]
@@ -189,7 +189,7 @@ def _row_of(printed: sp.Matrix, i: int) -> str:
         theta = sign * q + sp.rad(offset)
         (c, s), (ca, sa) = ((sp.cos(x), sp.sin(x)) for x in (theta, sp.rad(alpha)))
         row = sp.Matrix(equation_1(c, s, ca, sa, a, d))
-        if sp.simplify(row - printed) == sp.zeros(4, 4):
+        if normal_form(row - printed, [q]) == sp.zeros(4, 4):
             return f"alpha = {alpha} deg, theta = {sign * q}{f' {offset:+d} deg' if offset else ''}"
     return "no row of equation (1)"
 

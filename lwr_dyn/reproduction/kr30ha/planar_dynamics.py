@@ -175,7 +175,7 @@ class MotionReport:
 
 def motion_report() -> MotionReport:
     """Derive the equations of the first two joints, and compare what the report prints."""
-    paper = open_paper("kr30ha")
+    paper = open_paper("kr30ha", "kuka")
     arm = arm_from_paper(paper)
     general, symmetric = (equations_of_motion(arm, FIRST_TWO, None, paper, zeros) for zeros in (False, True))
     planar = planar_equations()
@@ -293,7 +293,7 @@ def named_erratum(_: PaperData, erratum: str) -> Proof:
 
 def planar_model(_: PaperData) -> Proof:
     """Every entry of B, C and g of the planar model, done right, beside those of the arm's first two joints."""
-    paper = open_paper("kr30ha")
+    paper = open_paper("kr30ha", "kuka")
     arm = equations_of_motion(arm_from_paper(paper), FIRST_TWO, None, paper, True).equations
     pairs = counterparts(arm)
     equal = [c.name for c in pairs if not c.why]

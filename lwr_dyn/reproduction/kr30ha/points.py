@@ -107,7 +107,7 @@ class PaperPoints:
 def paper_points() -> PaperPoints:
     """Solve the report's points its way and the right way."""
     tables = printed_tables("kr30ha")
-    arm = arm_from_paper(open_paper("kr30ha"))
+    arm = arm_from_paper(open_paper("kr30ha", "kuka"))
     cells = tuple(cell for name in POINTS for cell in _cells(name, tables))
     return PaperPoints(cells, right_points(arm, tables), point_misses(arm, tables))
 
@@ -158,7 +158,7 @@ def _erratum(at: str, text: str, value: float) -> str:
     """The erratum that reads a printed cell as what the report's own formula gives; empty where the digits agree."""
     if agrees(text, value):
         return ""
-    patches = ((e.id, patch) for e in open_paper("kr30ha").errata for patch in e.of_results())
+    patches = ((e.id, patch) for e in open_paper("kr30ha", "kuka").errata for patch in e.of_results())
     return next((name for name, patch in patches if patch.at == at and agrees(patch.read, value)), "")
 
 

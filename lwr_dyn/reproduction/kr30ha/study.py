@@ -265,7 +265,7 @@ def run(place: Path, arm: Arm, progress: Progress) -> Reproduction:
     It holds when the symbols equal Pinocchio's numbers, and each printed result is reproduced or explained by a named
     erratum.
     """
-    paper = open_paper("kr30ha")
+    paper = open_paper("kr30ha", "kuka")
     progress("points, matrices, envelope")
     points, matrices, envelope = paper_points(), paper_matrices(), working_envelope(arm)
     progress("equations of motion")

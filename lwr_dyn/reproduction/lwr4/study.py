@@ -81,7 +81,7 @@ class Exercise:
 
 def exercise() -> Exercise:
     """Solve the exercise from its own table."""
-    paper, printed = open_paper("lwr4"), printed_tables("lwr4")
+    paper, printed = open_paper("lwr4", "printed"), printed_tables("lwr4")
     matrices = link_motion.dh_matrices(paper)
     names = {str(s): s for m in matrices for s in m.free_symbols}
     tables = [

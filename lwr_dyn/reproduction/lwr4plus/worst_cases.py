@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.catalog import open_paper, open_readings
+from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, diagonal, worst_case_inertia, worst_case_inertias
 from lwr_dyn.dynamics.newton_euler import Recursion
@@ -24,6 +24,8 @@ from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import principal_moments
 from lwr_dyn.reproduction.papers import printed_tables
 
+AUTHORS = "computed"
+"""The reading that the authors computed with."""
 PAPER_ZERO = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Printed angle minus DH angle [deg]: the paper counts joint 2 from the horizontal."""
 
@@ -32,8 +34,8 @@ _cache: dict[bytes, tuple[float, float]] = {}
 
 
 def arms() -> dict[str, Arm]:
-    """The arm under each of its readings."""
-    return {paper.reading.name: arm_from_paper(paper) for paper in open_readings("lwr4plus")}
+    """The arm under each of its readings, the authors' first."""
+    return {name: arm_from_paper(open_paper("lwr4plus", name)) for name in (AUTHORS, "printed", "physical")}
 
 
 def largest(arm: Arm, joint: int, from_known_maxima: bool = False) -> float:
@@ -153,15 +155,14 @@ class GainCell:
 
 
 def inertia_rows() -> tuple[InertiaRow, ...]:
-    """Table IV: B_ii maximised over the joint box under every reading; configurations under the default one."""
+    """Table IV: B_ii maximised over the joint box under every reading; configurations under the authors'."""
     tables, all_arms = printed_tables("lwr4plus"), arms()
     printed = zip(tables["table_iv"]["b"], tables["table_iv_configurations"]["q"], strict=True)
     worst = {name: worst_case_inertias(arm) for name, arm in all_arms.items()}
-    default, own = next(iter(all_arms.items()))
     rows = []
     for i, (b, q) in enumerate(printed):
         values = {name: maxima[i].value for name, maxima in worst.items()}
-        rows.append(InertiaRow(i, b, values, tuple(q), at_printed(own, i, q), worst[default][i]))
+        rows.append(InertiaRow(i, b, values, tuple(q), at_printed(all_arms[AUTHORS], i, q), worst[AUTHORS][i]))
     return tuple(rows)
 
 

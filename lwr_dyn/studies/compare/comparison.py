@@ -105,7 +105,8 @@ class RunComparison:
                  kind=list[str]),
             Note(self.notes, key="notes", says="What the numbers rest on."),
         ], brief=True)  # fmt: skip
-        return Document(self.title, "", [runs], "lwr-dyn compare", "comparison", [title])
+        return Document(self.title, "", [runs], "lwr-dyn compare", "comparison", [title],
+                        tuple(dict.fromkeys(filter(None, (one.shown.caveat for one in self.runs)))))  # fmt: skip
 
     def record(self) -> dict[str, Any]:
         """The comparison as JSON values: one record a run, with all its figures of merit."""

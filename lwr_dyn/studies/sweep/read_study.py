@@ -1,6 +1,6 @@
 """Reads a study's file: TOML, strict; what is wrong is one line with the file and the field."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.control.controllers import controller_spec
+from lwr_dyn.control.controllers import code_files, controller_spec
 from lwr_dyn.foundation.errors import FileAccessError, did_you_mean
 from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import ends_in, read_text
@@ -30,8 +30,10 @@ LISTS = {Quantity.ANGLES: 3, Quantity.POINT: 3}
 """Options that are lists, and how many numbers they have; joint positions have one a joint."""
 
 
-def read_study(path: str | Path) -> SweepStudy:
+def read_study(path: str | Path, before_code: Callable[[str], None] = lambda _: None) -> SweepStudy:
     """The study of a `.toml` file, checked against its arm, task and controllers; nothing is simulated.
+
+    A controller in a Python file is made once, which runs the file: `before_code(path)` may say so, or raise.
 
     Raises
     ------
@@ -44,10 +46,10 @@ def read_study(path: str | Path) -> SweepStudy:
     """
     if not ends_in(path, ".toml"):
         raise FileAccessError(str(path), "does not end in .toml", NEEDED)
-    return study_of_text(read_text(path, NEEDED), Path(path))
+    return study_of_text(read_text(path, NEEDED), Path(path), before_code)
 
 
-def study_of_text(text: str, path: Path) -> SweepStudy:
+def study_of_text(text: str, path: Path, before_code: Callable[[str], None] = lambda _: None) -> SweepStudy:
     """The study of a file's text; files that it names are looked for beside `path`. Raises as `read_study`."""
     fields = Fields(parse_toml(text, path.name), path.name)
     study = _base(fields, path, text)
@@ -62,7 +64,7 @@ def study_of_text(text: str, path: Path) -> SweepStudy:
     study = replace(study, task=task.name, task_options=task.options, parameters=parameters)
     study = _with_loop(loop, study, arm)
     study = _with_files(study, task.files)
-    study = _with_controllers(fields, study, path.parent)
+    study = _with_controllers(fields, study, path.parent, before_code)
     study = checked_parameters(study, arm, fields, tables)
     lacking = missing_option(task, set(sweep_study.task_choices(study)[0]))
     if lacking is not None:
@@ -97,13 +99,17 @@ def _with_files(study: SweepStudy, files: Iterable[Path], name: str = "") -> Swe
     return replace(study, sources=sources, places=places)
 
 
-def _with_controllers(fields: Fields, study: SweepStudy, folder: Path) -> SweepStudy:
+def _with_controllers(
+    fields: Fields, study: SweepStudy, folder: Path, before_code: Callable[[str], None]
+) -> SweepStudy:
     """With the files of controllers by path as given; each is made once, but a file may need options that vary."""
     for i, text in enumerate(study.controllers):
         with blamed(fields, f"controllers[{i}]"):
             spec = controller_spec(text)
             if spec.is_file:
                 study = _with_files(study, [folder / spec.base], spec.base)
+    for path in code_files(sweep_study.spec_of_study(study, text).base for text in study.controllers):
+        before_code(path)
     varied = any(one.path.startswith("controller.") for one in study.parameters)
     for i, text in enumerate(study.controllers):
         with blamed(fields, f"controllers[{i}]"):

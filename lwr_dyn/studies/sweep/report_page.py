@@ -23,7 +23,7 @@ from lwr_dyn.studies.sweep.running.sweep_folder import SweepResults, folder_name
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
 from lwr_dyn.studies.sweep.summary import TORNADO, SweepSummary, draw_columns, summarise
 from lwr_dyn.studies.sweep.summary_document import about_text, event_table, notes, quantile_table, value_text
-from lwr_dyn.studies.sweep.sweep_study import SweepStudy
+from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
 
 _PACKAGE = "lwr_dyn.studies.sweep"
 _DATA = re.compile(r'(<script type="application/json" id="replay-data">)(.*?)(</script>)', re.DOTALL)
@@ -55,7 +55,7 @@ def report_html(summary: SweepSummary, worst: Sequence[WorstRun] = ()) -> str:
     inks, units = controller_inks(summary), column_units(summary)
     judged = [(one.within, name) for name, one in summary.controllers.items() if one.within is not None]
     judged.sort(key=lambda pair: -pair[0].value)
-    said = [about_text(summary)]
+    said = [*study_caveats(summary.study), about_text(summary)]
     said += [f"{name} keeps all limits in {share_text(x, summary.is_sample)} of {x.runs} runs." for x, name in judged]
     tables = [*(quantile_table(summary, words) for words in summary.focus), event_table(summary)]
     replays = '<p class="note">A replay is the run again by simulate; the other figures are those of the study.</p>'

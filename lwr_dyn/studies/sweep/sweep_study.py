@@ -20,7 +20,7 @@ from lwr_dyn.control.protocol import Controller
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import read_bytes
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, caveats_of
 from lwr_dyn.model.run import Reference
 from lwr_dyn.studies.sweep.sampling import METHODS, Values, VariedParameter, points, saltelli_rows
 from lwr_dyn.trajectory.references.references import REFERENCES
@@ -220,6 +220,11 @@ def arm_of_study(study: SweepStudy, reading: str | None = None) -> Arm:
     """The arm as the controllers know it, or as another reading has it; raises as `lwr_dyn.load`."""
     content = study.sources.get(Path(study.robot).name, "")
     return _arm(study.robot, study.reading if reading is None else reading, study.assumed_friction, content)
+
+
+def study_caveats(study: SweepStudy) -> tuple[str, ...]:
+    """What must be known before numbers of a study's arm."""
+    return caveats_of([arm_of_study(study)])
 
 
 @lru_cache(maxsize=8)

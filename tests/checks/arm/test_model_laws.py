@@ -44,7 +44,7 @@ class Faulty:
 
 @pytest.fixture(scope="module")
 def arm():
-    return lwr_dyn.load("lwr4plus")
+    return lwr_dyn.load("lwr4plus", "computed")
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from lwr_dyn.foundation.errors import MissingDataError
 from tests.checks.conventions.recovery import numbered_table, recovery
 from tests.checks.conventions.scrambled_tables import same_bodies
 
-TABLES = 30
+TABLES = 20
 SEED = 20
 """Another series than the soak's."""
 

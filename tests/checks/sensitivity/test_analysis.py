@@ -16,12 +16,13 @@ from lwr_dyn.trajectory.references.joint_moves import point_to_point
 
 PD, INVERSE = "PD + gravity, damping on dq", "inverse dynamics with feed-forward"
 RATE = 250.0
-"""[Hz] Loops of 50 rad/s hold at it."""
+"""[Hz] Inverse dynamics holds at it, PD at five times as much."""
 
 
 @pytest.fixture(scope="module")
 def arms():
-    arm = lwr_dyn.load("lwr4plus")
+    """The LWR 4+ with its rotors as built and its wrist held: in the default reading PD is sampled at 11 kHz."""
+    arm = lwr_dyn.load("lwr4plus", "physical", lock=dict.fromkeys(("joint_5", "joint_6", "joint_7"), 0.5))
     return {"true": arm, "heavy": arm_with_scaled_inertia(arm, 1.1)}
 
 
@@ -72,7 +73,7 @@ def test_conclusions_are_computed(result):
 def test_largest_joints_are_a_proposition(result):
     claims = (
         PublishedClaim("as published", "", "PD", _two_largest(result), "max"),
-        PublishedClaim("never", "", "PD", (5, 6), "max"),
+        PublishedClaim("never", "", "PD", tuple({0, 1, 2, 3} - {*_two_largest(result)}), "max"),
     )
     study = replace(result.study, task=replace(result.study.task, claims=claims))
     by_text = {c.text: c for c in conclusions(study, result.runs, result.statics)}
@@ -173,9 +174,9 @@ BAD = [
 
 
 @pytest.mark.parametrize(("make", "options", "error"), BAD)
-def test_bad_input(arms, make, options, error):
+def test_bad_input(arm, make, options, error):
     with pytest.raises(error) as caught:
-        sensitivity(make(arms["true"]), **options)
+        sensitivity(make(arm), **options)
     assert isinstance(caught.value, LwrDynError)
 
 

@@ -15,7 +15,8 @@ from lwr_dyn.checks.tables.toml_sheet import sheet_of_toml
 from lwr_dyn.foundation.errors import LwrDynError
 from tests.checks.tables.faulty_sheets import FAULTS, detection, false_alarms
 
-TRIALS = 60
+TRIALS, FEWER = 60, 30
+"""Fewer where almost all are found: half of them tell 0.99 from 0.9 as well."""
 RATES = {
     "mean times ten": 0.65,  # a small mean times ten may still lie between its extremes
     "two gains exchanged": 0.75,  # five rows with two broken and nothing declared leave three to decide by
@@ -32,7 +33,7 @@ def test_correct_tables_raise_no_alarm():
 @pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_found(fault):
-    assert detection(fault, TRIALS, seed=4) >= RATES.get(fault, 0.9)
+    assert detection(fault, TRIALS if fault in RATES else FEWER, seed=4) >= RATES.get(fault, 0.9)
 
 
 def urdf_sheet(path):

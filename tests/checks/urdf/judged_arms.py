@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
-from lwr_dyn.arms.urdf.parse import expand_xacro
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.checks.urdf.hulls import mesh_path
 
 ARMS_FILE = Path(__file__).parent / "arms.toml"

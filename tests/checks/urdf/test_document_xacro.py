@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from lwr_dyn.arms.urdf.parse import expand_xacro, package_folder
+from lwr_dyn.arms.urdf.xacro_files import expand_xacro, package_folder
 from lwr_dyn.checks.urdf.document import read_document
 from lwr_dyn.checks.urdf.lint import lint_file
 from lwr_dyn.checks.urdf.xml_tree import Place

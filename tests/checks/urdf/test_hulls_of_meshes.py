@@ -128,6 +128,18 @@ def test_without_a_folder_to_write_every_process_reads_for_itself(tmp_path, monk
     assert len(mesh_points(box_file(tmp_path, ".stl")).points) == 8
 
 
+def test_a_link_among_the_points_is_neither_read_nor_written_through(tmp_path):
+    keep_points("a", np.eye(3))
+    file = folder() / "a.points"
+    file.rename(tmp_path / "elsewhere")
+    file.symlink_to(tmp_path / "elsewhere")
+    assert kept_points("a") is None
+    (tmp_path / "elsewhere").write_bytes(b"mine")
+    keep_points("a", np.eye(3))
+    assert (tmp_path / "elsewhere").read_bytes() == b"mine"
+    assert np.array_equal(kept_points("a"), np.eye(3))
+
+
 def test_the_folder_that_kernels_share_is_open_to_its_user_alone(tmp_path, monkeypatch):
     before = os.umask(0o002)
     try:

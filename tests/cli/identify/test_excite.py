@@ -1,7 +1,6 @@
 """`lwr-dyn excite`: the loop to identification, its record, and what it refuses in one line."""
 
 import dataclasses
-import json
 import shlex
 
 import numpy as np
@@ -18,25 +17,18 @@ QUICK = ("--reading", "physical", "--starts", "1", "--duration", "6", "--harmoni
 
 
 @pytest.mark.slow
-def test_excite_simulate_identify(lwr_dyn_command, tmp_path):
+def test_excite_simulate_identify(lwr_dyn_command, printed, recorded, tmp_path):
     motion, log = str(tmp_path / "e.csv"), str(tmp_path / "e_run.npz")
-    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--out", motion)
-    assert (code, err) == (0, "")
+    out = printed("excite", "lwr4plus", *QUICK, "--out", motion)
     assert f"wrote {motion}; simulate a log:  lwr-dyn simulate" in out
     line = out.split("simulate a log:  lwr-dyn ")[1].split()
     assert lwr_dyn_command(*line)[0] == 0
-    code, out, err = lwr_dyn_command(
-        "identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical", "--json"
-    )
-    assert code == 0, err
-    assert json.loads(out)["parameters"]
+    assert recorded("identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical")["parameters"]
 
 
 @pytest.mark.slow
-def test_the_record_says_what_the_motion_is(lwr_dyn_command):
-    code, out, _ = lwr_dyn_command("excite", "lwr4plus", *QUICK, "--objective", "cond", "--floor", "-1", "--json")
-    record = json.loads(out)
-    assert code == 0
+def test_the_record_says_what_the_motion_is(recorded):
+    record = recorded("excite", "lwr4plus", *QUICK, "--objective", "cond", "--floor", "-1")
     assert faults("excite", record) == []
     series = record["series"]
     w = 2 * np.pi / record["duration"] * np.arange(1, 4)
@@ -52,11 +44,10 @@ def test_the_record_says_what_the_motion_is(lwr_dyn_command):
 
 
 @pytest.mark.slow
-def test_the_proposed_simulation_is_of_the_same_arm(lwr_dyn_command, tmp_path):
+def test_the_proposed_simulation_is_of_the_same_arm(printed, tmp_path):
     file = str(tmp_path / "an e.csv")
     load = ("--payload", "3", "--tool", "xyz=0,0,0.1", "--lock", "joint_7=0.5")
-    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, *load, "--out", file)
-    assert code == 0, err
+    out = printed("excite", "lwr4plus", *QUICK, *load, "--out", file)
     assert "torques without friction, which the arm's file does not give" in out
     assert "checked at 1 kHz" in out
     words = shlex.split(out.split("simulate a log:  lwr-dyn ")[1])
@@ -102,9 +93,6 @@ def test_only_joints_without_friction_are_named():
         (("--rate", "0", "--out", "e.csv"), "rate: 0.0; allowed"),
     ],
 )
-def test_bad_options_are_one_line_before_any_search(options, words, lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_options_are_one_line_before_any_search(options, words, refused, folder, monkeypatch):
     monkeypatch.setattr(MotionDesign, "start", lambda *_: pytest.fail("a search was begun"))
-    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK, *options)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert words in err
+    assert words in refused("excite", "lwr4plus", *QUICK, *options)

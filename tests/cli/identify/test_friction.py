@@ -1,6 +1,5 @@
 """`lwr-dyn identify friction` as a user types it."""
 
-import json
 import sys
 
 import pytest
@@ -17,11 +16,9 @@ def logs(tmp_path, one_joint_at_a_time):
 
 
 @pytest.mark.slow
-def test_friction_as_json_and_as_a_plot(lwr_dyn_command, logs, tmp_path):
+def test_friction_as_json_and_as_a_plot(recorded, logs, tmp_path):
     out_file = tmp_path / "map"
-    code, out, err = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--json", "--plot", out_file)
-    found = json.loads(out)
-    assert (code, err) == (0, "")
+    found = recorded("identify", "friction", *logs, "--robot", "wam7", "--plot", out_file)
     assert len(found["fits"]) == 14
     assert len(found["map"]) == 56
     first = found["fits"][0]
@@ -33,18 +30,14 @@ def test_friction_as_json_and_as_a_plot(lwr_dyn_command, logs, tmp_path):
     assert b"<svg" in out_file.with_suffix(".svg").read_bytes()
 
 
-def test_without_matplotlib_a_plot_is_refused_before_anything_is_printed(lwr_dyn_command, logs, tmp_path, monkeypatch):
+def test_without_matplotlib_a_plot_is_refused_before_anything_is_printed(refused, logs, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    code, out, err = lwr_dyn_command("identify", "friction", *logs, "--plot", tmp_path / "map")
-    assert (code, out) == (2, "")
-    assert "pip install 'lwr_dyn[plots]'" in err
-    assert err.count("\n") == 1
+    assert "pip install 'lwr_dyn[plots]'" in refused("identify", "friction", *logs, "--plot", tmp_path / "map")
 
 
 @pytest.mark.slow
-def test_the_table_names_the_torques_taken_out(lwr_dyn_command, logs):
-    code, out, _ = lwr_dyn_command("identify", "friction", *logs, "--robot", "wam7", "--robust")
-    assert code == 0
+def test_the_table_names_the_torques_taken_out(printed, logs):
+    out = printed("identify", "friction", *logs, "--robot", "wam7", "--robust")
     assert "56 cruises in 56 files, Huber's loss, taken out of the torques: g" in out
     assert "--subtract all takes it out" in out
     assert out.count("0.05 to 0.3") == 14
@@ -64,10 +57,8 @@ def test_good_files_are_reported_and_every_bad_one_gets_a_line(lwr_dyn_command, 
     ]
 
 
-def test_nothing_but_bad_files_prints_no_report(lwr_dyn_command, tmp_path):
-    code, out, err = lwr_dyn_command("identify", "friction", tmp_path / "none.csv", "--json")
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
+def test_nothing_but_bad_files_prints_no_report(refused, tmp_path):
+    refused("identify", "friction", tmp_path / "none.csv", "--json")
 
 
 @pytest.mark.parametrize(
@@ -88,9 +79,5 @@ def test_nothing_but_bad_files_prints_no_report(lwr_dyn_command, tmp_path):
         (("motion", "x.csv", "--robot", "wam7", "--friction", "lugre"), "'lugre' is not one of"),
     ],
 )
-def test_bad_input_gets_one_line(lwr_dyn_command, arguments, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    code, out, err = lwr_dyn_command("identify", *arguments)
-    assert (code, out) == (2, "")
-    assert message in err
-    assert err.count("\n") == 1
+def test_bad_input_gets_one_line(refused, arguments, message, folder):
+    assert message in refused("identify", *arguments)

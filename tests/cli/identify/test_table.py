@@ -31,9 +31,8 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [str(folder / f"log{k}.csv") for k in (0, 1)]
 
 
-def test_a_right_table_meets_the_logs(lwr_dyn_command: Command, logs: list[str]) -> None:
-    code, out, err = lwr_dyn_command("identify", "table", *logs, "--robot", "lwr4plus", "--reading", "physical")
-    assert (code, err) == (0, "")
+def test_a_right_table_meets_the_logs(printed, logs: list[str]) -> None:
+    out = printed("identify", "table", *logs, "--robot", "lwr4plus", "--reading", "physical")
     assert out.startswith("the table meets the log")
     assert "one effect on all motions: I1yy = rotor1, m2 = c2z, I2yy = rotor2, c3z = c4y, c5z = c6y" in out
     assert "no motion shows: m1, c1x, c1y, c1z, I1xx, I1xy, I1xz, I1yz, I1zz, c2y" in out
@@ -59,12 +58,10 @@ def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: lis
     assert len(record["cells"]) == 77
 
 
-def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
+def test_a_urdf_has_cells_too(printed, logs: list[str], tmp_path: Path) -> None:
     urdf = tmp_path / "arm.urdf"
     urdf.write_text(lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus", "physical")), encoding="utf-8")
-    code, out, _ = lwr_dyn_command("identify", "table", *logs, "--robot", str(urdf))
-    assert code == 0
-    assert "c5z" in out
+    assert "c5z" in printed("identify", "table", *logs, "--robot", str(urdf))
 
 
 @pytest.mark.parametrize(
@@ -76,10 +73,6 @@ def test_a_urdf_has_cells_too(lwr_dyn_command: Command, logs: list[str], tmp_pat
         (("--robot", "wam7"), ""),
     ],
 )
-def test_bad_input_is_one_line(lwr_dyn_command: Command, logs: list[str], options: tuple[str, ...], said: str) -> None:
+def test_bad_input_is_one_line(refused, logs: list[str], options: tuple[str, ...], said: str) -> None:
     file = "missing.csv" if options == ("--robot", "wam7") else logs[0]
-    code, out, err = lwr_dyn_command("identify", "table", file, *options)
-    assert code == 2
-    assert out == ""
-    assert said in err
-    assert err.count("\n") == 1
+    assert said in refused("identify", "table", file, *options)

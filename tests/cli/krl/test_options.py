@@ -6,10 +6,13 @@ SOURCE = "DEF a( )\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nEN
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, lwr_dyn_command):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(SOURCE)
-    return lambda *given: lwr_dyn_command("krl", "run", "a.src", *(x for text in given for x in ("--set", text)))
+def program(folder):
+    (folder / "a.src").write_text(SOURCE)
+    return folder
+
+
+def run_with(*given):
+    return ("krl", "run", "a.src", *(x for text in given for x in ("--set", text)))
 
 
 @pytest.mark.parametrize(
@@ -30,30 +33,27 @@ def run(tmp_path, monkeypatch, lwr_dyn_command):
         ("$INN[1]=TRUE", "a $ variable of KUKA's, or one that a file names (did you mean $IN?)"),
     ],
 )
-def test_what_cannot_be_given_is_one_line(run, text, allowed):
-    code, out, err = run(text)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert f"allowed: {allowed}" in err
+@pytest.mark.usefixtures("program")
+def test_what_cannot_be_given_is_one_line(refused, text, allowed):
+    assert f"allowed: {allowed}" in refused(*run_with(text))
 
 
-def test_what_nothing_reads_is_told(run):
-    code, out, _ = run("foo=3", "$OV_PRO=50", "$IN[8192]=TRUE")
-    assert code == 0
+@pytest.mark.usefixtures("program")
+def test_what_nothing_reads_is_told(printed):
+    out = printed(*run_with("foo=3", "$OV_PRO=50", "$IN[8192]=TRUE"))
     told = [line for line in out.splitlines() if "nothing reads it" in line]
-    assert told == [f"assumed: {name}: given, but nothing reads it" for name in ("FOO",)]
+    assert told == ["assumed: FOO: given, but nothing reads it"]
 
 
-def test_a_dollar_name_that_the_program_has_can_be_given(run, tmp_path):
-    (tmp_path / "a.src").write_text(SOURCE.replace("END\n", "IF $INN[1] THEN\nWAIT SEC 1\nENDIF\nEND\n"))
-    code, out, err = run("$INN[1]=TRUE")
-    assert (code, err) == (0, "")
-    assert "WAIT" in out
-    assert run("$IN[1]=TRUE", "$INN2[1]=TRUE")[0] == 2
+def test_a_dollar_name_that_the_program_has_can_be_given(program, printed, refused):
+    (program / "a.src").write_text(SOURCE.replace("END\n", "IF $INN[1] THEN\nWAIT SEC 1\nENDIF\nEND\n"))
+    assert "WAIT" in printed(*run_with("$INN[1]=TRUE"))
+    refused(*run_with("$IN[1]=TRUE", "$INN2[1]=TRUE"))
 
 
-def test_a_value_that_is_read_is_not_told(run, tmp_path):
-    (tmp_path / "a.dat").write_text("DEFDAT a\nINT N=1\nENDDAT\n")
-    (tmp_path / "a.src").write_text(SOURCE.replace("END\n", "WAIT SEC N\nEND\n"))
-    out = run("N=3")[1]
+def test_a_value_that_is_read_is_not_told(program, printed):
+    (program / "a.dat").write_text("DEFDAT a\nINT N=1\nENDDAT\n")
+    (program / "a.src").write_text(SOURCE.replace("END\n", "WAIT SEC N\nEND\n"))
+    out = printed(*run_with("N=3"))
     assert "assumed: N: given\n" in out
     assert "nothing reads" not in out

@@ -1,7 +1,5 @@
 """`lwr-dyn krl run`: what is unknown is said, and what is printed agrees with what is recorded."""
 
-import json
-
 from tests.json_schemas import faults
 
 PROGRAM = """DEF a( )
@@ -23,12 +21,11 @@ speed = [360, 300, 360, 380, 390, 615]
 """
 
 
-def test_torques_of_unknown_masses_are_null_and_a_dash(lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(PROGRAM)
-    (tmp_path / "small.kuka.toml").write_text(SMALL)
+def test_torques_of_unknown_masses_are_null_and_a_dash(lwr_dyn_command, recorded, folder):
+    (folder / "a.src").write_text(PROGRAM)
+    (folder / "small.kuka.toml").write_text(SMALL)
     line = "krl", "run", "a.src", "--robot", "small.kuka.toml"
-    record = json.loads(lwr_dyn_command(*line, "--json")[1])
+    record = recorded(*line)
     assert faults("krl run", record) == []
     assert record["peak_torque"] == record["peak_static_torque"] == [None] * 6
     code, out, _ = lwr_dyn_command(*line, "--out", "a.npz")
@@ -39,10 +36,9 @@ def test_torques_of_unknown_masses_are_null_and_a_dash(lwr_dyn_command, tmp_path
     assert rows[-1] == ["wrote", "a.npz"]
 
 
-def test_a_motion_has_the_flange_at_its_end(lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(PROGRAM)
-    record = json.loads(lwr_dyn_command("krl", "run", "a.src", "--json")[1])
+def test_a_motion_has_the_flange_at_its_end(lwr_dyn_command, recorded, folder):
+    (folder / "a.src").write_text(PROGRAM)
+    record = recorded("krl", "run", "a.src")
     first, second = record["motions"]
     assert (first["line"], second["line"], second["motion"]) == (3, 4, "LIN_REL")
     assert [round(b - a, 6) + 0.0 for a, b in zip(first["flange"], second["flange"], strict=True)][:3] == [0, 0, -100]

@@ -12,6 +12,7 @@ from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.dynamics.protocol import FUNCTIONS
 from lwr_dyn.foundation.errors import OptionError, ShapeError, SingularMassError
 from tests.codegen.kernels.evaluate import states
+from tests.codegen.rollouts.beside import first_joints
 
 ARM = lwr_dyn.load("lwr4plus")
 Q, DQ, DDQ = states(7, 41)
@@ -236,8 +237,9 @@ def test_accelerations_that_are_not_determined():
 
     from lwr_dyn.model.chain import Body
 
-    last = ARM.chain.links[-1]
-    links = (*ARM.chain.links[:-1], replace(last, body=Body.massless(), rotor=None))
-    arm = replace(ARM, chain=replace(ARM.chain, links=links))
-    with pytest.raises(SingularMassError, match="joint 7"):
-        lwr_dyn.dynamics_of(arm, "kernels").forward_dynamics(*X)
+    short = first_joints(2)
+    last = short.chain.links[-1]
+    links = (*short.chain.links[:-1], replace(last, body=Body.massless(), rotor=None))
+    arm = replace(short, chain=replace(short.chain, links=links))
+    with pytest.raises(SingularMassError, match="joint 2"):
+        lwr_dyn.dynamics_of(arm, "kernels").forward_dynamics(*X[..., :2])

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels import kernel
+from lwr_dyn.codegen.kernels import kernel, machine_code
 from lwr_dyn.codegen.kernels.kernel import CacheWarning
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
 from lwr_dyn.codegen.rollouts import kernel as rollout_kernel
@@ -44,30 +44,34 @@ def gravity():
     return lwr_dyn.batch_dynamics(ARM).gravity_vector(Q)
 
 
-def in_a_new_process(wait=True):
-    process = subprocess.Popen([sys.executable, "-c", ONE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    if not wait:
-        return process
+def in_a_new_process():
+    return subprocess.Popen([sys.executable, "-c", ONE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def answer(process):
+    """Whether it imported numba and casadi, and its torque."""
     out, err = process.communicate()
     assert process.returncode == 0, err
-    numba, casadi, value = out.split()
-    return numba == "True", casadi == "True", float(value)
+    *compilers, value = out.split()
+    return tuple(name == "True" for name in compilers), float(value)
 
 
-@pytest.mark.slow
-def test_the_second_process_loads_the_kernel_of_the_first(folder):
-    first = in_a_new_process()
-    second = in_a_new_process()
-    assert first[:2] == (True, True)
-    assert second[:2] == (False, False)  # neither compiler is even imported
-    assert first[2] == second[2]
-    assert os.stat(folder).st_mode & 0o777 == 0o700
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """Torques, the name of their kernel in the cache, its record and its code, built once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LWR_DYN_CACHE", str(tmp_path_factory.mktemp("built")))
+        patch.setattr(kernel, "_loaded", {})
+        right, key = gravity(), kernel.key_of(kernel_spec(ARM), "gravity_vector")
+        return right, key, *kernel.read_cache(key)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("damage", ["cut", "flipped", "empty", "other", "folder"])
-def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
-    right = gravity()
+def test_a_damaged_kernel_is_built_again(built, folder, monkeypatch, damage):
+    right, key, record, code = built
+    kernel.write_cache(key, record, code)
+    assert kernel.read_cache(key) == (record, code)
     (file,) = folder.glob("*.kernel")
     whole = file.read_bytes()
     if damage == "folder":
@@ -77,13 +81,21 @@ def test_a_damaged_kernel_is_built_again(folder, monkeypatch, damage):
         middle = len(whole) // 2
         flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
         file.write_bytes({"cut": whole[:-5], "flipped": flipped, "empty": b"", "other": b"something else"}[damage])
-    monkeypatch.setattr(kernel, "_loaded", {})
+    built_again = []
+
+    def compiled(text):
+        """The compiler, which needs half a second for the same code."""
+        built_again.append(text)
+        return code, record["symbol"]
+
+    monkeypatch.setattr(machine_code, "compiled", compiled)
     if damage == "folder":
         with pytest.warns(CacheWarning, match="directory"):
             assert np.array_equal(gravity(), right)
     else:
         assert np.array_equal(gravity(), right)
-        assert kernel.read_cache(file.stem) is not None
+        assert kernel.read_cache(key) == (record, code)
+    assert len(built_again) == 1
 
 
 @pytest.mark.slow
@@ -94,20 +106,23 @@ def test_a_folder_that_cannot_be_written_is_warned_of_once_and_does_not_stop_the
     monkeypatch.setattr(kernel, "_warned", set())
     with pytest.warns(CacheWarning, match="this process compiles its own; name another folder in LWR_DYN_CACHE"):
         right = gravity()
-    lwr_dyn.batch_dynamics(ARM).potential_energy(Q)  # no second warning: warnings are errors here
+    kernel.write_cache("another", {}, b"code")  # no second warning: warnings are errors here
     assert np.abs(right - lwr_dyn.dynamics_of(ARM).gravity_vector(Q)).max() < 1e-12
 
 
 @pytest.mark.slow
-def test_two_processes_at_once_and_a_killed_one(folder):
-    several = [in_a_new_process(wait=False) for _ in range(3)]
+def test_processes_at_once_a_killed_one_and_a_later_one_that_loads_their_kernel(folder):
+    several = [in_a_new_process() for _ in range(3)]
     time.sleep(0.8)
     several[0].send_signal(signal.SIGKILL)
-    answers = [process.communicate()[0].split()[-1] for process in several[1:]]
+    answers = [answer(process) for process in several[1:]]
     several[0].communicate()
-    assert len(set(answers)) == 1
-    assert in_a_new_process()[:2] == (False, False)
+    later = answer(in_a_new_process())
+    assert (True, True) in {compilers for compilers, _ in answers}
+    assert later[0] == (False, False)  # neither compiler is even imported
+    assert len({value for _, value in (*answers, later)}) == 1
     assert len(list(folder.glob("*.kernel"))) == 1
+    assert os.stat(folder).st_mode & 0o777 == 0o700
 
 
 @pytest.mark.slow
@@ -117,7 +132,7 @@ def test_files_of_a_killed_process_are_deleted_later(folder):
     for path in (old, young):
         path.write_bytes(b"half")
     os.utime(old, (time.time() - 2 * 3600,) * 2)
-    gravity()
+    kernel.write_cache("a", {}, b"code")
     assert not old.exists()
     assert young.exists()
 
@@ -180,7 +195,7 @@ def test_without_a_home_folder_kernels_are_not_kept(monkeypatch):
 def planted(folder, code=b"code"):
     """A kernel file as another user's process would write it: right in form, signed with another key."""
     content = b'{"symbol": "f"}\n' + code
-    digest = hmac.digest(b"x" * 32, content, "sha256").hex().encode() + b"\n"
+    digest = hmac.digest(b"x" * 32, b"a\n" + content, "sha256").hex().encode() + b"\n"
     (folder / "a.kernel").write_bytes(kernel._MARK + digest + content)
     return folder / "a.kernel"
 
@@ -190,6 +205,30 @@ def test_what_is_signed_with_another_key_is_not_read(folder):
     assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
     planted(folder)
     assert kernel.read_cache("a") is None
+
+
+def test_a_kernel_under_the_name_of_another_is_not_read(folder):
+    """Two files exchanged: both are signed by this user, and each holds what the other's name says."""
+    kernel.write_cache("a", {"symbol": "f"}, b"code of a")
+    kernel.write_cache("b", {"symbol": "f"}, b"code of b")
+    (folder / "a.kernel").rename(folder / "c")
+    (folder / "b.kernel").rename(folder / "a.kernel")
+    (folder / "c").rename(folder / "b.kernel")
+    assert kernel.read_cache("a") is None
+    assert kernel.read_cache("b") is None
+    kernel.write_cache("a", {"symbol": "f"}, b"code of a")
+    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code of a")
+
+
+def test_a_link_in_the_cache_is_neither_read_nor_written_through(folder, tmp_path):
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
+    (folder / "a.kernel").rename(tmp_path / "elsewhere")
+    (folder / "a.kernel").symlink_to(tmp_path / "elsewhere")
+    assert kernel.read_cache("a") is None
+    (tmp_path / "elsewhere").write_bytes(b"mine")
+    kernel.write_cache("a", {"symbol": "f"}, b"code")
+    assert (tmp_path / "elsewhere").read_bytes() == b"mine"
+    assert kernel.read_cache("a") == ({"symbol": "f"}, b"code")
 
 
 @pytest.mark.parametrize("mode", [0o720, 0o770, 0o702])
@@ -219,20 +258,20 @@ def test_a_file_that_others_can_write_or_own_is_not_read(folder, monkeypatch):
 @pytest.mark.parametrize("content", [b"[]\n", b"5\n", b"{\n", b"\n", b"[" * 100_000, b"\xff\n"])
 def test_a_record_that_is_none_is_built_again(folder, content):
     folder.mkdir(mode=0o700)
-    (folder / "a.kernel").write_bytes(kernel._MARK + kernel._digest(content) + content)
+    (folder / "a.kernel").write_bytes(kernel._MARK + kernel._digest("a", content) + content)
     assert kernel.read_cache("a") is None
 
 
 def test_the_key_is_the_users_own_and_secret(folder, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "user"))
     key = tmp_path / "user" / "lwr_dyn" / "key"
-    assert kernel._digest(b"x") == kernel._digest(b"x")
+    assert kernel._digest("a", b"x") == kernel._digest("a", b"x")
     assert key.stat().st_mode & 0o777 == 0o600
     assert len(key.read_bytes()) == 32
     key.chmod(0o644)
     with pytest.raises(PermissionError):
-        kernel._digest(b"x")
+        kernel._digest("a", b"x")
     key.chmod(0o600)
     key.write_bytes(b"short")
     with pytest.raises(FileAccessError, match="5 bytes; allowed: 32 secret bytes"):
-        kernel._digest(b"x")
+        kernel._digest("a", b"x")

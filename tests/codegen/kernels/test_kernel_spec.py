@@ -1,4 +1,7 @@
-"""Kernels with inertial parameters, payload, gravity and friction as inputs equal kernels with constants."""
+"""Kernels with inertial parameters, payload, gravity and friction as inputs equal kernels with constants.
+
+Kernels are run by Python; `test_kernel_source` compares machine code with that, with all inputs and without.
+"""
 
 from dataclasses import replace
 
@@ -12,8 +15,10 @@ from lwr_dyn.model.chain import Body, with_bodies, with_payload
 from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 from scripts.benchmarks.kernel_peers import relative_difference
 from tests.codegen.kernels.evaluate import evaluated, states
-from tests.random_arms import random_body
+from tests.random_arms import random_arm, random_body
 from tests.tolerances import EXACT
+
+pytestmark = pytest.mark.usefixtures("by_python")
 
 ARM = lwr_dyn.load("lwr4plus")
 LIMITS = tuple(replace(limits, viscous=1.0 + i, coulomb=0.5 * i) for i, limits in enumerate(ARM.limits))
@@ -73,10 +78,11 @@ def test_every_state_may_have_a_body_a_load_and_a_gravity_of_its_own(family):
 
 
 @pytest.mark.slow
-def test_a_payload_alone_can_be_the_input():
-    x, load = states(7, 10), kernel_spec.payload_parameters(3.0, (0.01, 0.0, 0.05))
-    result = lwr_dyn.batch_dynamics(ARM, inputs=["payload"]).inverse_dynamics(*x, payload=load)
-    loaded = ARM.with_chain(with_payload(ARM.chain, 3.0, (0.01, 0.0, 0.05)))
+@pytest.mark.parametrize("arm", [ARM, random_arm(5, "RPR")], ids=["flange in its frame", "flange elsewhere"])
+def test_a_payload_alone_can_be_the_input(arm):
+    x, load = states(arm.n, 10), kernel_spec.payload_parameters(3.0, (0.01, 0.0, 0.05))
+    result = lwr_dyn.batch_dynamics(arm, inputs=["payload"]).inverse_dynamics(*x, payload=load)
+    loaded = arm.with_chain(with_payload(arm.chain, 3.0, (0.01, 0.0, 0.05)))
     expected = lwr_dyn.dynamics_of(loaded, "newton-euler").inverse_dynamics(*x)
     assert relative_difference(result, expected) < EXACT
 

@@ -85,7 +85,7 @@ def test_without_the_packages_of_kernels_pinocchio_searches(monkeypatch):
 
 @pytest.mark.slow
 def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
-    arm = arm_named("kr30ha")
+    arm = arm_named("ur10e")
     first = lwr_dyn.ik_solver(arm, search="kernel")
     monkeypatch.setattr("lwr_dyn.codegen.kernels.kernel._codes", {})
     monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_source.pose_source", None)

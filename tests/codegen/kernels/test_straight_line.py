@@ -71,6 +71,7 @@ def test_a_result_tells_of_inputs_only_where_they_must_spoil_it(result, reached)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("by_python")
 @pytest.mark.parametrize("function", FUNCTIONS)
 def test_every_number_of_a_state_is_watched(function):
     arguments = len(FUNCTIONS[function].states)

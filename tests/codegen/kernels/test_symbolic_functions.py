@@ -1,4 +1,7 @@
-"""Every function of a batch against Pinocchio and the hand-written recursion, on the papers' arms and on others."""
+"""Every function of a batch against Pinocchio and the hand-written recursion, on the papers' arms and on others.
+
+Kernels are run by Python; `test_kernel_source` compares machine code with that.
+"""
 
 import numpy as np
 import pytest
@@ -13,6 +16,8 @@ from scripts.benchmarks.kernel_peers import pinocchio_answers, relative_differen
 from tests.codegen.kernels.evaluate import evaluated, states
 from tests.random_arms import random_arm
 from tests.tolerances import EXACT
+
+pytestmark = pytest.mark.usefixtures("by_python")
 
 ROBOTS = [robot for robot in lwr_dyn.robots() if lwr_dyn.load(robot).chain.bodies is not None]
 SINGLE = 2e-5

@@ -14,7 +14,7 @@ from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.model.chain import first_links
 from lwr_dyn.model.friction import Direction, JointFriction
 
-WHOLE = lwr_dyn.load("lwr4plus")
+WHOLE = lwr_dyn.load("lwr4plus", "computed")
 
 
 def first_joints(joints):

@@ -14,7 +14,7 @@ from lwr_dyn.codegen.rollouts.rollouts import rollouts
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.simulation.plant import Encoder
 
-ARM = lwr_dyn.load("lwr4plus")
+ARM = lwr_dyn.load("lwr4plus", "computed")
 OWN = inertial_parameters(ARM.chain).ravel()
 IST = lwr_dyn.reference("ist-clear", ARM)
 SHORT = 2.0

@@ -126,12 +126,19 @@ def test_an_arm_without_masses_has_no_inertia():
 
 def test_maxima_are_kept_by_the_content_of_the_arm(monkeypatch):
     first = worst_case_inertias(lwr_dyn.load("lwr4plus"))
-    assert worst_case_inertias(lwr_dyn.load("lwr4plus")) is first
+    again = worst_case_inertias(lwr_dyn.load("lwr4plus"))
+    assert all(a is b for a, b in zip(again, first, strict=True))
+    assert worst_case_inertia(lwr_dyn.load("lwr4plus"), 3) is first[3]
+    assert worst_case_inertia(lwr_dyn.load("lwr4plus"), 3, {4: 0.1}) is not first[3]
+    assert worst_case_inertia(lwr_dyn.load("lwr4plus"), 3, smallest=True).value < first[3].value
     assert not first[0].q.flags.writeable
-    other = worst_case_inertias(lwr_dyn.load("lwr4plus", reading="physical"))
+    other = worst_case_inertias(lwr_dyn.load("lwr4plus", reading="computed"))
     assert other[0].value != first[0].value
     arm = lwr_dyn.load("lwr4plus")
     narrow = replace(arm, limits=tuple(replace(limit, lower=-0.1, upper=0.1) for limit in arm.limits))
     assert worst_case_inertias(narrow)[0].value < 0.9 * first[0].value  # whatever the rounding of the search
     monkeypatch.setattr("lwr_dyn.control.inertia.worst_case.KEPT", 1)
-    assert worst_case_inertias(lwr_dyn.load("lwr4plus", reading="printed")) is not first
+    monkeypatch.setattr("lwr_dyn.control.inertia.worst_case._found", {})
+    held = [lwr_dyn.load("lwr4plus", lock={f"joint_{j}": q for j in (3, 4, 5, 6, 7)}) for q in (0.1, 0.2)]
+    one, _ = map(worst_case_inertias, held)
+    assert worst_case_inertias(held[0])[0] is not one[0]

@@ -24,6 +24,12 @@ def second_pass(name, move, arm=ARM, plant=None, **options):
     return metrics(part_of(run, move.second), arm).tip_rms_mm, run
 
 
+def only_pass(move, plant=None, **options):
+    """RMS error of the tip [mm] of inverse dynamics with that load: a law that learns nothing needs no second pass."""
+    run = lwr_dyn.simulate(ARM, make_controller("inverse-dynamics", ARM, **options), move, payload=3.0, **(plant or {}))
+    return metrics(run, ARM).tip_rms_mm
+
+
 def lyapunov(law, q, dq, theta, motion, k):
     """V = s^T B s / 2 + theta_err^T Gamma^-1 theta_err / 2 at sample k of a motion, B and theta of the loaded arm."""
     s = dq - motion.dq[k] - law.omega_n * (motion.q[k] - q)

@@ -160,8 +160,8 @@ def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
 
 @pytest.mark.slow
 def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
-    move = Twice(MOVE, 2.0)
-    fixed, _ = learning.second_pass("inverse-dynamics", move)
+    move = Twice(SHORT, 1.0)
+    fixed = learning.only_pass(SHORT)
     learnt, run = learning.second_pass("adaptive", move)
     assert fixed > 100.0 * learnt
     mass, first = run.signals["adapted_payload"][-1][[0, 3]]
@@ -172,7 +172,7 @@ def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
 @pytest.mark.slow
 def test_with_friction_noise_and_delay_it_is_ten_times_better():
     move = Twice(MOVE, 2.0)
-    fixed, _ = learning.second_pass("inverse-dynamics", move, plant=learning.FRICTION)
+    fixed = learning.only_pass(MOVE, plant=learning.FRICTION)
     learnt, run = learning.second_pass("adaptive", move, plant=learning.FRICTION, adapt_friction=True)
     assert fixed > 10.0 * learnt
     np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], learning.COULOMB, rtol=0.3)
@@ -182,7 +182,7 @@ def test_with_friction_noise_and_delay_it_is_ten_times_better():
 def test_on_elastic_joints_it_is_ten_times_better():
     """The springs of the data file (K = 1e4 N m/rad), encoders on the links, half of the rigid arm's gain."""
     move = Twice(SHORT, 1.0)
-    fixed, _ = learning.second_pass("inverse-dynamics", move, plant=learning.ELASTIC, omega_n=25.0)
+    fixed = learning.only_pass(SHORT, plant=learning.ELASTIC, omega_n=25.0)
     learnt, run = learning.second_pass("adaptive", move, plant=learning.ELASTIC, omega_n=25.0)
     assert fixed > 10.0 * learnt
     assert max(run.meta["cut_share"]) == 0.0

@@ -4,22 +4,19 @@ import time
 
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.program_run import check_program
-
-
-def diagnostics_of(*lines, data=None):
-    return check_program(parse_program("\n".join(["DEF a( )", *lines, "END", ""]), data, "a"))
+from tests.krl.short_programs import program_of, told
 
 
 def test_deep_nesting_is_told_once_and_ends():
     start = time.perf_counter()
-    found = diagnostics_of("LOOP", *["IF TRUE THEN"] * 5000, *["EXIT"] * 5000, *["ENDFOR"] * 5000)
-    assert [d.code for d in found].count("deep-nesting") == 1
+    found = told("LOOP", *["IF TRUE THEN"] * 5000, *["EXIT"] * 5000, *["ENDFOR"] * 5000)
+    assert [code for _, _, code in found].count("deep-nesting") == 1
     assert time.perf_counter() - start < 10.0
 
 
 def missing(text):
     lines = text.strip("\n").split("\n")
-    return [(d.position.line - 1, d.code, d.hint) for d in diagnostics_of(*lines)]
+    return [(d.position.line - 1, d.code, d.hint) for d in check_program(program_of(*lines))]
 
 
 def test_a_lost_end_is_told_where_its_block_opens_by_indentation():

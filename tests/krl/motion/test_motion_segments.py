@@ -13,11 +13,6 @@ SPEEDS = ("$VEL.CP = 0.5", "$ACC.CP = 2")
 CORNER = ("$APO.CDIS = 50", "LIN_REL {Y 300} C_DIS", "LIN_REL {Z -300}")
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def test_ptp_of_60_deg(arm):
     """60 deg at 140 deg/s, and 0.4 s for the ramps."""
     assert run_of(arm, HOME, "PTP_REL {A1 60, A2 5}").cycle_time == pytest.approx(60 / 140 + 0.4, abs=1e-9)

@@ -15,11 +15,6 @@ ROUNDING = 2e-3
 """Bounds hold at the nodes; between two of them they may be exceeded by this share."""
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def block(arm, *lines, head=(), tail="ENDSPLINE"):
     return run_of(arm, HOME, *SPEEDS, *head, "SPLINE", *lines, tail)
 

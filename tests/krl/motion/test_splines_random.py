@@ -21,11 +21,6 @@ BEYOND = ("singularity", "wrist-flip", "outside-limits", "out-of-reach", "no-arc
 """What keeps the arm from a random path."""
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def random_steps(rng, count):
     """Steps of a path (count, 6) [mm, deg] that wanders and turns slowly; some go on in the same direction."""
     steps, step = [], rng.normal(0, 25, 3)

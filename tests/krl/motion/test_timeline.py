@@ -9,11 +9,6 @@ import lwr_dyn
 from tests.krl.short_programs import HOME, run_of
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 @pytest.mark.parametrize("distance", [1.0, 10.0, 40.0])
 def test_blends_stay_inside_their_distance_and_save_time(arm, distance):
     lines = [

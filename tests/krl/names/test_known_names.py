@@ -3,24 +3,11 @@
 import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
-from lwr_dyn.krl.names.known_names import (
-    CONFIG,
-    SIMPLE,
-    SYSTEM,
-    Function,
-    Type,
-    known_names,
-)
-from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.program_run import check_program
+from lwr_dyn.krl.names.known_names import CONFIG, SIMPLE, SYSTEM, Function, Type, known_names
+from tests.krl.short_programs import told
 
 NAMES = known_names()
 FUNCTIONS, STRUCTURES, ENUMS = NAMES.functions, NAMES.structures, NAMES.enums
-
-
-def told(*lines):
-    program = parse_program("\n".join(["DEF a( )", *lines, "END", ""]), None, "a")
-    return [(d.position.line, d.severity, d.code) for d in check_program(program)]
 
 
 def test_each_type_in_the_tables_is_there():

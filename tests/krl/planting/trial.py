@@ -16,7 +16,7 @@ from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.project.program import program_in
-from lwr_dyn.krl.project.project import Module, Project
+from lwr_dyn.krl.project.project import Module, Project, module_file, project_of
 from tests.krl.planting.kinds import KINDS, FaultKind
 from tests.krl.planting.site import PlantedFault, PlantSite, SeededProject
 
@@ -109,8 +109,9 @@ def _first(kind: FaultKind, queue: list[CleanModule], rng: random.Random) -> Pla
 
 
 def _judged(kind: FaultKind, clean: CleanModule, site: PlantSite, fault: PlantedFault) -> PlantVerdict:
-    file, faults = parse_text("\n".join(fault.lines) + "\n", fault.file)
-    project = clean.of.project.with_source(file, faults)
+    new = module_file(*parse_text("\n".join(fault.lines) + "\n", fault.file))
+    whole = clean.of.project
+    project = project_of([*(x for x in whole.files if x.file.name != fault.file), new], whole.folder)
     found = diagnostics_of(project, project.homes[fault.file])
     at = [d for d in found if (d.position.file, d.position.line) in fault.places and d.severity != "note"]
     codes = tuple(d.code for d in at)

@@ -1,19 +1,19 @@
-"""A project: which names a module sees, and the data of each module while a program runs."""
+"""A project: which names a module sees, its data in a run; random projects against a second way to say it."""
+
+import random
 
 import pytest
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.krl.language.source import parse_text
+from lwr_dyn.krl.checks.static_checks import check_project
+from lwr_dyn.krl.language.source import parse_bytes
 from lwr_dyn.krl.project.program import load_program, load_project, program_in
+from lwr_dyn.krl.project.project import module_file, project_of
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
+from tests.krl.mutations import SOURCES, mutated
+from tests.krl.random_projects import disagreement
 
 HOME = "$VEL_AXIS[1]=100\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\n"
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 @pytest.fixture
@@ -127,15 +127,6 @@ def test_each_module_has_its_own_data_while_a_program_runs(folder, arm):
     assert run_program(load_program(where / "a.src", [where / "b.src"]), arm).cycle_time == run.cycle_time
 
 
-def test_another_text_of_one_file_leaves_the_others_as_they_are(folder):
-    where = folder(a_dot_src="DEF a( )\nn = 1\nEND\n", b_dot_dat="DEFDAT b PUBLIC\nGLOBAL INT m\nENDDAT\n")
-    project = load_project(where)
-    changed = project.with_source(*parse_text("DEFDAT b PUBLIC\nGLOBAL INT n\nENDDAT\n", "b.dat"))
-    assert changed.file("a.src") is project.file("a.src")
-    of_both = [program_in(x, x.homes["a.src"]) for x in (project, changed)]
-    assert [[d.code for d in check_program(x)] for x in of_both] == [["undeclared"], []]
-
-
 def test_the_hint_names_the_file_that_hides_a_name(folder):
     where = folder(
         a_dot_src="DEF a( )\nlocal = 1\ninner( )\nEND\n",
@@ -167,3 +158,26 @@ def test_a_fault_after_a_function_of_another_module_stands_in_the_calling_line(f
     )
     with pytest.raises(ProgramError, match=r"^a\.src:4:1: A1 = 300 deg"):
         run_program(program(where, "a.src"), arm)
+
+
+COUNT, SEED = 120, 17
+"""scripts/soak.py krl_projects tries more."""
+
+
+def test_names_are_those_of_the_file_that_the_rule_says():
+    rng = random.Random(SEED)
+    assert [x for x in (disagreement(rng) for _ in range(COUNT)) if x is not None] == []
+
+
+def test_broken_files_in_a_project_are_diagnosed():
+    rng = random.Random(SEED)
+    for _ in range(COUNT // 8):
+        texts = {path.name: mutated(path.read_bytes(), rng) for source in SOURCES for path in with_data(source)}
+        checked = check_project(project_of(module_file(*parse_bytes(text, name)) for name, text in texts.items()))
+        assert sorted(x.name for x in checked) == sorted(texts)
+        assert any(x.diagnostics for x in checked)
+
+
+def with_data(source):
+    """A `.src`, and its `.dat` if it has one."""
+    return [x for x in (source, source.with_suffix(".dat")) if x.exists()]

@@ -26,27 +26,22 @@ DIGITS = 1e-9
 """[mm, deg] A few roundings of a pose metres long."""
 
 
-@pytest.fixture(scope="module")
-def kr30():
-    return lwr_dyn.load("kr30ha")
-
-
 def six(pose):
     return (pose.x_mm, pose.y_mm, pose.z_mm, pose.a_deg, pose.b_deg, pose.c_deg)
 
 
-def test_mastering_and_stretched_out(kr30):
-    home = kuka_pose(kr30, np.array(kr30.mastering))
+def test_mastering_and_stretched_out(arm):
+    home = kuka_pose(arm, np.array(arm.mastering))
     assert six(home) == pytest.approx((1340, 0, 1810, 0, 90, 0), abs=DIGITS)
     assert (home.s, home.t) == (2, 2)
-    ahead = kuka_pose(kr30, np.zeros(6))
+    ahead = kuka_pose(arm, np.zeros(6))
     assert six(ahead) == pytest.approx((2190, 0, 960, 0, 90, 0), abs=DIGITS)
     assert (ahead.s, ahead.t) == (0, 0)
 
 
 @pytest.mark.parametrize(("axis", "moves"), [(0, "-y"), (1, "-z"), (2, "-z")])
-def test_axes_turn_the_way_kuka_counts_them(kr30, axis, moves):
-    step = lwr_dyn.forward_kinematics(kr30, 1e-3 * np.eye(6)[axis])[:3, 3] - [2.19, 0, 0.96]
+def test_axes_turn_the_way_kuka_counts_them(arm, axis, moves):
+    step = lwr_dyn.forward_kinematics(arm, 1e-3 * np.eye(6)[axis])[:3, 3] - [2.19, 0, 0.96]
     assert np.sign(step["xyz".index(moves[1])]) == -1.0
 
 
@@ -73,9 +68,9 @@ def test_a_pose_is_its_matrix():
         rotation_of_abc((1.0, 2.0))
 
 
-def test_status_bits_one_by_one(kr30):
+def test_status_bits_one_by_one(arm):
     phi = np.degrees(np.arctan2(145, 820))
-    assert np.degrees(require_wrist_arm(kr30).straight) == pytest.approx(phi)
+    assert np.degrees(require_wrist_arm(arm).straight) == pytest.approx(phi)
     for degrees, s in (
         ((0, -90, 90, 0, 0, 0), 0b010),
         ((0, -30, phi - 0.01, 0, 0, 0), 0b000),
@@ -85,15 +80,15 @@ def test_status_bits_one_by_one(kr30):
         ((0, -130, -30, 0, 5, 0), 0b001),
         ((100, -130, -30, 0, -5, 0), 0b101),
     ):
-        assert status(kr30, np.radians(degrees)) == s, degrees
+        assert status(arm, np.radians(degrees)) == s, degrees
 
 
-def test_status_does_not_change_with_the_direction_of_the_arm(kr30):
+def test_status_does_not_change_with_the_direction_of_the_arm(arm):
     rng = np.random.default_rng(0)
-    for q in rng.uniform(kr30.lower, kr30.upper, (200, 6)):
+    for q in rng.uniform(arm.lower, arm.upper, (200, 6)):
         other = q.copy()
-        other[0] = rng.uniform(kr30.lower[0], kr30.upper[0])
-        assert status(kr30, q) == status(kr30, other)
+        other[0] = rng.uniform(arm.lower[0], arm.upper[0])
+        assert status(arm, q) == status(arm, other)
 
 
 def test_turn_bits():
@@ -101,27 +96,96 @@ def test_turn_bits():
     assert turn(np.array([-1e-15, 0, 0, 0, 0, -0.0])) == 0
 
 
-def test_branches_of_one_pose_differ_in_status(kr30):
+def test_branches_of_one_pose_differ_in_status(arm):
     q = np.radians([20.0, -110.0, 110.0, 40.0, 50.0, -70.0])
-    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q), limits=False)
-    pairs = [(status(kr30, s.q), turn(s.q)) for s in result.solutions]
+    result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q), limits=False)
+    pairs = [(status(arm, s.q), turn(s.q)) for s in result.solutions]
     assert {s for s, _ in pairs} == set(range(8))
     assert len(set(pairs)) == len(pairs)
 
 
-def test_status_and_turn_choose_and_what_no_branch_has_is_refused(kr30):
+def test_status_and_turn_choose_and_what_no_branch_has_is_refused(arm):
     q = np.radians([20.0, -60.0, 100.0, 40.0, 50.0, -70.0])
-    result = lwr_dyn.inverse_kinematics(kr30, lwr_dyn.forward_kinematics(kr30, q)).solutions
-    (only,) = with_status_and_turn(kr30, result, status(kr30, q), turn(q))
+    result = lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, q)).solutions
+    (only,) = with_status_and_turn(arm, result, status(arm, q), turn(q))
     assert np.abs(only.q - q).max() < 1e-9
-    assert len(with_status_and_turn(kr30, result)) == len(result)
+    assert len(with_status_and_turn(arm, result)) == len(result)
     with pytest.raises(OptionError, match="no solution has S 7, T 1; allowed: S "):
-        with_status_and_turn(kr30, result, 7, 1)
+        with_status_and_turn(arm, result, 7, 1)
     with pytest.raises(OptionError, match="the pose has no solution"):
-        with_status_and_turn(kr30, (), 0)
+        with_status_and_turn(arm, (), 0)
 
 
-def test_kuka_axes_are_recognised(kr30):
-    assert has_kuka_axes(kr30)
+def test_kuka_axes_are_recognised(arm):
+    assert has_kuka_axes(arm)
     assert not has_kuka_axes(lwr_dyn.load("kr30ha", "printed"))
     assert not has_kuka_axes(lwr_dyn.load("lwr4plus"))
+
+
+SI = ("--xyz", "0,0.4,0.5", "--rpy", "0,0,0")
+P1 = ("--xyz-mm", "91,-1139,1392", "--abc-deg", "0,0,0")
+
+
+def test_fk_prints_both_units(printed):
+    out = printed("fk", "kr30ha", "--q-deg", "0,-90,90,0,0,0")
+    assert "position  1.340000000 0.000000000 1.810000000 m" in out
+    assert "X 1340.000000, Y 0.000000, Z 1810.000000, A 0.000000, B 90.000000, C 0.000000, S 2, T 2" in out
+    assert "B is +90 deg: A and C turn about one axis, only C - A counts" in out
+    assert printed("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90") == out
+
+
+def test_fk_by_axis_name_and_json(recorded):
+    record = recorded("fk", "kr30ha", "--axes-deg", "A3=90,A2=-90")
+    assert record["position"] == pytest.approx([1.34, 0, 1.81])
+    kuka = record["kuka"]
+    assert (kuka["x_mm"], kuka["z_mm"], kuka["b_deg"], kuka["s"], kuka["t"]) == pytest.approx((1340, 1810, 90, 2, 2))
+    assert kuka["axes_deg"] == pytest.approx({"A1": 0, "A2": -90, "A3": 90, "A4": 0, "A5": 0, "A6": 0})
+    assert recorded("fk", "lwr4plus", "--q", "0,0,0,0,0,0,0")["kuka"] is None
+
+
+def test_ik_in_kuka_units_and_in_si_are_one(arm, recorded):
+    kuka = recorded("ik", "kr30ha", *P1)
+    si = recorded("ik", "kr30ha", "--xyz", "0.091,-1.139,1.392", "--rpy", "0,0,0")
+    assert kuka["complete"]
+    assert len(kuka["solutions"]) == len(si["solutions"]) == 6
+    for solution in kuka["solutions"]:
+        T = lwr_dyn.forward_kinematics(arm, solution["q"])
+        assert np.abs(T - kuka["T"]).max() < 1e-12
+        assert solution["kuka"]["y_mm"] == pytest.approx(-1139)
+        assert solution["kuka"]["axes_deg"]["A1"] == pytest.approx(85.432, abs=1e-3)
+    assert {(s["kuka"]["s"], s["kuka"]["t"]) for s in kuka["solutions"]} == {
+        (0, 44), (0, 12), (0, 36), (0, 4), (4, 52), (4, 20),
+    }  # fmt: skip
+
+
+def test_ik_chooses_by_status_turn_or_travel(recorded):
+    only = recorded("ik", "kr30ha", *P1, "--status", "4", "--turn", "52")["solutions"]
+    near = recorded("ik", "kr30ha", *P1, "--from-deg", "0,-90,90,0,0,0")["solutions"]
+    assert [s["q"] for s in only] == [s["q"] for s in near]
+    assert len(only) == 1
+
+
+def test_ik_table_names_singularities(printed):
+    out = printed("ik", "kr30ha", "--xyz-mm", "1340,0,1810", "--abc-deg", "0,90,0")
+    assert "singular: wrist" in out
+    assert "note: B is +90 deg" in out
+
+
+BAD = {
+    "S that no branch has": (("ik", "kr30ha", *P1, "--status", "2"), 2, "no solution has S 2; allowed: S 0 T 4,"),
+    "T that no branch has": (("ik", "kr30ha", *P1, "--turn", "1"), 2, "no solution has T 1; allowed: S 0 T 4,"),
+    "S of another arm": (("ik", "lwr4plus", *SI, "--status", "2"), 2, "only for an arm with KUKA's axes"),
+    "two positions": (("ik", "kr30ha", *P1, "--xyz", "0,0,0"), 2, "--xyz, --xyz-mm: both given"),
+    "three orientations": (("ik", "kr30ha", *P1, "--rpy", "0,0,0", "--rpy-deg", "0,0,0"), 2, "several given"),
+    "ABC of two": (("ik", "kr30ha", "--xyz-mm", "0,0,0", "--abc-deg", "0,0"), 2, "--abc-deg: 2 numbers; allowed: 3"),
+    "out of reach": (("ik", "kr30ha", "--xyz-mm", "2600,0,900", "--abc-deg", "0,90,0"), 1, "of reach by 0.399015 m"),
+    "outside limits": (("ik", "kr30ha", "--xyz-mm", "91,-139,292", "--abc-deg", "0,0,0"), 1, "limits: A2 by 0.11"),
+    "arm angle": (("ik", "kr30ha", *P1, "--arm-angle-deg", "3"), 2, "only for an S-R-S arm"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "code", "message"), BAD.values(), ids=BAD)
+def test_bad_input_is_one_line(arguments, code, message, lwr_dyn_command):
+    ended, _, err = lwr_dyn_command(*arguments)
+    assert (ended, err.count("\n")) == (code, 1)
+    assert message in err

@@ -1,35 +1,25 @@
-"""What goes on beside a program: waits and answers, triggers at their time, interrupts, timers, signals, submits."""
+"""What goes on beside a program: waits, triggers, interrupts, timers, signals, submits; one pass of an endless loop."""
 
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.fields import parse_toml
-from lwr_dyn.krl.project.program import parse_program, program_of
-from lwr_dyn.krl.project.project import module_file
-from lwr_dyn.krl.running.cell import cell_of
-from lwr_dyn.krl.running.program_run import ProgramError, run_program
+from lwr_dyn.krl.language.source import parse_text
+from lwr_dyn.krl.project.program import program_of
+from lwr_dyn.krl.running.controller import MachineData
+from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
 from tests.krl.random_cells import faults_of
-from tests.krl.short_programs import HOME, values_of
+from tests.krl.short_programs import HOME, SPEEDS, cell, values_of
+from tests.krl.short_programs import program_of as short_program
 
 LIN = "LIN_REL {Y 400}"
 """0.2 m/s and 2.3 m/s^2: 2 s and a ramp of 0.2/2.3 s."""
 RAMP = 0.2 / 2.3
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
-def cell(text):
-    return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
-
-
 def run_of(arm, *lines, cell_text="", data=None):
-    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", ""])
-    extra = "DEF f( )\n$OUT[9] = TRUE\nEND\nDEF g( )\n$OUT[9] = TRUE\nRESUME\nEND\n"
-    return run_program(parse_program(text + extra, data, name="a"), arm, cell=cell(cell_text))
+    routine = "DEF f( )\n$OUT[9] = TRUE"
+    return run_program(short_program(*SPEEDS, HOME, *lines, "END", routine, data=data), arm, cell=cell(cell_text))
 
 
 def events(run):
@@ -94,28 +84,10 @@ def test_an_interrupt_comes_at_its_edge_once(arm):
 
 
 def test_resume_goes_back_to_the_routine_that_declared_the_interrupt(arm):
-    source = """DEF a( )
-INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )
-INTERRUPT ON 5
-b( )
-N = N + 100
-END
-DEF b( )
-$FLAG[1] = TRUE
-N = N + 10
-END
-DEF g( )
-N = N + 1
-RESUME
-END
-"""
-    from lwr_dyn.krl.running.controller import MachineData
-    from lwr_dyn.krl.running.program_run import interpreted
-
-    program = parse_program(source, "DEFDAT a\nDECL INT N=0\nENDDAT\n", name="a")
-    m = interpreted(program, arm, MachineData())
-    assert [d for d in m.log.diagnostics if d.severity == "error"] == []
-    assert m.files["a.dat"]["N"].value == 101
+    main = ["INTERRUPT DECL 5 WHEN $FLAG[1] DO g( )", "INTERRUPT ON 5", "b( )", "N = N + 100", "END"]
+    called = ["DEF b( )", "$FLAG[1] = TRUE", "N = N + 10", "END"]
+    values, _ = values_of(arm, [*main, *called, "DEF g( )", "N = N + 1", "RESUME"], ["DECL INT N=0"])
+    assert values["N"] == 101
 
 
 ALARM = '[[reply]]\nafter_s = 1.0\nset = { "$IN[7]" = true }\n[inputs]\n7 = false'
@@ -126,8 +98,8 @@ STOPPING += "DEF n( )\n$OUT[9] = TRUE\nEND\nDEF way( )\nLIN_REL {Y 400}\nEND\n"
 def stopped_run(arm, name, word="", way=("way( )",)):
     """The tool's way on the timeline, and its executed motions: 1 s after the start the interrupt comes."""
     lines = [f"INTERRUPT {word} DECL 5 WHEN $IN[7] DO {name}( )", "INTERRUPT ON 5", *way, "WAIT SEC 1"]
-    text = "\n".join(["DEF a( )", "BAS(#VEL_PTP, 100)", "$VEL.CP = 0.2", HOME, *lines, "END", STOPPING])
-    run = run_program(parse_program(text, name="a"), arm, cell=cell(ALARM))
+    program = short_program(*SPEEDS, HOME, *lines, "END", STOPPING.removesuffix("END\n"))
+    run = run_program(program, arm, cell=cell(ALARM))
     t = np.linspace(0.0, run.cycle_time, 400)
     motion = run.timeline.sample(t)
     return run, t, motion, lwr_dyn.forward_kinematics(arm, motion.q)[:, :3, 3]
@@ -222,11 +194,9 @@ def test_signals_are_inputs_and_outputs(arm):
 
 
 def test_a_submit_program_answers_an_output(arm):
-    source = module_file(*_parsed("a.src", f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"))
-    submit = module_file(
-        *_parsed("sps.sub", "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n")
-    )
-    program = program_of(source.file, None, [submit.file])
+    source = f"DEF a( )\n{HOME}\n$OUT[1] = TRUE\nWAIT FOR $FLAG[2]\nPTP {{A1 5}}\nEND\n"
+    submit = "DEF sps( )\nLOOP\nIF $OUT[1] THEN\n$FLAG[2] = TRUE\nENDIF\nENDLOOP\nEND\n"
+    program = program_of(parse_text(source, "a.src")[0], None, [parse_text(submit, "sps.sub")[0]])
     run = run_program(program, arm, cell=cell('submits = ["sps.sub"]'))
     assert [x.kind for x in run.executed][-1] == "PTP"
     assert run.executed[-1].begin < 0.05
@@ -234,16 +204,126 @@ def test_a_submit_program_answers_an_output(arm):
         run_program(program, arm)
 
 
-def _parsed(name, text):
-    from lwr_dyn.krl.language.source import parse_bytes
-
-    return parse_bytes(text.encode(), name)
-
-
 def test_a_trigger_of_a_motion_to_where_the_arm_stands_fires_at_once(arm):
     """Found on public programs: it waited for ever, and each later statement looked through all motions for it."""
-    home = "PTP {A1 0,A2 -90,A3 90,A4 0,A5 30,A6 0}"
-    lines = [home, "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE", home, "LIN_REL {X 50}", "LIN_REL {X -20}"]
-    run = run_of(arm, *lines)
+    trigger = "TRIGGER WHEN DISTANCE = 0 DELAY = 0 DO $OUT[4]=TRUE"
+    run = run_of(arm, HOME, trigger, HOME, "LIN_REL {X 50}", "LIN_REL {X -20}")
     (fired,) = [x for x in run.events if x.text == "$OUT[4] = TRUE"]
     assert fired.time == pytest.approx(run.executed[1].begin)
+
+
+PASS = ["LIN_REL {Y 400}", "LIN_REL {Y -400}"]
+SECONDS = 2 * (2 + 0.2 / 2.3)
+
+
+def program(*lines):
+    return short_program(*SPEEDS, HOME, *lines, data="DEFDAT a\nDECL INT N=0\nENDDAT\n")
+
+
+@pytest.mark.parametrize(
+    "loop",
+    [
+        ["LOOP", *PASS, "ENDLOOP"],
+        ["WHILE TRUE", *PASS, "ENDWHILE"],
+        ["REPEAT", *PASS, "UNTIL FALSE"],
+        ["X:", *PASS, "GOTO X"],
+    ],
+)
+def test_one_pass_is_found_and_the_run_ends(arm, loop):
+    run = run_program(program("PTP_REL {A1 10}", *loop), arm)
+    assert run.passes.period == 1
+    assert run.passes.cycle_time == pytest.approx(SECONDS)
+    assert [d.code for d in run.diagnostics] == ["endless"]
+    assert len(run.executed) < 10
+
+
+def test_passes_that_take_turns_are_found(arm):
+    loop = ["LOOP", "N = 1 - N", "IF N == 1 THEN", *PASS, "ENDIF", "WAIT SEC 1", "ENDLOOP"]
+    run = run_program(program(*loop), arm)
+    assert run.passes.period == 2
+    assert run.passes.cycle_time == pytest.approx(SECONDS / 2 + 1)
+
+
+@pytest.mark.slow
+def test_a_counter_does_not_hide_that_passes_are_alike(arm):
+    run = run_program(program("LOOP", "N = N + 1", *PASS, "ENDLOOP"), arm)
+    assert (run.passes.period, len(run.passes.seconds)) == (0, 65)
+    assert run.passes.cycle_time == pytest.approx(SECONDS)
+    assert "later passes may differ" in str(run.passes)
+
+
+@pytest.mark.parametrize("places", [4, 20, 32])
+def test_a_pallet_is_counted_to_its_end(arm, places):
+    """The last place takes 10 s longer: three like passes before it are not the cycle."""
+    loop = ["LOOP", "N = N + 1", "WAIT SEC 1", f"IF N == {places} THEN", "N = 0", "WAIT SEC 10", "ENDIF", "ENDLOOP"]
+    run = run_program(program(*loop), arm)
+    assert run.passes.period == places
+    assert run.passes.cycle_time == pytest.approx(1 + 10 / places)
+
+
+def test_a_loop_with_a_way_out_runs_to_its_end(arm):
+    run = run_program(program("LOOP", "N = N + 1", *PASS, "IF N == 6 THEN", "EXIT", "ENDIF", "ENDLOOP"), arm)
+    assert run.passes is None
+    assert run.cycle_time == pytest.approx(6 * SECONDS)
+
+
+def test_passes_that_differ_are_counted_up_to_the_bound(arm):
+    run = run_program(program("LOOP", "N = N + 1", "WAIT SEC N", "ENDLOOP"), arm, MachineData(passes=12))
+    assert len(run.passes.seconds) == 12
+    assert "from 2.000 to 13.000 s" in str(run.passes)
+
+
+def test_a_loop_that_only_watches_is_named_and_ends_the_run(arm):
+    loop = ["LOOP", "IF $FLAG[3] THEN", *PASS, "ENDIF", "ENDLOOP"]
+    run = run_program(program("PTP_REL {A1 10}", *loop), arm)
+    assert [(d.severity, d.code) for d in run.diagnostics] == [("warning", "endless")]
+    empty = short_program("LOOP", "ENDLOOP")
+    with pytest.raises(ProgramError, match="goes round without motion") as fault:
+        run_program(empty, arm)
+    assert fault.value.code == "endless"
+    assert [d.code for d in check_program(empty, arm)] == ["endless"]
+
+
+def test_a_loop_that_watches_a_timer_ends_with_it(arm):
+    lines = ["$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE", "REPEAT", "N = 1", "UNTIL $TIMER[1] > 500", "PTP_REL {A1 10}"]
+    run = run_program(program(*lines), arm)
+    assert run.passes is None
+    assert run.executed[-2].kind == "watching loop"
+    assert run.executed[-1].begin == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_timer_that_decides_is_part_of_the_state(arm):
+    """A pass of 1 s, and 2 s more each time 2.5 s have gone by: three passes in turn, of 5 s."""
+    watch = ["IF $TIMER[1] > 2500 THEN", "WAIT SEC 2", "$TIMER[1] = 0", "ENDIF"]
+    start = ["$TIMER[1] = 0", "$TIMER_STOP[1] = FALSE"]
+    run = run_program(program(*start, "LOOP", "WAIT SEC 1", *watch, "ENDLOOP"), arm)
+    assert (run.passes.period, run.passes.cycle_time) == (3, pytest.approx(5 / 3))
+    run = run_program(program(*start, "LOOP", "WAIT SEC 1", "N = $TIMER[1]", "ENDLOOP"), arm)
+    assert run.passes.period == 0
+
+
+def test_a_wait_before_the_arm_stands_anywhere_counts(arm):
+    endless = short_program("REPEAT", "WAIT SEC 1", "$FILTER = $FILTER + 1", "UNTIL FALSE")
+    notes = check_program(endless, arm, MachineData(seconds=20.0))
+    assert [d.message for d in notes] == ["stopped here after 20 s of simulated time"]
+
+
+def test_a_long_computation_is_not_taken_for_an_endless_loop(arm):
+    lines = [
+        "FOR N = 1 TO 3000",
+        "$FILTER = N / 2",
+        "ENDFOR",
+        "WHILE N > 5",
+        "N = N - 5",
+        "ENDWHILE",
+        "PTP_REL {A1 10}",
+    ]
+    assert run_program(program(*lines), arm).executed[-1].kind == "PTP_REL"
+
+
+def test_the_command_prints_the_pass(printed, recorded, folder):
+    (folder / "a.src").write_text("\n".join(["DEF a( )", HOME, "LOOP", *PASS, "$OUT[1] = TRUE", "ENDLOOP", "END", ""]))
+    record = recorded("krl", "run", "a.src")
+    assert record["passes"]["period"] == 1
+    assert record["events"][0]["text"] == "$OUT[1] = TRUE"
+    assert "s a pass, for ever" in printed("krl", "run", "a.src")

@@ -1,26 +1,13 @@
 """RobotCell files: what they give a program, what is listed as assumed, one clear line on a bad one."""
 
-import json
-
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, PaperError
-from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.krl.running.cell import cell_of, new_cell_text, with_cell
+from lwr_dyn.krl.running.cell import new_cell_text, with_cell
 from lwr_dyn.krl.running.program_run import ProgramError, check_program, run_program
-from tests.krl.short_programs import HOME, values_of
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
-def cell(text):
-    return cell_of(parse_toml(text, "cell.toml"), "cell.toml")
+from tests.krl.short_programs import HOME, cell, program_of, values_of
 
 
 def test_a_state_that_nothing_gives_is_assumed_and_listed_once(arm):
@@ -70,8 +57,7 @@ def test_a_stub_returns_and_sets_arguments(arm):
 
 def test_the_checks_know_the_names_of_a_cell():
     given = cell('variables.PART = 4\nvariables."P[2]" = "{X 1}"\nstubs.GRIP = {}\nstubs.READY = { returns = true }')
-    lines = ["DEF a( )", "IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF", "END", ""]
-    program = parse_program("\n".join(lines), name="a")
+    program = program_of("IF (PART > 3) AND READY() THEN", "GRIP(1)", "$OUT[1] = P[2].X > PART", "ENDIF")
     assert {d.code for d in check_program(program)} == {"undeclared", "unknown-call"}
     assert check_program(with_cell(program, given)) == ()
 
@@ -189,20 +175,14 @@ def test_the_template_can_be_read_as_it_stands_and_with_every_line_filled_in(arm
     assert whole.stubs["EKI_GETREAL"].out == {3: 12.5}
 
 
-def test_the_commands_take_a_cell_and_list_what_is_assumed(lwr_dyn_command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.src").write_text(
+def test_the_commands_take_a_cell_and_list_what_is_assumed(printed, recorded, refused, folder):
+    (folder / "a.src").write_text(
         "DEF a( )\nIF $IN[3] AND NOT $T1 THEN\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nENDIF\nEND\n"
     )
-    code, _, _ = lwr_dyn_command("new", "cell", "cell.toml")
-    assert code == 0
-    (tmp_path / "cell.toml").write_text((tmp_path / "cell.toml").read_text().replace("# 3 = true", "3 = true"))
-    code, out, _ = lwr_dyn_command("krl", "run", "a.src", "--cell", "cell.toml", "--json")
-    assert code == 0
-    names = {x["name"]: x for x in json.loads(out)["assumptions"]}
+    printed("new", "cell", "cell.toml")
+    (folder / "cell.toml").write_text((folder / "cell.toml").read_text().replace("# 3 = true", "3 = true"))
+    names = {x["name"]: x for x in recorded("krl", "run", "a.src", "--cell", "cell.toml")["assumptions"]}
     assert names["$T1"] == {"name": "$T1", "value": "FALSE", "why": "state default"}
     assert names["$IN[3]"]["why"] == "given"
-    code, out, _ = lwr_dyn_command("krl", "check", "a.src", "--cell", "cell.toml")
-    assert code == 0
-    code, _, err = lwr_dyn_command("krl", "run", "a.src")
-    assert "$IN[3]" in err
+    printed("krl", "check", "a.src", "--cell", "cell.toml")
+    assert "$IN[3]" in refused("krl", "run", "a.src")

@@ -5,15 +5,9 @@ import math
 import numpy as np
 import pytest
 
-import lwr_dyn
 from lwr_dyn.krl.running.cell import constant_value
 from lwr_dyn.krl.running.values import pose_matrix, text_of
 from tests.krl.short_programs import HOME, values_of
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 @pytest.mark.parametrize(

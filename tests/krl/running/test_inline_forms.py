@@ -1,9 +1,11 @@
-"""BAS: what each command of the inline forms sets, and what it leaves."""
+"""BAS: what each command of the inline forms sets, and what it leaves; what stands after WITH holds for one motion."""
+
+import math
 
 import pytest
 
-import lwr_dyn
-from tests.krl.short_programs import values_of
+from lwr_dyn.krl.running.program_run import run_program
+from tests.krl.short_programs import HOME, program_of, run_of, values_of
 
 ACT = [
     "TOOL_DATA[1] = {X 1.0,Y 0,Z 0,A 0,B 0,C 0}",
@@ -15,11 +17,6 @@ ACT = [
     "LDAT_ACT = {VEL 0.6,ACC 70.0,APO_DIST 80.0}",
 ]
 SEEN = ["T = $TOOL.X", "F = $BASE.X", "V = $VEL_AXIS[3]", "P = $APO.CPTP", "S = $VEL.CP", "D = $APO.CDIS"]
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 @pytest.mark.parametrize(
@@ -39,6 +36,32 @@ def test_a_command_sets_its_part_only(arm, command, frames, others):
     assert {name: values[name] for name in others} == others
 
 
-def test_initmov_leaves_the_override(arm):
-    values, _ = values_of(arm, ["$OV_PRO = 50", "BAS(#INITMOV, 0)", "V = $OV_PRO"], ["DECL REAL V"])
-    assert values["V"] == 50
+def seconds(run):
+    return [x.end - x.begin for x in run.executed[1:]]
+
+
+def test_with_holds_for_its_motion_alone(arm):
+    run = run_of(arm, HOME, "SLIN_REL {Y 100} WITH $VEL.CP = 0.1", "LIN_REL {Y -100}", "LIN_REL {Y 100}")
+    slow, plain, again = seconds(run)
+    assert slow == pytest.approx(0.1 / 0.1 + 0.1 / 2.3, abs=1e-9)
+    assert [plain, again] == pytest.approx([0.1 / 0.2 + 0.2 / 2.3] * 2, abs=1e-9)
+
+
+def test_a_blend_distance_after_with_is_that_of_its_motion(arm):
+    lines = ("SLIN_REL {Y 100} WITH $APO.CDIS = 20 C_SPL", "SLIN_REL {Z 50} C_SPL", "SLIN_REL {Y 50}")
+    run = run_of(arm, HOME, *lines)
+    assert [x.overlap > 0.0 for x in run.executed[1:]] == [False, True, False]
+
+
+def test_the_speed_of_axis_1_counts_for_all_axes_and_is_taken_back(arm):
+    run = run_of(arm, HOME, "SPTP_REL {A6 90} WITH $VEL_AXIS[1] = 50", "PTP_REL {A6 -90}", "PTP_REL {A1 20, A6 90}")
+    half, full, _ = seconds(run)
+    rated = math.degrees(arm.velocity[5])
+    assert half == pytest.approx(90 / (0.5 * rated) + 0.2, abs=1e-6)
+    assert full == pytest.approx(2 * math.sqrt(90 * 0.4 / rated), abs=1e-6)
+
+
+def test_with_of_one_motion_is_no_speed_for_the_next(arm):
+    run = run_program(program_of(HOME, "SLIN_REL {Y 50} WITH $VEL.CP = 0.1", "LIN_REL {Y 50}"), arm)
+    warned = [(d.position.line, d.code) for d in run.diagnostics if "before the first LIN" in d.message]
+    assert warned == [(4, "no-velocity")]

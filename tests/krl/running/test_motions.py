@@ -18,11 +18,6 @@ METRES = 1e-9
 START = np.radians([0, -90, 90, 0, 30, 0])
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def trapezoid_time(way, speed, ramp):
     return way / speed + speed / ramp if way * ramp >= speed**2 else 2 * math.sqrt(way / ramp)
 

@@ -4,9 +4,6 @@ import os
 import random
 import time
 
-import pytest
-
-import lwr_dyn
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
@@ -18,11 +15,6 @@ COUNT = int(os.environ.get("LWR_DYN_KRL_FUZZ", "400"))
 PATIENCE = 20.0
 """[s] A hang is longer than this; the bounds below end a program long before."""
 BOUNDS = MachineData(steps=2000, motions=25)
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def test_mutated_programs_are_diagnosed(arm):

@@ -2,18 +2,16 @@
 
 import pytest
 
-import lwr_dyn
-from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.program_run import ProgramError, run_program
+from tests.krl.short_programs import HOME, program_of
 
-HEAD = "DECL INT k\nDECL INT n\nDECL CHAR t[9]\nDECL CHAR words[3,5]\n"
-MOVE = "BAS(#VEL_PTP, 100)\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP_REL {A1 k}\n"
+HEAD = ("DECL INT k", "DECL INT n", "DECL CHAR t[9]", "DECL CHAR words[3,5]", "k = 0")
+MOVE = ("BAS(#VEL_PTP, 100)", HOME, "PTP_REL {A1 k}")
 
 
-def angle(*lines, data='DEFDAT a\nCHAR names[2,4]\nnames[1,]="ab"\nINT given=3\nENDDAT\n'):
+def angle(arm, *lines, data='DEFDAT a\nCHAR names[2,4]\nnames[1,]="ab"\nINT given=3\nENDDAT\n'):
     """The A1 to which a program goes after these lines [deg]."""
-    program = parse_program(f"DEF a( )\n{HEAD}k = 0\n" + "\n".join(lines) + f"\n{MOVE}END\n", data, "a")
-    run = run_program(program, lwr_dyn.load("kr30ha"))
+    run = run_program(program_of(*HEAD, *lines, *MOVE, data=data), arm)
     return round(float(run.executed[-1].q[0]) * 57.29577951)
 
 
@@ -33,8 +31,8 @@ def angle(*lines, data='DEFDAT a\nCHAR names[2,4]\nnames[1,]="ab"\nINT given=3\n
         (['t[] = "n"', "IF VARSTATE(t[]) == #DECLARED THEN", "k = 2", "ENDIF"], 2),
     ],
 )
-def test_rows_and_states(lines, value):
-    assert angle(*lines) == value
+def test_rows_and_states(arm, lines, value):
+    assert angle(arm, *lines) == value
 
 
 @pytest.mark.parametrize(
@@ -45,6 +43,6 @@ def test_rows_and_states(lines, value):
         ("words[1,] = 3", "is INT|given 3"),
     ],
 )
-def test_wrong_rows(line, message):
+def test_wrong_rows(arm, line, message):
     with pytest.raises(ProgramError, match=message):
-        angle(line)
+        angle(arm, line)

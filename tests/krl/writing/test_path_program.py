@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
@@ -17,11 +16,6 @@ from lwr_dyn.model.run import Motion
 from tests.krl.short_programs import HOME, run_of
 
 TURN = 2.0 * np.pi
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
 
 
 def fourier(arm, seed, duration=3.0):
@@ -188,18 +182,15 @@ def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
     assert not [d for d in fast.run.diagnostics if d.code == "axis-speed"]
 
 
-def test_the_command_writes_prints_and_is_run_again(square, tmp_path, monkeypatch, lwr_dyn_command):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_writes_prints_and_is_run_again(square, folder, lwr_dyn_command, printed):
     frames = ("--tool", "0,0,100,0,0,0", "--base", "1000,-100,1400,0,90,0")
-    code, out, err = lwr_dyn_command("krl", "write", "square.csv", *frames, "--tolerance", "1")
-    assert (code, err) == (0, "")
+    out = printed("krl", "write", "square.csv", *frames, "--tolerance", "1")
     assert "3 LIN; 2 of 2 points are passed without a stop" in out
-    assert lwr_dyn_command("krl", "run", "square.src", "--out", "square.npz")[0] == 0
-    code, out, err = lwr_dyn_command("krl", "write", "square.npz", *frames, "--tolerance", "2", "--out", "b.src",
-                                     "--tool-number", "3", "--motions", "lin,circ,ptp")  # fmt: skip
-    assert (code, err) == (0, "")
+    printed("krl", "run", "square.src", "--out", "square.npz")
+    options = ("--tolerance", "2", "--out", "b.src", "--tool-number", "3", "--motions", "lin,circ,ptp")
+    out = printed("krl", "write", "square.npz", *frames, *options)
     assert 'TOOL_DATA[3]={X 0.0, Y 0.0, Z 100.0, A 0.0, B 0.0, C 0.0}\nTOOL_NAME[3,]="b"' in out
-    assert "BAS(#TOOL, 3)" in (tmp_path / "b.src").read_text()
+    assert "BAS(#TOOL, 3)" in (folder / "b.src").read_text()
 
 
 @pytest.mark.parametrize(
@@ -234,8 +225,5 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
         (("--out", "a.txt"), "not the name of a program; allowed: a path that ends in .src"),
     ],
 )
-def test_a_wrong_option_is_one_line(square, tmp_path, monkeypatch, lwr_dyn_command, options, message):
-    monkeypatch.chdir(tmp_path)
-    code, out, err = lwr_dyn_command("krl", "write", "square.csv", *options)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
+def test_a_wrong_option_is_one_line(square, folder, refused, options, message):
+    assert message in refused("krl", "write", "square.csv", *options)

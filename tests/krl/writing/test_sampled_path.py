@@ -11,11 +11,6 @@ from tests.krl.short_programs import HOME, run_of
 from tests.krl.writing.test_path_program import dense, hausdorff, tool_places
 
 
-@pytest.fixture(scope="module")
-def arm():
-    return lwr_dyn.load("kr30ha")
-
-
 def test_the_last_pause_belongs_to_the_path(arm):
     run = run_of(arm, HOME, "LIN_REL {Z -100}", "WAIT SEC 2")
     assert path_of_motion(run.to_run(), arm).duration == pytest.approx(run.cycle_time, abs=1e-3)

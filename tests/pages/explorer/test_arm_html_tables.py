@@ -50,7 +50,7 @@ def test_each_number_opens_a_popover_that_exists_and_names_its_source(name):
         ("links", [(link.link, "") for link in arm.chain.links], link_columns(arm)),
     ):
         text = table(ident, "", ident, rows, columns)
-        asked, there = re.findall(r'popovertarget="(\w+)"', text), re.findall(r'popover id="(\w+)"', text)
+        asked, there = re.findall(r"popovertarget=(\w+)", text), re.findall(r"popover id=(\w+)", text)
         assert asked == there
         assert len(set(asked)) == len(asked)
         assert all("<dt>source<dd>" in pop for pop in text.split("<div popover")[1:])

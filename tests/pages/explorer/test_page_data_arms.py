@@ -12,8 +12,8 @@ from lwr_dyn.pages.explorer.page_data import beside_each_other, readings_shown, 
 from tests.headless import logs
 from tests.pages.explorer.explored import explored_arm, opened
 
-SHOWN = "lwr4plus computed"
-READINGS = ("computed", "printed", "physical")
+SHOWN = "lwr4plus physical"
+READINGS = ("physical", "printed", "computed")
 AGREES = 1e-12
 """Of the largest number."""
 Q = np.array([0.3, -0.4, 0.5, 0.9, -0.2, 0.7, 0.1])
@@ -45,7 +45,7 @@ def test_arms_beside_each_other_have_other_labels():
     lwr, wam, printed = (lwr_dyn.load(*name) for name in (("lwr4plus",), ("wam7",), ("lwr4plus", "printed")))
     labels = [[each.label for each in beside_each_other(lwr, other)] for other in (wam, printed, lwr)]
     assert labels[0] == ["lwr4plus", "wam7"]
-    assert labels[1] == ["lwr4plus computed", "lwr4plus printed"]
+    assert labels[1] == ["lwr4plus physical", "lwr4plus printed"]
     assert len(set(labels[2])) == 2
 
 
@@ -171,7 +171,7 @@ def test_readings_can_be_chosen_on_a_page_that_does_not_compute(browser, tmp_pat
     write_explorer(tmp_path / "arm.html", lwr_dyn.load("lwr4plus"))
     window = opened(browser, (tmp_path / "arm.html").as_uri())
     chosen(window, 2)
-    arm = lwr_dyn.load("lwr4plus", "physical")
+    arm = lwr_dyn.load("lwr4plus", READINGS[2])
     text = window.execute_script("return document.getElementById('links').innerText")
     assert all(cell.text in text for column in link_columns(arm) for cell in column.cells)
     assert window.execute_script("return [lwrExplorer.robot, lwrExplorer.torques ?? null]") == [None, None]

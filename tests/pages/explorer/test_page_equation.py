@@ -32,6 +32,11 @@ SHARES = """const e = lwrExplorer, { equation } = e, [q, dq, mass, at] = argumen
     return out"""
 
 
+@pytest.fixture(scope="module")
+def arm():
+    return explored_arm(SHOWN)
+
+
 def entries(found, dynamics, q, dq):
     """Letter, the page's rows for its entries, and those of Python."""
     yield "g", found["g"], dynamics.gravity_vector(q)

@@ -8,7 +8,7 @@ from tests.pages.explorer.by_hand import mouse
 
 pytestmark = pytest.mark.slow
 
-SHOWN = "lwr4plus computed"
+SHOWN = "lwr4plus physical"
 DESK, PHONE = (1400, 900), (390, 844)
 LEFT, MIDDLE, RIGHT = ("#pose", "[aria-label='Arm angle']"), ("#stage", ".flange"), ("[aria-label='Torques']",)
 Q = [0.3, 0.7, 0.2, -1.2, 0.3, 0.9, 0.1]

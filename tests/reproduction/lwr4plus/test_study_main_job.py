@@ -8,7 +8,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.model.run import Run
+from lwr_dyn.reproduction.lwr4plus import TIMINGS
+from lwr_dyn.reproduction.lwr4plus.study import PLANTS, ControllerRun, ranking, ranking_table
 from lwr_dyn.reproduction.reproduce import reproduce
+from lwr_dyn.simulation.metrics import metrics
 from scripts.readme_images import PICTURES, pictures
 from scripts.readme_images import faults as old_faults
 from tests.headless import opened, screenshot
@@ -35,7 +38,7 @@ def test_everything_promised_is_there(outcome):
     assert result.holds
     names = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     assert {"tables.txt", "checks.txt", "results.json", "report.html", "replay.html"} <= names
-    for stem in ("lwr4plus", "lwr4plus_printed", "lwr4plus_physical"):
+    for stem in ("lwr4plus", "lwr4plus_printed", "lwr4plus_computed"):
         assert {f"models/{stem}.{x}" for x in ("urdf", "srdf", "xml", "provenance.json")} <= names
     for figure in ("figure_04_path", "figure_06_position_error_pd", "figure_07_path_pd", "torque"):
         assert {f"plots/{figure}.png", f"plots/{figure}.svg"} <= names
@@ -57,6 +60,36 @@ def test_the_record_names_errata_exchanged_cells_and_nearest_conditions(outcome)
     assert len(record["table_vii"]) == len(record["table_viii"]) == 3
     assert all(cell["verdict"] for table in record["table_viii"] for cell in table["cells"])
     assert "nearest: quintic timing" in (outcome[0] / "tables.txt").read_text()
+
+
+def test_table_vii_is_nearest_with_stops_at_the_corners(outcome):
+    tables = json.loads((outcome[0] / "results.json").read_text())["table_vii"]
+    distances = {table["timing"]: table["distance"] for table in tables}
+    assert set(distances) == set(TIMINGS)
+    assert min(distances.values()) == distances["quintic"]
+
+
+def test_controllers_keep_the_limits_except_with_a_load_and_rank_as_reported(outcome):
+    arm, folder = lwr_dyn.load("lwr4plus"), outcome[0] / "runs"
+    found = []
+    for one in json.loads((outcome[0] / "results.json").read_text())["controllers"]:
+        run = Run.load(folder / ControllerRun(one["controller"], one["plant"], None, None).file)
+        found.append(ControllerRun(one["controller"], one["plant"], run, metrics(run, arm)))
+    assert len(found) == 9
+    for trial in found:
+        loaded = trial.plant == "3 kg at the flange"
+        assert trial.metrics.limits.startswith("kept, but joint_6 ran into its stop" if loaded else "kept"), trial.name
+        assert trial.metrics.within_limits is not loaded
+        assert trial.run.meta["audit"]["residual"] <= 1e-9
+    order = {plant: [t.controller for t in ranking(found, plant)] for plant in PLANTS}
+    assert order["as modelled"] == ["inverse-dynamics", "pid", "pd-gravity"]
+    assert order["10 % heavier"] == ["inverse-dynamics", "pid", "pd-gravity"]
+    assert order["3 kg at the flange"][0] == "pid"
+    text = ranking_table(found).text()
+    assert "joint_6 ran into its stop twice (first at 0.0234 s) and was on it for 1.6 s" in text
+    assert text in outcome[1].document.text()
+    exact = ranking(found, "as modelled")[0]
+    assert exact.metrics.tip_max_mm < 0.01
 
 
 def test_every_number_has_a_verdict_and_every_proof_ran(outcome):
@@ -103,7 +136,7 @@ def test_the_report_loses_nothing_and_is_as_short_as_its_message(outcome, browse
 
 def test_the_page_replays_both_runs_with_the_network_off(outcome, browser):
     folder, _ = outcome
-    arm = lwr_dyn.load("lwr4plus")
+    arm = lwr_dyn.load("lwr4plus", "computed")
     runs = [Run.load(folder / "runs" / f"{name}_as_modelled.npz") for name in ("pd-gravity", "inverse-dynamics")]
     address = (folder / "replay.html").as_uri()
     opened(browser, address)

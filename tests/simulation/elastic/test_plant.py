@@ -15,7 +15,7 @@ from lwr_dyn.simulation.setup import Loop, prepare
 from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short_run, states
 from tests.simulation.sample_runs import joint_waves
 
-COMPUTED = lwr_dyn.load("lwr4plus")
+COMPUTED = lwr_dyn.load("lwr4plus", "computed")
 
 
 def setup(arm=None, **options):

@@ -20,6 +20,17 @@ LIMIT_CYCLE = (
 )
 
 
+@pytest.fixture(scope="module")
+def arm():
+    """As its authors computed it, with rotors too light for the wrist."""
+    return lwr_dyn.load("lwr4plus", "computed")
+
+
+@pytest.fixture(scope="module")
+def move(arm):
+    return lwr_dyn.reference("point-to-point", arm, start=POSE, end=POSE + 0.05, duration=0.3)
+
+
 def study(arm, move, *controllers, plants=("nominal",), **more):
     return ControllerStudy(arm, move, controllers, [plant_case(arm, text) for text in plants], "move", **more)
 

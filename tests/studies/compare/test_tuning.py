@@ -16,6 +16,12 @@ LAWS = ("inverse-dynamics", "inverse-dynamics:no-gravity+observer")
 
 
 @pytest.fixture(scope="module")
+def arm():
+    """As its authors computed it, with rotors too light for the wrist."""
+    return lwr_dyn.load("lwr4plus", "computed")
+
+
+@pytest.fixture(scope="module")
 def physical():
     return lwr_dyn.load("lwr4plus", reading="physical")
 

@@ -85,7 +85,7 @@ FAULTS = [
     (parameter("payload.known", "values = [0, 1]"), "payload.known without a payload; allowed: pa"),
     (
         parameter("reading", 'values = ["printed", "phys"]'),
-        "parameter[0].values: no reading named 'phys' (did you mean physical?); allowed: computed, printed, physical",
+        "parameter[0].values: no reading named 'phys' (did you mean physical?); allowed: physical, printed, computed",
     ),
     (parameter("reading", "low = 0\nhigh = 1"), "'uniform'; allowed: choice (values) or fixed"),
     (

@@ -37,7 +37,7 @@ def encoded(runs: ControllerRuns, digest: str, names: Mapping[str, tuple[str, ..
     """
     arrow, parquet = pyarrow()
     flat: dict[str, Array] = {"run": np.asarray(runs.run, dtype=np.int64)}
-    said: dict[str, Any] = {"digest": digest, "values": {}, "metrics": {}}
+    said: dict[str, Any] = {"digest": digest, "first": int(flat["run"][0]), "values": {}, "metrics": {}}
     for kind, each in (("values", runs.values), ("metrics", runs.metrics)):
         for name, x in each.items():
             rows = np.asarray(x).reshape(len(x), -1)
@@ -69,13 +69,19 @@ def decoded(path: Path, label: str) -> ControllerRuns:
 
 def chunk_digest(path: Path, rows: int) -> str | None:
     """What made a chunk; None for a file that is not one, is damaged at its end, or holds another number of runs."""
+    found = chunk_stamp(path)
+    return found[0] if found is not None and found[2] == rows else None
+
+
+def chunk_stamp(path: Path) -> tuple[str, int, int] | None:
+    """What made a chunk, its first run and their number; None for a file that is not one or is damaged at its end."""
     arrow, parquet = pyarrow()
     try:
         found = parquet.read_metadata(path)
-        text = json.loads(found.metadata[_KEY])["digest"]
+        said = json.loads(found.metadata[_KEY])
+        return str(said["digest"]), int(said["first"]), int(found.num_rows)
     except (arrow.ArrowException, OSError, KeyError, TypeError, ValueError):
         return None
-    return str(text) if found.num_rows == rows else None
 
 
 def pyarrow() -> tuple[Any, Any]:

@@ -34,6 +34,8 @@ class SweepOutcome:
     kept: Mapping[str, int] = field(default_factory=dict)
     failures: Mapping[str, Mapping[int, str]] = field(default_factory=dict)
     seconds: float = 0.0
+    refused: tuple[str, ...] = ()
+    """Chunks that stood in the place of others, and were made again."""
 
     @property
     def is_complete(self) -> bool:
@@ -146,6 +148,7 @@ def _filled(
     digests = tuple(manifest.chunk_digest(one) for one in manifest.controllers)
     job = SweepJob(study, digests, tuple(one.kernel for one in manifest.controllers), manifest.versions)
     kept = {one.controller: folder.kept(one) for one in manifest.controllers}
+    refused = tuple(why for one in manifest.controllers for why in folder.misplaced(one).values())
     left = [
         Chunk(i, number, *one.bounds(number))
         for i, one in enumerate(manifest.controllers)
@@ -167,7 +170,7 @@ def _filled(
             clock.tick(chunk)
     folder.write_failures(failures)
     counts = {text: len(numbers) for text, numbers in kept.items()}
-    return SweepOutcome(folder.path, cost, made, counts, failures, clock.elapsed)
+    return SweepOutcome(folder.path, cost, made, counts, failures, clock.elapsed, refused)
 
 
 def _done(

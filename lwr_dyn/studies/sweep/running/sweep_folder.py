@@ -28,8 +28,9 @@ from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import make_folder, read_text, reason_of
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.run import short_repr
-from lwr_dyn.studies.sweep.running.chunk_file import chunk_digest, decoded, joined
+from lwr_dyn.studies.sweep.running.chunk_file import chunk_stamp, decoded, joined
 from lwr_dyn.studies.sweep.summary import ControllerRuns
+from lwr_dyn.studies.sweep.sweep_study import MOST_RUNS
 
 SCHEMA = 1
 PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow", "mpmath")
@@ -109,6 +110,8 @@ class SweptController:
         if folder_names([x["folder"]]) != [x["folder"]] or not all(
             type(x[k]) is int and x[k] > 0 for k in ("chunk", "runs")
         ):
+            raise ValueError
+        if x["runs"] > MOST_RUNS:  # as no study has; its chunks would be counted through for hours
             raise ValueError
         return cls(str(x["controller"]), x["folder"], str(x["kernel"]), x["chunk"], x["runs"], x["by"] == "simulate")
 
@@ -235,14 +238,27 @@ class SweepFolder:
         return self.path / controller.folder / f"chunk-{number:05d}.parquet"
 
     def kept(self, controller: SweptController) -> set[int]:
-        """Numbers of the chunks that are there, whole, and of this sweep."""
-        digest = self.manifest.chunk_digest(controller)
-        bounds = {number: controller.bounds(number) for number in range(controller.count)}
+        """Numbers of the chunks that are there, whole, of this sweep, and in their own place."""
+        found, digest = self._stamps(controller), self.manifest.chunk_digest(controller)
+        bounds = {number: controller.bounds(number) for number in found}
+        return {x for x, (first, stop) in bounds.items() if found[x] == (digest, first, stop - first)}
+
+    def misplaced(self, controller: SweptController) -> dict[int, str]:
+        """Number -> what stands there: a chunk of this sweep, copied or renamed from another place."""
+        found, digest = self._stamps(controller), self.manifest.chunk_digest(controller)
+        bounds = {number: controller.bounds(number) for number in found}
         return {
-            number
-            for number, (first, stop) in bounds.items()
-            if (path := self.file(controller, number)).exists() and chunk_digest(path, stop - first) == digest
+            x: f"{self.file(controller, x)} holds runs from {found[x][1]}, not {first}: copied or renamed, not used"
+            for x, (first, _) in bounds.items()
+            if found[x][0] == digest and found[x][1] != first
         }
+
+    def _stamps(self, controller: SweptController) -> dict[int, tuple[str, int, int]]:
+        names = (path.stem.removeprefix("chunk-") for path in (self.path / controller.folder).glob("chunk-*.parquet"))
+        numbers = sorted(int(name) for name in names if name.isascii() and name.isdigit() and len(name) < _LONGEST)
+        files = {number: self.file(controller, number) for number in numbers if number < controller.count}
+        stamps = {number: chunk_stamp(path) for number, path in files.items() if path.exists()}
+        return {number: stamp for number, stamp in stamps.items() if stamp is not None}
 
     def write_failures(self, failures: Mapping[str, Mapping[int, str]]) -> None:
         """Why chunks are missing, controller by controller; no file where none is."""
@@ -357,13 +373,16 @@ class SweepResults:
             raise FileAccessError(str(folder), f"no {MANIFEST}", NEEDED)
         manifest = SweepManifest.read(str(path / MANIFEST), read_text(path / MANIFEST, NEEDED))
         found, controllers, missing = SweepFolder(path, manifest), {}, {}
+        failures = found.read_failures()
         for one in manifest.controllers:
             kept = found.kept(one)
             if kept:
                 parts = [decoded(found.file(one, number), one.controller) for number in sorted(kept)]
                 controllers[one.controller] = joined(parts)
+            if odd := found.misplaced(one):
+                failures[one.controller] = failures.get(one.controller, {}) | odd
             missing[one.controller] = tuple(number for number in range(one.count) if number not in kept)
-        return cls(path, manifest, controllers, missing, found.read_failures())
+        return cls(path, manifest, controllers, missing, failures)
 
     @property
     def is_complete(self) -> bool:

@@ -162,7 +162,8 @@ def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, 
     small_study(tmp_path, OWN, "mine.py", mine=FAULTY.replace("TOTAL", repr(total)))
     line = ("sweep", str(tmp_path / "small.toml"), "--out", str(tmp_path / "out"), "--runs", "4", "--threads", "1")
     code, out, err = lwr_dyn_command(*line)
-    assert (code, err) == (1, "")
+    said = f"runs the Python file {tmp_path / 'mine.py'}, which the study names\n"
+    assert (code, err) == (1, said)
     assert re.search(r"about \d+ s on 1 worker", out)
     assert "made 5 chunks" in out
     why = f"runs 2 to 2: run 2: {tmp_path}/mine.py: line 6: ZeroDivisionError: division by zero; allowed: a controller"
@@ -177,7 +178,7 @@ def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, 
     assert (code, faults("sweep", record), record["complete"]) == (1, [], False)
     assert [(each["made"], each["kept"]) for each in record["controllers"]] == [(0, 2), (0, 3)]
     assert [each["chunk"] for each in record["controllers"][1]["failures"]] == [2]
-    assert err.startswith("Cost\n")
+    assert err.removeprefix(said).startswith("Cost\n")
     assert record["summary"]["controllers"]["mine.py"]["runs"] == 3
     for path in (record["report"], *record["worst"]):
         assert f"wrote {path}\n" in first
@@ -241,7 +242,8 @@ def test_a_law_whose_first_run_kills_its_process_is_named_and_the_sweep_ends_in_
     killer = LAW.replace("        return B", "        __import__('os')._exit(3)\n        return B")
     small_study(tmp_path, "mine.py", mine=killer)
     code, _, err = lwr_dyn_command("sweep", str(tmp_path / "small.toml"), "--out", str(tmp_path / "out"))
-    assert (code, err.count("\n")) == (2, 1)
+    assert err.startswith("runs the Python file ")
+    assert (code, err.count("\n")) == (2, 2)
     assert "first run of mine.py: its process died 3 times (exit code 3)" in err
     assert not (tmp_path / "out").exists()
 

@@ -106,6 +106,33 @@ def test_results_are_the_runs_in_their_order_and_say_what_is_missing(tmp_path):
     assert SweepResults.load(tmp_path / "out").failures == {}
 
 
+def test_a_chunk_in_the_place_of_another_is_refused_with_a_line(tmp_path):
+    with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
+        fill(folder, PID, (0, 1, 2))
+        folder.file(PID, 1).write_bytes(folder.file(PID, 0).read_bytes())
+        assert folder.kept(PID) == {0, 2}
+        assert list(folder.misplaced(PID)) == [1]
+    results = SweepResults.load(tmp_path)
+    assert results.missing[PID.controller] == (1,)
+    assert "chunk-00001.parquet holds runs from 0, not 4: copied" in results.failures[PID.controller][1]
+    assert results.controllers[PID.controller].run.tolist() == [0, 1, 2, 3, 8, 9]
+    with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
+        fill(folder, PID, (1,))
+        assert folder.misplaced(PID) == {}
+
+
+@pytest.mark.parametrize("runs", ["10000000000000000", "1e9", "10000001"])
+def test_a_manifest_of_chunks_without_end_is_refused(tmp_path, runs):
+    """Found by the fuzz: each of the chunks was looked for."""
+    with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
+        fill(folder, PID, (0,))
+    text = MANIFEST.text().replace('"runs": 10', f'"runs": {runs}')
+    assert text != MANIFEST.text()
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(FileAccessError, match="no manifest of a sweep"):
+        SweepResults.load(tmp_path)
+
+
 def test_what_a_killed_process_left_is_cleared_and_damaged_chunks_do_not_count(tmp_path):
     with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
         fill(folder, PID, (0, 1, 2))

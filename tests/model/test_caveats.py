@@ -1,0 +1,51 @@
+"""What stands before an arm's numbers, in words and back, and what an arm keeps of it."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lwr_dyn
+from lwr_dyn.model.arm import arm_with_payload, caveats_of
+from lwr_dyn.model.caveats import ALL, DYNAMICS, GUESSED, KINEMATICS, Caveats, StandIn, caveats_of_words
+
+IDS = st.lists(st.sampled_from(("table2-rows", "kuka-signs", "a", "b-c")), unique=True, max_size=4).map(tuple)
+ESTIMATES = st.lists(
+    st.builds(StandIn, st.sampled_from(ALL), st.sampled_from(GUESSED), st.sampled_from(("", "from drawn solids"))),
+    unique_by=lambda one: one.what,
+    max_size=6,
+).map(tuple)
+
+
+@given(IDS, ESTIMATES)
+def test_words_are_read_back(left, estimates):
+    said = Caveats(left, estimates)
+    read = caveats_of_words(said.words())
+    assert (read.left_in_place, set(read.estimates)) == (left, set(estimates))
+    assert read.words() == said.words()
+
+
+def test_nothing_is_said_of_a_clean_arm_and_foreign_words_are_left_out():
+    assert Caveats().words() == "" == Caveats(likely=("a",)).words()
+    assert caveats_of_words("made by hand; wings estimated") == Caveats()
+
+
+def test_only_the_numbers_that_are_used_count():
+    springs = Caveats(estimates=(StandIn("gear stiffness", "assumed"), StandIn("speed limits", "assumed")))
+    assert springs.words(DYNAMICS) == "speed limits assumed" == springs.words(KINEMATICS)
+    assert springs.words() == "gear stiffness and speed limits assumed"
+
+
+def test_an_arm_keeps_them_whatever_is_done_with_it():
+    arm = lwr_dyn.load("kr30ha", mount="ceiling", tool={"xyz": [0, 0, 0.1], "mass": 1.0})
+    changed = arm_with_payload(arm.with_locked_joint("A4", 0.0), 3.0)
+    assert changed.caveats == lwr_dyn.load("kr30ha").caveats
+    assert caveats_of([arm, changed]) == (
+        "kr30ha (kuka): masses, centres of mass and inertias estimated from drawn solids",
+    )
+
+
+def test_a_reading_that_keeps_a_proven_error_says_so_in_its_representation():
+    arm = lwr_dyn.load("lwr4plus", "computed")
+    assert repr(arm) == "Arm('lwr4plus', reading='computed', n=7, leaves rotor-inertia-power in place, a proven error)"
+    assert "leaves rotor-inertia-power in place" in lwr_dyn.load("lwr4plus", "computed")._repr_html_()
+    assert "leaves" not in repr(lwr_dyn.load("lwr4plus")) + lwr_dyn.load("lwr4plus")._repr_html_()
+    assert "estimated from drawn solids" in lwr_dyn.load("kr30ha")._repr_html_()
