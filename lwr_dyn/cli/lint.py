@@ -80,8 +80,8 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
             raise OptionError(_OF_URDFS[name], "would do nothing here", "with a .urdf, a .xacro or a folder of these")
     sheets = [sheet for name in dict.fromkeys(files) if name not in urdfs for sheet in _sheets(name)]
     findings = [finding for sheet in sheets for finding in lint(sheet)]
-    told = [name for name in dict.fromkeys(files) if name not in urdfs and _is_robot(name)]
-    findings += [finding for name in told for finding in robot_findings(name)]
+    arms = [name for name in dict.fromkeys(files) if name not in urdfs and _is_robot(name)]
+    findings += [finding for name in arms for finding in robot_findings(name)]
     say, given = partial(click.echo, err=True), xacro_arguments(of_urdfs["xacro_args"])
     options = (of_urdfs[name] for name in ("trust_xacro", "require_meshes"))
     reports = judge_all(urdfs, of_urdfs["ignore"], of_urdfs["sarif"], say, given, *options)
