@@ -193,10 +193,11 @@ def test_other_shifts_come_nearer_to_a_limit_or_are_out_of_reach(shift):
 
 @pytest.mark.slow
 def test_3_kg_that_no_controller_knows_bring_no_joint_to_its_stop():
-    """On IST joint 6 falls on its stop within 0.03 s."""
-    controller, plant = lwr_dyn.controller("inverse-dynamics", ARM), arm_with_payload(ARM, 3.0)
+    """On IST joint 6 falls on its stop within 0.03 s, where the rotors are as light as the authors had them."""
+    arm = lwr_dyn.load("lwr4plus", "computed")
+    controller, plant = lwr_dyn.controller("inverse-dynamics", arm), arm_with_payload(arm, 3.0)
     figures = {
-        name: metrics(lwr_dyn.simulate(ARM, controller, lwr_dyn.reference(name, ARM), plant=plant, duration=3.0), ARM)
+        name: metrics(lwr_dyn.simulate(arm, controller, lwr_dyn.reference(name, arm), plant=plant, duration=3.0), arm)
         for name in ("ist", "ist-clear")
     }
     assert figures["ist"].stops.sentence() == "joint_6 on its stop for 1.4 s"
