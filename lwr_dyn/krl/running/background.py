@@ -64,7 +64,10 @@ def settle_rest(m: RunningProgram) -> None:
     """The program has ended: what was planned for later still happens."""
     m.triggers.plan(final=True)
     while m.clock.pending and (time := m.clock.pending[0][0]) <= m.motions.now + LONGEST_TAIL:
-        m.clock.run_due(lambda: _look(m), time)
+        try:
+            m.clock.run_due(lambda: _look(m), time)
+        except ExecutionError as fault:  # no statement is executed any more that would report it
+            m.log.report_fault(fault)
 
 
 def _look(m: RunningProgram) -> bool:

@@ -327,3 +327,10 @@ def test_the_command_prints_the_pass(printed, recorded, folder):
     assert record["passes"]["period"] == 1
     assert record["events"][0]["text"] == "$OUT[1] = TRUE"
     assert "s a pass, for ever" in printed("krl", "run", "a.src")
+
+
+def test_a_fault_in_a_trigger_after_the_end_of_the_program_is_a_diagnosis(arm):
+    lines = *SPEEDS, HOME, "TRIGGER WHEN DISTANCE = 1 DELAY = 500 DO NONAME=TRUE", LIN
+    assert [(x.code, x.position.line) for x in check_program(short_program(*lines), arm)] == [("undeclared", 5)]
+    with pytest.raises(ProgramError, match="NONAME is not declared"):
+        run_program(short_program(*lines), arm)
