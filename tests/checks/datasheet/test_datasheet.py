@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from importlib import resources
 
 import pytest
@@ -93,6 +94,15 @@ def test_table_2_as_printed_is_another_arm():
     }
     assert "flange at zero - as printed" in failed
     assert "envelope volume ahead of axis 1 (r >= 0) - data sheet" in failed
+
+
+@pytest.mark.parametrize(("given", "name"), [("reach", "reach - data sheet"), ("envelope_volume", "envelope volume")])
+def test_a_sheet_with_one_of_reach_and_volume_has_its_check(given, name):
+    arm, paper = lwr_dyn.load("kr30ha"), open_paper("kr30ha")
+    other = {"reach", "envelope_volume"} - {given}
+    part = replace(arm, ratings=replace(arm.ratings, **dict.fromkeys(other)))
+    found = [v for v in datasheet_verdicts(part, paper) if v.name.startswith(("reach", "envelope"))]
+    assert [(v.name.startswith(name), v.holds) for v in found] == [(True, True)]
 
 
 def test_papers_without_a_data_sheet_have_no_such_check():

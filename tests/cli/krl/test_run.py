@@ -48,3 +48,10 @@ def test_a_motion_has_the_flange_at_its_end(lwr_dyn_command, recorded, folder):
     shown = lwr_dyn_command("krl", "run", "a.src")[1]
     assert f"a.src on kr30ha: {record['duration']:.3f} s\n" in shown
     assert "-0.00" not in shown
+
+
+def test_files_are_refused_before_the_run_by_their_endings(refused, folder):
+    (folder / "a.src").write_text(PROGRAM)
+    for option, name, ending in (("--out", "a.html", ".npz"), ("--html", "a.npz", ".html")):
+        assert f"a path that ends in {ending}" in refused("krl", "run", "a.src", option, name)
+    assert sorted(x.name for x in folder.iterdir()) == ["a.src"]

@@ -152,3 +152,19 @@ def test_parameters_that_do_not_exist(columns):
     row = constraints_of(["2e-1 * m_1 + mx_1 - Iyy_7 = -1e3"], columns.names)
     assert row.values.tolist() == [-1000.0]
     assert row.matrix[0, [0, 1, 67]].tolist() == [0.2, 1.0, -1.0]
+
+
+def test_a_body_that_cannot_be_is_raised_to_the_nearest_thin_one(lwr, columns):
+    table = columns.own(lwr).copy()
+    thin, absent = slice(20, 30), slice(30, 40)
+    table[thin] = [2.0, 0, 0, 0, 0.02, 0, 0, 0.02, 0, 0.05]  # Izz exceeds Ixx + Iyy: P has -0.005 in z
+    table[absent] = 0.0
+    found = body_prior(columns, table)
+    assert found.lifted == (3, 4)
+    m, *_, Ixx, _, _, Iyy, _, Izz = found.table[thin]
+    # P is diag(.025, .025, -.005, 2); in units of 0.1 m the largest is 2.5, so z rises to 2.5e-3 x 0.01
+    assert (m, Ixx, Iyy, Izz) == pytest.approx((2.0, 0.025 + 2.5e-5, 0.025 + 2.5e-5, 0.05), rel=1e-9)
+    masses = table[: columns.bodies : 10]
+    lightest = 0.01 * masses.sum()
+    assert found.table[absent][0] == pytest.approx(lightest)
+    assert found.table[absent][[4, 7, 9]] == pytest.approx([lightest * 0.01 / 5.0] * 3)
