@@ -20,7 +20,7 @@ from lwr_dyn.foundation.fields import parse_toml
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, Source
-from lwr_dyn.model.chain import MOUNTS, Body, Tool, is_physical
+from lwr_dyn.model.chain import MOUNTS, Body, Rotor, Tool, is_physical
 from lwr_dyn.model.file_layout import FileLayout
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose, from_rpy, pose_array
@@ -53,6 +53,54 @@ def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
         changed = [f"{last}.{part}" for part in ("mass", "com", "inertia")]
         sources |= {name: (*arm.sources.get(name, ()), replace(cells["tool"], conversion="added")) for name in changed}
     return replace(out, sources={**out.sources, **sources}, loaded_with={**arm.loaded_with, **given})
+
+
+def with_rotors(arm: Arm, inertias: Mapping[str, float]) -> Arm:
+    """The arm with rotors of some joints, by name or number: k_r^2 I_m, as the joint feels it [kg m^2 or kg].
+
+    They are added to `loaded_with`, and are sources of the numbers that they change. Raises `UnknownNameError` for a
+    joint that does not exist, `OptionError` for an inertia that is no number of at least 0, or a joint named twice.
+    """
+    given: dict[str, float] = {}
+    names = arm.joint_names
+    for key, value in inertias.items():
+        named = str(key)
+        if named not in names and named.isdecimal() and 1 <= int(named) <= arm.n:
+            named = names[int(named) - 1]
+        if named not in names:
+            raise UnknownNameError(f"joint of {arm.name}", named, names)
+        inertia = float(fixed_array(f"rotor {key}", value, ()))
+        if not 0.0 <= inertia <= _LARGEST or named in given:
+            again = "given twice" if named in given else value
+            raise OptionError(f"rotor {key}", again, f"one number from 0 to {_LARGEST:g}, kg m^2 at the joint")
+        given[named] = inertia
+    if not given:
+        return arm
+    links = [
+        replace(x, rotor=Rotor(1.0, given[x.joint], reflected=True)) if x.joint in given else x for x in arm.chain.links
+    ]
+    cell = Source("rotor", "option of loading", "given", given, "SI", "to SI")
+    gone = {f"{name}.gear_ratio" for name in given}
+    sources = {name: cells for name, cells in arm.sources.items() if name not in gone}
+    sources |= {f"{name}.{part}": (cell,) for name in given for part in ("armature", "rotor_inertia")}
+    loaded = {**arm.loaded_with, "rotor": given}
+    return replace(arm, chain=replace(arm.chain, links=tuple(links)), sources=sources, loaded_with=loaded)
+
+
+def _rotors(given: Mapping[str, float] | tuple[str, ...]) -> dict[str, float]:
+    """Rotors by joint, also from the command's texts JOINT=VALUE; raises `OptionError`."""
+    if not isinstance(given, tuple):
+        return dict(given)
+    out: dict[str, float] = {}
+    for joint, mark, value in (text.partition("=") for text in given):
+        try:
+            if not mark or joint in out:
+                raise ValueError
+            out[joint] = number_of(value)
+        except ValueError:
+            allowed = "JOINT=VALUE once a joint, such as 2=0.5 or elbow_joint=0.5, kg m^2 at the joint"
+            raise OptionError("--rotor", repr(f"{joint}{mark}{value}"), allowed) from None
+    return out
 
 
 def _with_root(layout: FileLayout, name: str) -> FileLayout:
@@ -166,6 +214,7 @@ def load(
     lock: Mapping[str, float] | None = None,
     mount: Any = None,
     tool: Any = None,
+    rotor: Mapping[str, float] | None = None,
     xacro_args: Mapping[str, str] | None = None,
     trust_xacro: bool = False,
 ) -> Arm:
@@ -188,6 +237,9 @@ def load(
         What is fixed to the flange: the tool centre point in the flange by `xyz`, `rpy` or `rpy_deg`; `mass` [kg]; its
         `com` [m] in the flange; `inertia` about `com` in axes of the flange [kg m^2] (3 or 6 numbers, or a matrix).
         Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
+    rotor : mapping, optional
+        Joint, by its name or number, -> rotor inertia as the joint feels it, k_r^2 I_m [kg m^2; kg where it slides]. It
+        takes the place of the rotor that the source gives.
     xacro_args : mapping, optional
         Arguments of a `.xacro` file, which the package `xacro` expands.
     trust_xacro : bool
@@ -213,8 +265,9 @@ def load(
     np.float64(-0.968)
     """
     return load_with_paper(
-        robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, xacro_args=xacro_args, trust_xacro=trust_xacro
-    )[0]
+        robot, reading, tip=tip, lock=lock, mount=mount, tool=tool, rotor=rotor, xacro_args=xacro_args,
+        trust_xacro=trust_xacro,
+    )[0]  # fmt: skip
 
 
 def load_with_paper(
@@ -225,6 +278,7 @@ def load_with_paper(
     lock: Mapping[str, float] | None = None,
     mount: Any = None,
     tool: Any = None,
+    rotor: Mapping[str, float] | tuple[str, ...] | None = None,
     xacro_args: Mapping[str, str] | tuple[str, ...] | None = None,
     trust_xacro: bool = False,
 ) -> tuple[Arm, Paper | None]:
@@ -250,7 +304,7 @@ def load_with_paper(
     else:
         arm, paper = _of_paper(name, reading, lock or {})
     file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat") else ""
-    arm = replace(arm, file=file, loaded_with=options)
+    arm = with_rotors(replace(arm, file=file, loaded_with=options), _rotors(rotor or {}))
     return (arm if mount is tool is None else installed(arm, mount, tool)), paper
 
 

@@ -12,7 +12,7 @@ from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.model.caveats import ALL, DYNAMICS
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS
 from lwr_dyn.model.run import Run
 from lwr_dyn.studies.compare.comparison import RunComparison, comparison_html, comparison_of, cross_table, pair_html
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
@@ -114,7 +114,7 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
     if given["labels"]:
         raise OptionError("--label", "would do nothing here", "with run files")
     TASKS.refuse_unused(given["task"])
-    arm = loading.arm(robots[0], DYNAMICS if given["tuned"] is None else ALL)
+    arm = loading.arm(robots[0], (*(DYNAMICS if given["tuned"] is None else ALL), ABSENT_ROTORS))
     if given["friction"] is not None:
         arm = arm_with_friction(arm, given["friction"])
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)

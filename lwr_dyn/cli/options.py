@@ -21,8 +21,8 @@ from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
-from lwr_dyn.model.arm import Arm, si_value
-from lwr_dyn.model.caveats import ALL, DYNAMICS
+from lwr_dyn.model.arm import Arm, caveats_of, si_value
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS
 
 
 class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
@@ -95,7 +95,7 @@ ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for th
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """The options with which ROBOT is loaded; `further` has texts of --mount, --tool, --xacro-arg; --trust-xacro."""
+    """The options with which ROBOT is loaded; `further` has texts of --mount, --tool, --rotor, --xacro-arg; --trust-xacro."""
 
     reading: str | None = None
     tip: str | None = None
@@ -130,6 +130,7 @@ def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[Completio
 
 REPEATED = (
     ("--xacro-arg", "xacro_args", "NAME:=VALUE", "Argument of a .xacro."),
+    ("--rotor", "rotor", "JOINT=VALUE", "Rotor inertia as the joint feels it, kg m^2."),
     ("--tool", "tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
     ("--mount", "mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
 )
@@ -168,7 +169,7 @@ def stands_on(arm: Arm, used: Collection[str] = DYNAMICS) -> Arm:
     """The arm, which this command says its caveats of: what must be known before those of its numbers that are used."""
     context = click.get_current_context(silent=True)
     if context is not None:
-        context.meta.setdefault(_ARMS, []).append(arm.caveat(used))
+        context.meta.setdefault(_ARMS, []).extend(caveats_of([arm], used))
     return arm
 
 
@@ -193,8 +194,8 @@ def _lock(text: str) -> tuple[str, float]:
 
 
 def used_by(elastic: str | None) -> Collection[str]:
-    """The numbers of an arm that a loop stands on, by what --elastic asks for."""
-    return DYNAMICS if elastic is None else ALL
+    """What a loop stands on of an arm, by what --elastic asks for: numbers, and that no rotor is missing."""
+    return *(DYNAMICS if elastic is None else ALL), ABSENT_ROTORS
 
 
 def given_elasticity(text: str | None) -> str | float | None:

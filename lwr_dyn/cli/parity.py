@@ -50,7 +50,7 @@ def command(robot: str, loading: Loading, engines: tuple[str, ...], as_json: boo
 def _one(robot: str, loading: Loading, engines: Sequence[str]) -> ModelReport:
     arm = loading.arm(robot)
     given = arm.loaded_with
-    if not ends_in(robot, ".urdf", ".xacro") or "mount" in given or "tool" in given:
+    if not ends_in(robot, ".urdf", ".xacro") or given.keys() & {"mount", "tool", "rotor"}:
         return _written(arm, engines)
     with as_urdf(Path(robot), given) as path:
         return survey(path, loading.tip, given.get("lock", {}), engines)

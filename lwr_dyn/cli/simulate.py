@@ -263,7 +263,7 @@ def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[
         return form, {}
     if form != FORMS[0]:
         raise OptionError("--passive-refit", f"with --friction {form}", f"with --friction {FORMS[0]}")
-    if not any(plant.friction_models()):
+    if not plant.has_friction:
         raise OptionError("--passive-refit", f"{plant.name} has no friction", "with an arm whose friction is known")
     nearest = passive_refit(plant.friction_models())
     return nearest.models, {"passive_refit": [_change(plant, c) for c in nearest.changes]}

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, ShapeError, UnknownNameError
 from lwr_dyn.foundation.registry import Option, Quantity
-from lwr_dyn.model.caveats import ALL, DYNAMICS, Caveats
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, Caveats, absent_rotors
 from lwr_dyn.model.chain import Body, Chain, Installation, JointKind, Tool, lock_joint, with_bodies, with_payload
 from lwr_dyn.model.file_layout import Drawing, FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
@@ -165,6 +165,12 @@ class Arm:
         """Names of the joints from the base outward."""
         return tuple(link.joint for link in self.chain.links)
 
+    @property
+    def rotor_caveat(self) -> str:
+        """Which joints have no rotor inertia, on which gains and sample rates rest: one line, or nothing."""
+        words = absent_rotors([link.joint for link in self.chain.links if link.rotor is None], self.n)
+        return f"{self.name} ({self.reading}): {words}" if words else ""
+
     def joints(self) -> tuple[Joint, ...]:
         """The joints in URDF frames; a mount is part of the first origin."""
         out, after = [], Pose.identity()
@@ -182,6 +188,11 @@ class Arm:
         """Friction of every joint, per direction if given, else the pair in `limits`; None where unknown."""
         given = self.friction or (None,) * self.n
         return tuple(model or limits.friction for model, limits in zip(given, self.limits, strict=True))
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether friction of some joint is given that is not zero at all speeds, as zeros of a URDF are."""
+        return any(model is not None and not model.is_zero for model in self.friction_models())
 
     def flange(self) -> Pose:
         """The flange, or the centre point of the tool, in the URDF frame of the last link."""
@@ -267,7 +278,8 @@ class Arm:
 
 def caveats_of(arms: Iterable[Arm], used: Collection[str] = DYNAMICS) -> tuple[str, ...]:
     """What must be known before numbers of some arms, of those that are `used`: each line once."""
-    return tuple(dict.fromkeys(filter(None, (arm.caveat(used) for arm in arms))))
+    lines = ((arm.caveat(used), arm.rotor_caveat if ABSENT_ROTORS in used else "") for arm in arms)
+    return tuple(dict.fromkeys(line for pair in lines for line in pair if line))
 
 
 def arm_with_payload(arm: Arm, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Arm:

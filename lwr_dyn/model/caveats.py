@@ -16,6 +16,8 @@ DYNAMICS = (*KINEMATICS, "torque limits", "masses", "centres of mass", "inertias
 """What torques need."""
 ALL = (*DYNAMICS, "gear stiffness", "gear damping")
 """With elastic joints."""
+ABSENT_ROTORS = "absent rotors"
+"""What advice on gains and sample rates stands on beside them: that no rotor is missing."""
 
 _LEAVES = re.compile(r"leaves (.+) in place, (?:a proven error|proven errors)")
 _GUESSED = re.compile(rf"(.+?) ({'|'.join(GUESSED)})(?: (.+))?")
@@ -75,6 +77,18 @@ class Caveats:
         'a, b (likely)'
         """
         return ", ".join(f"{name} (likely)" if name in self.likely else name for name in errata) or "none"
+
+
+def absent_rotors(joints: Sequence[str], n: int) -> str:
+    """What the absence of rotors means for an arm of `n` joints; empty where every joint has its rotor.
+
+    >>> absent_rotors(("A2", "A3"), 6)
+    'no rotor inertia of A2 and A3 given (--rotor JOINT=VALUE adds it): gears make a real arm heavier at its joints'
+    """
+    if not joints:
+        return ""
+    which = "" if len(joints) == n else f" of {_listed(joints)}"
+    return f"no rotor inertia{which} given (--rotor JOINT=VALUE adds it): gears make a real arm heavier at its joints"
 
 
 def caveats_of_words(words: str) -> Caveats:

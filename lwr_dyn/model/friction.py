@@ -109,6 +109,11 @@ class JointFriction:
         return np.asarray(self.offset + np.where(v == 0.0, 0.0, moving))
 
     @property
+    def is_zero(self) -> bool:
+        """Whether it is none at any speed."""
+        return self.offset == 0.0 and all(x.holding == x.viscous == 0.0 for x in (self.positive, self.negative))
+
+    @property
     def breakaway(self) -> tuple[float, float]:
         """Limits of friction at rest (most negative, most positive) [N m or N]; beyond them the joint moves."""
         return self.offset - self.negative.holding, self.offset + self.positive.holding

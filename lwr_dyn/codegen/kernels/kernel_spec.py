@@ -271,7 +271,7 @@ def kernel_spec(
             raise OptionError(option, repr(value), ", ".join(allowed))
     if friction == "arm" and "friction" in chosen:
         raise OptionError("friction", "'arm' and an input", "one of them")
-    if friction == "arm" and not any(arm.friction_models()):
+    if friction == "arm" and not arm.has_friction:
         raise MissingDataError(arm.name, "friction", "kernels with friction='arm'")
     constants = friction_parameters(arm) if friction == "arm" else None
     name = f"{arm.name} ({arm.reading})"

@@ -344,7 +344,7 @@ def loop_setup(
 def _check_friction(plant: Arm, friction: Any, width: float) -> None:
     if friction not in (*FRICTIONS, "set-valued"):
         raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
-    if friction == "set-valued" and any(plant.friction_models()):
+    if friction == "set-valued" and plant.has_friction:
         other = "friction 'smooth' with friction_width [rad/s], or simulate"
         raise OptionError("friction", "'set-valued': a kernel has no true stick", other)
     if friction == "smooth":

@@ -69,7 +69,7 @@ def coulomb_friction(arm: Arm, share: float) -> tuple[JointFriction, ...]:
 
 def arm_with_friction(arm: Arm, share: float) -> Arm:
     """The arm with `coulomb_friction` as if its file gave it; raises `OptionError` for an arm that has its own."""
-    if any(arm.friction_models()):
+    if arm.has_friction:
         raise OptionError("friction", "a share of the torque limits", f"none: {arm.name} has friction of its own")
     if not (np.isfinite(share) and share > 0.0):
         raise OptionError("friction", share, "a share of the torque limits above 0, as 0.01")

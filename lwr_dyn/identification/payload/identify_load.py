@@ -210,7 +210,7 @@ def identify_load(
         raise OptionError("friction", repr(friction), ", ".join(FRICTIONS))
     if friction == "own" and empty:
         raise OptionError("friction", "the arm's own, with unloaded logs", "fitted, as the whole arm is then")
-    if friction == "own" and not any(arm.friction_models()):
+    if friction == "own" and not arm.has_friction:
         raise OptionError("friction", f"the own one of {arm.name}, which has none", "fitted")
     found = [_identified(several, arm, each, friction, empty) for each in rules]
     return min(found, key=lambda each: each.colour)

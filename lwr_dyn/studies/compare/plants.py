@@ -128,7 +128,7 @@ def reading(case: PlantCase, value: str) -> PlantCase:
 
 def friction(case: PlantCase, value: str) -> PlantCase:
     """The arm's own friction, or Coulomb friction as a share of each joint's torque limit."""
-    if not value and any(case.plant.friction_models()):
+    if not value and case.plant.has_friction:
         return case.changed(friction="set-valued")
     share = _number("friction", value or ASSUMED, "a share of the torque limits above 0, as friction=0.05")
     models = coulomb_friction(case.plant, share)

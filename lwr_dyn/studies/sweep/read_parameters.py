@@ -293,7 +293,7 @@ def _nominal(study: SweepStudy, arm: Arm, one: VariedParameter) -> float | None:
         rows = [{} if spec.is_file else options_of(CONTROLLERS.load(spec.base)) for spec in specs]
         found = {_default(row, one.path) for row in rows}
         return found.pop() if len(found) == 1 else None
-    if one.path.startswith("friction.") and any(arm.friction_models()):
+    if one.path.startswith("friction.") and arm.has_friction:
         assumed = study.assumed_friction
         return None if assumed is None else assumed if one.path.startswith("friction.coulomb") else 0.0
     return one.nominal

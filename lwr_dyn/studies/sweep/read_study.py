@@ -121,7 +121,7 @@ def _with_controllers(
 def _with_loop(table: Fields, study: SweepStudy, arm: Arm) -> SweepStudy:
     """`[loop]`: how every loop is closed and computed."""
     varied = {one.path.partition(".")[0] for one in study.parameters}
-    friction = "smooth" if "friction" in varied or any(arm.friction_models()) else "none"
+    friction = "smooth" if "friction" in varied or arm.has_friction else "none"
     loop: dict[str, Any] = {
         "rate": table.number("rate", 1000.0, above=0.0),
         "substeps": table.take("substeps", int, 1),
