@@ -95,7 +95,7 @@ ELASTIC_HELP = "Elastic joints: the largest stiffness, N m/rad, or `file` for th
 
 @dataclass(frozen=True, slots=True)
 class Loading:
-    """The options with which ROBOT is loaded; `further` has texts of --mount, --tool, --rotor, --xacro-arg; --trust-xacro."""
+    """The options with which ROBOT is loaded; `further` has those of --mount, --tool, --rotor, xacro."""
 
     reading: str | None = None
     tip: str | None = None

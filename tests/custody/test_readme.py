@@ -3,8 +3,10 @@
 import re
 from pathlib import Path
 
+import click
+
 import lwr_dyn
-from lwr_dyn.cli.main import COMMANDS
+from lwr_dyn.cli.main import COMMANDS, group
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -27,6 +29,23 @@ def test_every_robot_is_in_the_readme_and_every_command_on_a_page():
         assert f"`{robot}`" in README
     for name in COMMANDS.names:
         assert f"lwr-dyn {name}" in PAGES, name
+
+
+def test_every_command_that_is_named_exists():
+    """In data files, code and pages: `lwr-dyn NAME`, and of a group its command."""
+    main = click.Context(group)
+    files = [*(ROOT / "lwr_dyn").rglob("*.py"), *(ROOT / "lwr_dyn").rglob("*.toml"), *(ROOT / "docs").rglob("*.md")]
+    named = {}
+    for path in [ROOT / "README.md", ROOT / "action.yml", *files]:
+        for words in re.findall(r"\blwr-dyn (?!--)([a-z][\w-]*(?: [a-z][\w-]*)?)", path.read_text(encoding="utf-8")):
+            named.setdefault(words, path)
+    for words, path in named.items():
+        name, _, inner = words.partition(" ")
+        command = group.get_command(main, name) if name in COMMANDS.names else None
+        assert command is not None, f"{path}: lwr-dyn {name}"
+        if isinstance(command, click.Group) and inner and not (ROOT / inner).exists():
+            assert inner in command.list_commands(main), f"{path}: lwr-dyn {words}"
+    assert len(named) > 50
 
 
 def test_every_script_that_is_named_exists():

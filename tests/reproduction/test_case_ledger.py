@@ -150,11 +150,6 @@ def all_alike(_, __, patch):
     patch.setattr(planar_dynamics, "counterparts", lambda arm: [dataclasses.replace(c, why="") for c in right(arm)])
 
 
-def same_table(_, results, __):
-    for column in ("average", "maximum", "minimum"):
-        results["table_viii"]["cells"][column] = results["table_vii"]["cells"][column]
-
-
 def in_order(_, results, __):
     cells = results["table_viii"]["cells"]
     pairs = zip(cells["velocity_maximum"], cells["velocity_minimum"], strict=True)
@@ -175,7 +170,6 @@ BROKEN = {
     ("lwr4plus", "error-second-derivative"): put("results.centralized_gains.cells.Kd.0", "10"),
     ("lwr4plus", "velocity-limits"): put("limits.velocity.kind", "printed"),
     ("lwr4plus", "pid-is-pd"): put("results.table_vi.cells.Kd.0", "2.0"),
-    ("lwr4plus", "table8-caption"): same_table,
     ("lwr4plus", "table8-velocity-order"): in_order,
     ("lwr4plus", "largest-error-side"): put("results.table_vii.cells.minimum.1", "-1.0"),
     ("lwr4plus", "conclusion-errors"): put("results.table_viii.cells.average", ["0.1"] * 7),

@@ -127,6 +127,8 @@ def paper_of_tables(
         raise top.refuse("schema", str(raw["schema"]), str(schema.SCHEMA))
     name, title = _printable(top, "name", top.text("name")), _printable(top, "title", top.text("title"))
     document = {k: str(v) for k, v in top.take("document", dict).items()}
+    if "kind" in document:
+        top.choice_at("document.kind", document["kind"], schema.DOCUMENT_KINDS)
     errata = tuple(_erratum(e) for e in top.tables("erratum", default=[]))
     ids = [e.id for e in errata]
     for repeated in {x for x in ids if ids.count(x) > 1}:

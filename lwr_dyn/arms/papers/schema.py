@@ -262,6 +262,10 @@ class Reading:
     errata: tuple[str, ...]
 
 
+DOCUMENT_KINDS = ("paper", "maker's sheet", "exercise", "course report")
+"""What sort of document a data file was made from."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Paper:
     """A data file under one reading: columns as printed with the reading's errata applied."""

@@ -154,20 +154,6 @@ def velocity_limits(data: PaperData) -> Proof:
     )
 
 
-def table8_caption(data: PaperData) -> Proof:
-    """Tables VII and VIII side by side: one trajectory, two tables, one caption."""
-    case = data.case()
-    columns = ("average", "maximum", "minimum")
-    before, after = (np.array([case.numbers(t, c) for c in columns]) for t in ("table_vii", "table_viii"))
-    equal = int((before == after).all(axis=0).sum())
-    largest_gap = float(np.abs(before - after).max())
-    return Proof(
-        "no row of Table VIII is that of Table VII, so not both can be the errors of the decentralised controller",
-        equal == 0 and largest_gap > 10.0,
-        {"rows alike": equal, "largest difference [mrad]": largest_gap},
-    )
-
-
 def table8_velocity_order(data: PaperData) -> Proof:
     """Rows of Table VIII whose printed maximum velocity error is below the printed minimum."""
     case = data.case()
@@ -382,7 +368,6 @@ PROOFS: dict[str, Prove] = {
     "table4-configurations": table4_configurations,
     "com-from": com_from,
     "velocity-limits": velocity_limits,
-    "table8-caption": table8_caption,
     "table8-velocity-order": table8_velocity_order,
     "largest-error-side": largest_error_side,
     "conclusion-errors": conclusion_errors,

@@ -1,0 +1,80 @@
+"""What is said of the sources and of their errors is what stands in the data files."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import lwr_dyn
+from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.arms.papers.schema import DOCUMENT_KINDS
+from lwr_dyn.foundation.errors import PaperError
+
+ROOT = Path(__file__).resolve().parents[2]
+WEIGHTS = ("model", "result", "text")
+
+
+STATUSES = ("proven", "likely", "open")
+
+
+def counts(robot):
+    """Weight -> number of all errata, and of those that are proven."""
+    errata = open_paper(robot).errata
+    return {
+        weight: [sum(e.severity == weight and e.status in of for e in errata) for of in (STATUSES, ("proven",))]
+        for weight in WEIGHTS
+    }
+
+
+def test_every_source_says_what_it_is_of_when_and_how_it_was_read():
+    for robot in lwr_dyn.robots():
+        document = open_paper(robot).document
+        assert document["kind"] in DOCUMENT_KINDS
+        assert document["year"] == "not known" or 1950 < int(document["year"]) < 2100
+        assert document["place"]
+        assert "text recognition" in document["text"]
+
+
+def test_a_kind_that_does_not_exist_is_refused_with_those_that_do():
+    text = (ROOT / "lwr_dyn" / "arms" / "papers" / "lwr4.toml").read_text(encoding="utf-8")
+    with pytest.raises(PaperError, match=r"document\.kind: 'blog'; allowed: one of paper, maker's sheet"):
+        parse_paper(text.replace('kind = "exercise"', 'kind = "blog"', 1), "lwr4.toml")
+
+
+def test_the_page_counts_errata_by_weight_and_kind_of_source():
+    page = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
+    lines = page.partition("<!-- counts: errata -->\n")[2].splitlines()[2:]
+    for robot, line in zip(lwr_dyn.robots(), lines[: len(lwr_dyn.robots())], strict=True):
+        cells = [f"{every}, {proven}" if every else "0" for every, proven in counts(line.split("`")[1]).values()]
+        kind = open_paper(line.split("`")[1]).document["kind"]
+        assert line == f"| `{line.split('`')[1]}` | {kind} | {' | '.join(cells)} |", robot
+    assert {line.split("`")[1] for line in lines[: len(lwr_dyn.robots())]} == set(lwr_dyn.robots())
+
+
+def test_the_readme_counts_what_is_proven():
+    proven = Counter()
+    for robot in lwr_dyn.robots():
+        for weight, (_, count) in counts(robot).items():
+            proven[weight] += count
+            proven[open_paper(robot).document["kind"]] += count
+    readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    whole = proven.total() // 2
+    says = (
+        f"{whole} are proven, {proven['paper']} in two papers and {proven['course report']} in a course report; "
+        f"{proven['model']} of the {whole} change the model, {proven['result']} a result, {proven['text']} are slips"
+    )
+    assert says in readme
+
+
+def test_the_citation_lists_the_sources():
+    yaml = pytest.importorskip("yaml")
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    listed = {x["title"]: x for x in citation["references"]}
+    assert len(listed) == len(citation["references"])
+    for robot in lwr_dyn.robots():
+        document = open_paper(robot).document
+        entry = listed.pop(document["title"])
+        assert str(entry.get("year", "not known")) == document["year"]
+        assert entry.get("doi", "") == document["place"].removeprefix("doi:") * document["place"].startswith("doi:")
+    assert listed == {}
