@@ -29,7 +29,17 @@ from lwr_dyn.foundation.version import VERSION
 ROBOT = "Robot, mount and tool"
 """Heading of the options that load a robot; the last one."""
 
-ROBOT_OPTIONS = ("--robot", "--reading", "--tip", "--lock", "--mount", "--tool", "--xacro-arg", "--trust-xacro")
+ROBOT_OPTIONS = (
+    "--robot",
+    "--reading",
+    "--tip",
+    "--lock",
+    "--mount",
+    "--tool",
+    "--rotor",
+    "--xacro-arg",
+    "--trust-xacro",
+)
 
 FEW = 6
 """A command with no more options than this has them in one list."""

@@ -225,7 +225,8 @@ class Metrics:
         if full:
             errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
             errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
-        uses = (self.peak_torque, self.torque_use, self.speed_use, self.saturated_s)
+        saturated = np.where(np.isnan(self.torque_use), np.nan, self.saturated_s)
+        uses = (self.peak_torque, self.torque_use, self.speed_use, saturated)
         headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
         return Table("", headings, list(zip(self.stops.joints, self.units, *errors.values(), *uses, strict=True)))
 
@@ -269,9 +270,14 @@ def _share(use: float) -> str:
     return "?" if np.isnan(use) else f"{use:.0%}"
 
 
+def _seconds(time: float) -> str:
+    """Time beyond a limit; a question mark where the limit is not known."""
+    return "?" if np.isnan(time) else f"{time:.3g}"
+
+
 USES = (
     Heading("peak torque [N m]", format=".4g"), Heading("of limit", format=_share),
-    Heading("speed of limit", format=_share), Heading("saturated [s]", format=".3g"),
+    Heading("speed of limit", format=_share), Heading("saturated [s]", format=_seconds),
 )  # fmt: skip
 """Columns of how much of the limits was used; forces of sliding joints are in N."""
 

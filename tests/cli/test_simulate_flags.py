@@ -59,7 +59,8 @@ def test_sliding_joints_are_printed_in_their_units(lwr_dyn_command, tmp_path):
     own = str(tmp_path / "own.toml")
     lwr_dyn_command("new", "arm", own, "--joints", "RPR")
     move = ("--task", "hold", "--from-deg", "0,0.2,0", "--duration", "0.05", "--controller", "inverse-dynamics")
-    rows = {line.split()[0]: line.split()[1] for line in lwr_dyn_command("simulate", own, *move)[1].splitlines()[4:7]}
+    lines = lwr_dyn_command("simulate", own, *move)[1].splitlines()
+    rows = {line.split()[0]: line.split()[1] for line in lines if line.startswith("joint_")}
     assert rows == {"joint_1": "mrad", "joint_2": "mm", "joint_3": "mrad"}
 
 

@@ -203,3 +203,10 @@ def test_an_unknown_limit_is_not_kept():
     assert metrics(moved, some).within_limits is False
     compared = lwr_dyn.compare(run, run)
     assert "unknown" in compared.table.text()
+
+
+def test_time_beyond_an_unknown_torque_limit_is_a_question_mark():
+    run = run_of([0.0, 1.5, -0.9], 0.0, command=[5.0, -20.0, 30.0])
+    free = replace(ARM, limits=(replace(ARM.limits[0], effort=None),))
+    shown = [metrics(run, arm).table().text().splitlines()[-1].split()[-1] for arm in (ARM, free)]
+    assert shown == ["0.1", "?"]

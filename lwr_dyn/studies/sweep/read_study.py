@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import compress
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -70,7 +71,7 @@ def study_of_text(text: str, path: Path, before_code: Callable[[str], None] = la
     if lacking is not None:
         raise fields.refuse(f"task.{lacking}", "missing", f"a value, which the task {task.name} needs")
     study = _sampled(fields, sampling, study)
-    study = _measured(metrics, limits, study)
+    study = _measured(metrics, limits, study, arm)
     with blamed(fields, "task"):
         for reference in sweep_study.references_of_study(study):
             _options(study).times(study.loop.get("duration", reference.duration))
@@ -159,7 +160,7 @@ def _sampled(whole: Fields, table: Fields, study: SweepStudy) -> SweepStudy:
         return replace(study, method=method, runs=runs, **facts)
 
 
-def _measured(table: Fields, fields: Fields, study: SweepStudy) -> SweepStudy:
+def _measured(table: Fields, fields: Fields, study: SweepStudy, arm: Arm) -> SweepStudy:
     """`[metrics]` and `[limits]`: what is measured of a run beside the usual, and what is asked of it."""
     tolerance, shares = table.number("tolerance", None, above=0.0), table.numbers("quantiles", ())
     table.refuse_unknown()
@@ -175,6 +176,9 @@ def _measured(table: Fields, fields: Fields, study: SweepStudy) -> SweepStudy:
         limits[name] = fields.number_at(name, bound, allowed)
         if limits[name] < 0.0 and not row.signed:
             raise fields.refuse(name, repr(bound), allowed)
+        if row.rests_on and not np.isfinite(arm.effort).all():
+            of = ", ".join(compress(arm.joint_names, ~np.isfinite(arm.effort)))
+            raise fields.refuse(name, f"{row.rests_on} of {of} are unknown", "peak_torque, in N m or N, in its place")
     if "first_violation" in limits and tolerance is None:
         raise fields.refuse("first_violation", "without a tolerance", "metrics.tolerance beside it, in m")
     return replace(study, tolerance=tolerance, quantiles=shares, limits=limits)

@@ -156,7 +156,7 @@ def summarise(
     evaluate : callable, optional
         Makes further runs, to find which parameter breaks a limit first; without it that is not said.
     arm : Arm, optional
-        Of the study: its joints decide the units of their metrics.
+        Of the study: its joints decide the units of their metrics, its limits what is known.
     not_searched : mapping, optional
         Controller -> why `evaluate` makes no runs of it.
     failures : mapping, optional
@@ -178,7 +178,7 @@ def summarise(
     for name, runs in controllers.items():
         if not runs.count:
             raise OptionError(f"results of {name}", "no run", "a run or more")
-        found = _figures(study, runs, focus, limits)
+        found = _figures(study, runs, focus, limits, arm)
         if evaluate is not None and limits and name not in left_out:
             found = replace(found, outwards=outward_search(spans(study), limits, partial(evaluate, name)))
         made[name] = found
@@ -227,7 +227,11 @@ def draw_columns(study: SweepStudy, runs: ControllerRuns) -> dict[str, NDArray[A
 
 
 def _figures(
-    study: SweepStudy, runs: ControllerRuns, focus: tuple[MetricWords, ...], limits: Mapping[MetricWords, float]
+    study: SweepStudy,
+    runs: ControllerRuns,
+    focus: tuple[MetricWords, ...],
+    limits: Mapping[MetricWords, float],
+    arm: Arm | None,
 ) -> ControllerFigures:
     chosen, drawn = sample_rows(study, runs.run), draw_columns(study, runs)
     inside = {words: words.is_within(runs.metrics[words.name], bound) for words, bound in limits.items()}
@@ -250,7 +254,7 @@ def _figures(
     order = np.lexsort((runs.run, -first.badness))
     events = {"simulated": runs.simulated, **{flag: runs.flags == flag for flag in np.unique(runs.flags) if flag}}
     shares = {event: _share(np.asarray(rows)[chosen]) for event, rows in events.items()}
-    if "saturated_s" in runs.metrics:
+    if "saturated_s" in runs.metrics and (arm is None or np.isfinite(arm.effort).all()):  # else unknown
         cut = metric_words("saturated_s").badness(runs.metrics["saturated_s"])[chosen]
         shares[CUT] = _share(cut[np.isfinite(cut)] > 0.0)
     return ControllerFigures(runs, found, _share(kept[chosen]) if inside else None, shares, order, kept)

@@ -8,6 +8,15 @@ from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, PaperError
 from lwr_dyn.studies.sweep.read_study import read_study
 from tests.studies.sweep.texts import HEAD, PAYLOAD, parameter
 
+KR30 = """
+robot = "kr30ha"
+controllers = ["inverse-dynamics"]
+[task]
+name = "hold"
+from-deg = [0, -90, 90, 0, 30, 0]
+duration = 0.5
+"""
+
 
 def swap(old, new):
     return HEAD.replace(old, new)
@@ -131,6 +140,10 @@ FAULTS = [
     (HEAD + PAYLOAD + "[metrics]\nquantiles = [95]\n", "metrics.quantiles[0]: 95.0; allowed: a share between"),
     (HEAD + PAYLOAD + "[metrics]\ntolerance = 0\n", "metrics.tolerance: 0; allowed: a number above 0"),
     (HEAD + PAYLOAD + "[limits]\nfirst_violation = 1\n", "without a tolerance; allowed: metrics.tolerance"),
+    (
+        KR30 + "[limits]\nsaturated_s = 0\n",
+        "limits.saturated_s: torque limits of A1, A2, A3, A4, A5, A6 are unknown; allowed: peak_torque, in N m or N",
+    ),
 ]
 
 

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+import lwr_dyn
 from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.tables import json_text
@@ -158,6 +159,12 @@ def test_torque_is_not_cut_where_it_is_not_known_and_none_has_an_interval():
     assert both.controllers[CONTROLLERS[1]].events["diverged"] == share_of(0, 4000)
     assert all(cell.endswith("]") for row in summary_document.event_table(both).rows for cell in row[1:])
     assert f"Torque cut: of the runs of which it is known, 1000 of 4000 of {first}." in summary_text(both)
+
+
+@pytest.mark.parametrize(("robot", "known"), [("lwr4plus", True), ("kr30ha", False), ("lwr4", False)])
+def test_without_torque_limits_no_share_of_runs_is_cut(robot, known):
+    summary = summarise(MADE, RUNS, arm=lwr_dyn.load(robot))
+    assert [("torque cut" in one.events) for one in summary.controllers.values()] == [known] * len(RUNS)
 
 
 @pytest.mark.slow
