@@ -195,7 +195,7 @@ class AdaptiveForm:
         """What the law tells of itself at samples whose memory was `memory` (k, m): as `Adaptive.signals`."""
         adapted, first, n = self.law.adapted, self.bodies, self.added.n
         of_bodies = memory[:, :first]
-        shown = {f"adapted_{adapted.name}": of_bodies if adapted.W is None else of_bodies @ adapted.W.T}
+        shown = {f"adapted_{adapted.name}": adapted.link_parameters(of_bodies)}
         if self.adapts_friction:
             for i, name in enumerate(("coulomb", "viscous")):
                 part = slice(first + i * n, first + (i + 1) * n)
@@ -206,7 +206,12 @@ class AdaptiveForm:
         """See `LawForm`."""
         v = {name: np.array(value) for name, value in values.items()}
         adapted = adaptive.AdaptedParameters(
-            self.law.adapted.name, self.law.adapted.W, v["adaptation_gains"], v["lower_load"], v["upper_load"]
+            self.law.adapted.name,
+            self.law.adapted.W,
+            v["adaptation_gains"],
+            v["lower_load"],
+            v["upper_load"],
+            self.law.adapted.turns,
         )
         friction = (v["friction_gains"], v["friction_start"]) if self.adapts_friction else (None, None)
         return adaptive.Adaptive(

@@ -59,6 +59,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.friction import FRICTIONLESS
+from lwr_dyn.model.inertial_parameters import parameter_turns
 
 PER_LINK = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 """The parameters of a link, in the order of the columns."""
@@ -132,6 +133,8 @@ class AdaptedParameters:
     gains: Array
     lower: Array
     upper: Array
+    turns: Array | None = None
+    """(k, 10, 10) of the links that are adapted: parameters in the joint's frame -> in the frame of the URDF's link."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "gains", "lower", "upper")
@@ -142,7 +145,8 @@ class AdaptedParameters:
         most = _heaviest(arm)
         moments = np.r_[[FAR * most] * 3, [FAR**2 * most] * 6]
         own = float(regressor.parameters[-len(PER_LINK)])
-        return cls("payload", None, scaled_gains(gain), np.r_[-own, -moments], np.r_[most, moments])
+        bounds = np.r_[-own, -moments], np.r_[most, moments]
+        return cls("payload", None, scaled_gains(gain), *bounds, parameter_turns(arm)[-1:])
 
     @classmethod
     def base(cls, arm: Arm, regressor: SlotineLiRegressor, gain: float) -> Self:
@@ -157,7 +161,7 @@ class AdaptedParameters:
         _, sizes, V = np.linalg.svd(rows, full_matrices=False)
         V = V[sizes > RANK * sizes[0]]
         bound = np.full(len(V), len(PER_LINK) * _heaviest(arm) / np.sqrt(gain))
-        return cls("base", root[:, None] * V.T, np.ones(len(V)), -bound, bound)
+        return cls("base", root[:, None] * V.T, np.ones(len(V)), -bound, bound, parameter_turns(arm))
 
     @classmethod
     def of(cls, name: str, arm: Arm, regressor: SlotineLiRegressor, gain: float) -> Self:
@@ -169,8 +173,15 @@ class AdaptedParameters:
         return cls.payload(arm, regressor, gain) if name == SETS[0] else cls.base(arm, regressor, gain)
 
     def link_parameters(self, theta: Array) -> Array:
-        """What is added to the parameters: of the payload (10,), or of all links (10 n,)."""
-        return theta if self.W is None else np.asarray(self.W @ theta)
+        """What theta (..., m) adds to the parameters: of the payload (..., 10), or of all links (..., 10 n).
+
+        They are in the frames of the URDF's links; see `parameter_turns`.
+        """
+        added = theta if self.W is None else np.asarray(theta @ self.W.T)
+        if self.turns is None:
+            return added
+        by_link = added.reshape(*added.shape[:-1], len(self.turns), len(PER_LINK))
+        return np.asarray(np.einsum("kij,...kj->...ki", self.turns, by_link)).reshape(added.shape)
 
     def columns(self, Y: Array) -> Array:
         """The columns (n, m) of theta out of all columns Y (n, 10 n)."""
