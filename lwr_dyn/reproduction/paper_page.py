@@ -132,7 +132,9 @@ def verdict_sentence(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: 
     if printed[NOT]:
         out.append((f" {printed[NOT]} cannot be computed: {_missing(verdicts, NOT)} not printed.", False))
     differ = printed[DIFFERS]
-    out.append((f" {differ} differ." if differ else " None that the paper lets recompute differs.", True))
+    if after := sum(printed[kind][AFTER] for kind in (COMPUTED, STRUCTURAL, REPEATED)):
+        out.append((f" {after} of those that come out or agree do so only after an erratum.", False))
+    out.append((f" {differ} differ.", True) if differ else (" No other differs." if after else " None differs.", False))
     return (*out, *([] if holds else [(" Something computed, checked or claimed is NOT explained.", True)]))
 
 
