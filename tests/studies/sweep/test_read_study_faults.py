@@ -141,7 +141,7 @@ FAULTS = [
     (HEAD + PAYLOAD + "[metrics]\ntolerance = 0\n", "metrics.tolerance: 0; allowed: a number above 0"),
     (HEAD + PAYLOAD + "[limits]\nfirst_violation = 1\n", "without a tolerance; allowed: metrics.tolerance"),
     (
-        KR30 + "[limits]\nsaturated_s = 0\n",
+        KR30 + PAYLOAD + "[limits]\nsaturated_s = 0\n",
         "limits.saturated_s: torque limits of A1, A2, A3, A4, A5, A6 are unknown; allowed: peak_torque, in N m or N",
     ),
 ]
