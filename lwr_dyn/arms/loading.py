@@ -30,7 +30,7 @@ _FIELDS = {"mount": ("on", *_POSE), "tool": (*_POSE, "mass", "com", "inertia")}
 WORLD = "world"
 """The root link of the URDF of a mounted arm."""
 _LARGEST = 1e6
-"""Of a number of a mount or tool [m, kg, kg m^2]."""
+"""Of a number of a mount, tool or rotor [m, kg, kg m^2]."""
 
 
 def installed(arm: Arm, mount: Any, tool: Any) -> Arm:
@@ -59,7 +59,8 @@ def with_rotors(arm: Arm, inertias: Mapping[str, float]) -> Arm:
     """The arm with rotors of some joints, by name or number: k_r^2 I_m, as the joint feels it [kg m^2 or kg].
 
     They are added to `loaded_with`, and are sources of the numbers that they change. Raises `UnknownNameError` for a
-    joint that does not exist, `OptionError` for an inertia that is no number of at least 0, or a joint named twice.
+    joint that does not exist, `ShapeError` or `OptionError` for an inertia that is no number of at least 0, or a joint
+    named twice.
     """
     given: dict[str, float] = {}
     names = arm.joint_names
@@ -69,11 +70,11 @@ def with_rotors(arm: Arm, inertias: Mapping[str, float]) -> Arm:
             named = names[int(named) - 1]
         if named not in names:
             raise UnknownNameError(f"joint of {arm.name}", named, names)
-        inertia = float(fixed_array(f"rotor {key}", value, ()))
-        if not 0.0 <= inertia <= _LARGEST or named in given:
-            again = "given twice" if named in given else value
-            raise OptionError(f"rotor {key}", again, f"one number from 0 to {_LARGEST:g}, kg m^2 at the joint")
-        given[named] = inertia
+        if named in given:
+            raise OptionError(f"rotor {key}", f"{named} twice", "each joint once")
+        given[named] = float(fixed_array(f"rotor {key}", value, ()))
+        if not 0.0 <= given[named] <= _LARGEST:
+            raise OptionError(f"rotor {key}", value, f"a number from 0 to {_LARGEST:g}, kg m^2 at the joint")
     if not given:
         return arm
     links = [
@@ -239,7 +240,7 @@ def load(
         Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
     rotor : mapping, optional
         Joint, by its name or number, -> rotor inertia as the joint feels it, k_r^2 I_m [kg m^2; kg where it slides]. It
-        takes the place of the rotor that the source gives.
+        takes the place of the rotor that the source gives; 0 says that there is none, as of a direct drive.
     xacro_args : mapping, optional
         Arguments of a `.xacro` file, which the package `xacro` expands.
     trust_xacro : bool

@@ -6,14 +6,25 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import NO_CODE, Flag, Loading, OneOf, check_code, option, robot_options, row_options, show
+from lwr_dyn.cli.options import (
+    NO_CODE,
+    Flag,
+    Loading,
+    OneOf,
+    check_code,
+    option,
+    robot_options,
+    row_options,
+    show,
+    stands_on,
+)  # fmt: skip
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS
-from lwr_dyn.model.run import Run
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, ROTOR_RUN
+from lwr_dyn.model.run import Run, run_used
 from lwr_dyn.studies.compare.comparison import RunComparison, comparison_html, comparison_of, cross_table, pair_html
 from lwr_dyn.studies.compare.plants import PLANTS, plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
@@ -105,7 +116,10 @@ def _of_files(files: list[str], given: dict[str, Any]) -> RunComparison:
             flag = f"--{name.replace('_', '-')}"
             raise OptionError(flag, "would do nothing here", "with a robot, not with run files")
     runs = [Run.load(path) for path in files]
-    return comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
+    compared = comparison_of(runs, [Path(path).name for path in files], given["labels"] or None)
+    for one in compared.runs:
+        stands_on(one.shown.arm, (*run_used(one.shown.run), ABSENT_ROTORS), ROTOR_RUN)
+    return compared
 
 
 def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) -> RunComparison:

@@ -30,16 +30,8 @@ ROBOT = "Robot, mount and tool"
 """Heading of the options that load a robot; the last one."""
 
 ROBOT_OPTIONS = (
-    "--robot",
-    "--reading",
-    "--tip",
-    "--lock",
-    "--mount",
-    "--tool",
-    "--rotor",
-    "--xacro-arg",
-    "--trust-xacro",
-)
+    "--robot", "--reading", "--tip", "--lock", "--mount", "--tool", "--rotor", "--xacro-arg", "--trust-xacro",
+)  # fmt: skip
 
 FEW = 6
 """A command with no more options than this has them in one list."""

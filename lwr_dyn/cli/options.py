@@ -22,7 +22,7 @@ from lwr_dyn.foundation.errors import LwrDynError, OptionError, did_you_mean
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, options_of
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm, caveats_of, si_value
-from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, ROTOR_OPTION
 
 
 class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
@@ -130,7 +130,7 @@ def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[Completio
 
 REPEATED = (
     ("--xacro-arg", "xacro_args", "NAME:=VALUE", "Argument of a .xacro."),
-    ("--rotor", "rotor", "JOINT=VALUE", "Rotor inertia as the joint feels it, kg m^2."),
+    ("--rotor", "rotor", "JOINT=VALUE", "Rotor inertia as the joint feels it, kg m^2, in place of the file's."),
     ("--tool", "tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
     ("--mount", "mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
 )
@@ -165,11 +165,14 @@ def robot_options(command: Callable[..., None]) -> Callable[..., None]:
     return with_loading
 
 
-def stands_on(arm: Arm, used: Collection[str] = DYNAMICS) -> Arm:
-    """The arm, which this command says its caveats of: what must be known before those of its numbers that are used."""
+def stands_on(arm: Arm, used: Collection[str] = DYNAMICS, remedy: str = ROTOR_OPTION) -> Arm:
+    """The arm, which this command says its caveats of: what must be known before those of its numbers that are used.
+
+    `remedy` is how rotors that are missing are added.
+    """
     context = click.get_current_context(silent=True)
     if context is not None:
-        context.meta.setdefault(_ARMS, []).extend(caveats_of([arm], used))
+        context.meta.setdefault(_ARMS, []).extend(caveats_of([arm], used, remedy))
     return arm
 
 

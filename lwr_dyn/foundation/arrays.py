@@ -80,7 +80,7 @@ def real_array(name: str, value: ArrayLike) -> Array:
     finite = np.isfinite(array)
     if not finite.all():
         where = tuple(int(i) for i in np.argwhere(~finite)[0])
-        raise ShapeError(name, f"{array[where]} at index {where}", "finite numbers")
+        raise ShapeError(name, f"{array[where]} at index {where}" if where else f"{array[where]}", "finite numbers")
     return array
 
 

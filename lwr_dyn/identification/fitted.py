@@ -21,11 +21,11 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file, write_folder
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.identification.bodies.possible_bodies import TENSOR
 from lwr_dyn.identification.motion.motion_result import MotionIdentification
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, ChainLink, JointKind, Rotor
 from lwr_dyn.model.friction import JointFriction
+from lwr_dyn.model.inertial_parameters import TENSOR
 from lwr_dyn.model.spatial import steiner
 
 READING = "fitted"

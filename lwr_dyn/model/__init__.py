@@ -9,7 +9,7 @@ ellipsoid            The solid ellipsoid of one density that has a body's mass, 
 file_layout          What a file holds beyond the arm in it: how it is drawn, and of a URDF its own links, frames,
                      axes and shapes
 friction             Friction of one joint: Coulomb, viscous, static and Stribeck per direction, and an offset
-inertial_parameters  The ten inertial parameters of a body in another frame
+inertial_parameters  The ten inertial parameters of a body as its pseudo-inertia, and in another frame
 passivity            Passivity of friction: the speeds at which it adds energy instead of dissipating it, and the
                      nearest that never does
 printed_number       A number as it is printed: its text, its value, and half a unit of its last digit

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, ShapeError, UnknownNameError
 from lwr_dyn.foundation.registry import Option, Quantity
-from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, Caveats, absent_rotors
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, ROTOR_OPTION, Caveats, absent_rotors
 from lwr_dyn.model.chain import Body, Chain, Installation, JointKind, Tool, lock_joint, with_bodies, with_payload
 from lwr_dyn.model.file_layout import Drawing, FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
@@ -165,10 +165,9 @@ class Arm:
         """Names of the joints from the base outward."""
         return tuple(link.joint for link in self.chain.links)
 
-    @property
-    def rotor_caveat(self) -> str:
-        """Which joints have no rotor inertia, on which gains and sample rates rest: one line, or nothing."""
-        words = absent_rotors([link.joint for link in self.chain.links if link.rotor is None], self.n)
+    def rotor_caveat(self, remedy: str = ROTOR_OPTION) -> str:
+        """Which joints have no rotor inertia, on which gains and rates rest, and a remedy: a line, or nothing."""
+        words = absent_rotors([link.joint for link in self.chain.links if link.rotor is None], self.n, remedy)
         return f"{self.name} ({self.reading}): {words}" if words else ""
 
     def joints(self) -> tuple[Joint, ...]:
@@ -276,9 +275,9 @@ class Arm:
         return self.chain
 
 
-def caveats_of(arms: Iterable[Arm], used: Collection[str] = DYNAMICS) -> tuple[str, ...]:
+def caveats_of(arms: Iterable[Arm], used: Collection[str] = DYNAMICS, remedy: str = ROTOR_OPTION) -> tuple[str, ...]:
     """What must be known before numbers of some arms, of those that are `used`: each line once."""
-    lines = ((arm.caveat(used), arm.rotor_caveat if ABSENT_ROTORS in used else "") for arm in arms)
+    lines = ((arm.caveat(used), arm.rotor_caveat(remedy) if ABSENT_ROTORS in used else "") for arm in arms)
     return tuple(dict.fromkeys(line for pair in lines for line in pair if line))
 
 

@@ -79,8 +79,16 @@ class Caveats:
         return ", ".join(f"{name} (likely)" if name in self.likely else name for name in errata) or "none"
 
 
-def absent_rotors(joints: Sequence[str], n: int) -> str:
-    """What the absence of rotors means for an arm of `n` joints; empty where every joint has its rotor.
+ROTOR_OPTION = "--rotor JOINT=VALUE adds it"
+"""Where the command has this option."""
+ROTOR_RUN = "--rotor JOINT=VALUE of simulate adds it"
+"""Of a run that was made before."""
+ROTOR_FILE = "name the file that lwr-dyn urdf ROBOT --rotor JOINT=VALUE writes"
+"""Where a file names the robot, as in a study."""
+
+
+def absent_rotors(joints: Sequence[str], n: int, remedy: str = ROTOR_OPTION) -> str:
+    """What the absence of rotors means for an arm of `n` joints, and how they are added; empty where none is missing.
 
     >>> absent_rotors(("A2", "A3"), 6)
     'no rotor inertia of A2 and A3 given (--rotor JOINT=VALUE adds it): gears make a real arm heavier at its joints'
@@ -88,7 +96,7 @@ def absent_rotors(joints: Sequence[str], n: int) -> str:
     if not joints:
         return ""
     which = "" if len(joints) == n else f" of {_listed(joints)}"
-    return f"no rotor inertia{which} given (--rotor JOINT=VALUE adds it): gears make a real arm heavier at its joints"
+    return f"no rotor inertia{which} given ({remedy}): gears make a real arm heavier at its joints"
 
 
 def caveats_of_words(words: str) -> Caveats:

@@ -139,7 +139,7 @@ class MetricsRecord(TypedDict):
     peak_speed: Annotated[Joints, "rad/s (m/s)."]
     speed_use: Annotated[Joints, "Peak over limit; null where the limit is unknown."]
     limit_margin: Annotated[Joints, "Least distance from the position limits, rad (m); null without limits."]
-    saturated_s: Annotated[Joints, "Seconds beyond the torque limit."]
+    saturated_s: Annotated[Joints, "Seconds beyond the torque limit; null where it is unknown."]
     at_stop_s: Annotated[Joints, "Seconds on the stop."]
     stop_impacts: Annotated[list[int], "How often each joint ran into its stop."]
     within_limits: Annotated[
@@ -170,7 +170,7 @@ class Metrics:
     peak_speed: Array  # [rad/s]
     speed_use: Array
     limit_margin: Array  # least distance from the position limits [rad], negative beyond one
-    saturated_s: Array  # time in which the command was beyond the torque limit [s]
+    saturated_s: Array  # time in which the command was beyond the torque limit [s], NaN where it is unknown
     stops: StopContacts
     units: tuple[str, ...]  # of the errors of each joint: "mrad", or "mm" if it slides
     bodies: str = RIGID
@@ -225,8 +225,7 @@ class Metrics:
         if full:
             errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
             errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
-        saturated = np.where(np.isnan(self.torque_use), np.nan, self.saturated_s)
-        uses = (self.peak_torque, self.torque_use, self.speed_use, saturated)
+        uses = (self.peak_torque, self.torque_use, self.speed_use, self.saturated_s)
         headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
         return Table("", headings, list(zip(self.stops.joints, self.units, *errors.values(), *uses, strict=True)))
 
@@ -304,7 +303,7 @@ def metrics(run: Run, arm: Arm) -> Metrics:
         peak_speed=read_only(peak_speed),
         speed_use=_use(peak_speed, arm.velocity),
         limit_margin=read_only(np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0)),
-        saturated_s=read_only(steps @ (command > effort)),
+        saturated_s=read_only(np.where(np.isfinite(effort), steps @ (command > effort), np.nan)),
         stops=stop_contacts(run, arm),
         units=tuple("mrad" if link.kind is JointKind.REVOLUTE else "mm" for link in arm.chain.links),
         bodies=tip_model(run),

@@ -28,6 +28,7 @@ ZEROS = """<robot name="two">
 @pytest.mark.parametrize("engine", ["pinocchio", "newton-euler"])
 def test_they_are_added_to_the_diagonal_and_to_nothing_else(engine):
     bare, arm = lwr_dyn.load("kr30ha"), lwr_dyn.load("kr30ha", rotor={"A2": 80.0, "4": 0.25})
+    # entries of B are up to 404 kg m^2
     more = lwr_dyn.dynamics_of(arm, engine).mass_matrix(Q) - lwr_dyn.dynamics_of(bare, engine).mass_matrix(Q)
     assert np.abs(more - np.diag([0, 80, 0, 0.25, 0, 0])).max() < EXACT * 400
     gravities = [lwr_dyn.dynamics_of(x, engine).gravity_vector(Q) for x in (bare, arm)]
@@ -39,6 +40,10 @@ def test_one_takes_the_place_of_the_sources_own():
     assert arm.armature.tolist() == [0.5, *own.armature[1:]]
     assert [x.where for x in arm.sources["joint_1.armature"]] == ["option of loading"]
     assert arm.sources["joint_2.armature"] == own.sources["joint_2.armature"]
+
+
+def test_a_rotor_of_zero_is_a_direct_drive():
+    assert lwr_dyn.load("kr30ha", rotor=dict.fromkeys(("A1", "A2", "A3", "A4", "A5", "A6"), 0.0)).rotor_caveat() == ""
 
 
 def test_a_written_urdf_and_a_run_carry_them(tmp_path):
@@ -55,9 +60,9 @@ BAD = {
     "no such joint": ({"A9": 1}, "no joint of kr30ha named 'A9'"),
     "no such number": ({"7": 1}, "no joint of kr30ha named '7'"),
     "negative": ({"A1": -1}, "rotor A1: -1"),
-    "not finite": ({"A1": np.nan}, "finite"),
+    "not finite": ({"A1": np.nan}, "rotor A1: nan; allowed: finite numbers"),
     "no number": ({"A1": [1, 2]}, "rotor A1"),
-    "twice": ({"A1": 1, "1": 2}, "given twice"),
+    "twice": ({"A1": 1, "1": 2}, "A1 twice; allowed: each joint once"),
 }
 
 

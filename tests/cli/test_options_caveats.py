@@ -7,6 +7,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.cli import options
 from lwr_dyn.model.run import Run
+from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.sweep_study import study_caveats
 
 ESTIMATED = "kr30ha (kuka): masses, centres of mass and inertias estimated from drawn solids"
 ROTORS = (
@@ -21,6 +23,20 @@ HOLD = ("--task", "hold", "--from-deg", POSE, "--duration", "0.01")
 BENT = "0,30,0,-60,0,30,0"
 SOON = ("--task", "hold", "--from-deg", BENT, "--duration", "0.01")
 AUTHORS = ("lwr4plus", "--reading", "computed")
+
+
+STUDY = """
+robot = "kr30ha"
+controllers = ["inverse-dynamics"]
+[task]
+name = "hold"
+from-deg = [0, -90, 90, 0, 30, 0]
+duration = 0.5
+[[parameter]]
+path = "payload.mass"
+low = 0
+high = 7
+"""
 
 
 @pytest.fixture
@@ -76,6 +92,14 @@ def test_the_first_line_and_the_record_say_it_once(lwr_dyn_command, folder, line
     assert text.count(line) == 1
     more = [ROTORS] if words[0] in ADVISE and words[1] == "kr30ha" else []
     assert document.record()["caveats"] == [line, *more]
+
+
+def test_a_study_and_runs_made_before_name_a_way_that_they_have(lwr_dyn_command, run_file, folder):
+    _, out, _ = lwr_dyn_command("compare", str(run_file), str(run_file), "--label", "a", "--label", "b")
+    assert "no rotor inertia given (--rotor JOINT=VALUE of simulate adds it)" in out
+    (folder / "s.toml").write_text(STUDY)
+    (line,) = [x for x in study_caveats(read_study(folder / "s.toml")) if "no rotor" in x]
+    assert "(name the file that lwr-dyn urdf ROBOT --rotor JOINT=VALUE writes)" in line
 
 
 @pytest.mark.slow

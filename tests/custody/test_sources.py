@@ -13,8 +13,6 @@ from lwr_dyn.foundation.errors import PaperError
 
 ROOT = Path(__file__).resolve().parents[2]
 WEIGHTS = ("model", "result", "text")
-
-
 STATUSES = ("proven", "likely", "open")
 
 

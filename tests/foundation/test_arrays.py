@@ -24,7 +24,7 @@ def test_joint_vectors_of_any_number_type_and_batch_become_float64(value):
         ([1.0, 2.0, 3.0], "q: 3 numbers; allowed: 2 numbers, one per joint"),
         (["a", "b"], "q: not an array of numbers; allowed: real numbers"),
         ([[1.0], [2.0, 3.0]], "q: not an array of numbers; allowed: real numbers"),
-        (None, "q: nan at index (); allowed: finite numbers"),
+        (None, "q: nan; allowed: finite numbers"),
         ([1j, 0.0], "q: complex numbers; allowed: real numbers"),
         ([[0.0, 1.0], [np.inf, np.nan]], "q: inf at index (1, 0); allowed: finite numbers"),
     ],

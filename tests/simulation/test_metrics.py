@@ -210,3 +210,4 @@ def test_time_beyond_an_unknown_torque_limit_is_a_question_mark():
     free = replace(ARM, limits=(replace(ARM.limits[0], effort=None),))
     shown = [metrics(run, arm).table().text().splitlines()[-1].split()[-1] for arm in (ARM, free)]
     assert shown == ["0.1", "?"]
+    assert metrics(run, free).to_json()["saturated_s"] == [None]

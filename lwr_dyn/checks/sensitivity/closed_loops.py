@@ -208,7 +208,7 @@ def _rules(study: SimulatedTask, runs: Sequence[ClosedLoopResult]) -> Iterator[t
             yield f"{better} tracks better than {worse} (RMS of the tip)", partial(_better, better, worse)
     for name in labels.values():
         if any(np.isfinite(m.torque_use).any() for m in known):
-            uncut = partial(_judge, name, lambda m: bool((m.saturated_s == 0.0).all()))
+            uncut = partial(_judge, name, lambda m: not (m.saturated_s > 0.0).any())
             yield f"torques keep to their limits under {name}", uncut
         if any(np.isfinite(m.speed_use).any() for m in known):
             within = partial(_judge, name, lambda m: bool(np.nanmax([0.0, *m.speed_use]) <= 1.0))

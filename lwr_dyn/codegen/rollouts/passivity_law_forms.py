@@ -11,7 +11,7 @@ numbers alone: hence two texts, compared by `law_forms.check_form`.
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi
@@ -205,14 +205,8 @@ class AdaptiveForm:
     def controller(self, arm: Arm, values: Mapping[str, Array]) -> Controller:
         """See `LawForm`."""
         v = {name: np.array(value) for name, value in values.items()}
-        adapted = adaptive.AdaptedParameters(
-            self.law.adapted.name,
-            self.law.adapted.W,
-            v["adaptation_gains"],
-            v["lower_load"],
-            v["upper_load"],
-            self.law.adapted.turns,
-        )
+        gains, lower, upper = (v[name] for name in ("adaptation_gains", "lower_load", "upper_load"))
+        adapted = replace(self.law.adapted, gains=gains, lower=lower, upper=upper)
         friction = (v["friction_gains"], v["friction_start"]) if self.adapts_friction else (None, None)
         return adaptive.Adaptive(
             adaptive.SlotineLiRegressor(arm), dynamics_of(arm), float(v["omega_n"]), adapted,

@@ -24,6 +24,7 @@ from lwr_dyn.foundation.arrays import Array, freeze_arrays, number_of
 from lwr_dyn.foundation.errors import FaultError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.identification.bodies import possible_bodies
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model import inertial_parameters
 
 UNKNOWN_FRICTION = 10.0
 """Standard deviation of friction that a table lacks [N m, N m s/rad]: wide, only to have a value without any data."""
@@ -107,7 +108,7 @@ class BodyPrior:
         """Gradient (p,) and Hessian (p, p) of `distance`."""
         gradient, hessian = np.zeros(self.table.size), np.zeros((self.table.size,) * 2)
         inverse = np.linalg.inv(self._pseudo(parameters))
-        units = possible_bodies.UNITS
+        units = inertial_parameters.UNITS
         gradient[: self.bodies] = (
             weight * ((self._inverse - inverse).reshape(-1, 16) @ units.reshape(_TEN, 16).T).ravel()
         )
@@ -129,7 +130,7 @@ class BodyPrior:
         return scaled_inverse(self.derivatives(self.table, weight)[1])
 
     def _pseudo(self, parameters: Array) -> Array:
-        return possible_bodies.pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
+        return inertial_parameters.pseudo_inertias(parameters[: self.bodies].reshape(-1, _TEN))
 
     def _rotor_weights(self, weight: float) -> Array:
         return np.where(self.unknown_rotors, 1.0, weight if self.rotor_weight is None else self.rotor_weight)
@@ -176,14 +177,14 @@ def _friction_spreads(columns: TorqueColumns, table: Array) -> Array:
 
 def _thicker(link: Array, lightest: float) -> Array:
     """The nearest parameters of a body: eigenvalues of P raised to a thousandth of its trace, a mass to `lightest`."""
-    P = possible_bodies.pseudo_inertias(np.where(np.isfinite(link), link, 0.0))
+    P = inertial_parameters.pseudo_inertias(np.where(np.isfinite(link), link, 0.0))
     scale = np.array([_LENGTH, _LENGTH, _LENGTH, 1.0])
     values, vectors = np.linalg.eigh(P / np.outer(scale, scale))
     floor = _THINNEST * max(float(values.max()), lightest)
     raised = (vectors * np.maximum(values, floor)) @ vectors.T * np.outer(scale, scale)
     if raised[3, 3] < lightest:  # a link without mass: a small ball
         raised = np.diag([lightest * _LENGTH**2 / 10.0] * 3 + [lightest])
-    return possible_bodies.inertial_parameters(raised)
+    return inertial_parameters.inertial_parameters(raised)
 
 
 def scaled_inverse(matrix: Array, ridge: float = 0.0) -> Array:
@@ -343,14 +344,14 @@ def _of_multipliers(prior: BodyPrior, A: Array, units: Array, multipliers: Array
     """Where the distance has the gradient A^T multipliers; None where no bodies do."""
     slope = (multipliers @ A) / units
     table, links = prior.table, prior.table[: prior.bodies].reshape(-1, 10)
-    pull = possible_bodies.pseudo_inertia_weights(slope[: prior.bodies].reshape(-1, 10))
-    inverse = np.linalg.inv(possible_bodies.pseudo_inertias(links)) - pull
+    pull = inertial_parameters.pseudo_inertia_weights(slope[: prior.bodies].reshape(-1, 10))
+    inverse = np.linalg.inv(inertial_parameters.pseudo_inertias(links)) - pull
     rotors = 1.0 / table[prior.rotors] - slope[prior.rotors]
     if np.linalg.eigvalsh(inverse).min() <= 0.0 or (rotors <= 0.0).any():
         return None
     out = table + prior.spread**2 * slope
     bodies = np.asarray(np.linalg.inv(inverse), dtype=np.float64)
-    out[: prior.bodies] = possible_bodies.inertial_parameters(bodies).ravel()
+    out[: prior.bodies] = inertial_parameters.inertial_parameters(bodies).ravel()
     out[prior.rotors] = 1.0 / rotors
     return np.asarray(out)
 

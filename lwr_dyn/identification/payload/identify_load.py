@@ -18,7 +18,6 @@ from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
-from lwr_dyn.identification.bodies.possible_bodies import TENSOR, UNITS, inertial_parameters
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.information import BLOCK, GroupedEstimate, NormalEquations, equations_of, grouped
 from lwr_dyn.identification.regression.instrumental import WINDOW, window_sums
@@ -27,6 +26,7 @@ from lwr_dyn.identification.regression.samples import SampleRule, Samples, sampl
 from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body
+from lwr_dyn.model.inertial_parameters import TENSOR, UNITS, inertial_parameters
 from lwr_dyn.model.run import short_repr
 from lwr_dyn.model.spatial import Pose, steiner, symmetric_part
 

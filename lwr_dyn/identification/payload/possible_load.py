@@ -18,10 +18,11 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table, with_error
 from lwr_dyn.identification.bodies.body_prior import BodyPrior
 from lwr_dyn.identification.bodies.consistent import NearestBodies, Target, nearest_bodies
-from lwr_dyn.identification.bodies.possible_bodies import are_bodies, inertial_parameters
+from lwr_dyn.identification.bodies.possible_bodies import are_bodies
 from lwr_dyn.identification.payload.identify_load import NAMES as LINEAR
 from lwr_dyn.identification.payload.identify_load import SYSTEMATIC, LoadIdentification, body_of
 from lwr_dyn.model.chain import Body
+from lwr_dyn.model.inertial_parameters import inertial_parameters
 
 DENSITY = 2000.0
 """[kg/m^3] Of the ball that stands for a load of unknown shape: between plastic and aluminium."""

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.number_text import short
-from lwr_dyn.identification.bodies.possible_bodies import pseudo_inertias
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.ellipsoid import SolidEllipsoid, solid_ellipsoid
 from lwr_dyn.model.friction import Direction, JointFriction
+from lwr_dyn.model.inertial_parameters import pseudo_inertias
 from lwr_dyn.model.run import Run
 from lwr_dyn.pages.figures.figure import Axis, axis_of, round_length
 from lwr_dyn.pages.plotting.line_plane import band_path, dots_path, grid_path, line_path, plane_html, tick_marks

@@ -25,9 +25,9 @@ from lwr_dyn.arms.papers.schema import Paper, to_si
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.bodies.possible_bodies import pseudo_inertia_weights, pseudo_inertias
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.inertial_parameters import pseudo_inertia_weights, pseudo_inertias
 
 QUANTITIES = ("m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "rotor")
 """The cells of a link: mass, centre of mass, tensor row by row, rotor."""

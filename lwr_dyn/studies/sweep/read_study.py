@@ -176,9 +176,9 @@ def _measured(table: Fields, fields: Fields, study: SweepStudy, arm: Arm) -> Swe
         limits[name] = fields.number_at(name, bound, allowed)
         if limits[name] < 0.0 and not row.signed:
             raise fields.refuse(name, repr(bound), allowed)
-        if row.rests_on and not np.isfinite(arm.effort).all():
+        if row.needs_effort and not np.isfinite(arm.effort).all():
             of = ", ".join(compress(arm.joint_names, ~np.isfinite(arm.effort)))
-            raise fields.refuse(name, f"{row.rests_on} of {of} are unknown", "peak_torque, in N m or N, in its place")
+            raise fields.refuse(name, f"torque limits of {of} are unknown", "peak_torque, in N m or N, in its place")
     if "first_violation" in limits and tolerance is None:
         raise fields.refuse("first_violation", "without a tolerance", "metrics.tolerance beside it, in m")
     return replace(study, tolerance=tolerance, quantiles=shares, limits=limits)

@@ -21,7 +21,7 @@ from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.model.arm import Arm, caveats_of
-from lwr_dyn.model.caveats import ABSENT_ROTORS, DYNAMICS
+from lwr_dyn.model.caveats import ABSENT_ROTORS, DYNAMICS, ROTOR_FILE
 from lwr_dyn.model.run import Reference
 from lwr_dyn.studies.sweep.sampling import METHODS, Values, VariedParameter, points, saltelli_rows
 from lwr_dyn.trajectory.references.references import REFERENCES
@@ -225,7 +225,7 @@ def arm_of_study(study: SweepStudy, reading: str | None = None) -> Arm:
 
 def study_caveats(study: SweepStudy) -> tuple[str, ...]:
     """What must be known before numbers of a study's arm."""
-    return caveats_of([arm_of_study(study)], (*DYNAMICS, ABSENT_ROTORS))
+    return caveats_of([arm_of_study(study)], (*DYNAMICS, ABSENT_ROTORS), ROTOR_FILE)
 
 
 @lru_cache(maxsize=8)

@@ -174,8 +174,8 @@ class MetricRow:
     at_least: bool = False
     signed: bool = False
     """Whether it can be negative."""
-    rests_on: str = ""
-    """The limits of the arm without which it says nothing, in words; empty for none."""
+    needs_effort: bool = False
+    """Whether it says nothing of a joint without a torque limit."""
 
 
 METRICS: Mapping[str, MetricRow] = MappingProxyType(
@@ -189,7 +189,7 @@ METRICS: Mapping[str, MetricRow] = MappingProxyType(
         "peak_command": MetricRow("N m or N", "largest torque that the law asks for", per_joint=True),
         "torque_rms": MetricRow("N m or N", "torque that acts, RMS over the samples", per_joint=True),
         "peak_speed": MetricRow("rad/s or m/s", "largest speed", per_joint=True),
-        "saturated_s": MetricRow("s", "time beyond the torque limit", per_joint=True, rests_on="torque limits"),
+        "saturated_s": MetricRow("s", "time beyond the torque limit", per_joint=True, needs_effort=True),
         "limit_margin": MetricRow("rad or m", "least distance from a position limit", True, at_least=True, signed=True),
         "first_violation": MetricRow("s", "when the tip first leaves the tolerance, inf if never", at_least=True),
     }

@@ -9,9 +9,10 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import consistent_fit
-from lwr_dyn.identification.bodies.possible_bodies import are_bodies, pseudo_inertias
+from lwr_dyn.identification.bodies.possible_bodies import are_bodies
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.inertial_parameters import pseudo_inertias
 from tests.identification.consistency_study import cases, summary
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 

@@ -9,6 +9,7 @@ from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.identification.bodies import possible_bodies
 from lwr_dyn.identification.regression.least_squares import Estimate
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model import inertial_parameters
 from lwr_dyn.model.chain import Body, is_physical
 
 BOTH = pytest.mark.parametrize("robot", ["lwr4plus", "wam7"])
@@ -105,18 +106,18 @@ def test_of_point_masses_it_is_the_sum_of_their_second_moments():
     places, masses = rng.normal(size=(6, 3)), rng.uniform(1, 2, 6)
     points = np.column_stack([places, np.ones(6)])
     total = sum(body_parameters(Body(m, place, np.zeros((3, 3)))) for m, place in zip(masses, places, strict=True))
-    P = possible_bodies.pseudo_inertias(total)
+    P = inertial_parameters.pseudo_inertias(total)
     assert np.abs(P - np.einsum("k,ki,kj->ij", masses, points, points)).max() < 1e-12
-    assert np.abs(possible_bodies.inertial_parameters(P) - total).max() < 1e-12
+    assert np.abs(inertial_parameters.inertial_parameters(P) - total).max() < 1e-12
 
 
 def test_there_and_back_and_as_the_dual_of_the_weights():
     rng = np.random.default_rng(0)
     parameters, factors = rng.normal(size=(5, 3, 10)), rng.normal(size=10)
-    P = possible_bodies.pseudo_inertias(parameters)
-    assert np.abs(possible_bodies.inertial_parameters(P) - parameters).max() < 1e-13
-    assert (np.swapaxes(possible_bodies.UNITS, 1, 2) == possible_bodies.UNITS).all()
-    weights = possible_bodies.pseudo_inertia_weights(factors)
+    P = inertial_parameters.pseudo_inertias(parameters)
+    assert np.abs(inertial_parameters.inertial_parameters(P) - parameters).max() < 1e-13
+    assert (np.swapaxes(inertial_parameters.UNITS, 1, 2) == inertial_parameters.UNITS).all()
+    weights = inertial_parameters.pseudo_inertia_weights(factors)
     assert (weights == weights.T).all()
     traces = np.trace(weights @ P, axis1=-2, axis2=-1)
     assert np.abs(traces - parameters @ factors).max() < 1e-13
