@@ -5,6 +5,7 @@ Hypothesis runs a seeded share of its examples here; `scripts/soak.py` runs the 
 
 import gc
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -20,6 +21,12 @@ slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True, suppress_health_check=slow_machine)
 settings.register_profile("soak", max_examples=SOAK, deadline=None, suppress_health_check=slow_machine)
 settings.load_profile(os.environ.get("LWR_DYN_HYPOTHESIS", "ci"))
+
+
+def pytest_configure() -> None:
+    """A shell that runs tests in the background has them ignore Ctrl-C; tests that send it would wait for ever."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(hookwrapper=True)

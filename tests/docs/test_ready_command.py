@@ -82,7 +82,9 @@ def test_it_ends_as_one_that_was_started(way, code, variables, tmp_path):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, -signal.SIGTERM)])
 def test_a_signal_reaches_it(number, code, variables, tmp_path):
-    (tmp_path / "mine.py").write_text("import signal\nprint('waits', flush=True)\nsignal.pause()\n", encoding="utf-8")
+    # not signal.pause(): a signal that comes just before it is lost, and the process then waits for ever
+    waits = "import time\nprint('waits', flush=True)\nwhile True:\n    time.sleep(0.05)\n"
+    (tmp_path / "mine.py").write_text(waits, encoding="utf-8")
     line = ["lwr-dyn", "simulate", "lwr4plus", "--controller", "mine.py"]
     process = subprocess.Popen(line, env=variables, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     with process:
