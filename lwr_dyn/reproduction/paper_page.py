@@ -123,7 +123,9 @@ def verdict_sentence(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: 
     ways = [f"{mine[REPRODUCED]} as printed", *([f"{mine[AFTER]} after an erratum"] if mine[AFTER] else [])]
     out = [(f"{good} of {printed['all']}", True), (f" printed numbers come out: {', '.join(ways)}.", False)]
     if agree := same - printed[STRUCTURAL][DIFFERS] - printed[REPEATED][DIFFERS]:
-        out.append((f" {agree} more agree, but are structural or repeated in print.", False))
+        after = printed[STRUCTURAL][AFTER] + printed[REPEATED][AFTER]
+        of_them = f", {after} of them after an erratum" if after else ""
+        out.append((f" {agree} more agree{of_them}, but are structural or repeated in print.", False))
     if assumed := printed[ASSUMED]["all"]:
         near, far = (printed[ASSUMED][key] for key in ("near", "not near"))
         needs = _missing(verdicts, ASSUMED).replace(".", " ")
@@ -131,10 +133,8 @@ def verdict_sentence(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: 
         out.append((f"{why}; why {far} do not is not explained." if far else f"{why}.", False))
     if printed[NOT]:
         out.append((f" {printed[NOT]} cannot be computed: {_missing(verdicts, NOT)} not printed.", False))
-    differ = printed[DIFFERS]
-    if after := sum(printed[kind][AFTER] for kind in (COMPUTED, STRUCTURAL, REPEATED)):
-        out.append((f" {after} of those that come out or agree do so only after an erratum.", False))
-    out.append((f" {differ} differ.", True) if differ else (" No other differs." if after else " None differs.", False))
+    if differ := printed[DIFFERS]:
+        out.append((f" {differ} differ.", True))
     return (*out, *([] if holds else [(" Something computed, checked or claimed is NOT explained.", True)]))
 
 

@@ -42,7 +42,9 @@ def test_the_counts_of_a_paper():
 
 
 def test_the_outcome_in_words():
-    assert verdict_sentence(found("lwr4"), (), holds=True)[-1] == (" None differs.", False)
+    assert " 108 more agree, but are structural or repeated in print." in dict(
+        verdict_sentence(found("lwr4"), (), holds=True)
+    )
     assert summary_text(found("wam7"), entries(), holds=True) == (
         "Of 65 printed numbers 29 are computed from other numbers: 24 are reproduced as printed, 5 after an erratum, "
         "0 differ. 1 are structural and 25 repeated in print: compared, not computed; 0 of them differ. "
@@ -53,10 +55,8 @@ def test_the_outcome_in_words():
     assert verdict_sentence(found("wam7"), entries(), holds=False) == (
         ("29 of 65", True),
         (" printed numbers come out: 24 as printed, 5 after an erratum.", False),
-        (" 26 more agree, but are structural or repeated in print.", False),
+        (" 26 more agree, 5 of them after an erratum, but are structural or repeated in print.", False),
         (" For 10 the paper leaves out gains kp, gains kd: with assumed values 10 come near.", False),
-        (" 10 of those that come out or agree do so only after an erratum.", False),
-        (" No other differs.", False),
         (" Something computed, checked or claimed is NOT explained.", True),
     )
     wrong = replace(found("wam7"), numbers=(number("motion.travel[0]", verdict=DIFFERS, value=0.502),))
