@@ -60,6 +60,9 @@ def command(
         if sys.stderr.isatty():
             click.echo(CLEAR, nl=False, err=True)
         click.echo(cost.table().text(), err=as_json)
+        for one in cost.controllers:
+            if one.step_words:
+                click.echo(one.step_words, err=as_json)
 
     with progress("sweeping") as report:
         done = sweep(read, out, scheduler=scheduler, threads=threads, report=report, state=state)

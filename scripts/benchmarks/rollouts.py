@@ -24,9 +24,9 @@ from benchmarks.timing import Call, installed
 from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
 from lwr_dyn.codegen.rollouts.kernel import RolloutSource, rollout_kernel, rollout_source
+from lwr_dyn.codegen.rollouts.kernel_task import plan_of, task_of
 from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.codegen.rollouts.loop_setup import loop_setup
-from lwr_dyn.codegen.rollouts.rollouts import plan_of, task_of
 from lwr_dyn.simulation.setup import Loop
 from lwr_dyn.simulation.simulate import simulate
 

@@ -364,16 +364,17 @@ def check_starts(setup: LoopSetup, given: Mapping[str, Array]) -> None:
         raise OptionError(name, f"{q0[run, joint]:.6g}", allowed)
 
 
-def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> None:
-    """Raise `OptionError` for friction of single runs without "smooth", or too stiff for the step where runs begin.
+def check_smooth_friction(setup: LoopSetup, given: Mapping[str, Array]) -> float:
+    """The fastest rate at which smooth friction brakes a run [1/s], where the first reference begins; 0 without it.
 
-    The mass matrix is that of each run's plant, where the first reference begins.
+    Raises `OptionError` for friction of single runs without "smooth", or too stiff for the step.
     """
     own = given.get("friction")
     if setup.loop.friction != "smooth":
         if own is not None:
             raise OptionError("friction", f"{setup.loop.friction!r} with a parameter friction", "'smooth'")
-        return
+        return 0.0
     tables = friction_table(setup.plant.friction_models()) if own is None else own
     B = mass_matrices(setup.plant.chain, setup.motions[0].q[0], given)
-    check_friction(B, tables, setup.friction_width, setup.loop.rate, setup.loop.substeps)
+    rates = check_friction(B, tables, setup.friction_width, setup.loop.rate, setup.loop.substeps)
+    return float(rates.max())

@@ -64,8 +64,11 @@ class Rollouts:
         flagged = ", ".join(f"{self.flags.count(flag)} {flag}" for flag in FLAGS if flag in self.flags and flag)
         by_simulate = f", {int(self.simulated.sum())} of them by simulate" if self.simulated.any() else ""
         record = "" if self.t is None else f", record of {self.t.size} samples"
+        error = self.setup.get("step_error")
+        step = "" if error is None else f", step error {error:.1g} rad (estimated)"
         return (
-            f"Rollouts({self.count} runs, flags: {flagged or 'none'}{by_simulate}, {len(self.metrics)} metrics{record})"
+            f"Rollouts({self.count} runs, flags: {flagged or 'none'}{by_simulate}, {len(self.metrics)} metrics"
+            f"{record}{step})"
         )
 
     @property

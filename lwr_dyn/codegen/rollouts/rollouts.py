@@ -11,13 +11,15 @@ import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
 from lwr_dyn.codegen.rollouts import loop_setup as inputs
-from lwr_dyn.codegen.rollouts.kernel import RolloutKernel, Task, rollout_kernel
-from lwr_dyn.codegen.rollouts.law_forms import LawForm, finite_limits, law_form
+from lwr_dyn.codegen.rollouts.kernel import rollout_kernel
+from lwr_dyn.codegen.rollouts.kernel_task import DEFAULT_ENCODER, plan_of, task_of
+from lwr_dyn.codegen.rollouts.law_forms import LawForm, law_form
 from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, loop_setup
 from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder
 from lwr_dyn.codegen.rollouts.result import Rollouts, checked_quantiles, figures_of, metrics_of_computed, settle
-from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, STARTS, Slots, StepPlan
-from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, friction_models
+from lwr_dyn.codegen.rollouts.step import MOST_DELAY
+from lwr_dyn.codegen.rollouts.substeps import chosen_steps
+from lwr_dyn.codegen.rollouts.symbolic_arm import friction_models
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, describe
 from lwr_dyn.foundation.arrays import Array, arm_argument
@@ -29,86 +31,6 @@ from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import Loop, arm_record, check_whole, prepare
 from lwr_dyn.simulation.simulate import run_setup
-
-DIRECT = {
-    "armature": "armature", "friction": "friction", "effort": "effort", "q0": "q", "dq0": "dq", "delay": "delay",
-    "resolution": "resolution", "noise": "noise",
-}  # fmt: skip
-"""Parameters whose numbers are those of a slot."""
-
-
-def plan_of(setup: LoopSetup, form: LawForm, given: Mapping[str, Array]) -> StepPlan:
-    """The plan: it depends on which parameters are given, not on their values."""
-    loop, encoder = setup.loop, setup.loop.encoder or DEFAULT_ENCODER
-    has_encoder = loop.encoder is not None or "resolution" in given or "noise" in given
-    is_noisy = has_encoder and (encoder.noise > 0.0 or "noise" in given)
-    return StepPlan(
-        setup.arm, setup.plant, form, float(loop.rate), loop.substeps,
-        varies_plant="inertia" in given or "payload" in given,
-        varies_model="model_inertia" in given or "model_payload" in given,
-        friction_width=setup.friction_width if loop.friction == "smooth" else None,
-        pole=encoder.velocity_filter(loop.rate).pole if has_encoder else None,
-        noise="philox" if is_noisy else "none",
-        most_delay=MOST_DELAY if loop.delay or "delay" in given else 0,
-    )  # fmt: skip
-
-
-def common_row(setup: LoopSetup, plan: StepPlan, slots: Slots, tolerance: float | None) -> Array:
-    """The numbers of a run without parameters of its own, (slots,)."""
-    plant, form, motion = setup.plant, plan.form, setup.motions[0]
-    encoder = setup.loop.encoder or DEFAULT_ENCODER
-    values = {
-        **STARTS, "q": motion.q[0], "dq": motion.dq[0], "memory": form.start(), "armature": plant.armature,
-        "effort": _cut(setup, plant.effort), "rating": finite_limits(plant.effort), "lower": plant.lower,
-        "upper": plant.upper,
-        "tolerance": np.inf if tolerance is None else tolerance**2, "last": setup.samples - 1.0,
-        "delay": float(setup.loop.delay), "resolution": encoder.resolution, "noise": encoder.noise,
-        **{GAIN + name: value for name, value in form.values().items()},
-    }  # fmt: skip
-    if plan.friction_width is not None:
-        values["friction"] = friction_table(plant.friction_models())
-    if plan.varies_model:
-        values["model"] = KeptParameters.of(setup.arm.chain).own
-    return slots.filled(values)
-
-
-def _cut(setup: LoopSetup, effort: Array) -> Array:
-    """The torques at which commands are cut."""
-    return finite_limits(effort if setup.loop.saturate else np.full_like(effort, np.inf))
-
-
-def task_of(
-    setup: LoopSetup, plan: StepPlan, kernel: RolloutKernel, given: Mapping[str, Array], runs: int,
-    tolerance: float | None, quantiles: tuple[float, ...], stride: int, first_run: int,
-) -> Task:  # fmt: skip
-    """The task of a kernel; `given` as `run_parameters` gives it."""
-    slots, which = kernel.slots, given.get("reference", np.zeros(runs))
-    columns: dict[str, Array] = {}
-    if len(setup.motions) > 1:
-        starts = np.array([[motion.q[0], motion.dq[0]] for motion in setup.motions])[which.astype(int)]
-        columns |= {"q": starts[:, 0], "dq": starts[:, 1]}
-    columns |= {slot: given[name] for name, slot in DIRECT.items() if name in given}
-    columns |= {GAIN + name: given[name] for name in plan.form.parameters if name in given}
-    if "effort" in given:
-        columns |= {"effort": _cut(setup, given["effort"]), "rating": finite_limits(given["effort"])}
-    for slot, varies, arm, prefix in (
-        ("plant", plan.varies_plant, setup.plant, ""), ("model", plan.varies_model, setup.arm, "model_")
-    ):  # fmt: skip
-        if varies:
-            bodies = (given.get(prefix + name) for name in ("inertia", "payload", "payload_com"))
-            columns[slot] = inputs.kept_values(arm.chain, *bodies)
-    rows = [np.reshape(column, (runs, -1)) for column in columns.values()]
-    places = [place for slot in columns for place in slots.places(slot)]
-    return Task(
-        common_row(setup, plan, slots, tolerance),
-        np.ascontiguousarray(np.hstack(rows)) if rows else np.zeros((runs, 0)),
-        np.array(places, dtype=np.float64), setup.table(), np.ascontiguousarray(which, dtype=np.float64),
-        setup.loop.seed, first_run, stride, quantiles,
-    )  # fmt: skip
-
-
-DEFAULT_ENCODER = Encoder()
-"""What resolution and noise a run are put into where no encoder was given: its cut-off counts."""
 
 
 def simulated_run(setup: LoopSetup, row: Mapping[str, Array], number: int, form: LawForm | None = None) -> Run:
@@ -167,7 +89,7 @@ def rollouts(
     runs: int | None = None,
     parameters: Mapping[str, Any] | None = None,
     rate: float = 1000.0,
-    substeps: int = 1,
+    substeps: int | None = None,
     plant: Arm | None = None,
     friction: str = "none",
     friction_width: float = SMOOTH_SPEED,
@@ -204,8 +126,12 @@ def rollouts(
         `kernel_spec.friction_parameters`; effort (n,) [N m]; q0, dq0 (n,); delay () samples; resolution,
         noise () [rad or m] of the encoder; reference (). The law's model: model_inertia, model_payload,
         model_payload_com. The law's gains by the names of its form, such as Kp (n,). (runs,) for (n,): all joints.
-    rate, substeps, plant, saturate, position_limits, delay, encoder, seed, duration
+    rate, plant, saturate, position_limits, delay, encoder, seed, duration
         As of `simulate`, with RK4; a delay up to 8. Noise is counted by `seed` and the run's number, not NumPy's.
+    substeps : int, optional
+        RK4 steps a sample. 1 if not given; with smooth friction, as many as bring its estimated error below 1e-6 rad
+        (`substeps.chosen_steps`): `setup` of the result has both. Give it where several calls are to agree bit for
+        bit: the estimate is made on up to 64 of a call's own runs.
     friction : {"none", "smooth"}
         "smooth": the arm's own (or the parameter), with tanh(dq / `friction_width` [rad/s]) for the sign.
     tolerance : float, optional
@@ -236,14 +162,18 @@ def rollouts(
     if tolerance is not None and not (np.isfinite(tolerance) and tolerance > 0.0):
         raise OptionError("tolerance", tolerance, "a length above 0, in m")
     loop = Loop(
-        rate=rate, substeps=substeps, plant=plant, friction=friction, saturate=saturate, encoder=encoder, seed=seed,
-        position_limits=position_limits, delay=delay, duration=duration,
+        rate=rate, substeps=1 if substeps is None else substeps, plant=plant, friction=friction, saturate=saturate,
+        encoder=encoder, seed=seed, position_limits=position_limits, delay=delay, duration=duration,
     )  # fmt: skip
     setup = loop_setup(arm, law, reference, loop, friction_width)
     form, shares = law_form(law, arm), checked_quantiles(quantiles)
     shapes = inputs.parameter_shapes(arm.n, form.parameters)
     count, given = inputs.run_parameters(parameters or {}, runs, shapes, len(setup.references))
     inputs.check_starts(setup, given)
+    step_error = None
+    if substeps is None and friction == "smooth":
+        chosen = chosen_steps(setup, form, given, count)
+        step_error, setup = chosen.error, replace(setup, loop=replace(setup.loop, substeps=chosen.substeps))
     inputs.check_smooth_friction(setup, given)
     plan = plan_of(setup, form, given)
     kernel = rollout_kernel(plan)
@@ -263,7 +193,8 @@ def rollouts(
     simulated = settle(flags, metrics, computed.record, record, again if hand_over else None, figures)
     about = {
         **arm_record(arm), "plant": arm_record(setup.plant), "controller": describe(law), **setup.record(),
-        "runs": count, "first_run": first_run, "parameters": list(given), "digest": plan.digest,
+        "step_error": step_error, "runs": count, "first_run": first_run, "parameters": list(given),
+        "digest": plan.digest,
     }  # fmt: skip
     kept: Any = [None] * 4 if computed.record is None else [setup.t[::record], *np.split(computed.record, 3, axis=2)]
     t, q, dq, tau = kept

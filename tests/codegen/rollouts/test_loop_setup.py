@@ -230,7 +230,7 @@ def test_true_stick_is_refused_and_its_smooth_form_named():
     with pytest.raises(errors.OptionError, match="no true stick; allowed: friction 'smooth'"):
         lwr_dyn.rollouts(arm, law, IST, runs=1, friction="set-valued", duration=0.1)
     with pytest.raises(errors.OptionError, match="substeps from"):
-        lwr_dyn.rollouts(arm, law, IST, runs=1, friction="smooth", duration=0.1)
+        lwr_dyn.rollouts(arm, law, IST, runs=1, friction="smooth", substeps=1, duration=0.1)
 
 
 def test_other_things_that_cannot_be_are_refused():
@@ -269,7 +269,7 @@ def test_friction_too_stiff_for_one_light_arm_is_refused():
     B = lwr_dyn.dynamics_of(ARM).mass_matrix(IST.sample(np.zeros(1)).q[0])
     own = np.linalg.eigvals(np.linalg.solve(B, np.diag(table[0]))).real.max()
     given = {"friction": [table, table], "armature": [ARM.armature, 0.5 * ARM.armature]}
-    options = {"friction": "smooth", "friction_width": own / 2690.0, "duration": 0.01}
+    options = {"friction": "smooth", "friction_width": own / 2690.0, "substeps": 1, "duration": 0.01}
     with pytest.raises(errors.OptionError, match=r"run 1.*substeps"):
         lwr_dyn.rollouts(ARM, PLAIN, IST, parameters=given, **options)
 

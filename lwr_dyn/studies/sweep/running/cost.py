@@ -6,7 +6,9 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isnan
 
+from lwr_dyn.codegen.rollouts.substeps import Steps
 from lwr_dyn.foundation.document import Fact, Section
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.tables import Heading, Table
@@ -41,6 +43,22 @@ class ControllerCost:
     measured: int
     slow: bool
     """Whether `simulate` makes the runs, in processes of their own."""
+    steps: Steps | None = None
+    """The study's substeps of smooth friction, with their error; None without it, and for `simulate`."""
+    better: Steps | None = None
+    """Where that error is 1e-6 rad or more: substeps that leave less."""
+
+    @property
+    def step_words(self) -> str:
+        """The error of the step where it is not small, in one line; empty where it is."""
+        if self.steps is None or self.steps.are_enough:
+            return ""
+        if isnan(self.steps.error):
+            return f"{self.controller}: no run that a kernel follows shows the error of the step"
+        words = f"{self.controller}: smooth friction leaves positions up to {self.steps.error:.1g} rad off (estimated)"
+        if self.better is None or self.better.substeps == self.steps.substeps:
+            return f"{words}; smaller steps change as much: the loop amplifies what is small"
+        return f"{words}; loop.substeps = {self.better.substeps} leaves {self.better.error:.1g} rad"
 
     def of(self, runs: int) -> float:
         """[s] Processor time of a chunk of so many runs."""
@@ -92,7 +110,8 @@ class SweepCost:
         """The statement, a row a controller."""
         rows = [
             (one.controller, one.runs, 1e3 * one.processor / one.runs,
-             "simulate, in processes" if one.slow else "kernel", one.measured)
+             "simulate, in processes" if one.slow else "kernel", one.measured,
+             None if one.steps is None or isnan(one.steps.error) else one.steps.error)
             for one in self.controllers
         ]  # fmt: skip
         headings = (
@@ -100,6 +119,9 @@ class SweepCost:
             Heading("a run", "ms", ".3g", "run_ms", "Processor time a run, ms."),
             Heading("by", says="What computes the runs."),
             Heading("measured on", "runs", "d", "measured", "Runs on which it was measured."),
+            Heading("step error", "rad", ".1g", "step_error",
+                    "Of positions by the step of smooth friction, estimated; null without it, and for simulate.",
+                    kind=float | None),
         )  # fmt: skip
         return Table("Cost", headings, rows, self.words)
 
@@ -128,7 +150,10 @@ def measured(workshop: SweepWorkshop, controller: str, runs: int, chunk: int) ->
         spent, size, _ = _timed(workshop, controller, count)
     seconds = max(spent - one, 0.0) / (count - 1) if count > 1 else one
     aside = max(one - seconds, 0.0)
-    return ControllerCost(controller, runs, chunk, seconds, aside, size / count, count, False), kernel
+    cost = ControllerCost(controller, runs, chunk, seconds, aside, size / count, count, False)
+    found = workshop.steps(controller)
+    better = workshop.enough_steps(controller) if found is not None and not found.are_enough else None
+    return replace(cost, steps=found, better=better), kernel
 
 
 def _timed(workshop: SweepWorkshop, controller: str, count: int) -> tuple[float, int, str]:

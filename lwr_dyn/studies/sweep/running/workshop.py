@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from lwr_dyn.codegen.rollouts.loop_setup import (
 )
 from lwr_dyn.codegen.rollouts.result import Rollouts, figures_of, quantile_name
 from lwr_dyn.codegen.rollouts.rollouts import rollouts, simulated_run
+from lwr_dyn.codegen.rollouts.substeps import RUNS, Steps, enough_steps, steps, stride_of
 from lwr_dyn.control.controllers import faults_in
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.foundation.arrays import Array
@@ -116,6 +118,32 @@ class SweepWorkshop:
         Raises `NoKernelFormError` for a controller without a kernel form, and as `rollouts`.
         """
         return self.rollouts(text, values, 0, len(next(iter(values.values()))), hand_over=hand_over).metrics
+
+    def steps(self, text: str) -> Steps | None:
+        """The study's substeps with their error, of up to 64 of its first runs; None without smooth friction.
+
+        Runs have true readings. Raises as `rollouts`.
+        """
+        if self.study.loop["friction"] != "smooth":
+            return None
+        return steps(partial(self._positions, text), self.study.loop["substeps"])
+
+    def enough_steps(self, text: str) -> Steps:
+        """The fewest substeps from the study's on whose error is below 1e-6 rad, or the best that were found.
+
+        Raises as `rollouts`.
+        """
+        return enough_steps(partial(self._positions, text), self.study.loop["substeps"])
+
+    def _positions(self, text: str, substeps: int) -> Array:
+        count = min(self.study.runs, RUNS)
+        values = {path: x for path, x in self.study.values(0, count).items() if not path.startswith("sensor.")}
+        loop, longest = self.study.loop, max(float(reference.duration) for reference in self.references)
+        stride = stride_of(int(loop.get("duration", longest) * loop["rate"]))
+        more = {"substeps": substeps, "encoder": None, "record": stride, "hand_over": False}
+        q = self.rollouts(text, values, 0, count, **more).q
+        assert q is not None  # a record was asked for
+        return q
 
     def rollouts(self, text: str, values: Mapping[str, Values], first: int, count: int, **more: Any) -> Rollouts:
         """Runs by the kernel; `more` goes before what the study says. Raises as `rollouts` and `refuse_changed`."""

@@ -15,6 +15,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.rollouts.rollouts import rollouts
+from lwr_dyn.codegen.rollouts.substeps import Steps
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.studies.sweep.read_study import read_study
@@ -246,6 +247,51 @@ def test_a_law_whose_first_run_kills_its_process_is_named_and_the_sweep_ends_in_
     assert (code, err.count("\n")) == (2, 2)
     assert "first run of mine.py: its process died 3 times (exit code 3)" in err
     assert not (tmp_path / "out").exists()
+
+
+STIFF = """
+robot = "lwr4plus"
+controllers = ["inverse-dynamics"]
+[task]
+name = "point-to-point"
+duration = 0.5
+[loop]
+rate = 250
+friction_width = 0.05
+substeps = 2
+[sampling]
+method = "random"
+runs = 4
+[[parameter]]
+path = "friction.coulomb"
+low = 0.03
+high = 0.05
+"""
+FEWER = ("inverse-dynamics", 4, 4, 1.0, 0.0, 1.0, 4, False)
+
+
+@pytest.mark.slow
+def test_the_error_of_the_step_of_smooth_friction_is_stated_ahead(tmp_path, lwr_dyn_command):
+    (tmp_path / "stiff.toml").write_text(STIFF)
+    words = ("sweep", str(tmp_path / "stiff.toml"), "--no-report", "--out")
+    done = lwr_dyn_command(*words, str(tmp_path / "out"))
+    found = re.search(r"up to (\S+) rad off \(estimated\); loop.substeps = (\d+) leaves (\S+) rad", done.stdout)
+    error, substeps, left = map(float, found.groups())
+    assert error >= 1e-6 > left
+    assert substeps in (4, 8)
+    (tmp_path / "stiff.toml").write_text(STIFF.replace("substeps = 2", f"substeps = {substeps:.0f}"))
+    done = lwr_dyn_command(*words, str(tmp_path / "other"), "--json")
+    (row,) = json.loads(done.stdout)["cost"]["controllers"]
+    assert row["step_error"] == pytest.approx(left, rel=0.6)
+    assert "rad off" not in done.stdout + done.stderr
+
+
+def test_the_error_of_the_step_in_words():
+    words = ControllerCost(*FEWER, Steps(2, 3e-6), Steps(4, 2e-7)).step_words
+    assert words.endswith("positions up to 3e-06 rad off (estimated); loop.substeps = 4 leaves 2e-07 rad")
+    assert ControllerCost(*FEWER, Steps(2, 3e-6), Steps(2, 3e-6)).step_words.endswith("amplifies what is small")
+    assert ControllerCost(*FEWER, Steps(2, np.nan)).step_words.endswith("shows the error of the step")
+    assert ControllerCost(*FEWER, Steps(2, 9e-7)).step_words == ControllerCost(*FEWER).step_words == ""
 
 
 def test_the_memory_of_many_runs_is_that_of_their_results():
