@@ -83,7 +83,7 @@ def sweep_document(study: SweepStudy, done: SweepOutcome, finished: FinishedSwee
     """What became of a sweep, and what its runs say."""
     made, kept, failed = (sum(x) for x in (done.made.values(), done.kept.values(), map(len, done.failures.values())))
     there = f", {kept} were there" if kept else ""
-    became = f"made {made} chunks in {duration(done.seconds)}{there}: {done.folder}"
+    became = f"made {made} chunk{'s' if made != 1 else ''} in {duration(done.seconds)}{there}: {done.folder}"
     failures = {text: sorted(each.items()) for text, each in done.failures.items()}
     columns = (
         Heading(key="controller", says="As the study has it."), Heading(key="made", says="Chunks that were made now."),
