@@ -178,13 +178,27 @@ def patched_results(results: Results, applied: Collection[Erratum]) -> Results:
     return results_of_tables(raw, results.file)
 
 
+CORRECTION, CONTRADICTION = "correction", "contradiction"
+
+KINDS = {
+    CORRECTION: "what depends on it follows as read, and does not as printed",
+    CONTRADICTION: "two printed statements exclude each other; which one is wrong is not shown",
+}
+"""Kind of a proof -> what it shows."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Proof:
-    """A computation that shows a fault of a paper: a statement, whether its numbers bear it out, those numbers."""
+    """A computation that shows a fault of a paper: a statement, whether its numbers bear it out, those numbers.
+
+    It shows its own erratum alone: it holds whether or not errata that are only likely are read.
+    """
 
     statement: str
     holds: bool
     numbers: Mapping[str, float | str] = field(default_factory=dict)
+    kind: str = CORRECTION
+    """One of `KINDS`."""
 
     def __post_init__(self) -> None:
         plain = {name: x if isinstance(x, str) else float(x) for name, x in self.numbers.items()}
@@ -193,13 +207,15 @@ class Proof:
 
     @property
     def text(self) -> str:
-        """Statement and numbers, a line each."""
+        """Statement and numbers, a line each, and what a contradiction leaves open."""
         rows = [f"{name}: {x if isinstance(x, str) else format(x, '.6g')}" for name, x in self.numbers.items()]
-        return "\n".join([self.statement, *rows])
+        return "\n".join([self.statement, *rows, *([KINDS[self.kind]] if self.kind == CONTRADICTION else [])])
 
     def record(self) -> dict[str, Any]:
         """As JSON values."""
-        return {"statement": self.statement, "numbers": dict(self.numbers), "holds": self.holds}
+        return {
+            "statement": self.statement, "numbers": dict(self.numbers), "holds": self.holds, "kind": self.kind
+        }  # fmt: skip
 
 
 Prove = Callable[[PaperData], Proof]
@@ -212,6 +228,7 @@ class ProofRecord(TypedDict):
     statement: str
     numbers: Annotated[dict[str, float | str], "The numbers that bear it out."]
     holds: bool
+    kind: Annotated[str, "correction: what is read is shown; contradiction: that one of two statements is wrong."]
 
 
 class LedgerRecord(TypedDict):

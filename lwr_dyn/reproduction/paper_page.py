@@ -10,11 +10,19 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, cast
 
+from lwr_dyn.arms.papers.schema import SEVERITIES
 from lwr_dyn.checks.arm.run_checks import CheckReport
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.printed_number import last_digit
 from lwr_dyn.model.run import Run
-from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, LedgerEntry
+from lwr_dyn.reproduction.case import (
+    COMPUTED,
+    CONTRADICTION,
+    REPEATED,
+    STRUCTURAL,
+    ComparedExpression,
+    LedgerEntry,
+)
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, NEAR, NOT, REPRODUCED, ComparedNumber, Verdicts
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
 from lwr_dyn.reproduction.report import content
@@ -58,8 +66,12 @@ def counts(verdicts: Verdicts, entries: Sequence[LedgerEntry]) -> dict[str, Any]
             kind: _counted([n for n in verdicts.numbers if n.block.derived == derived])
             for kind, derived in (("printed", False), ("derived", True))
         },
-        "errata": {"all": len(entries), "proven": len(proven), "proofs that hold": sum(e.holds for e in proven)},
-    }
+        "errata": {
+            "all": len(entries), "proven": len(proven), "proofs that hold": sum(e.holds for e in proven),
+            CONTRADICTION: sum(e.proof is not None and e.proof.kind == CONTRADICTION for e in proven),
+            **{weight: sum(e.erratum.severity == weight for e in proven) for weight in SEVERITIES},
+        },
+    }  # fmt: skip
 
 
 def _counted(numbers: Sequence[ComparedNumber]) -> dict[str, Any]:
@@ -109,10 +121,23 @@ def summary_text(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool
     if derived["all"]:
         parts.append(f"Of {derived['all']} derived numbers {derived[COMPUTED]['all']} are computed.")
     if counted["errata"]["all"]:
-        parts.append(f"{counted['errata']['proofs that hold']} of {counted['errata']['all']} errata are proven.")
+        parts += errata_words(counted["errata"])
     if not holds:
         parts.append("Something computed, checked or claimed is NOT explained.")
     return " ".join(parts)
+
+
+def errata_words(counted: Mapping[str, int]) -> list[str]:
+    """How many errata are proven, what they change, and how many are contradictions; from `counts`."""
+    out = [f"{counted['proofs that hold']} of {counted['all']} errata are proven."]
+    if counted["proven"]:
+        out.append(
+            f"Of these {counted['model']} change the model, {counted['result']} a result, {counted['text']} are slips"
+            " of the text."
+        )
+    if counted[CONTRADICTION]:
+        out.append(f"In {counted[CONTRADICTION]} two statements exclude each other; which one is wrong is not shown.")
+    return out
 
 
 def verdict_sentence(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool) -> tuple[tuple[str, bool], ...]:

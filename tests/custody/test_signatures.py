@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "lwr_dyn"
 OF_FACTORIES = {"controller", "margins", "reference"}
 """Their options are those of the row or the page that is chosen, so they cannot be listed."""
-LOOP_OF_ROLLOUTS = {"rate", "substeps", "plant", "saturate", "position_limits", "delay", "encoder", "seed", "duration"}
-"""What rollouts take as `simulate` does."""
+LOOP_OF_ROLLOUTS = {"rate", "plant", "saturate", "position_limits", "delay", "encoder", "seed", "duration"}
+"""What rollouts take as `simulate` does; `substeps` they choose themselves for smooth friction."""
 
 
 @pytest.mark.parametrize("name", sorted(set(lwr_dyn.__all__) - {"Run"}))

@@ -10,6 +10,9 @@ from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.arms.papers.schema import DOCUMENT_KINDS
 from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.reproduction.case import CONTRADICTION, CORRECTION
+from lwr_dyn.reproduction.paper_study import paper_study
+from lwr_dyn.reproduction.papers import studies
 
 ROOT = Path(__file__).resolve().parents[2]
 WEIGHTS = ("model", "result", "text")
@@ -63,6 +66,20 @@ def test_the_readme_counts_what_is_proven():
         f"{proven['model']} of the {whole} change the model, {proven['result']} a result, {proven['text']} are slips"
     )
     assert says in readme
+
+
+@pytest.mark.slow
+def test_the_page_counts_contradictions():
+    shown = Counter()
+    for robot in studies():
+        study = paper_study(robot)
+        shown.update(prove(study.data).kind for prove in study.proofs.values())
+    likely = sum(
+        e.id in paper_study(robot).proofs and e.status != "proven"
+        for robot in studies() for e in paper_study(robot).data.errata
+    )  # fmt: skip
+    page = " ".join((ROOT / "docs" / "papers.md").read_text(encoding="utf-8").split())
+    assert f"{shown[CORRECTION] - likely} show what is right; {shown[CONTRADICTION]} show a contradiction" in page
 
 
 def test_the_citation_lists_the_sources():

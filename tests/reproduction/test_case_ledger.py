@@ -12,7 +12,7 @@ import pytest
 from lwr_dyn.arms.papers.schema import SEVERITIES
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.project.program import parse_program
-from lwr_dyn.reproduction.case import LedgerEntry, PaperData, Proof, ledger
+from lwr_dyn.reproduction.case import CONTRADICTION, KINDS, LedgerEntry, PaperData, Proof, ledger
 from lwr_dyn.reproduction.kr30ha import formulas, krl_program, matrices, planar_dynamics
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import planar_equations
 from lwr_dyn.reproduction.lwr4plus import proofs
@@ -68,6 +68,34 @@ def test_a_proven_entry_without_a_proof_or_with_a_broken_one_does_not_hold():
     assert not LedgerEntry(erratum, Proof("nothing", False)).holds
     likely = next(e for _, e in ALL if e.status == "likely")
     assert LedgerEntry(likely, None).holds
+
+
+def with_likely_errata_unread(paper):
+    """The paper's data where an erratum that is only likely changes nothing."""
+    here = paper_study(paper)
+    tables = copy.deepcopy(dict(here.data.tables))
+    for entry in tables["erratum"]:
+        if entry["status"] == "likely":
+            for patch in entry.get("patch", ()):
+                patch["read"] = copy.deepcopy(patch["printed"])
+    return PaperData(tables, here.data.results, here.data.file)
+
+
+@pytest.mark.parametrize(("paper", "erratum"), each((p, e) for p, e in PROVEN if p != "kr30ha"))  # it has none likely
+def test_no_proof_rests_on_an_erratum_that_is_only_likely(paper, erratum):
+    proof = paper_study(paper).proofs[erratum.id](with_likely_errata_unread(paper))
+    assert proof.holds, proof.text
+
+
+def test_what_two_statements_that_exclude_each_other_leave_open_is_said():
+    found = {e.id: paper_study(p).proofs[e.id](paper_study(p).data).kind for p, e in PROVEN if e.id not in LONG}
+    assert set(found.values()) <= set(KINDS)
+    assert sorted(name for name, kind in found.items() if kind == CONTRADICTION) == [
+        "conclusion-errors", "home-outside", "largest-error-side", "link-two-820", "loop-in-text", "pid-is-pd",
+        "table8-velocity-order",
+    ]  # fmt: skip
+    assert Proof("s", True, {"x": 1.0}, CONTRADICTION).text.splitlines() == ["s", "x: 1", KINDS[CONTRADICTION]]
+    assert Proof("s", True, {"x": 1.0}).text.splitlines() == ["s", "x: 1"]
 
 
 def place_of(path, tables, results):
@@ -168,7 +196,6 @@ BROKEN = {
     ("lwr4plus", "com-from"): put("dh.d.values", [0.0] * 7),
     ("lwr4plus", "outer-loop-q"): put("results.centralized_gains.cells.Kp.0", "0"),
     ("lwr4plus", "error-second-derivative"): put("results.centralized_gains.cells.Kd.0", "10"),
-    ("lwr4plus", "velocity-limits"): put("limits.velocity.kind", "printed"),
     ("lwr4plus", "pid-is-pd"): put("results.table_vi.cells.Kd.0", "2.0"),
     ("lwr4plus", "table8-velocity-order"): in_order,
     ("lwr4plus", "largest-error-side"): put("results.table_vii.cells.minimum.1", "-1.0"),

@@ -34,7 +34,9 @@ def test_the_counts_of_a_paper():
     assert printed == {"computed": (29, 24, 5, 0), "structural": (1, 0, 1, 0), "repeated in print": (25, 21, 4, 0)}
     assert derived == {"computed": (156, 156, 0, 0), "structural": (3, 3, 0, 0), "repeated in print": (63, 63, 0, 0)}
     assert counted["printed"]["under assumed conditions"] == {"all": 10, "near": 10, "not near": 0}
-    assert counted["errata"] == {"all": 10, "proven": 4, "proofs that hold": 4}
+    assert counted["errata"] == {
+        "all": 10, "proven": 4, "proofs that hold": 4, "contradiction": 1, "model": 2, "result": 0, "text": 2,
+    }  # fmt: skip
     rows = paper_page.count_table({"one": counted, "two": counted}).text().splitlines()[2:5]
     assert rows[0].split()[1:] == ["65", "29", "24", "5", "0", "1", "25", "10", "10", "0", "222", "156", "10", "4"]
     assert rows[2].split() == ["all", "130", "58", "48", "10", "0", "2", "50", "20", "20", "0", "444", "312", "20", "8"]
@@ -50,7 +52,9 @@ def test_the_outcome_in_words():
         "0 differ. 1 are structural and 25 repeated in print: compared, not computed; 0 of them differ. "
         "10 are recomputed under assumed conditions (gains.kp, gains.kd not printed): 10 near, 0 not near "
         "(near: within the digits or axes printed, or 15% of the range printed in the row). "
-        "Of 222 derived numbers 156 are computed. 4 of 10 errata are proven."
+        "Of 222 derived numbers 156 are computed. 4 of 10 errata are proven. "
+        "Of these 2 change the model, 0 a result, 2 are slips of the text. "
+        "In 1 two statements exclude each other; which one is wrong is not shown."
     )
     assert verdict_sentence(found("wam7"), entries(), holds=False) == (
         ("29 of 65", True),

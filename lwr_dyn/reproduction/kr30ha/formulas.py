@@ -25,7 +25,7 @@ from lwr_dyn.model.chain import Body, link_frames
 from lwr_dyn.model.printed_number import agrees
 from lwr_dyn.model.spatial import from_rpy
 from lwr_dyn.reproduction import case as shared
-from lwr_dyn.reproduction.case import PaperCase, PaperData, Proof, Prove, formulas
+from lwr_dyn.reproduction.case import CONTRADICTION, PaperCase, PaperData, Proof, Prove, formulas
 from lwr_dyn.reproduction.compare import compared
 from lwr_dyn.reproduction.kr30ha.planar_dynamics import own_comparisons
 from lwr_dyn.reproduction.kr30ha.points import point_misses, right_points, simplified_solution, wrist_centre_mm
@@ -327,7 +327,7 @@ def link_two(data: PaperData) -> Proof:
     a2, a3 = (case.numbers("geometry", name)[0] for name in ("a2", "a3"))
     d4 = 1e3 * dh_rows(case.geometry)[3].d
     return Proof("820 mm is d_4 and Table 4's link 3; its link 2 has 995 mm", abs(a3 - d4) < 1e-9 and a2 != a3,
-                 {"Table 4, link 2 [mm]": a2, "link 3 [mm]": a3, "d_4 [mm]": d4})  # fmt: skip
+                 {"Table 4, link 2 [mm]": a2, "link 3 [mm]": a3, "d_4 [mm]": d4}, CONTRADICTION)  # fmt: skip
 
 
 POINTS: dict[str, Prove] = {

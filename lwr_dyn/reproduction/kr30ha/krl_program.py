@@ -20,7 +20,7 @@ from lwr_dyn.krl.running.program_run import ProgramRun, check_program, run_progr
 from lwr_dyn.krl.writing.point_program import generate_program, point_program_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.pages.replay.replay_page import write_replay
-from lwr_dyn.reproduction.case import PaperData, Proof, Prove
+from lwr_dyn.reproduction.case import CONTRADICTION, PaperData, Proof, Prove
 from lwr_dyn.reproduction.kr30ha.points import right_points
 from lwr_dyn.reproduction.papers import printed_tables
 
@@ -178,7 +178,7 @@ def no_loop(_: PaperData) -> Proof:
     lines = printed_program().source.to_bytes().decode().upper().splitlines()
     words = [w for line in lines for w in line.split(";")[0].split() if w in ("LOOP", "FOR", "WHILE", "REPEAT", "GOTO")]
     return Proof("the printed program has no loop of any kind", not words and len(lines) > 30,
-                 {"lines": len(lines), "loops": len(words)})  # fmt: skip
+                 {"lines": len(lines), "loops": len(words)}, CONTRADICTION)  # fmt: skip
 
 
 DECLARATIONS = (13, 14, 15)

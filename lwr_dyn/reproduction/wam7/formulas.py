@@ -8,7 +8,17 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import JointGains
 from lwr_dyn.model.friction import FRICTIONLESS
-from lwr_dyn.reproduction.case import COMPUTED, REPEATED, SHARED, PaperCase, PaperData, Proof, Prove, formulas
+from lwr_dyn.reproduction.case import (
+    COMPUTED,
+    CONTRADICTION,
+    REPEATED,
+    SHARED,
+    PaperCase,
+    PaperData,
+    Proof,
+    Prove,
+    formulas,
+)
 from lwr_dyn.reproduction.papers import ResultBlock
 from lwr_dyn.reproduction.wam7.runs import cruise_error, experiment, sides_of
 from lwr_dyn.trajectory.motion_profile import lspb
@@ -200,7 +210,7 @@ def home_outside(data: PaperData) -> Proof:
     over = np.maximum(home - case.arm.upper, case.arm.lower - home)
     outside = [i + 1 for i in range(case.n) if over[i] > 0.0]
     return Proof("of home's joints this one stands outside its limits", outside == [4],
-                 {"joint": str(outside), "by [rad]": float(over.max())})  # fmt: skip
+                 {"joint": str(outside), "by [rad]": float(over.max())}, CONTRADICTION)  # fmt: skip
 
 
 def lspb_velocity(data: PaperData) -> Proof:
