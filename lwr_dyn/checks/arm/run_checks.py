@@ -54,6 +54,7 @@ class CheckReport:
         """How many checks hold or fail, and how many things were not judged."""
         failed, every = sum(not v.holds for v in self.verdicts), len(self.verdicts)
         found = f"{failed} of {every} checks fail{'s' * (failed == 1)}" if failed else f"all {every} checks hold"
+        found = "1 check holds" if (failed, every) == (0, 1) else found
         return found + (f", {len(self.not_judged)} not judged" if self.not_judged else "")
 
     def table(self) -> Table:

@@ -203,7 +203,7 @@ def gains_table(result: Sensitivity) -> Table:
     for name, s in result.statics.items():
         rows += [(name, figure, *x) for figure, x in (("b", s.b), ("Kp", s.gains.Kp), ("Kd", s.gains.Kd))]
         if s is not first:
-            rows.append((name, f"off {result.names[0]}", *(f"{x:+.2%}" for x in s.b / first.b - 1.0)))
+            rows.append((name, f"off {result.names[0]}", *(f"{x:+.2%}" for x in (s.b / first.b - 1.0).round(4) + 0.0)))
     gains = f"gains {OMEGA_N**2:g} b, {2 * XI * OMEGA_N:g} b"
     title = f"largest inertia b = max B_ii over the joint box [kg m^2 (kg)], and {gains}"
     return Table(title, _headings(result), rows)

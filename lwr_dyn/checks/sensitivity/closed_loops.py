@@ -172,11 +172,11 @@ class Conclusion:
         """In words: under all pairs, under none, or under which, whichever list is shorter."""
         good = [k for k, h in self.holds.items() if h is True]
         bad = [k for k, h in self.holds.items() if h is not True]
-        over = "pairs" if len(next(iter(self.holds))) == 2 else "readings"
+        over = "pair" if len(next(iter(self.holds))) == 2 else "reading"
         if not bad:
-            return f"holds under all {len(good)} {over}"
+            return f"holds under all {len(good)} {over}s" if len(good) > 1 else f"holds under the one {over}"
         if not good:
-            return f"holds under none of {len(bad)} {over}"
+            return f"holds under none of {len(bad)} {over}s" if len(bad) > 1 else f"fails under the one {over}"
         shorter, word = (good, "holds only") if len(good) <= len(bad) else (bad, "fails")
         return f"{word} for {', '.join(_pair(*key) for key in shorter)} ({len(good)} of {len(self.holds)} hold)"
 
