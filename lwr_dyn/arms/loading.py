@@ -88,8 +88,17 @@ def with_rotors(arm: Arm, inertias: Mapping[str, float]) -> Arm:
     return replace(arm, chain=replace(arm.chain, links=tuple(links)), sources=sources, loaded_with=loaded)
 
 
-def _rotors(given: Mapping[str, float] | tuple[str, ...]) -> dict[str, float]:
-    """Rotors by joint, also from the command's texts JOINT=VALUE; raises `OptionError`."""
+def _rotors(given: Mapping[str, float] | str | Path | tuple[str, ...]) -> dict[str, float]:
+    """Rotors by joint, also those of a `.toml` file, or the command's texts JOINT=VALUE or one file.
+
+    Raises `OptionError`, and as `installed` for the file.
+    """
+    if isinstance(given, tuple) and len(given) == 1 and ends_in(given[0], ".toml"):
+        given = given[0]
+    if isinstance(given, str | Path):
+        if not ends_in(given, ".toml"):
+            raise OptionError("rotor", repr(str(given)), "a .toml file with a line joint = value a joint, or a mapping")
+        return dict(parse_toml(read_text(given, "a readable .toml file of rotors"), Path(given).name))
     if not isinstance(given, tuple):
         return dict(given)
     out: dict[str, float] = {}
@@ -99,7 +108,7 @@ def _rotors(given: Mapping[str, float] | tuple[str, ...]) -> dict[str, float]:
                 raise ValueError
             out[joint] = number_of(value)
         except ValueError:
-            allowed = "JOINT=VALUE once a joint, such as 2=0.5 or elbow_joint=0.5, kg m^2 at the joint"
+            allowed = "JOINT=VALUE once a joint, such as 2=0.5, kg m^2 at the joint, or one .toml file of them"
             raise OptionError("--rotor", repr(f"{joint}{mark}{value}"), allowed) from None
     return out
 
@@ -215,7 +224,7 @@ def load(
     lock: Mapping[str, float] | None = None,
     mount: Any = None,
     tool: Any = None,
-    rotor: Mapping[str, float] | None = None,
+    rotor: Mapping[str, float] | str | Path | None = None,
     xacro_args: Mapping[str, str] | None = None,
     trust_xacro: bool = False,
 ) -> Arm:
@@ -238,7 +247,7 @@ def load(
         What is fixed to the flange: the tool centre point in the flange by `xyz`, `rpy` or `rpy_deg`; `mass` [kg]; its
         `com` [m] in the flange; `inertia` about `com` in axes of the flange [kg m^2] (3 or 6 numbers, or a matrix).
         Poses of the arm, payloads and the URDF's tip are then those of the tool centre point.
-    rotor : mapping, optional
+    rotor : mapping or path of a .toml file, optional
         Joint, by its name or number, -> rotor inertia as the joint feels it, k_r^2 I_m [kg m^2; kg where it slides]. It
         takes the place of the rotor that the source gives; 0 says that there is none, as of a direct drive.
     xacro_args : mapping, optional
@@ -279,7 +288,7 @@ def load_with_paper(
     lock: Mapping[str, float] | None = None,
     mount: Any = None,
     tool: Any = None,
-    rotor: Mapping[str, float] | tuple[str, ...] | None = None,
+    rotor: Mapping[str, float] | str | Path | tuple[str, ...] | None = None,
     xacro_args: Mapping[str, str] | tuple[str, ...] | None = None,
     trust_xacro: bool = False,
 ) -> tuple[Arm, Paper | None]:

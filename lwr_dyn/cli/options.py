@@ -130,7 +130,12 @@ def _robots(_: click.Context, __: click.Parameter, begun: str) -> list[Completio
 
 REPEATED = (
     ("--xacro-arg", "xacro_args", "NAME:=VALUE", "Argument of a .xacro."),
-    ("--rotor", "rotor", "JOINT=VALUE", "Rotor inertia as the joint feels it, kg m^2, in place of the file's."),
+    (
+        "--rotor",
+        "rotor",
+        "JOINT=VALUE|FILE.toml",
+        "Rotor inertia as the joint feels it, kg m^2, in place of the file's.",
+    ),
     ("--tool", "tool", "KEY=NUMBERS|FILE.toml", "On the flange: xyz, rpy_deg, mass, com, inertia; m, kg."),
     ("--mount", "mount", "PLACE|KEY=NUMBERS|FILE.toml", "Base on floor, wall, ceiling; xyz in m, rpy_deg."),
 )

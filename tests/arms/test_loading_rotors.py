@@ -42,6 +42,14 @@ def test_one_takes_the_place_of_the_sources_own():
     assert arm.sources["joint_2.armature"] == own.sources["joint_2.armature"]
 
 
+def test_a_file_beside_a_urdf_gives_them(tmp_path, lwr_dyn_command):
+    (tmp_path / "rotors.toml").write_text("A2 = 80.0\n4 = 0.25\n")
+    arm = lwr_dyn.load("kr30ha", rotor=tmp_path / "rotors.toml")
+    assert arm.armature.tolist() == [0, 80, 0, 0.25, 0, 0]
+    code, out, _ = lwr_dyn_command("urdf", "kr30ha", "--rotor", str(tmp_path / "rotors.toml"))
+    assert (code, lwr_dyn_command("urdf", "kr30ha", "--rotor", "A2=80", "--rotor", "4=0.25")[1]) == (0, out)
+
+
 def test_a_rotor_of_zero_is_a_direct_drive():
     assert lwr_dyn.load("kr30ha", rotor=dict.fromkeys(("A1", "A2", "A3", "A4", "A5", "A6"), 0.0)).rotor_caveat() == ""
 
@@ -62,6 +70,8 @@ BAD = {
     "negative": ({"A1": -1}, "rotor A1: -1"),
     "not finite": ({"A1": np.nan}, "rotor A1: nan; allowed: finite numbers"),
     "no number": ({"A1": [1, 2]}, "rotor A1"),
+    "no file": ("rotors.txt", "rotor: 'rotors.txt'; allowed: a .toml file with a line joint = value"),
+    "missing file": ("none.toml", "none.toml"),
     "twice": ({"A1": 1, "1": 2}, "A1 twice; allowed: each joint once"),
 }
 

@@ -95,8 +95,10 @@ def test_the_first_line_and_the_record_say_it_once(lwr_dyn_command, folder, line
 
 
 def test_a_study_and_runs_made_before_name_a_way_that_they_have(lwr_dyn_command, run_file, folder):
-    _, out, _ = lwr_dyn_command("compare", str(run_file), str(run_file), "--label", "a", "--label", "b")
-    assert "no rotor inertia given (--rotor JOINT=VALUE of simulate adds it)" in out
+    words = "no rotor inertia given (--rotor JOINT=VALUE of simulate adds it)"
+    page = ("--label", "a", "--label", "b", "--html", str(folder / "c.html"))
+    _, out, _ = lwr_dyn_command("compare", str(run_file), str(run_file), *page)
+    assert out.count(words) == (folder / "c.html").read_text().count(words) == 1
     (folder / "s.toml").write_text(STUDY)
     (line,) = [x for x in study_caveats(read_study(folder / "s.toml")) if "no rotor" in x]
     assert "(name the file that lwr-dyn urdf ROBOT --rotor JOINT=VALUE writes)" in line

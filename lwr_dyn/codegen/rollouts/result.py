@@ -41,8 +41,9 @@ class Rollouts:
 
     metrics: Mapping[str, Array]
     """By name, a row a run: tip_rms, tip_max, tip_final (runs,) [m]; position_rms, position_max (runs, n) [rad];
-    peak_torque, peak_command, torque_rms, peak_speed (runs, n); saturated_s (runs, n) [s]; limit_margin (runs, n)
-    [rad]; first_violation (runs,) [s], inf for none; tip_q95 ... (runs,) [m] for quantiles over time."""
+    peak_torque, peak_command, torque_rms, peak_speed (runs, n); saturated_s (runs, n) [s], NaN where
+    no torque limit is known; limit_margin (runs, n) [rad]; first_violation (runs,) [s], inf for none; tip_q95 ...
+    (runs,) [m] for quantiles over time."""
     flags: tuple[str, ...]
     """One of `FLAGS` a run."""
     simulated: NDArray[np.bool_]
@@ -110,9 +111,14 @@ def checked_quantiles(quantiles: Sequence[float]) -> tuple[float, ...]:
 
 
 def metrics_of_computed(
-    setup: LoopSetup, slots: Slots, computed: Computed, quantiles: Sequence[float]
+    setup: LoopSetup,
+    slots: Slots,
+    computed: Computed,
+    quantiles: Sequence[float],
+    effort_given: bool = False,
 ) -> tuple[dict[str, Array], list[str]]:
-    """Metrics of all runs, and the flag of each in words (`FLAGS`)."""
+    """Metrics of all runs, and the flag of each in words (`FLAGS`); each run may have its own torque limits."""
+    known = np.isfinite(setup.plant.effort) | effort_given
     places = {name: [p - slots.first(FIGURES[0]) for p in slots.places(name)] for name in FIGURES}
     rows = {name: computed.figures[:, at] for name, at in places.items()}
     samples, rate = setup.samples, setup.loop.rate
@@ -124,7 +130,7 @@ def metrics_of_computed(
             "position_rms": np.sqrt(rows["position_squares"] / samples), "position_max": rows["position_worst"],
             "peak_torque": rows["torque_worst"], "peak_command": rows["command_worst"],
             "torque_rms": np.sqrt(rows["torque_squares"] / samples), "peak_speed": rows["speed_worst"],
-            "saturated_s": rows["saturated"] / rate, "limit_margin": rows["margin"],
+            "saturated_s": np.where(known, rows["saturated"] / rate, np.nan), "limit_margin": rows["margin"],
             "first_violation": np.where(late < samples, setup.t[np.where(late < samples, late, 0).astype(int)], np.inf),
         }  # fmt: skip
     for j, share in enumerate(quantiles):
@@ -165,7 +171,7 @@ def figures_of(run: Run, arm: Arm, tolerance: float | None = None, quantiles: Se
         "position_rms": np.sqrt(np.mean(error**2, axis=0)), "position_max": np.abs(error).max(axis=0),
         "peak_torque": np.abs(run.tau_applied).max(axis=0), "peak_command": np.abs(run.tau_command).max(axis=0),
         "torque_rms": np.sqrt(np.mean(run.tau_applied**2, axis=0)), "peak_speed": np.abs(run.dq).max(axis=0),
-        "saturated_s": steps @ (np.abs(run.tau_command) > arm.effort),
+        "saturated_s": np.where(np.isfinite(arm.effort), steps @ (np.abs(run.tau_command) > arm.effort), np.nan),
         "limit_margin": np.minimum(run.q - arm.lower, arm.upper - run.q).min(axis=0),
         "first_violation": run.t[beyond[0]] if beyond.size else np.inf,
     }  # fmt: skip

@@ -18,7 +18,7 @@ from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, loop_setup
 from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder
 from lwr_dyn.codegen.rollouts.result import Rollouts, checked_quantiles, figures_of, metrics_of_computed, settle
 from lwr_dyn.codegen.rollouts.step import MOST_DELAY
-from lwr_dyn.codegen.rollouts.substeps import chosen_steps
+from lwr_dyn.codegen.rollouts.substeps import chosen_steps, with_substeps
 from lwr_dyn.codegen.rollouts.symbolic_arm import friction_models
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.protocol import Controller, describe
@@ -170,16 +170,14 @@ def rollouts(
     shapes = inputs.parameter_shapes(arm.n, form.parameters)
     count, given = inputs.run_parameters(parameters or {}, runs, shapes, len(setup.references))
     inputs.check_starts(setup, given)
-    step_error = None
-    if substeps is None and friction == "smooth":
-        chosen = chosen_steps(setup, form, given, count)
-        step_error, setup = chosen.error, replace(setup, loop=replace(setup.loop, substeps=chosen.substeps))
+    chosen = chosen_steps(setup, form, given, count) if substeps is None and friction == "smooth" else None
+    setup = setup if chosen is None else with_substeps(setup, chosen.substeps)
     inputs.check_smooth_friction(setup, given)
     plan = plan_of(setup, form, given)
     kernel = rollout_kernel(plan)
     task = task_of(setup, plan, kernel, given, count, tolerance, shares, record, first_run)
     computed = kernel.run(task, threads)
-    metrics, flags = metrics_of_computed(setup, kernel.slots, computed, shares)
+    metrics, flags = metrics_of_computed(setup, kernel.slots, computed, shares, "effort" in given)
 
     def row(i: int) -> dict[str, Array]:
         return {name: array[i] for name, array in given.items()}
@@ -193,8 +191,8 @@ def rollouts(
     simulated = settle(flags, metrics, computed.record, record, again if hand_over else None, figures)
     about = {
         **arm_record(arm), "plant": arm_record(setup.plant), "controller": describe(law), **setup.record(),
-        "step_error": step_error, "runs": count, "first_run": first_run, "parameters": list(given),
-        "digest": plan.digest,
+        "step_error": None if chosen is None else chosen.error, "runs": count, "first_run": first_run,
+        "parameters": list(given), "digest": plan.digest,
     }  # fmt: skip
     kept: Any = [None] * 4 if computed.record is None else [setup.t[::record], *np.split(computed.record, 3, axis=2)]
     t, q, dq, tau = kept

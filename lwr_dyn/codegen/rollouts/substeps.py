@@ -82,16 +82,16 @@ def chosen_steps(setup: LoopSetup, form: LawForm, given: Mapping[str, Array], co
     OptionError
         Friction needs more than 64 to come to rest.
     """
-    rate = check_smooth_friction(_with(setup, MOST_SUBSTEPS), given)
+    rate = check_smooth_friction(with_substeps(setup, MOST_SUBSTEPS), given)
     least = min(2 ** ceil(log2(max(rate / setup.loop.rate / STABLE, 1.0))), MOST)
-    check_smooth_friction(_with(setup, least), given)
+    check_smooth_friction(with_substeps(setup, least), given)
     chosen = evenly(count)
     rows = {name: np.ascontiguousarray(array[chosen]) for name, array in given.items()}
     kept: dict[int, Array] = {}
 
     def positions(substeps: int) -> Array:
         if substeps not in kept:
-            kept[substeps] = _positions(_with(setup, substeps), form, rows, chosen.size)
+            kept[substeps] = _positions(with_substeps(setup, substeps), form, rows, chosen.size)
         return kept[substeps]
 
     return enough_steps(positions, least)
@@ -111,7 +111,8 @@ def stride_of(samples: int) -> int:
     return max(1, samples // SAMPLES)
 
 
-def _with(setup: LoopSetup, substeps: int) -> LoopSetup:
+def with_substeps(setup: LoopSetup, substeps: int) -> LoopSetup:
+    """The same loop with so many steps of RK4 a sample."""
     return replace(setup, loop=replace(setup.loop, substeps=substeps))
 
 

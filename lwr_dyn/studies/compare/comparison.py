@@ -18,8 +18,9 @@ from lwr_dyn.foundation.document import Document, Fact, Note, PageFigure, Sectio
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.tables import Heading, Marked, Table
-from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.run import Run, repr_html
+from lwr_dyn.model.arm import Arm, caveats_of
+from lwr_dyn.model.caveats import ABSENT_ROTORS, ROTOR_RUN
+from lwr_dyn.model.run import Run, repr_html, run_used
 from lwr_dyn.pages.document import page_html
 from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure
 from lwr_dyn.pages.plotting.drawn_panel import chart_html
@@ -42,6 +43,8 @@ class RunComparison:
     title: str = ""
     tuned: Mapping[str, Any] = field(default_factory=dict)
     """Controller as typed -> its `TunedFrequency`, of a study with gains of one margin."""
+    remedy: str = ROTOR_RUN
+    """How rotors that are missing are added: when runs are made, or by an option of this comparison."""
 
     def __repr__(self) -> str:
         return (
@@ -105,8 +108,12 @@ class RunComparison:
                  kind=list[str]),
             Note(self.notes, key="notes", says="What the numbers rest on."),
         ], brief=True)  # fmt: skip
-        return Document(self.title, "", [runs], "lwr-dyn compare", "comparison", [title],
-                        tuple(dict.fromkeys(filter(None, (one.shown.caveat for one in self.runs)))))  # fmt: skip
+        caveats = [
+            line
+            for one in self.runs
+            for line in caveats_of([one.shown.arm], (*run_used(one.shown.run), ABSENT_ROTORS), self.remedy)
+        ]
+        return Document(self.title, "", [runs], "lwr-dyn compare", "comparison", [title], tuple(dict.fromkeys(caveats)))
 
     def record(self) -> dict[str, Any]:
         """The comparison as JSON values: one record a run, with all its figures of merit."""

@@ -32,6 +32,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.progress import Report
 from lwr_dyn.foundation.registry import options_of
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.caveats import ROTOR_OPTION
 from lwr_dyn.model.run import Reference, Run
 from lwr_dyn.pages.replay.replayed_runs import PLAIN
 from lwr_dyn.simulation.elastic.plant import SLOWEST, fastest_on_motors
@@ -195,7 +196,7 @@ class ControllerStudy:
         failures += [f"{one.controller}, {one.plant}: {one.text}" for one in faults]
         arms = [self.arm] * len(runs)
         compared = comparison_of(runs, names, failures=failures, figures=figures, arms=arms, least=1)
-        return replace(compared, tuned=frequencies), runs
+        return replace(compared, tuned=frequencies, remedy=ROTOR_OPTION), runs
 
     def _tuned(self, frequencies: Mapping[str, TunedFrequency]) -> tuple[ControllerStudy, Mapping[str, TunedFrequency]]:
         """The study with its omega_n, without the controllers that have none; and those that have one."""

@@ -106,6 +106,8 @@ def caveat(summary: SweepSummary) -> str:
         ending = f"; positions have no limits{f'; {again}' if left else '.'}"
     why = "diverged" if not left else "have no figures"
     more = f" {LOST.capitalize()}: runs that {why}; they keep no limit." if lost else ""
+    if any(CUT not in one.events and "saturated_s" in one.runs.metrics for one in summary.controllers.values()):
+        more += " Torque limits are unknown: no run shows whether torques keep them."
     return " ".join([f"Runs are computed {plant}{ending}", *whole]) + more
 
 

@@ -223,6 +223,17 @@ def test_a_record_that_memory_does_not_hold_is_refused():
         room_for_record(1_000_000, 1_000_000, 21)
 
 
+def test_time_beyond_a_torque_limit_that_is_not_known_is_not_zero():
+    arm = lwr_dyn.load("kr30ha")
+    hold = lwr_dyn.reference("hold", arm, q=[0.0, -1.0, 1.0, 0.0, 0.3, 0.0], duration=0.01)
+    law = lwr_dyn.controller("inverse-dynamics", arm)
+    unknown = lwr_dyn.rollouts(arm, law, hold, runs=1)
+    assert np.isnan(unknown.metrics["saturated_s"]).all()
+    assert np.isnan(figures_of(unknown.run(0), arm)["saturated_s"]).all()
+    known = lwr_dyn.rollouts(arm, law, hold, parameters={"effort": [[1e5] * 6]})
+    assert (known.metrics["saturated_s"] == 0.0).all()
+
+
 def test_true_stick_is_refused_and_its_smooth_form_named():
     arm = lwr_dyn.load("lwr4plus")
     object.__setattr__(arm, "friction", (symmetric(1.0, 0.5),) * 7)

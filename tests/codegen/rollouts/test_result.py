@@ -26,7 +26,10 @@ OF_JOINTS = ("position_squares", "position_worst", "torque_worst", "command_wors
              "saturated", "margin")  # fmt: skip
 SLOTS = Slots({"before": 3} | {name: 2 if name in OF_JOINTS else 1 for name in FIGURES})
 SETUP = SimpleNamespace(
-    samples=4, t=np.arange(4.0) / 50.0, loop=SimpleNamespace(rate=50.0, substeps=2, position_limits=True)
+    samples=4,
+    t=np.arange(4.0) / 50.0,
+    loop=SimpleNamespace(rate=50.0, substeps=2, position_limits=True),
+    plant=SimpleNamespace(effort=np.array([50.0, 60.0])),
 )
 
 
@@ -83,7 +86,8 @@ def test_a_flag_says_what_ended_a_run(change, flag):
 
 def test_speed_counts_by_samples_where_steps_are_many_and_stops_only_where_they_are_on():
     """A tenth of a turn a sample would be seen in the angles."""
-    free = SimpleNamespace(samples=4, t=SETUP.t, loop=SimpleNamespace(rate=50.0, substeps=99, position_limits=False))
+    loop = SimpleNamespace(rate=50.0, substeps=99, position_limits=False)
+    free = SimpleNamespace(**{**vars(SETUP), "loop": loop})
     assert metrics_of_computed(free, SLOTS, computed({"margin": [-1.0, 0.0]}), ())[1] == [""]
     for share, flag in ((0.999, ""), (1.001, "out of range")):
         assert metrics_of_computed(free, SLOTS, computed({"speed_worst": [share * TURN * 50.0, 0.0]}), ())[1] == [flag]

@@ -165,6 +165,7 @@ def test_torque_is_not_cut_where_it_is_not_known_and_none_has_an_interval():
 def test_without_torque_limits_no_share_of_runs_is_cut(robot, known):
     summary = summarise(MADE, RUNS, arm=lwr_dyn.load(robot))
     assert [("torque cut" in one.events) for one in summary.controllers.values()] == [known] * len(RUNS)
+    assert ("Torque limits are unknown: no run shows whether torques keep them." in summary_text(summary)) != known
 
 
 @pytest.mark.slow
