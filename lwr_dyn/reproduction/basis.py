@@ -28,7 +28,7 @@ from lwr_dyn.reproduction.paper_study import PaperStudy
 LEAST, MOST = 0.03, 0.08
 """A number is changed by at least and at most this share of it."""
 
-NO_DATA = ("document", "joints", "erratum", "reading", "lint")
+NO_DATA = ("document", "source", "joints", "erratum", "reading", "lint")
 """Parts of a data file without numbers that a formula takes."""
 
 FORM = ("dh.", "poses.")

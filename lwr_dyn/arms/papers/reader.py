@@ -129,6 +129,7 @@ def paper_of_tables(
     document = {k: str(v) for k, v in top.take("document", dict).items()}
     if "kind" in document:
         top.choice_at("document.kind", document["kind"], schema.DOCUMENT_KINDS)
+    sources = tuple(_source(x) for x in top.tables("source", default=[]))
     errata = tuple(_erratum(e) for e in top.tables("erratum", default=[]))
     ids = [e.id for e in errata]
     for repeated in {x for x in ids if ids.count(x) > 1}:
@@ -153,10 +154,17 @@ def paper_of_tables(
     columns = read_columns(tables, len(joints), touched, file)
     check_plausibility(columns, joints, kinds, file)
     return Paper(
-        name=name, title=title, file=file, document=document, reading=chosen, readings=readings,
+        name=name, title=title, file=file, document=document, sources=sources, reading=chosen, readings=readings,
         default_reading=default, errata=errata, joints=joints, kinds=kinds, convention=Convention(convention),
         printed=printed, columns=columns, inertia_about=about, inertia_products=products, digest=digest, solids=solids,
     )  # fmt: skip
+
+
+def _source(fields: Fields) -> dict[str, str]:
+    found = {key: fields.text(key) for key in schema.SOURCE_FIELDS}
+    fields.choice_at("kind", found["kind"], schema.DOCUMENT_KINDS)
+    fields.refuse_unknown()
+    return found
 
 
 def _joints(fields: Fields) -> tuple[tuple[str, ...], tuple[JointKind, ...]]:

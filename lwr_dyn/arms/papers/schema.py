@@ -262,8 +262,10 @@ class Reading:
     errata: tuple[str, ...]
 
 
-DOCUMENT_KINDS = ("paper", "maker's sheet", "exercise", "course report")
-"""What sort of document a data file was made from."""
+DOCUMENT_KINDS = ("paper", "maker's sheet", "exercise", "course report", "software")
+"""What sort of document numbers are from."""
+SOURCE_FIELDS = ("title", "kind", "year", "place", "text", "gives")
+"""Of a `[[source]]` beside the document: all are needed, as text; `place` is a DOI, an address, or what is known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -274,6 +276,8 @@ class Paper:
     title: str
     file: str
     document: Mapping[str, str]
+    sources: tuple[Mapping[str, str], ...]
+    """Further documents that numbers are from, each with `SOURCE_FIELDS`."""
     reading: Reading
     readings: Mapping[str, Reading]
     default_reading: str
