@@ -15,7 +15,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.cli.main import group, schema_file
+from lwr_dyn.cli.help_text import schema_file
+from lwr_dyn.cli.main import group
 from lwr_dyn.foundation.document import Document
 from lwr_dyn.identification.elastic_joints import elastic_document, identify_elastic
 from lwr_dyn.identification.friction.identify_friction import identify_friction

@@ -24,7 +24,7 @@ LEFT_OUT = ("sensitivity", "reproduce", "gains")
 FACTS = """
 import json, lwr_dyn
 from importlib.metadata import version
-from lwr_dyn.cli.main import help_texts, schema_file
+from lwr_dyn.cli.help_text import help_texts, schema_file
 from lwr_dyn.cli.main import COMMANDS
 print(json.dumps({
     "file": lwr_dyn.__file__, "versions": [version("lwr_dyn"), lwr_dyn.__version__],

@@ -5,7 +5,7 @@ from typing import Any
 
 from jsonschema import Draft202012Validator
 
-from lwr_dyn.cli.main import schema_file
+from lwr_dyn.cli.help_text import schema_file
 
 
 def faults(path: str, record: Any) -> list[str]:

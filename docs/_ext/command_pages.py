@@ -8,7 +8,8 @@ from pathlib import Path
 import click
 from used_in import used_in
 
-from lwr_dyn.cli.main import COMMANDS, group, help_texts, with_help
+from lwr_dyn.cli.help_text import HELP_ALL, help_texts, with_help
+from lwr_dyn.cli.main import COMMANDS, group
 
 PAGE = "docs/reference/command_line.md"
 
@@ -16,9 +17,10 @@ PAGE = "docs/reference/command_line.md"
 def commands_text(root: Path) -> str:
     """A section for each command: usage, what it does, options, examples, where it is used."""
     context = click.Context(group, info_name="lwr-dyn")
+    context.meta[HELP_ALL] = True
     parts = []
     for name in COMMANDS.names:
-        for path, command, inner in walk(name, with_help(COMMANDS.load(name)), context):
+        for path, command, inner in walk(name, with_help(COMMANDS.load(name), name), context):
             parts.append(section(path, command, inner, root))
     return "\n\n".join(parts)
 
@@ -73,8 +75,8 @@ class Recorder(click.HelpFormatter):
         yield
 
     def write_dl(self, rows: Sequence[tuple[str, str]], col_max: int = 30, col_spacing: int = 2) -> None:
-        """The options of the group that has begun, without --help."""
-        self.groups[list(self.groups)[-1]] += [row for row in rows if "--help" not in row[0].split(", ")]
+        """The options of the group that has begun, without those that ask for help."""
+        self.groups[list(self.groups)[-1]] += [row for row in rows if not {"--help", HELP_ALL} & {*row[0].split(", ")}]
 
 
 def option_tables(command: click.Command, context: click.Context) -> list[str]:

@@ -6,6 +6,8 @@ conventions  `lwr-dyn conventions`: the possible conventions of a table that sta
 dh           `lwr-dyn dh`: any arm as a Denavit-Hartenberg table, or as a data file that loads again
 fk           `lwr-dyn fk`: the pose of the flange, a point on it, and the DH matrices in symbols
 gains        `lwr-dyn gains`: each joint's largest inertia, what is proven of it, and gains for a second-order loop
+help_text    What `--help` shows: commands and options in groups, limits of files, examples; and all options with
+             `--help-all`
 identify     The subcommands of `lwr-dyn identify`, one file each, and `lwr-dyn excite`
 ik           `lwr-dyn ik`: joint positions for a pose of the flange, all branches; exit 1 when there is none
 kernels      `lwr-dyn kernels`: functions of an arm as C or JavaScript; the generated source and the cost of a batch

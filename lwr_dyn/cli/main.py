@@ -1,58 +1,25 @@
-"""`lwr-dyn`: the subcommands, and how errors become one line and an exit code.
-
-`help.toml` adds to click's own text what `--help` shows: options in groups, limits of files, examples.
-"""
+"""`lwr-dyn`: the subcommands, and how errors become one line and an exit code."""
 
 import io
 import signal
 import sys
 import threading
-import tomllib
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, partial
-from importlib.resources import files
-from importlib.resources.abc import Traversable
+from functools import partial
 from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
 from lwr_dyn.arms.papers.catalog import open_paper, robots
+from lwr_dyn.cli.help_text import command_path, grouped, with_help
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, RatingWarning, UnknownNameError
 from lwr_dyn.foundation.files import reason_of
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.foundation.tables import log_line
 from lwr_dyn.foundation.version import VERSION
-
-ROBOT = "Robot, mount and tool"
-"""Heading of the options that load a robot; the last one."""
-
-ROBOT_OPTIONS = (
-    "--robot", "--reading", "--tip", "--lock", "--mount", "--tool", "--rotor", "--xacro-arg", "--trust-xacro",
-)  # fmt: skip
-
-FEW = 6
-"""A command with no more options than this has them in one list."""
-
-
-@cache
-def help_texts() -> dict[str, Any]:
-    """By command path, such as "krl check": `examples`, with their exit codes, `groups`, and `limits` in words.
-
-    A group is a heading and the option with which it begins; it ends where the next one begins, so the options of a
-    controller or a task stand in its group, whoever adds them.
-    """
-    return tomllib.loads((files("lwr_dyn.cli") / "help.toml").read_text(encoding="utf-8"))
-
-
-def with_help(command: click.Command) -> click.Command:
-    """The same command of any package, whose help shows groups and examples."""
-    if not isinstance(command, click.Group):
-        command.format_options = partial(_format_options, command)  # type: ignore[method-assign]
-    command.format_epilog = partial(_format_examples, command)  # type: ignore[method-assign]
-    return command
 
 
 class NamedGroup(click.Group):
@@ -62,7 +29,7 @@ class NamedGroup(click.Group):
         """The command; raises `UnknownNameError`, but not while a shell completes a line."""
         try:
             if cmd_name in self.list_commands(ctx):
-                return with_help(self.found(ctx, cmd_name))
+                return with_help(self.found(ctx, cmd_name), command_path(ctx, cmd_name))
             raise UnknownNameError("command", cmd_name, self.list_commands(ctx))
         except LwrDynError:
             if ctx.resilient_parsing:
@@ -72,48 +39,6 @@ class NamedGroup(click.Group):
     def found(self, ctx: click.Context, name: str) -> click.Command:
         """A command of `list_commands`."""
         return self.commands[name]
-
-
-def schema_file(path: str) -> Traversable:
-    """The JSON Schema of what a command, such as "krl check", prints with --json."""
-    return files("lwr_dyn.cli") / "schemas" / f"{path.replace(' ', '-')}.json"
-
-
-def _path(ctx: click.Context) -> str:
-    return " ".join(ctx.command_path.split()[1:])
-
-
-def _format_options(command: click.Command, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-    options = [param for param in command.get_params(ctx) if isinstance(param, click.Option)]
-    starts = {option: heading for heading, option in help_texts().get(_path(ctx), {}).get("groups", {}).items()}
-    groups: dict[str, list[tuple[str, str]]] = {heading: [] for heading in ("Options", *starts.values(), ROBOT)}
-    heading = "Options"
-    for option in options:
-        heading = starts.get(option.opts[0], heading)
-        own = ROBOT if len(options) > FEW and option.opts[0] in ROBOT_OPTIONS else heading
-        record = option.get_help_record(ctx)
-        if record is not None:
-            groups[own].append(record)
-    for title, records in groups.items():
-        if records:
-            with formatter.section(title):
-                formatter.write_dl(records)
-
-
-def _format_examples(command: click.Command, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-    type(command).format_epilog(command, ctx, formatter)
-    texts, schema = help_texts().get(_path(ctx), {}), schema_file(_path(ctx))
-    examples = texts.get("examples", ())
-    if schema.is_file():
-        formatter.write(f"\nSchema of --json: {schema}\n")
-    if "limits" in texts:
-        with formatter.section("Limits"):
-            formatter.write_text(texts["limits"])
-    if examples:
-        with formatter.section("Examples"):
-            for example in examples:
-                code = f"   # exit code {example['exit']}" if "exit" in example else ""
-                formatter.write(f"{'':>{formatter.current_indent}}$ {example['run']}{code}\n")
 
 
 @contextmanager
@@ -157,43 +82,37 @@ def _row(module: str, about: str, extra: str = "") -> Row:
 COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
-        "list": _row("list_", "Robots, readings and where their numbers come from."),
-        "new": _row("new", "Write a commented file to start from: arm, controller, study."),
-        "show": _row("show", "An arm or a run in the browser: sliders, inertia, sources."),
-        "urdf": _row("urdf", "Write a robot as URDF with its sidecars."),
-        "dh": _row("dh", "Any arm as a DH table, standard or modified; as a data file."),
+        "list": _row("list_", "The robots, and where their numbers come from."),
+        "new": _row("new", "A commented file to start from: arm, controller, study."),
+        "show": _row("show", "An arm in the browser: sliders, inertia, sources."),
+        "urdf": _row("urdf", "A robot as URDF, with its sources beside it."),
+        "dh": _row("dh", "Any arm as a DH table, or as a data file."),
         "parity": _row(
             "parity",
-            "What Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy lose of a model, and what restores it.",
+            "What other engines lose of a model file, and what restores it.",
             "parity",
         ),
-        "check": _row("check", "Check a robot's model: each check with value, tolerance and verdict."),
+        "check": _row("check", "A robot's model against the laws of mechanics."),
         "fk": _row("fk", "Pose of the flange; the DH matrices in symbols."),
         "gains": _row("gains", "Worst-case inertia of each joint, and gains from it."),
         "margins": _row("margins", "Margins of a sampled loop, over all poses."),
-        "ik": _row("ik", "Joint positions for a pose: all branches, with limits and reach kept apart."),
-        "kernels": _row("kernels", "Functions of an arm as C or JavaScript; what batch functions cost.", "batch"),
-        "replay": _row("replay", "Show runs in the browser: one file without network, or live."),
-        "simulate": _row("simulate", "A task under a controller: run file, metrics, audit."),
-        "compare": _row("compare", "Runs side by side: controllers x plants, or run files."),
+        "ik": _row("ik", "Joint positions for a pose of the flange: all solutions."),
+        "kernels": _row("kernels", "Functions of an arm as C or JavaScript.", "batch"),
+        "replay": _row("replay", "Runs in the browser: one file without network, or live."),
+        "simulate": _row("simulate", "A task under a controller: errors, limits, audit."),
+        "compare": _row("compare", "Controllers and plants, or run files, side by side."),
         "sweep": _row("sweep", "A study of many runs, its cost stated ahead.", "sweeps"),
         "tune": _row("tune", "Gains for a stated aim over a study.", "batch"),
-        "identify": _row(
-            "identify.group", "Friction, or friction and inertia, from logs of an arm that moved.", "plots"
-        ),
+        "identify": _row("identify.group", "Friction, inertia or a load, from logs of an arm that moved.", "plots"),
         "excite": _row(
             "identify.excite",
-            "A motion that shows an arm's parameters best: fast, inside all limits, clear of everything.",
+            "A motion that shows an arm's parameters best.",
             "batch",
         ),
         "lint": _row("lint", "Faults in URDFs and tables, with place and reason."),
-        "krl": _row("krl.group", "KUKA programs: write, check and run them on a robot's model.", "krl"),
-        "conventions": _row(
-            "conventions", "The possible conventions of a table that states none, ranked, with the reasons."
-        ),
-        "sensitivity": _row(
-            "sensitivity", "One task under all readings: which results and conclusions depend on the reading."
-        ),
+        "krl": _row("krl.group", "Write, check and run KRL programs on a robot's model.", "krl"),
+        "conventions": _row("conventions", "The possible conventions of a table that states none."),
+        "sensitivity": _row("sensitivity", "One task under all readings of a paper's tables."),
         "reproduce": _row("reproduce", "Recompute what a paper prints.", "all"),
     },
 )
@@ -225,9 +144,10 @@ class RegistryGroup(NamedGroup):
         return [*(CompletionItem(name, help=self.registry[name].about) for name in names), *options]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The help lines, without importing a command."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, self.registry[name].about) for name in self.list_commands(ctx)])
+        """The help lines in the groups of `help.toml`, without importing a command."""
+        for heading, names in grouped(command_path(ctx), self.list_commands(ctx)).items():
+            with formatter.section(heading):
+                formatter.write_dl([(name, self.registry[name].about) for name in names])
 
 
 @click.group(
@@ -239,13 +159,11 @@ class RegistryGroup(NamedGroup):
 def group() -> None:
     """From a robot paper's tables to a URDF, the arm's equations of motion, controllers and a replay, all checked.
 
-    The equations have the mass matrix B, the Coriolis matrix C and the gravity torque g.
-
-    ROBOT is a name from `lwr-dyn list`, or a path to your own .toml or .urdf file.
+    ROBOT is a name from `lwr-dyn list`, or the path of your own .toml, .urdf or .xacro file.
     """
 
 
-with_help(group)
+with_help(group, "")
 
 
 def main(arguments: list[str] | None = None) -> None:

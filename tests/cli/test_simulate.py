@@ -203,5 +203,5 @@ def test_a_stiffness_that_is_not_above_zero_is_refused_by_the_name_of_its_option
 
 
 def test_a_default_of_one_law_is_not_shown_as_that_of_all(lwr_dyn_command):
-    text = "".join(lwr_dyn_command("simulate", "--help")[1].split())
+    text = "".join(lwr_dyn_command("simulate", "--help-all")[1].split())
     assert "[default:2000.0(cartesian-impedance)]" in text

@@ -13,7 +13,7 @@ from lwr_dyn.arms.urdf import parse, xacro_bounds
 from lwr_dyn.checks.tables import rules
 from lwr_dyn.checks.urdf import hulls
 from lwr_dyn.cli import main
-from lwr_dyn.cli.main import FEW, ROBOT, help_texts
+from lwr_dyn.cli.help_text import FEW, ROBOT, help_texts
 from lwr_dyn.foundation import column_files, files
 from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import MissingPackageError
@@ -168,7 +168,7 @@ def test_limits_in_the_help_are_those_of_the_code(lwr_dyn_command):
 @pytest.mark.parametrize("path", SINGLE)
 def test_each_option_is_in_one_group(path, lwr_dyn_command):
     options = [p for p in SINGLE[path].params if isinstance(p, click.Option)]
-    text = lwr_dyn_command(*path.split(), "--help")[1]
+    text = lwr_dyn_command(*path.split(), "--help-all" if "short" in help_texts()[path] else "--help")[1]
     sections = [line.rstrip(":") for line in text.splitlines() if line.endswith(":") and not line.startswith(" ")]
     for option in options:
         assert sum(line.split(" ")[2] == option.opts[0] for line in text.splitlines() if line.startswith("  -")) == 1
@@ -181,7 +181,7 @@ def test_each_option_is_in_one_group(path, lwr_dyn_command):
 
 
 def test_simulate_has_the_groups_of_its_parts(lwr_dyn_command):
-    text = lwr_dyn_command("simulate", "--help")[1]
+    text = lwr_dyn_command("simulate", "--help-all")[1]
     parts = ("Task", "Controller", "Plant", "Sensors", "Solver", "Output", ROBOT)
     places = [text.index(f"\n{part}:\n") for part in parts]
     assert places == sorted(places)

@@ -7,7 +7,7 @@ import click
 import pytest
 from jsonschema import Draft202012Validator
 
-from lwr_dyn.cli.main import help_texts, schema_file
+from lwr_dyn.cli.help_text import help_texts, schema_file
 from scripts import build_schemas
 from tests.custody.test_help_text import SINGLE, SLOW, WITH_JSON, arguments, example_of_json, make
 from tests.json_schemas import disagreement, faults

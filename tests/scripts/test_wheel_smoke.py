@@ -2,7 +2,7 @@
 
 import pytest
 
-from lwr_dyn.cli.main import help_texts
+from lwr_dyn.cli.help_text import help_texts
 from scripts.wheel_smoke import LEFT_OUT, examples, faults, is_missing
 
 MISSING = "lwr-dyn: lark is not installed; install it with: pip install 'lwr_dyn[krl]'\n"
