@@ -13,6 +13,10 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = README + "".join(page.read_text(encoding="utf-8") for page in (ROOT / "docs").rglob("*.md"))
 
 
+def test_the_readme_is_a_screen_and_a_half():
+    assert len(README.splitlines()) <= 110
+
+
 def test_ci_runs_the_test_command_of_the_readme():
     """Its two halves, in this order, the second with the slow tests; between them lint and types begin beside."""
     halves = ("pip install '.[test]'", "pytest -n auto")
