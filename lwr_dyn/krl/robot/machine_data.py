@@ -206,9 +206,10 @@ class MachineWords:
         """Turns of the motor for one of the axis: {N 1798, D 7}, or a number."""
         parts = given if isinstance(given, dict) else {"N": given, "D": 1}
         n, d = (self.checked(f"RAT_MOT_AX[{i}].{x}", parts.get(x)) for x in ("N", "D"))
-        if n == 0.0 or d == 0.0:
+        turns = abs(n / d) if d else 0.0
+        if not 0.0 < turns < math.inf:  # tiny numbers vanish in the division
             raise PaperError(self.file, f"$RAT_MOT_AX[{i}]", f"{n:g} to {d:g}", "a ratio that is not zero")
-        return abs(n / d)
+        return turns
 
 
 MACHINE_DATA = "machine data"
