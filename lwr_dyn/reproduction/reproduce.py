@@ -254,4 +254,5 @@ def check_line(report: CheckReport) -> str:
     """A report in one line."""
     failed = [v.name for v in report.verdicts if not v.holds]
     faults = f", FAIL: {', '.join(failed)}" if failed else ""
-    return f"check {report.robot}, reading {report.reading}: {len(report.verdicts) - len(failed)} hold{faults}"
+    good = len(report.verdicts) - len(failed)
+    return f"check {report.robot}, reading {report.reading}: {good} hold{'s' * (good == 1)}{faults}"
