@@ -178,6 +178,28 @@ def difference_table(verdicts: Verdicts) -> Table:
     return Table("", ("cell", "printed", recomputed, *sizes), rows)
 
 
+def number_table(verdicts: Verdicts, entries: Sequence[LedgerEntry]) -> Table:
+    """Every number of a user's own paper beside ours, and the errata that nothing shows."""
+    rows = [
+        (n.cell.path.removeprefix("results."), n.cell.printed, _ours(n), n.cell.unit, verdict_words(n), n.block.where)
+        for n in verdicts.numbers
+    ]
+    failed = [f"erratum {e.erratum.id}: {e.proof.statement}" for e in entries if e.proof and not e.proof.holds]
+    return Table("", ("number", "printed", "recomputed", "unit", "verdict", "where"), rows, "\n".join(failed))
+
+
+def verdict_words(number: ComparedNumber) -> str:
+    """The verdict of a number with what belongs to it: errata, D, what is assumed, what it rests on."""
+    words = number.verdict
+    if number.errata:
+        words = f"after erratum {', '.join(number.errata)}"
+    if number.verdict == DIFFERS and number.miss is not None:
+        words = f"differs by {number.miss:+.3g}, {number.digits:+.3g} last digits"
+    if number.verdict == ASSUMED:
+        words = f"{'near' if number.near else 'not near'}, assumed: {', '.join(number.missing)}"
+    return f"{words}, {number.basis}" if number.outcome in BASIS_NOTES else words
+
+
 REPORT = "report.html"
 
 BASIS_NOTES = {

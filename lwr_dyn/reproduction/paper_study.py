@@ -100,6 +100,13 @@ class PaperStudy:
     data: PaperData
     formulas: Mapping[str, PaperFormula]
     proofs: Mapping[str, Prove]
+    own_file: str = ""
+    """Path of a user's own data file; empty for a paper of the package."""
+
+    @property
+    def robot(self) -> str:
+        """What opens the paper's tables: its name, or the path of its file."""
+        return self.own_file or self.name
 
     def with_data(
         self, tables: Mapping[str, Any] | None = None, results: Mapping[str, Any] | None = None

@@ -1,0 +1,240 @@
+"""A user's own paper: the printed results in its data file, `[[result]]`, recomputed and judged without any Python.
+
+    [[result]]
+    id = "b22"
+    where = "Table IV, b22"                 # where it is printed
+    printed = "0.1205"                      # text, so that its digits count; a list for all numbers of a quantity
+    unit = "kg m^2"
+    compute = "mass_matrix[2,2]"            # what it is, see `named_results`
+    q_deg = [0, 90, 0]                      # or q; with dq, ddq where the quantity takes them
+
+Further fields: `range` for a number that is read off a figure, `assumed` for conditions that the paper does not print,
+`errata` for those that may explain a difference (all of the file if not given), `note`.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.reader import paper_of_tables
+from lwr_dyn.arms.papers.schema import RESULT, Paper
+from lwr_dyn.checks.tables import arithmetic
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.fields import Fields, parse_toml
+from lwr_dyn.foundation.files import read_text
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.printed_number import printed_number
+from lwr_dyn.reproduction.case import PaperCase, PaperData, PaperFormula, Proof, Prove
+from lwr_dyn.reproduction.compare import AFTER, compare_numbers
+from lwr_dyn.reproduction.named_results import Formula, formula_of
+from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, study_document
+from lwr_dyn.reproduction.papers import SCHEMA, ResultBlock, Results, Study, results_of_tables
+
+STATE = ("q", "dq", "ddq")
+COLUMN = "printed"
+"""The column of every result: an erratum names the number `results.ID.printed[0]`."""
+_ID = re.compile(r"[A-Za-z]\w*")
+NEEDED = "a .toml with [[result]], as `lwr-dyn new paper` writes it"
+
+
+@dataclass(frozen=True, slots=True)
+class OwnResult:
+    """One `[[result]]`: its block in the form of a `results.toml`, and its formula."""
+
+    id: str
+    block: Mapping[str, Any]
+    formula: Formula
+
+
+def own_study(path: str | Path) -> PaperStudy:
+    """The study of a user's own data file, from its tables and its `[[result]]` alone.
+
+    Raises
+    ------
+    FileAccessError
+        A file that cannot be read.
+    PaperError
+        A breach of the schema, or a result that cannot be computed: which file, which field.
+    """
+    file = Path(path).name
+    tables = parse_toml(read_text(path, NEEDED), file)
+    paper = paper_of_tables(tables, file)
+    top = Fields(tables, file)
+    entries = top.tables(RESULT, default=[])
+    if not entries:
+        raise top.refuse(RESULT, "missing", f"tables [[{RESULT}]], as `lwr-dyn new paper` writes them")
+    found = [_result(fields, paper) for fields in entries]
+    raw: dict[str, Any] = {"schema": SCHEMA, "paper": paper.name}
+    for entry, fields in zip(found, entries, strict=True):
+        if entry.id in raw:
+            raise fields.refuse("id", f"{entry.id!r} twice", "each id once")
+        raw[entry.id] = entry.block
+    data = PaperData(tables, results_of_tables(raw, file), file)
+    formulas = {entry.formula.text: _paper_formula(entry.formula) for entry in found}
+    _check_values(data, found, entries)
+    failing = tuple(name for name in paper.reading_names[1:] if paper.left_in_place(name))
+    study = Study(0, f"{__name__}:run", "", failing_readings=failing)
+    own = PaperStudy(paper.name, study, data, formulas, {}, str(path))
+    return replace(own, proofs=_proofs(own))
+
+
+def run(_: Path, __: Arm, ___: Progress) -> Reproduction:
+    """Nothing beyond the results: a study in Python is for what they cannot say."""
+    return Reproduction(True, study_document())
+
+
+def _result(fields: Fields, paper: Paper) -> OwnResult:
+    name, where, unit = fields.text("id"), fields.text("where"), fields.text("unit")
+    if not _ID.fullmatch(name) or name in ("schema", "paper", "reading"):
+        raise fields.refuse("id", repr(name), "a letter, then letters, digits and _, such as b22")
+    texts = fields.take("printed", (str, list))
+    formula = _formula(fields, paper)
+    given = _state(fields, formula, paper)
+    cells = _printed(fields, "printed", texts, formula.shape(paper.n), formula.text)
+    _check_unit(fields, unit, formula, paper)
+    known = [e.id for e in paper.errata]
+    errata = fields.take("errata", list, default=known)
+    for unknown in (x for x in errata if x not in known):
+        raise fields.refuse("errata", repr(unknown), f"one of {', '.join(known) or 'none'}")
+    block = {
+        "where": where, "form": "table", "unit": unit, "compute": formula.text, "cells": {COLUMN: cells},
+        "given": given, "errata": errata, "note": fields.text("note", default=""),
+        "needs": list(fields.texts("assumed", default=())), "range_of": [COLUMN],
+    }  # fmt: skip
+    if isinstance(texts, str):
+        block["rows"] = [name]
+    spans = fields.take("range", list, default=None)
+    if spans is not None:
+        block |= {"form": "figure", "ranges": {COLUMN: [spans] if isinstance(texts, str) else spans}}
+    fields.refuse_unknown()
+    return OwnResult(name, block, formula)
+
+
+def _formula(fields: Fields, paper: Paper) -> Formula:
+    try:
+        return formula_of(fields.text("compute"), paper)
+    except OptionError as fault:
+        raise fields.refuse(fault.name, str(fault.found), fault.allowed) from None
+
+
+def _state(fields: Fields, formula: Formula, paper: Paper) -> dict[str, list[float]]:
+    """The given q, dq, ddq as the file has them: q in degrees under `q_deg`."""
+    given = {}
+    for name in STATE:
+        keys = (name, f"{name}_deg") if name == "q" else (name,)
+        values = {key: fields.row(key, paper.n, _row_words(key, paper)) for key in keys if key in fields.unread()}
+        if len(values) > 1:
+            raise fields.refuse("q", "given with q_deg", "one of them")
+        if name in formula.takes and not values:
+            raise fields.refuse(keys[-1], "missing", f"{_row_words(keys[-1], paper)}: {formula.text} needs it")
+        if name not in formula.takes and values:
+            raise fields.refuse(next(iter(values)), "given", f"left out: {formula.text} does not take it")
+        given |= {key: list(row) for key, row in values.items()}
+    return given
+
+
+def _row_words(key: str, paper: Paper) -> str:
+    units = {"q_deg": ("deg", "m"), "q": ("rad", "m"), "dq": ("rad/s", "m/s"), "ddq": ("rad/s^2", "m/s^2")}[key]
+    sliding = JointKind.PRISMATIC in paper.kinds
+    return f"a list of {paper.n} finite numbers, one a joint [{units[0]}{f', sliding {units[1]}' if sliding else ''}]"
+
+
+def _printed(fields: Fields, place: str, texts: Any, shape: tuple[int, ...], what: str) -> list[Any]:
+    """The texts as a column of a block: a number is a list of one, vectors and matrices are lists."""
+    if not shape:
+        return [_number(fields, place, texts)]
+    if not isinstance(texts, list) or len(texts) != shape[0]:
+        found = f"{len(texts)} entries" if isinstance(texts, list) else repr(texts)
+        one = ",".join("1" for _ in shape)
+        raise fields.refuse(place, found, f"a list of {shape[0]} for {what}; one number is {what}[{one}]")
+    if len(shape) == 1:
+        return [_number(fields, f"{place}[{i}]", text) for i, text in enumerate(texts)]
+    return [_printed(fields, f"{place}[{i}]", row, shape[1:], f"a row of {what}") for i, row in enumerate(texts)]
+
+
+def _number(fields: Fields, place: str, text: Any) -> str:
+    number = printed_number(text) if isinstance(text, str) else None
+    if number is None:
+        found = f"{text!r}, a number without its digits" if isinstance(text, int | float) else repr(text)
+        raise fields.refuse(place, found, 'a number as printed, in quotation marks: "2.924"')
+    return number.text
+
+
+def _check_unit(fields: Fields, name: str, formula: Formula, paper: Paper) -> None:
+    """Raise `PaperError` for an unknown unit, or one that a named quantity does not have."""
+    unit = arithmetic.unit_of(name)
+    if unit is None:
+        raise fields.refuse("unit", repr(name), 'units such as kg m^2, N m, mm, deg, "1" for a bare number')
+    turning = np.array([kind is JointKind.REVOLUTE for kind in paper.kinds], dtype=np.float64)
+    powers = formula.term.powers(turning) if formula.term else None
+    if powers is None:
+        return
+    different = {tuple(row): None for row in powers.reshape(-1, 3).tolist()}
+    if len(different) > 1:
+        raise fields.refuse("unit", repr(name), f"{formula.text} entry by entry: turning and sliding joints differ")
+    (wanted,) = different
+    if unit.powers[:3] != wanted:
+        has = arithmetic.in_words((*wanted, 0.0))
+        raise fields.refuse("unit", repr(name), f"a unit of {has}, which {formula.text} has")
+
+
+def _paper_formula(formula: Formula) -> PaperFormula:
+    """The formula as the function of a block; its first line is its text."""
+
+    def recompute(case: PaperCase, block: ResultBlock) -> Mapping[str, Any]:
+        return {COLUMN: _value(formula, case, block)}
+
+    recompute.__doc__ = formula.text
+    return PaperFormula(recompute)
+
+
+def _value(formula: Formula, case: PaperCase, block: ResultBlock) -> Any:
+    """In the printed unit, nested as the cells are."""
+    unit = arithmetic.unit_of(block.cells[0].unit)
+    value = formula.value(case.paper, lambda: case.arm, _si_state(case, block)) / (unit.factor if unit else 1.0)
+    return value.tolist() if formula.shape(case.n) else [float(value)]
+
+
+def _si_state(case: PaperCase, block: ResultBlock) -> dict[str, Array]:
+    state = {name: np.array(block.printed[name], dtype=np.float64) for name in STATE if name in block.printed}
+    if "q_deg" in block.printed:
+        q = np.array(block.printed["q_deg"], dtype=np.float64)
+        state["q"] = np.where(case.arm.chain.turning, np.radians(q), q)
+    return state
+
+
+def _check_values(data: PaperData, found: Sequence[OwnResult], entries: Sequence[Fields]) -> None:
+    """Raise `PaperError` for the first result that the tables give no value for, under the file's own reading."""
+    case = data.reading()
+    for entry, fields in zip(found, entries, strict=True):
+        try:
+            _value(entry.formula, case, case.block(entry.id))
+        except OptionError as fault:
+            raise fields.refuse("compute", str(fault.found), fault.allowed) from None
+        except (LwrDynError, ArithmeticError, ValueError) as fault:
+            allowed = "a result that the tables of the file give"
+            raise fields.refuse("compute", f"{entry.formula.text} has no value: {fault}", allowed) from None
+
+
+def _proofs(study: PaperStudy) -> dict[str, Prove]:
+    """For each erratum that the file calls proven: printed results follow with it, and do not without."""
+    return {e.id: _proof_of(e.id, study) for e in study.data.errata if e.status == "proven"}
+
+
+def _proof_of(erratum: str, study: PaperStudy) -> Prove:
+    def prove(data: PaperData) -> Proof:
+        numbers = compare_numbers(study, slow=True).numbers
+        shown = {n.cell.path.removeprefix("results."): n for n in numbers if n.verdict == AFTER and erratum in n.errata}
+        if not shown:
+            return Proof("no printed result of the file shows it: add one that does, or call it likely", False)
+        said = {name: f"printed {n.cell.printed}, with the erratum {n.value:.8g}" for name, n in shown.items()}
+        return Proof("these printed results follow with the erratum, and do not without it", True, said)
+
+    return prove
