@@ -155,14 +155,14 @@ class Term:
             whole = np.asarray(QUANTITIES[self.name].value(arm(), state), dtype=np.float64)
         else:
             whole = _column(paper, self.name)
-        return whole[tuple(i - 1 for i in self.index)]
+        return np.asarray(whole[tuple(i - 1 for i in self.index)])
 
     def powers(self, turning: Array) -> Powers | None:
         """Of metre, kilogram, second of its values; None for a column, whose unit stands in the file."""
         if self.name not in QUANTITIES:
             return None
         whole = QUANTITIES[self.name].powers(1.0 - turning)
-        return whole[tuple(i - 1 for i in self.index)]
+        return np.asarray(whole[tuple(i - 1 for i in self.index)])
 
 
 def _shape(name: str, n: int) -> tuple[int, ...]:
@@ -234,6 +234,7 @@ def formula_of(text: str, paper: Paper) -> Formula:
     OptionError
         No expression, an unknown name, an index beyond the joints, or an expression of what is not one number.
     """
+    text = text.strip()
     tree = arithmetic.parsed(text, indexed=True)
     if tree is None:
         raise OptionError("compute", repr(text), f"{FORM}, at most {arithmetic.LONGEST} characters")

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.reader import paper_of_tables
 from lwr_dyn.arms.papers.schema import RESULT, Paper
 from lwr_dyn.checks.tables import arithmetic
@@ -35,12 +34,12 @@ from lwr_dyn.reproduction.case import PaperCase, PaperData, PaperFormula, Proof,
 from lwr_dyn.reproduction.compare import AFTER, compare_numbers
 from lwr_dyn.reproduction.named_results import Formula, formula_of
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, study_document
-from lwr_dyn.reproduction.papers import SCHEMA, ResultBlock, Results, Study, results_of_tables
+from lwr_dyn.reproduction.papers import SCHEMA, ResultBlock, Study, results_of_tables
 
 STATE = ("q", "dq", "ddq")
 COLUMN = "printed"
 """The column of every result: an erratum names the number `results.ID.printed[0]`."""
-_ID = re.compile(r"[A-Za-z]\w*")
+_ID = re.compile(r"[A-Za-z]\w*", re.ASCII)
 NEEDED = "a .toml with [[result]], as `lwr-dyn new paper` writes it"
 
 
@@ -77,7 +76,7 @@ def own_study(path: str | Path) -> PaperStudy:
             raise fields.refuse("id", f"{entry.id!r} twice", "each id once")
         raw[entry.id] = entry.block
     data = PaperData(tables, results_of_tables(raw, file), file)
-    formulas = {entry.formula.text: _paper_formula(entry.formula) for entry in found}
+    formulas = {entry.block["compute"]: _paper_formula(entry) for entry in found}
     _check_values(data, found, entries)
     failing = tuple(name for name in paper.reading_names[1:] if paper.left_in_place(name))
     study = Study(0, f"{__name__}:run", "", failing_readings=failing)
@@ -91,10 +90,12 @@ def run(_: Path, __: Arm, ___: Progress) -> Reproduction:
 
 
 def _result(fields: Fields, paper: Paper) -> OwnResult:
-    name, where, unit = fields.text("id"), fields.text("where"), fields.text("unit")
+    name = fields.text("id")
     if not _ID.fullmatch(name) or name in ("schema", "paper", "reading"):
         raise fields.refuse("id", repr(name), "a letter, then letters, digits and _, such as b22")
-    texts = fields.take("printed", (str, list))
+    fields.path = f"{RESULT}.{name}"  # from here on messages name it
+    where, unit = fields.text("where"), fields.text("unit")
+    texts = fields.take("printed", object)
     formula = _formula(fields, paper)
     given = _state(fields, formula, paper)
     cells = _printed(fields, "printed", texts, formula.shape(paper.n), formula.text)
@@ -104,7 +105,7 @@ def _result(fields: Fields, paper: Paper) -> OwnResult:
     for unknown in (x for x in errata if x not in known):
         raise fields.refuse("errata", repr(unknown), f"one of {', '.join(known) or 'none'}")
     block = {
-        "where": where, "form": "table", "unit": unit, "compute": formula.text, "cells": {COLUMN: cells},
+        "where": where, "form": "table", "unit": unit, "compute": _words(formula, given), "cells": {COLUMN: cells},
         "given": given, "errata": errata, "note": fields.text("note", default=""),
         "needs": list(fields.texts("assumed", default=())), "range_of": [COLUMN],
     }  # fmt: skip
@@ -117,6 +118,15 @@ def _result(fields: Fields, paper: Paper) -> OwnResult:
     return OwnResult(name, block, formula)
 
 
+def _words(formula: Formula, given: Mapping[str, Sequence[float]]) -> str:
+    """The formula with the state that it is taken at: "gravity[2] at q = (0, 90) deg"."""
+    states = [
+        f"{key.removesuffix('_deg')} = ({', '.join(f'{x:g}' for x in row)}){' deg' if key.endswith('_deg') else ''}"
+        for key, row in given.items()
+    ]
+    return f"{formula.text} at {', '.join(states)}" if states else formula.text
+
+
 def _formula(fields: Fields, paper: Paper) -> Formula:
     try:
         return formula_of(fields.text("compute"), paper)
@@ -126,7 +136,7 @@ def _formula(fields: Fields, paper: Paper) -> Formula:
 
 def _state(fields: Fields, formula: Formula, paper: Paper) -> dict[str, list[float]]:
     """The given q, dq, ddq as the file has them: q in degrees under `q_deg`."""
-    given = {}
+    given: dict[str, list[float]] = {}
     for name in STATE:
         keys = (name, f"{name}_deg") if name == "q" else (name,)
         values = {key: fields.row(key, paper.n, _row_words(key, paper)) for key in keys if key in fields.unread()}
@@ -181,17 +191,18 @@ def _check_unit(fields: Fields, name: str, formula: Formula, paper: Paper) -> No
         raise fields.refuse("unit", repr(name), f"{formula.text} entry by entry: turning and sliding joints differ")
     (wanted,) = different
     if unit.powers[:3] != wanted:
-        has = arithmetic.in_words((*wanted, 0.0))
+        metre, kilogram, second = wanted
+        has = arithmetic.in_words((metre, kilogram, second, 0.0))
         raise fields.refuse("unit", repr(name), f"a unit of {has}, which {formula.text} has")
 
 
-def _paper_formula(formula: Formula) -> PaperFormula:
+def _paper_formula(entry: OwnResult) -> PaperFormula:
     """The formula as the function of a block; its first line is its text."""
 
     def recompute(case: PaperCase, block: ResultBlock) -> Mapping[str, Any]:
-        return {COLUMN: _value(formula, case, block)}
+        return {COLUMN: _value(entry.formula, case, block)}
 
-    recompute.__doc__ = formula.text
+    recompute.__doc__ = entry.block["compute"]
     return PaperFormula(recompute)
 
 
