@@ -158,7 +158,7 @@ COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
         "list": _row("list_", "Robots, readings and where their numbers come from."),
-        "new": _row("new", "Write a commented file to start from: arm, controller, study."),
+        "new": _row("new", "Write a commented file to start from: arm, paper, controller, study."),
         "show": _row("show", "An arm or a run in the browser: sliders, inertia, sources."),
         "urdf": _row("urdf", "Write a robot as URDF with its sidecars."),
         "dh": _row("dh", "Any arm as a DH table, standard or modified; as a data file."),

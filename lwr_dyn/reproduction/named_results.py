@@ -184,7 +184,7 @@ def _column(paper: Paper, name: str) -> Array:
 
 
 @dataclass(frozen=True, slots=True)
-class Formula:
+class ResultFormula:
     """What a result is: one term, or an expression of terms that are one number each."""
 
     text: str
@@ -226,7 +226,7 @@ class Formula:
         return np.array(value)
 
 
-def formula_of(text: str, paper: Paper) -> Formula:
+def formula_of(text: str, paper: Paper) -> ResultFormula:
     """The formula of a text, checked against the file's joints and columns.
 
     Raises
@@ -239,7 +239,7 @@ def formula_of(text: str, paper: Paper) -> Formula:
     if tree is None:
         raise OptionError("compute", repr(text), f"{FORM}, at most {arithmetic.LONGEST} characters")
     terms = tuple(_terms(tree, paper))
-    formula = Formula(text, tree, terms)
+    formula = ResultFormula(text, tree, terms)
     for term in terms if formula.term is None else ():
         if shape := term.shape(paper.n):
             one = ",".join("1" for _ in shape)

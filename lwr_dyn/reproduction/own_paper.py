@@ -24,7 +24,7 @@ from lwr_dyn.arms.papers.reader import paper_of_tables
 from lwr_dyn.arms.papers.schema import RESULT, Paper
 from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import LwrDynError, OptionError
+from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
 from lwr_dyn.foundation.fields import Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.model.arm import Arm
@@ -32,7 +32,7 @@ from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.printed_number import printed_number
 from lwr_dyn.reproduction.case import PaperCase, PaperData, PaperFormula, Proof, Prove
 from lwr_dyn.reproduction.compare import AFTER, compare_numbers
-from lwr_dyn.reproduction.named_results import Formula, formula_of
+from lwr_dyn.reproduction.named_results import ResultFormula, formula_of
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, study_document
 from lwr_dyn.reproduction.papers import SCHEMA, ResultBlock, Study, results_of_tables
 
@@ -49,7 +49,7 @@ class OwnResult:
 
     id: str
     block: Mapping[str, Any]
-    formula: Formula
+    formula: ResultFormula
 
 
 def own_study(path: str | Path) -> PaperStudy:
@@ -115,10 +115,15 @@ def _result(fields: Fields, paper: Paper) -> OwnResult:
     if spans is not None:
         block |= {"form": "figure", "ranges": {COLUMN: [spans] if isinstance(texts, str) else spans}}
     fields.refuse_unknown()
+    try:
+        results_of_tables({"schema": SCHEMA, "paper": paper.name, name: block}, paper.file)
+    except PaperError as fault:
+        at = fault.field.removeprefix(f"{name}.").replace(f"ranges.{COLUMN}", "range")
+        raise fields.refuse(at, str(fault.found), fault.allowed) from None
     return OwnResult(name, block, formula)
 
 
-def _words(formula: Formula, given: Mapping[str, Sequence[float]]) -> str:
+def _words(formula: ResultFormula, given: Mapping[str, Sequence[float]]) -> str:
     """The formula with the state that it is taken at: "gravity[2] at q = (0, 90) deg"."""
     states = [
         f"{key.removesuffix('_deg')} = ({', '.join(f'{x:g}' for x in row)}){' deg' if key.endswith('_deg') else ''}"
@@ -127,14 +132,14 @@ def _words(formula: Formula, given: Mapping[str, Sequence[float]]) -> str:
     return f"{formula.text} at {', '.join(states)}" if states else formula.text
 
 
-def _formula(fields: Fields, paper: Paper) -> Formula:
+def _formula(fields: Fields, paper: Paper) -> ResultFormula:
     try:
         return formula_of(fields.text("compute"), paper)
     except OptionError as fault:
         raise fields.refuse(fault.name, str(fault.found), fault.allowed) from None
 
 
-def _state(fields: Fields, formula: Formula, paper: Paper) -> dict[str, list[float]]:
+def _state(fields: Fields, formula: ResultFormula, paper: Paper) -> dict[str, list[float]]:
     """The given q, dq, ddq as the file has them: q in degrees under `q_deg`."""
     given: dict[str, list[float]] = {}
     for name in STATE:
@@ -177,7 +182,7 @@ def _number(fields: Fields, place: str, text: Any) -> str:
     return number.text
 
 
-def _check_unit(fields: Fields, name: str, formula: Formula, paper: Paper) -> None:
+def _check_unit(fields: Fields, name: str, formula: ResultFormula, paper: Paper) -> None:
     """Raise `PaperError` for an unknown unit, or one that a named quantity does not have."""
     unit = arithmetic.unit_of(name)
     if unit is None:
@@ -206,7 +211,7 @@ def _paper_formula(entry: OwnResult) -> PaperFormula:
     return PaperFormula(recompute)
 
 
-def _value(formula: Formula, case: PaperCase, block: ResultBlock) -> Any:
+def _value(formula: ResultFormula, case: PaperCase, block: ResultBlock) -> Any:
     """In the printed unit, nested as the cells are."""
     unit = arithmetic.unit_of(block.cells[0].unit)
     value = formula.value(case.paper, lambda: case.arm, _si_state(case, block)) / (unit.factor if unit else 1.0)
