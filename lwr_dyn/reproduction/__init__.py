@@ -12,6 +12,7 @@ named_results  What a result of a user's own paper may be: a quantity of the arm
                of columns
 own_paper      A user's own paper: the printed results in its data file, `[[result]]`, recomputed and judged without any
                Python
+own_runs       Closed loops of a user's own paper, `[run.NAME]`, whose errors, torques and speeds are printed results
 paper_page     The report page of a paper: printed numbers beside ours, errata with proofs, checks, audits, files
 paper_study    A paper with its formulas and proofs, and the result of reproducing it
 papers         Which papers can be reproduced: each folder of this package with a `results.toml`, described by its

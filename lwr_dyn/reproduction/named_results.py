@@ -26,9 +26,10 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, did_you_mean
 from lwr_dyn.kinematics.forward import flange_pose, jacobian
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.simulation.metrics import MILLI, Metrics
 
-State = Mapping[str, Array]
-"""q, dq, ddq (n,) of a result, those that it gives [rad, m, s]."""
+State = Mapping[str, Any]
+"""q, dq, ddq (n,) of a result, those that it gives [rad, m, s]; `run`, the `Metrics` of its closed loop."""
 Powers = Array
 """Of metre, kilogram and second, (..., 3) for a quantity of shape (...)."""
 JOINTS = PER_JOINT
@@ -37,7 +38,7 @@ JOINTS = PER_JOINT
 
 @dataclass(frozen=True, slots=True)
 class NamedQuantity:
-    """A quantity of an arm: what it is, which of q, dq, ddq it takes, its shape, its value and its unit."""
+    """A quantity of an arm: what it is, which of q, dq, ddq and run it takes, its shape, its value and its unit."""
 
     about: str
     takes: tuple[str, ...]
@@ -74,6 +75,40 @@ def _jacobian_powers(s: Array) -> Powers:
     length = np.vstack([np.tile(1.0 - s, (3, 1)), np.tile(-s, (3, 1))])
     return np.stack([length, np.zeros_like(length), np.zeros_like(length)], axis=-1)
 
+
+def _of_run(
+    about: str, per_joint: bool, value: Callable[[Metrics], Any], powers: Callable[[Array], Powers]
+) -> NamedQuantity:
+    shape = (JOINTS,) if per_joint else ()
+    return NamedQuantity(f"run: {about}", ("run",), shape, lambda _, x: value(x["run"]), powers)
+
+
+def _position(s: Array) -> Powers:
+    return np.stack([s, np.zeros_like(s), np.zeros_like(s)], axis=-1)
+
+
+METRE, SECOND = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+
+METRICS: dict[str, NamedQuantity] = {
+    "tip_rms": _of_run("error of the tip, RMS", False, lambda m: m.tip_rms_mm / MILLI, lambda _: METRE),
+    "tip_max": _of_run("error of the tip, largest", False, lambda m: m.tip_max_mm / MILLI, lambda _: METRE),
+    "position_rms": _of_run("error of a joint, RMS", True, lambda m: m.position_mrad.rms / MILLI, _position),
+    "position_mean": _of_run(
+        "error of a joint, mean of its size", True, lambda m: m.position_mrad.mean_abs / MILLI, _position
+    ),
+    "position_max": _of_run(
+        "error of a joint, largest", True,
+        lambda m: np.maximum(m.position_mrad.max, -m.position_mrad.min) / MILLI, _position,
+    ),
+    "peak_torque": _of_run("largest torque that acts", True, lambda m: m.peak_torque, _force),
+    "peak_command": _of_run("largest torque that the law asks for", True, lambda m: m.peak_command, _force),
+    "peak_speed": _of_run("largest speed", True, lambda m: m.peak_speed, lambda s: _position(s) - SECOND),
+    "saturated_s": _of_run(
+        "time beyond the torque limit", True, lambda m: m.saturated_s, lambda s: np.tile(SECOND, (len(s), 1))
+    ),
+    "limit_margin": _of_run("least distance from a position limit", True, lambda m: m.limit_margin, _position),
+}  # fmt: skip
+"""Name -> figure of a closed loop, by the names of a study of many (`lwr-dyn sweep`)."""
 
 QUANTITIES: dict[str, NamedQuantity] = {
     "mass_matrix": NamedQuantity(
@@ -121,6 +156,7 @@ QUANTITIES: dict[str, NamedQuantity] = {
         "sum of the masses of the moving links", (), (),
         lambda arm, _: sum(b.mass for b in arm.require_dynamics().bodies or ()), lambda _: np.array([0.0, 1.0, 0.0]),
     ),
+    **METRICS,
 }  # fmt: skip
 """Name -> quantity, as `compute` of a `[[result]]` takes it."""
 
@@ -139,7 +175,7 @@ class Term:
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """Which of q, dq, ddq it needs."""
+        """Which of q, dq, ddq, run it needs."""
         return QUANTITIES[self.name].takes if self.name in QUANTITIES else ()
 
     def shape(self, n: int) -> tuple[int, ...]:
@@ -198,9 +234,9 @@ class ResultFormula:
 
     @property
     def takes(self) -> tuple[str, ...]:
-        """Which of q, dq, ddq it needs, in this order."""
+        """Which of q, dq, ddq, run it needs, in this order."""
         needed = {name for term in self.terms for name in term.takes}
-        return tuple(name for name in ("q", "dq", "ddq") if name in needed)
+        return tuple(name for name in ("q", "dq", "ddq", "run") if name in needed)
 
     def shape(self, n: int) -> tuple[int, ...]:
         """Of its value for an arm of n joints."""

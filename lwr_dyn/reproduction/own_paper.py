@@ -6,13 +6,12 @@
     printed = "0.1205"                      # text, so that its digits count; a list for all numbers of a quantity
     unit = "kg m^2"
     compute = "mass_matrix[2,2]"            # what it is, see `named_results`
-    q_deg = [0, 90, 0]                      # or q; with dq, ddq where the quantity takes them
+    q_deg = [0, 90, 0]                      # or q; with dq, ddq or run (`own_runs`) where it takes them
 
 Further fields: `range` for a number that is read off a figure, `assumed` for conditions that the paper does not print,
 `errata` for those that may explain a difference (all of the file if not given), `note`.
 """
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.papers.reader import paper_of_tables
-from lwr_dyn.arms.papers.schema import RESULT, Paper
+from lwr_dyn.arms.papers.schema import RESULT, RUN, Paper
 from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
@@ -30,16 +29,16 @@ from lwr_dyn.foundation.files import read_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.printed_number import printed_number
-from lwr_dyn.reproduction.case import PaperCase, PaperData, PaperFormula, Proof, Prove
+from lwr_dyn.reproduction.case import COMPUTED, PaperCase, PaperData, PaperFormula, Proof, Prove
 from lwr_dyn.reproduction.compare import AFTER, compare_numbers
 from lwr_dyn.reproduction.named_results import ResultFormula, formula_of
-from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, study_document
+from lwr_dyn.reproduction.own_runs import NAME, NAMES, OwnRuns, read_runs
+from lwr_dyn.reproduction.paper_study import OwnFile, PaperStudy, Pictures, Progress, Reproduction, study_document
 from lwr_dyn.reproduction.papers import SCHEMA, ResultBlock, Study, results_of_tables
 
 STATE = ("q", "dq", "ddq")
 COLUMN = "printed"
 """The column of every result: an erratum names the number `results.ID.printed[0]`."""
-_ID = re.compile(r"[A-Za-z]\w*", re.ASCII)
 NEEDED = "a .toml with [[result]], as `lwr-dyn new paper` writes it"
 
 
@@ -69,35 +68,39 @@ def own_study(path: str | Path) -> PaperStudy:
     entries = top.tables(RESULT, default=[])
     if not entries:
         raise top.refuse(RESULT, "missing", f"tables [[{RESULT}]], as `lwr-dyn new paper` writes them")
-    found = [_result(fields, paper) for fields in entries]
+    runs = read_runs(tables, paper, Path(path).parent)
+    found = [_result(fields, paper, runs) for fields in entries]
     raw: dict[str, Any] = {"schema": SCHEMA, "paper": paper.name}
     for entry, fields in zip(found, entries, strict=True):
         if entry.id in raw:
             raise fields.refuse("id", f"{entry.id!r} twice", "each id once")
         raw[entry.id] = entry.block
     data = PaperData(tables, results_of_tables(raw, file), file)
-    formulas = {entry.block["compute"]: _paper_formula(entry) for entry in found}
-    _check_values(data, found, entries)
+    formulas = {entry.block["compute"]: _paper_formula(entry, runs) for entry in found}
+    _check_values(data, found, entries, runs)
     failing = tuple(name for name in paper.reading_names[1:] if paper.left_in_place(name))
-    study = Study(0, f"{__name__}:run", "", failing_readings=failing)
-    own = PaperStudy(paper.name, study, data, formulas, {}, str(path))
+    study = Study(0, "", "", failing_readings=failing)
+
+    def run(_: Path, __: Arm, progress: Progress) -> Reproduction:
+        """The runs, for their files and audits; a study in Python is for what results cannot say."""
+        progress("runs")
+        simulated = tuple((name, f"{name}.npz", runs.run(name, data.reading())) for name in runs.rows)
+        return Reproduction(True, study_document(), pictures=Pictures(simulated=simulated))
+
+    own = PaperStudy(paper.name, study, data, formulas, {}, OwnFile(str(path), run))
     return replace(own, proofs=_proofs(own))
 
 
-def run(_: Path, __: Arm, ___: Progress) -> Reproduction:
-    """Nothing beyond the results: a study in Python is for what they cannot say."""
-    return Reproduction(True, study_document())
-
-
-def _result(fields: Fields, paper: Paper) -> OwnResult:
+def _result(fields: Fields, paper: Paper, runs: OwnRuns) -> OwnResult:
     name = fields.text("id")
-    if not _ID.fullmatch(name) or name in ("schema", "paper", "reading"):
-        raise fields.refuse("id", repr(name), "a letter, then letters, digits and _, such as b22")
+    if not NAME.fullmatch(name) or name in ("schema", "paper", "reading"):
+        raise fields.refuse("id", repr(name), NAMES)
     fields.path = f"{RESULT}.{name}"  # from here on messages name it
     where, unit = fields.text("where"), fields.text("unit")
     texts = fields.take("printed", object)
     formula = _formula(fields, paper)
     given = _state(fields, formula, paper)
+    _check_run(fields, formula, runs, given)
     cells = _printed(fields, "printed", texts, formula.shape(paper.n), formula.text)
     _check_unit(fields, unit, formula, paper)
     known = [e.id for e in paper.errata]
@@ -123,12 +126,12 @@ def _result(fields: Fields, paper: Paper) -> OwnResult:
     return OwnResult(name, block, formula)
 
 
-def _words(formula: ResultFormula, given: Mapping[str, Sequence[float]]) -> str:
-    """The formula with the state that it is taken at: "gravity[2] at q = (0, 90) deg"."""
-    states = [
-        f"{key.removesuffix('_deg')} = ({', '.join(f'{x:g}' for x in row)}){' deg' if key.endswith('_deg') else ''}"
-        for key, row in given.items()
-    ]
+def _words(formula: ResultFormula, given: Mapping[str, Any]) -> str:
+    """The formula with the state that it is taken at: "gravity[2] at q = (0, 90) deg", "tip_rms at run move"."""
+    states = []
+    for key, row in given.items():
+        name, degrees = key.removesuffix("_deg"), " deg" if key.endswith("_deg") else ""
+        states.append(f"run {row}" if key == "run" else f"{name} = ({', '.join(f'{x:g}' for x in row)}){degrees}")
     return f"{formula.text} at {', '.join(states)}" if states else formula.text
 
 
@@ -139,9 +142,9 @@ def _formula(fields: Fields, paper: Paper) -> ResultFormula:
         raise fields.refuse(fault.name, str(fault.found), fault.allowed) from None
 
 
-def _state(fields: Fields, formula: ResultFormula, paper: Paper) -> dict[str, list[float]]:
+def _state(fields: Fields, formula: ResultFormula, paper: Paper) -> dict[str, Any]:
     """The given q, dq, ddq as the file has them: q in degrees under `q_deg`."""
-    given: dict[str, list[float]] = {}
+    given: dict[str, Any] = {}
     for name in STATE:
         keys = (name, f"{name}_deg") if name == "q" else (name,)
         values = {key: fields.row(key, paper.n, _row_words(key, paper)) for key in keys if key in fields.unread()}
@@ -153,6 +156,18 @@ def _state(fields: Fields, formula: ResultFormula, paper: Paper) -> dict[str, li
             raise fields.refuse(next(iter(values)), "given", f"left out: {formula.text} does not take it")
         given |= {key: list(row) for key, row in values.items()}
     return given
+
+
+def _check_run(fields: Fields, formula: ResultFormula, runs: OwnRuns, given: dict[str, Any]) -> None:
+    """Add the name of the run, where the formula takes one; raise `PaperError` for none of that name."""
+    if "run" not in formula.takes:
+        if "run" in fields.unread():
+            raise fields.refuse("run", "given", f"left out: {formula.text} does not take it")
+        return
+    names = tuple(runs.rows)
+    if not names:
+        raise fields.refuse("compute", formula.text, f"with a table [{RUN}.NAME], of which the file has none")
+    given["run"] = fields.choice("run", names)
 
 
 def _row_words(key: str, paper: Paper) -> str:
@@ -201,20 +216,24 @@ def _check_unit(fields: Fields, name: str, formula: ResultFormula, paper: Paper)
         raise fields.refuse("unit", repr(name), f"a unit of {has}, which {formula.text} has")
 
 
-def _paper_formula(entry: OwnResult) -> PaperFormula:
+def _paper_formula(entry: OwnResult, runs: OwnRuns) -> PaperFormula:
     """The formula as the function of a block; its first line is its text."""
 
     def recompute(case: PaperCase, block: ResultBlock) -> Mapping[str, Any]:
-        return {COLUMN: _value(entry.formula, case, block)}
+        return {COLUMN: _value(entry.formula, case, block, runs)}
 
     recompute.__doc__ = entry.block["compute"]
-    return PaperFormula(recompute)
+    simulated = "run" in entry.formula.takes
+    return PaperFormula(recompute, simulated, COMPUTED if simulated else "")
 
 
-def _value(formula: ResultFormula, case: PaperCase, block: ResultBlock) -> Any:
+def _value(formula: ResultFormula, case: PaperCase, block: ResultBlock, runs: OwnRuns) -> Any:
     """In the printed unit, nested as the cells are."""
     unit = arithmetic.unit_of(block.cells[0].unit)
-    value = formula.value(case.paper, lambda: case.arm, _si_state(case, block)) / (unit.factor if unit else 1.0)
+    state: dict[str, Any] = _si_state(case, block)
+    if "run" in block.printed:
+        state["run"] = runs.metrics(block.printed["run"], case)
+    value = formula.value(case.paper, lambda: case.arm, state) / (unit.factor if unit else 1.0)
     return value.tolist() if formula.shape(case.n) else [float(value)]
 
 
@@ -226,12 +245,12 @@ def _si_state(case: PaperCase, block: ResultBlock) -> dict[str, Array]:
     return state
 
 
-def _check_values(data: PaperData, found: Sequence[OwnResult], entries: Sequence[Fields]) -> None:
+def _check_values(data: PaperData, found: Sequence[OwnResult], entries: Sequence[Fields], runs: OwnRuns) -> None:
     """Raise `PaperError` for the first result that the tables give no value for, under the file's own reading."""
     case = data.reading()
     for entry, fields in zip(found, entries, strict=True):
         try:
-            _value(entry.formula, case, case.block(entry.id))
+            _value(entry.formula, case, case.block(entry.id), runs)
         except OptionError as fault:
             raise fields.refuse("compute", str(fault.found), fault.allowed) from None
         except (LwrDynError, ArithmeticError, ValueError) as fault:

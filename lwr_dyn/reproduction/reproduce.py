@@ -3,6 +3,7 @@
 What audits show about a paper's tables, as sections of its page: lint, conventions, sensitivity to the reading.
 """
 
+import re
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Annotated, Any, TypedDict
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, open_readings, readings
-from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.arms.urdf.model_files import model_files, model_stem
 from lwr_dyn.checks.arm.run_checks import CheckReport, check_arm
 from lwr_dyn.checks.conventions.evidence import packaged_evidence
 from lwr_dyn.checks.conventions.printed_table import printed_table
@@ -209,7 +210,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     own = {keyword: value for keyword, value in options.items() if keyword != SENSITIVITY.keyword}
     progress("models and checks")
     reports = models_and_checks(make_folder(place), study.robot)
-    result = study.study.load("run")(place, arm_from_paper(study.data.paper), progress, **own)
+    result = study.run(place, arm_from_paper(study.data.paper), progress, **own)
     pictures = result.pictures.write(place)
     progress("verdicts and proofs")
     verdicts = with_bases(study, compare_numbers(study, slow=True, known=result.known))
@@ -239,7 +240,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     ]  # fmt: skip
     document = Document("", "", [
         _papers(), Section("", head, there=True), Section("", [count_table({study.name: summary})]),
-        Section("", [number_table(verdicts, entries) if study.own_file else differing]), *checked,
+        Section("", [number_table(verdicts, entries) if study.own else differing]), *checked,
         *(Section("", [replace(one, value=audits.get(str(one.key)))], there=one.key in audits) for one in AUDITS),
         Section("", [_held(holds)]),
     ], "lwr-dyn reproduce")  # fmt: skip
@@ -257,7 +258,8 @@ def models_and_checks(place: Path, robot: str) -> list[CheckReport]:
     reports = []
     for paper in open_readings(robot):
         arm = arm_from_paper(paper)
-        write_folder(place / "models", model_files(arm))
+        stem = re.sub(r"[^\w.-]", "_", model_stem(arm))[:100]  # names in a user's file name no other folder
+        write_folder(place / "models", model_files(arm, stem))
         reports.append(check_arm(arm, paper))
     write_folder(place, {"checks.txt": "\n\n".join(report.table().text() for report in reports) + "\n"})
     return reports

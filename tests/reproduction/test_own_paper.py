@@ -201,3 +201,12 @@ def test_a_file_without_results(tmp_path):
     (tmp_path / "arm.toml").write_text(TEXT, encoding="utf-8")
     with pytest.raises(LwrDynError, match=r"arm.toml: result: missing; allowed: tables \[\[result\]\]"):
         own_study(tmp_path / "arm.toml")
+
+
+def test_names_of_the_file_name_no_other_folder(written, tmp_path):
+    away = written(('name = "two_links"', 'name = "../../two links"'))
+    reproduce(away, tmp_path / "a" / "out")
+    assert sorted(p.name for p in (tmp_path / "a" / "out" / "models").iterdir()) == [
+        ".._.._two_links_printed.provenance.json", ".._.._two_links_printed.urdf", ".._.._two_links_printed.xml"
+    ]  # fmt: skip
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "two.toml"]

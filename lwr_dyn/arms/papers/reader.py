@@ -146,6 +146,7 @@ def paper_of_tables(
     if "dh" not in printed:
         raise top.refuse("dh", "missing", "a table of DH columns")
     top.take(schema.RESULT, list, default=[])
+    top.take(schema.RUN, dict, default={})
     top.refuse_unknown()
     tables = copy.deepcopy(printed)
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)
