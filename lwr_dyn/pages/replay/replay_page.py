@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.loading import arm_of
-from lwr_dyn.arms.urdf.geometry import Primitive, floor_height, primitives, stand_foot
+from lwr_dyn.arms.urdf.geometry import Primitive, floor_height, primitives
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.foundation.files import write_file
@@ -34,7 +34,10 @@ from lwr_dyn.pages.replay.look import font_faces, look_css, tokens
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
 from lwr_dyn.simulation.metrics import stop_contacts, tip_model
 
-PLAYER = ("numbers.js", "drawing.js", "stage.js", "strip.js", "player.js")
+STAGE = ("numbers.js", "drawing.js", "framing.js", "stage.js")
+"""The scripts of the stage, in their order."""
+
+PLAYER = (*STAGE, "strip.js", "player.js")
 """The scripts of the player, in their order."""
 
 SMALLEST = 1e-290
@@ -294,7 +297,6 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "base": column_major(ends_of(arm.installation)[0]),
         "native": [column_major(link.after) for link in arm.chain.links],
         "floor": floor_height(arm),
-        "foot": stand_foot(arm).tolist(),
         "samples": [int(keep.size), int(run.t.size)],
         "t": pack_int32(run.t[keep]),
         "q": pack_int32(run.q[keep]),
