@@ -1,5 +1,6 @@
 """The opening camera holds arm, paths and base in the part of the window that the panels leave, at every width."""
 
+import itertools
 import re
 from pathlib import Path
 
@@ -18,7 +19,8 @@ ROOT = Path(__file__).parents[3]
 WIDTHS = (1600, 1024, 800, 420)
 FILLED = 0.7
 """Of the free part, in the direction that is tighter: an arm that is a dot in the distance is framed as badly."""
-BOXES = """const { stage } = lwrReplay, { viewer } = stage, { camera } = viewer, pane = stage.pane.getBoundingClientRect();
+BOXES = """const { stage } = lwrReplay, { viewer } = stage, { camera } = viewer;
+const pane = stage.pane.getBoundingClientRect();
 const box = [Infinity, Infinity, -Infinity, -Infinity], point = new THREE.Vector3();
 const hold = (part) => {
   if (!part.visible) return;
@@ -27,7 +29,10 @@ const hold = (part) => {
     for (let k = 0; k < position.count; k += 1) {
       point.fromBufferAttribute(position, k).applyMatrix4(part.matrixWorld).project(camera);
       const x = pane.left + ((point.x + 1) / 2) * pane.width, y = pane.top + ((1 - point.y) / 2) * pane.height;
-      [box[0], box[1], box[2], box[3]] = [Math.min(box[0], x), Math.min(box[1], y), Math.max(box[2], x), Math.max(box[3], y)];
+      [x, y].forEach((at, i) => {
+        box[i] = Math.min(box[i], at);
+        box[i + 2] = Math.max(box[i + 2], at);
+      });
     }
   }
   part.children.forEach(hold);
@@ -96,9 +101,11 @@ def test_arms_beside_each_other_do_not_touch(browser, tmp_path):
     replay_page.write_replay(path, runs, arms, layout="beside")
     opened(browser, path.as_uri())
     spans = browser.execute_script(
-        """const { stage } = lwrReplay, right = new THREE.Vector3(-Math.sin(stage.azimuth), Math.cos(stage.azimuth), 0);
+        """const { stage } = lwrReplay, point = new THREE.Vector3();
+        const inScene = stage.scene().matrixWorld.clone().invert();
+        const right = new THREE.Vector3(-Math.sin(stage.azimuth), Math.cos(stage.azimuth), 0);
         return stage.runs.map((run) => {
-          const span = [Infinity, -Infinity], inScene = stage.scene().matrixWorld.clone().invert(), point = new THREE.Vector3();
+          const span = [Infinity, -Infinity];
           [0, 2, 4, 6].forEach((t) => {
             lwrReplay.setTime(t);
             stage.scene().updateMatrixWorld(true);
@@ -106,7 +113,8 @@ def test_arms_beside_each_other_do_not_touch(browser, tmp_path):
               if (!part.isMesh || part.renderOrder > 0) return;
               const { position } = part.geometry.attributes;
               for (let k = 0; k < position.count; k += 1) {
-                const x = point.fromBufferAttribute(position, k).applyMatrix4(part.matrixWorld).applyMatrix4(inScene).dot(right);
+                point.fromBufferAttribute(position, k).applyMatrix4(part.matrixWorld).applyMatrix4(inScene);
+                const x = point.dot(right);
                 span[0] = Math.min(span[0], x);
                 span[1] = Math.max(span[1], x);
               }
@@ -115,7 +123,7 @@ def test_arms_beside_each_other_do_not_touch(browser, tmp_path):
           return span;
         })"""
     )
-    assert all(one[1] < other[0] for one, other in zip(spans[:-1], spans[1:], strict=True))
+    assert all(one[1] < other[0] for one, other in itertools.pairwise(spans))
 
 
 def test_a_view_that_was_turned_stays_when_a_card_is_folded(browser, tmp_path, arm):
