@@ -97,4 +97,4 @@ def _travels(arm: Arm, shapes: Sequence[Primitive]) -> Array:
             reached += _TRAVEL if low is None or up is None else max(abs(low), abs(up))
         upto[link.link] = reached
     at = np.array([upto.get(shape.link, reached) for shape in shapes])
-    return np.abs(at[:, None] - at)
+    return np.asarray(np.abs(at[:, None] - at))
