@@ -106,4 +106,5 @@ def pinocchio_dynamics(arm: Arm, rotors: str = "armature") -> Gated[PinocchioCal
     chain = chain_with_dynamics(arm)
     # B_11 of a sliding first joint is the mass of the arm, whatever q is
     slow = ("mass_matrix",) if chain.links[0].kind is JointKind.PRISMATIC else ()
-    return Gated("pinocchio", arm.n, PinocchioCalls(pinocchio_model(arm)), slow=slow)
+    maker = pinocchio_dynamics, (arm, rotors)
+    return Gated("pinocchio", arm.n, PinocchioCalls(pinocchio_model(arm)), slow=slow, maker=maker)

@@ -320,7 +320,7 @@ def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
     energy = partial(_single_state, batch)
     single.mechanical_energy = lambda q, dq: energy("kinetic_energy", q, dq) + energy("potential_energy", q)
     batched = SimpleNamespace(**{function: partial(_over_rows, getattr(batch, function)) for function in FUNCTIONS})
-    engine = Gated("kernels", arm.n, single, batched)
+    engine = Gated("kernels", arm.n, single, batched, maker=(kernel_engine, (arm, rotors)))
     for function in FUNCTIONS:
         setattr(engine, function, _unread(batch, function, getattr(engine, function)))
     return engine
