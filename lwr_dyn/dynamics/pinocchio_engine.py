@@ -100,6 +100,9 @@ class PinocchioCalls:
         self.torque_regressor = partial(pin.computeJointTorqueRegressor, model, self.data)  # no rotors
         self.mechanical_energy = partial(pin.computeMechanicalEnergy, model, self.data)
 
+    def __reduce__(self) -> tuple[type["PinocchioCalls"], tuple[PinocchioModel]]:
+        return PinocchioCalls, (self.model,)
+
 
 def pinocchio_dynamics(arm: Arm, rotors: str = "armature") -> Gated[PinocchioCalls]:
     """The engine "pinocchio", whose rotors are "armature"; raises `MissingDataError` for an arm without inertias."""

@@ -183,7 +183,9 @@ class Gated(Generic[Ungated]):
 
     def __reduce__(self) -> tuple[Call, tuple[Any, ...]]:
         if self.maker is None:
-            raise PicklingError(f"engine {self.name} does not say how it is made; lwr_dyn.dynamics_of makes one that does")
+            raise PicklingError(
+                f"engine {self.name} does not say how it is made; lwr_dyn.dynamics_of makes one that does"
+            )
         return self.maker
 
     def __repr__(self) -> str:
