@@ -16,6 +16,7 @@ def test_both_tables_with_what_they_leave(printed):
     out = printed("dh", UR10, "--tip", "tool0")
     assert "standard DH" in out
     assert "modified DH" in out
+    assert out.count("  d [m]") == out.count("theta [deg]") == 2
     assert out.count("flange by the table against the model:") == 2
     assert "shoulder_lift_joint  0.612   0            0         q" in out
 

@@ -159,3 +159,16 @@ def test_a_missing_name_and_a_name_that_is_no_function_are_said(names):
         Expressions()("prefix(1)", names)
     with pytest.raises(ExpressionError, match="a call of factorial"):
         Expressions()("factorial(3)", names)
+
+
+def test_values_of_many_levels_are_refused(names):
+    deep = [1]
+    for _ in range(45):
+        deep = [deep]
+    names._setitem("deep", deep, unevaluated=False)
+    assert Expressions()("len(deep)", names) == 1
+    for _ in range(10):
+        deep = [deep]
+    names._setitem("deeper", deep, unevaluated=False)
+    with pytest.raises(ExpressionError, match="a value of more than 50 levels"):
+        Expressions()("len(deeper)", names)

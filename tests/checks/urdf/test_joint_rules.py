@@ -5,7 +5,7 @@ import re
 import pytest
 
 from lwr_dyn.checks.urdf.document import document_of
-from lwr_dyn.checks.urdf.inertial_rules import arm_size, half_digit
+from lwr_dyn.checks.urdf.inertial_rules import arm_size, half_digit, placeholders
 from lwr_dyn.checks.urdf.joint_rules import angles_in_degrees, angles_of_quaternions, several_roots, velocity_in_degrees
 from lwr_dyn.checks.urdf.lint import RULES, explanation, lint_document
 from lwr_dyn.checks.urdf.reports import grouped
@@ -159,7 +159,15 @@ def test_the_angles_of_a_quaternion_and_other_angles():
     text = GOOD.replace('<origin xyz="0.0 0.0 0.45"', '<origin rpy="0.70710678 0 0" xyz="0.0 0.0 0.45"', 1)
     (found,) = angles_of_quaternions(document_of(text, "f"))
     assert found.instead.startswith('<origin rpy="1.5708 0 0"')
-    for rpy in ("0.7 0 0", "0.5 0 0", "0.785398 0 0", "1.5708 0 3.14159", "0.71 0.71 0", "0.5 0.5 0"):
+    for rpy in (
+        "0.7 0 0",
+        "0.5 0 0",
+        "0.785398 0 0",
+        "1.5708 0 3.14159",
+        "0.7073 0.7073 0",
+        "0.71 0.71 0",
+        "0.5 0.5 0",
+    ):
         text = GOOD.replace('<origin xyz="0.0 0.0 0.45"', f'<origin rpy="{rpy}" xyz="0.0 0.0 0.45"', 1)
         assert list(angles_of_quaternions(document_of(text, "f"))) == []
 
@@ -179,6 +187,18 @@ def test_stand_ins_and_foreign_elements_stay_silent():
         '<drake:collision_filter_group name="g"/></robot>',
     )
     assert lint_document(document_of(text, "f")).findings == ()
+
+
+@pytest.mark.parametrize(("moment", "found"), [("0.001", True), ("1", True), ("0.0037", False), ("0.00100001", False)])
+def test_three_equal_moments_are_a_stand_in_where_they_are_round(moment, found):
+    tensor = f'<inertia ixx="{moment}" iyy="{moment}" izz="{moment}" ixy="0" ixz="0" iyz="0"/>'
+    document = document_of(re.sub(r"<inertia [^>]*/>", tensor, GOOD, count=1), "f")
+    assert bool(list(placeholders(document))) == found
+
+
+def test_an_element_that_is_not_known_names_its_place():
+    findings = lint_document(document_of(GOOD.replace("</robot>", '<limk name="x"/></robot>'), "f")).findings
+    assert any("limk x" in f.subject for f in findings if "<limk>" in f.what)
 
 
 def test_a_link_without_mass_between_two_joints_is_a_note():
