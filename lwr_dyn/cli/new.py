@@ -77,6 +77,7 @@ def paper_template(file: str, name: str, joints: str = "RRRRRR", convention: str
     text = (files("lwr_dyn.cli") / "new_paper.txt").read_text(encoding="utf-8")
     listed = (f"  {key:16} {quantity.about}" for key, quantity in QUANTITIES.items())
     texts = {"file": file, "quantities": "\n#              ".join(listed), "results": _example_results(tables, joints)}
+    texts |= {"zeros": str([0] * len(joints)), "ends": str([30 if letter == "R" else 0.1 for letter in joints])}
     for key, value in texts.items():
         text = text.replace(f"@@{key}@@", value)
     return tables + text

@@ -265,7 +265,8 @@ def _proofs(study: PaperStudy) -> dict[str, Prove]:
 
 def _proof_of(erratum: str, study: PaperStudy) -> Prove:
     def prove(data: PaperData) -> Proof:
-        numbers = compare_numbers(study, slow=True).numbers
+        fitted = {at for e in data.errata if e.id == erratum for patch in e.patches for at in patch.fitted_to}
+        numbers = [n for n in compare_numbers(study, slow=True).numbers if n.cell.path not in fitted]
         shown = {n.cell.path.removeprefix("results."): n for n in numbers if n.verdict == AFTER and erratum in n.errata}
         if not shown:
             return Proof("no printed result of the file shows it: add one that does, or call it likely", False)

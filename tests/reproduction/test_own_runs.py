@@ -127,7 +127,7 @@ BAD = {
     "an odd option": ("to-deg", "to-dge", "run.move.task.to-dge: unknown field (did you mean to-deg?)"),
     "a rate of zero": ("rate = 500", "rate = 0", "run.move.rate: 0; allowed: "),
     "another field": ("rate = 500", "rates = 500", "run.move.rates: unknown field"),
-    "another unit": ('unit = "mm"\ncompute', 'unit = "N m"\ncompute', "result.tip.unit: 'N m'; allowed: a unit of m, which tip_max has"),
+    "another unit": ('unit = "mm"\ncompute', 'unit = "N m"\ncompute', "a unit of m, which tip_max has"),
 }  # fmt: skip
 
 
