@@ -85,6 +85,19 @@ def test_an_erratum_explains_and_is_proven_by_what_follows_with_it(written, tmp_
     assert lost(tmp_path / "out") == []
 
 
+def test_many_errata_are_not_tried_in_all_combinations(written):
+    """Of nine errata a result tries those of the reading and those that it names."""
+    start = LOST_POINT.partition("[reading")[0]
+    more = start + "".join(
+        start.replace('"mass-2"', f'"other-{k}"').replace("inertial.mass.values[1]", f"results.reach.x{k}")
+        for k in range(8)
+    )
+    heavy = ("values = [2.0, 1.5]", "values = [2.0, 15]")
+    assert verdicts(written(heavy, more=more))["b11.printed[0]"] == "differs"
+    named = ('unit = "kg m^2"\ncompute', 'unit = "kg m^2"\nerrata = ["mass-2"]\ncompute')
+    assert verdicts(written(heavy, named, more=more))["b11.printed[0]"] == "after erratum"
+
+
 def test_the_result_that_a_value_was_read_from_is_no_evidence(written):
     """With every number as the source of the mass nothing shows the erratum; with one, the others do."""
     texts = [f"results.{name}" for name in NAMES]

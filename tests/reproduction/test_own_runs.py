@@ -93,7 +93,7 @@ effect = "torques"
 status = "proven"
 patch = [{ at = "inertial.mass.values[1]", printed = 15, read = 1.5 }]
 """
-    first = erratum + result("peak", "peak_torque[1]", "N m", f"{peak:.2f}") + "[[result]]"
+    first = erratum + result("peak", "peak_torque[1]", "N m", f"{peak:.2f}") + 'errata = ["mass-2"]\n[[result]]'
     path = written(("values = [2.0, 1.5]", "values = [2.0, 15]"), ("[[result]]", first))
     (number, *_) = compare_numbers(own_study(path), slow=True).numbers
     assert (number.verdict, number.errata) == ("after erratum", ("mass-2",))
