@@ -72,11 +72,17 @@ def paper_template(file: str, name: str, joints: str = "RRRRRR", convention: str
     True
     """
     from lwr_dyn.reproduction.named_results import QUANTITIES
+    from lwr_dyn.reproduction.own_paper import FEW
 
     tables = template(file, name, joints, convention)
     text = (files("lwr_dyn.cli") / "new_paper.txt").read_text(encoding="utf-8")
     listed = (f"  {key:16} {quantity.about}" for key, quantity in QUANTITIES.items())
     texts = {"file": file, "quantities": "\n#              ".join(listed), "results": _example_results(tables, joints)}
+    texts |= {
+        "few": str(FEW),
+        "zeros": str([0] * len(joints)),
+        "ends": str([30 if letter == "R" else 0.1 for letter in joints]),
+    }
     for key, value in texts.items():
         text = text.replace(f"@@{key}@@", value)
     return tables + text

@@ -9,7 +9,7 @@
     q_deg = [0, 90, 0]                      # or q; with dq, ddq or run (`own_runs`) where it takes them
 
 Further fields: `range` for a number that is read off a figure, `assumed` for conditions that the paper does not print,
-`errata` for those that may explain a difference (all of the file if not given), `note`.
+`errata` for those that may explain a difference beside those of the file's reading (see `FEW`), `note`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,6 +37,8 @@ from lwr_dyn.reproduction.paper_study import OwnFile, PaperStudy, Pictures, Prog
 from lwr_dyn.reproduction.papers import SCHEMA, ResultBlock, Study, results_of_tables
 
 STATE = ("q", "dq", "ddq")
+FEW = 8
+"""So many errata are all tried for each result; of more, and for a run, those of the reading and those it names."""
 COLUMN = "printed"
 """The column of every result: an erratum names the number `results.ID.printed[0]`."""
 NEEDED = "a .toml with [[result]], as `lwr-dyn new paper` writes it"
@@ -104,7 +106,8 @@ def _result(fields: Fields, paper: Paper, runs: OwnRuns) -> OwnResult:
     cells = _printed(fields, "printed", texts, formula.shape(paper.n), formula.text)
     _check_unit(fields, unit, formula, paper)
     known = [e.id for e in paper.errata]
-    errata = fields.take("errata", list, default=known)
+    few = len(known) <= FEW and "run" not in formula.takes
+    errata = fields.take("errata", list, default=known if few else [])
     for unknown in (x for x in errata if x not in known):
         raise fields.refuse("errata", repr(unknown), f"one of {', '.join(known) or 'none'}")
     block = {
@@ -265,7 +268,8 @@ def _proofs(study: PaperStudy) -> dict[str, Prove]:
 
 def _proof_of(erratum: str, study: PaperStudy) -> Prove:
     def prove(data: PaperData) -> Proof:
-        numbers = compare_numbers(study, slow=True).numbers
+        fitted = {at for e in data.errata if e.id == erratum for patch in e.patches for at in patch.fitted_to}
+        numbers = [n for n in compare_numbers(study, slow=True).numbers if n.cell.path not in fitted]
         shown = {n.cell.path.removeprefix("results."): n for n in numbers if n.verdict == AFTER and erratum in n.errata}
         if not shown:
             return Proof("no printed result of the file shows it: add one that does, or call it likely", False)

@@ -1,7 +1,10 @@
-"""The study to start from: it is read as it stands, names every path, and is not written over another file."""
+"""A study and a paper to start from: both run as they stand, and are not written over another file."""
 
 import pytest
 
+from lwr_dyn.reproduction.compare import compare_numbers
+from lwr_dyn.reproduction.named_results import QUANTITIES
+from lwr_dyn.reproduction.own_paper import own_study
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS, parameter_path
 
@@ -48,3 +51,35 @@ def test_paths_know_how_many_numbers_they_have():
     }  # fmt: skip
     assert {path: len(parameter_path(path, 7).columns(7)) for path in counts} == counts
     assert parameter_path("controller.omega-n", 7).option == "omega_n"
+
+
+@pytest.mark.parametrize(
+    ("joints", "convention"), [("RRRRRR", "standard"), ("RRPR", "modified"), ("P", "standard"), ("RP", "modified")]
+)
+def test_the_paper_is_reproduced_as_it_stands(joints, convention, printed, folder):
+    out = printed("new", "paper", "first.toml", "--joints", joints, "--convention", convention)
+    assert out == "wrote first.toml; next: fill it in, then  lwr-dyn reproduce first.toml\n"
+    numbers = compare_numbers(own_study("first.toml")).numbers
+    assert [n.verdict for n in numbers] == ["reproduced"] * 5
+    text = (folder / "first.toml").read_text(encoding="utf-8")
+    assert "@@" not in text
+    assert "-0.0" not in [n.cell.printed for n in numbers]
+    for name in QUANTITIES:
+        assert f"  {name} " in text
+    run = [line.removeprefix("# ") for line in text[text.index("# [run.move]") :].splitlines()]
+    more = [
+        "[[result]]",
+        'id = "x"',
+        'where = ""',
+        'printed = "0"',
+        'unit = "mm"',
+        'compute = "tip_max"',
+        'run = "move"',
+    ]
+    (folder / "first.toml").write_text("\n".join([text, *run, *more]), encoding="utf-8")
+    assert "tip_max at run move" in own_study("first.toml").formulas
+
+
+def test_a_paper_with_odd_joints_is_refused(refused):
+    assert "joints: 'RX'; allowed: R or P per joint" in refused("new", "paper", "first.toml", "--joints", "RX")
+    assert "convention: 'x'; allowed: standard, modified" in refused("new", "paper", "first.toml", "--convention", "x")

@@ -85,6 +85,30 @@ def test_an_erratum_explains_and_is_proven_by_what_follows_with_it(written, tmp_
     assert lost(tmp_path / "out") == []
 
 
+def test_many_errata_are_not_tried_in_all_combinations(written):
+    """Of nine errata a result tries those of the reading and those that it names."""
+    start = LOST_POINT.partition("[reading")[0]
+    more = start + "".join(
+        start.replace('"mass-2"', f'"other-{k}"').replace("inertial.mass.values[1]", f"results.reach.x{k}")
+        for k in range(8)
+    )
+    heavy = ("values = [2.0, 1.5]", "values = [2.0, 15]")
+    assert verdicts(written(heavy, more=more))["b11.printed[0]"] == "differs"
+    named = ('unit = "kg m^2"\ncompute', 'unit = "kg m^2"\nerrata = ["mass-2"]\ncompute')
+    assert verdicts(written(heavy, named, more=more))["b11.printed[0]"] == "after erratum"
+
+
+def test_the_result_that_a_value_was_read_from_is_no_evidence(written):
+    """With every number as the source of the mass nothing shows the erratum; with one, the others do."""
+    texts = [f"results.{name}" for name in NAMES]
+    for fitted, holds in ((texts[:1], True), (texts, False)):
+        more = LOST_POINT.replace("read = 1.5 }", f"read = 1.5, fitted_to = {json.dumps(fitted)} }}")
+        study = own_study(written(("values = [2.0, 1.5]", "values = [2.0, 15]"), more=more))
+        proof = study.proofs["mass-2"](study.data)
+        assert proof.holds is holds
+        assert set(proof.numbers) == (set(NAMES) - {"b11.printed[0]", "reach.printed[0]"} if holds else set())
+
+
 def test_a_proven_erratum_that_nothing_shows_does_not_hold(written, tmp_path):
     idle = LOST_POINT.replace("inertial.mass.values[1]", "limits.effort.values[1]").replace(
         "printed = 15", "printed = 10"

@@ -93,7 +93,7 @@ effect = "torques"
 status = "proven"
 patch = [{ at = "inertial.mass.values[1]", printed = 15, read = 1.5 }]
 """
-    first = erratum + result("peak", "peak_torque[1]", "N m", f"{peak:.2f}") + "[[result]]"
+    first = erratum + result("peak", "peak_torque[1]", "N m", f"{peak:.2f}") + 'errata = ["mass-2"]\n[[result]]'
     path = written(("values = [2.0, 1.5]", "values = [2.0, 15]"), ("[[result]]", first))
     (number, *_) = compare_numbers(own_study(path), slow=True).numbers
     assert (number.verdict, number.errata) == ("after erratum", ("mass-2",))
@@ -127,7 +127,7 @@ BAD = {
     "an odd option": ("to-deg", "to-dge", "run.move.task.to-dge: unknown field (did you mean to-deg?)"),
     "a rate of zero": ("rate = 500", "rate = 0", "run.move.rate: 0; allowed: "),
     "another field": ("rate = 500", "rates = 500", "run.move.rates: unknown field"),
-    "another unit": ('unit = "mm"\ncompute', 'unit = "N m"\ncompute', "result.tip.unit: 'N m'; allowed: a unit of m, which tip_max has"),
+    "another unit": ('unit = "mm"\ncompute', 'unit = "N m"\ncompute', "a unit of m, which tip_max has"),
 }  # fmt: skip
 
 

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.checks.tables.arithmetic import (
     LONGEST,
     UnlikeError,
@@ -136,3 +137,19 @@ def test_the_sentence_of_a_unit():
     (mass,) = unit_sense(sheet_of_csv("joint,mass [m^2]\n1,1.0\n", "x.csv", "t"))
     assert mass.sentence == "mass is given in m^2 (m^2); mass: kg"
     assert mass.numbers == {"powers": [2.0, 0.0, 0.0, 0.0]}
+
+
+def test_names_with_indices_only_where_they_are_asked_for():
+    for text in ("a[1]", "a.b[1,2]", "-a[1] / sqrt(a[2])"):
+        assert arithmetic.parsed(text) is None
+        assert arithmetic.parsed(text, indexed=True) is not None
+    tree = arithmetic.parsed("a.b[1, 2] * c[3] + 1", indexed=True)
+    assert list(arithmetic.names_in(tree)) == ["a.b[1,2]", "c[3]"]
+    assert arithmetic.value_of(tree, {"a.b[1,2]": 4.0, "c[3]": 0.5}) == 3.0
+
+
+@pytest.mark.parametrize(
+    "text", ["a[-1]", "a[1][2]", "a[1:2]", "a[True]", "a[b]", "a[1.0]", "a[()]", "[1][0]", "a[1].b[2]"]
+)
+def test_other_indices_are_no_formula(text):
+    assert arithmetic.parsed(text, indexed=True) is None
