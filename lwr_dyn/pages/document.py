@@ -35,6 +35,8 @@ POLICY = "default-src 'none'; style-src 'unsafe-inline'; font-src data:; img-src
 _PACKAGE = "lwr_dyn.pages"
 _WIDE, _LONG_CELL, _LONG = 5, 150, 16
 """Columns of a table, or letters of a cell, beyond which it stands alone; rows beyond which it scrolls."""
+_ON_PHONE = 3
+"""Columns beyond which a row of a table is a list on a phone: each number with its heading beside it."""
 
 
 def document_html(
@@ -136,13 +138,15 @@ def table_html(table: Table) -> Html:
         for h, kind in zip(table.columns, kinds, strict=True)
     ]
     pick = next((k for k, h in enumerate(table.columns) if h.pick), None)
+    stacks = len(table.columns) > _ON_PHONE
     rows = [
-        element("tr", [_cell(*one) for one in zip(table.columns, row, kinds, range(len(row)), strict=False)],
+        element("tr", [_cell(*one, stacks) for one in zip(table.columns, row, kinds, range(len(row)), strict=False)],
                 data_state=None if pick is None else str(row[pick]))
         for row in table.rows
     ]  # fmt: skip
     caption = element("caption", table.title) if table.title else None
-    whole = element("table", caption, element("thead", element("tr", head)), element("tbody", rows))
+    body = element("thead", element("tr", head)), element("tbody", rows)
+    whole = element("table", caption, *body, class_="stacks" if stacks else None)
     tall = "scroll tall" if len(table.rows) > _LONG else "scroll"
     scrolled = element("div", whole, class_=tall, tabindex=0, role="region", aria_label=table.title or "table")
     note = element("p", table.note, class_="note") if table.note else None
@@ -154,7 +158,7 @@ def _is_numeric(table: Table, column: int) -> bool:
     return bool(values) and all(isinstance(x, Real) and not isinstance(x, bool) for x in values)
 
 
-def _cell(heading: Heading, cell: "str", kind: str | None, place: int) -> Html:
+def _cell(heading: Heading, cell: "str", kind: str | None, place: int, stacks: bool) -> Html:
     inside: Html | str = cell
     if heading.cut and len(cell) > heading.cut:
         start = f"{cell[: heading.cut - 1].rsplit(' ', 1)[0]} ..."
@@ -170,7 +174,7 @@ def _cell(heading: Heading, cell: "str", kind: str | None, place: int) -> Html:
     style = f"background:color-mix(in srgb, var(--alarm) {100 * dark:.0f}%, transparent)" if dark else None
     if place == 0:
         return element("th", inside, scope="row", style=style)
-    return element("td", inside, class_=kind, style=style)
+    return element("td", inside, class_=kind, style=style, data_label=(stacks and heading.title) or None)
 
 
 def _bar(value: float, full: float, text: str) -> Html:

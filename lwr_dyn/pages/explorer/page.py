@@ -249,7 +249,7 @@ def explorer_html(arm: Arm, q: ArrayLike | None = None, *, beside: Arm | None = 
     )
     parts = {
         "policy": replay_page.replay_policy(live),
-        "style": "\n".join((font_faces() if live else "", look_css(), css)),
+        "style": "\n".join((font_faces(), look_css(), css)),
         "turn": _TURN if sets.script else "",
         **arm_html.arm_pieces(arm, sets.missing[0]),
         "tables": arm_html.tables(arm),

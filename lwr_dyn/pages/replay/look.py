@@ -12,6 +12,8 @@ _TOKEN = re.compile(r"--([\w-]+): (?:light-dark\((.+), (.+)\)|(.+));")
 
 _FACES = (("Plex Sans", 400, "plex-sans-400"), ("Plex Sans", 600, "plex-sans-600"), ("Plex Mono", 400, "plex-mono-400"))
 
+_LICENCE = "/* IBM Plex, Copyright IBM Corp., SIL Open Font License 1.1 */"
+
 
 def look_css() -> str:
     """The tokens as CSS custom properties, to stand first in a page's style."""
@@ -49,4 +51,5 @@ def font_faces() -> str:
     rule = f'@font-face{{{{font-family:"{{}}";font-weight:{{}};font-display:swap;{source}}}}}'
     read = _FOLDER.joinpath
     data = {file: base64.b64encode(read(f"fonts/{file}.woff2").read_bytes()).decode() for *_, file in _FACES}
-    return "\n".join(rule.format(family, weight, data[file]) for family, weight, file in _FACES)
+    rules = (rule.format(family, weight, data[file]) for family, weight, file in _FACES)
+    return "\n".join((_LICENCE, *rules))

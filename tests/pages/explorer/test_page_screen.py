@@ -50,21 +50,24 @@ def test_at_a_desk_all_of_it_is_one_screen_in_three_columns(window):
         parts = [".lead", *MIDDLE, *LEFT, *RIGHT, "#panels > *", "#joints", "#links"]
         window.execute_script("window.scrollTo(0, 700)")
         assert on_top_of_each_other(boxes(window, parts)) == 0
-        first, second = boxes(window, ["#panels > *", "#panels > * + *"])
-        assert first[2] < second[0]
-        assert first[1] == second[1]
+        count = "return document.querySelectorAll('#panels > *').length"
+        panels = [f"#panels > :nth-child({k + 1})" for k in range(window.execute_script(count))]
+        places = boxes(window, panels)
+        assert len(set(places[:, 0].round())) == 3  # columns, each full from its top
+        assert [places[places[:, 0] == x, 1].min() for x in set(places[:, 0])] == [places[0, 1]] * 3
+        assert on_top_of_each_other(places) == 0
 
 
 def test_on_a_phone_the_arm_is_above_and_stays_while_the_rest_is_scrolled(window):
     with seen(window, PHONE[0], height=PHONE[1]):
         window.execute_script("window.scrollTo(0, 0)")
         assert sideways(window) == 0
-        cards = boxes(window, [".lead", ".view", ".flange", *LEFT, *RIGHT, "#panels", "#joints", "#links"])
+        cards = boxes(window, [".lead", "#stage", ".flange", *LEFT, *RIGHT, "#panels", "#joints", "#links"])
         assert on_top_of_each_other(cards) == 0
         assert (np.diff(cards[:, 1]) > 0).all()
         assert cards[1, 3] < 0.75 * PHONE[1]
         window.execute_script("document.querySelector(arguments[0]).scrollIntoView()", RIGHT[0])
-        arm, torques = boxes(window, [".view", RIGHT[0]])
+        arm, torques = boxes(window, ["#stage", RIGHT[0]])
         assert arm[1] >= 0
         assert arm[3] <= torques[1] + 1
         assert torques[1] < PHONE[1]

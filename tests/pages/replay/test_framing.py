@@ -138,3 +138,17 @@ def test_a_view_that_was_turned_stays_when_a_card_is_folded(browser, tmp_path, a
     browser.execute_script("document.querySelector('.about').open = false")
     browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(() => arguments[0]()))")
     assert browser.execute_script(place) == turned
+
+
+def test_on_a_phone_three_cards_are_seen_whole_and_the_arms_keep_their_room(browser, tmp_path):
+    arms = arms_of("lwr4plus + kr30ha + scara", tmp_path)
+    path = tmp_path / "page.html"
+    replay_page.write_replay(path, [lagging_run(arm, 0.05, "pid", k=601) for arm in arms], arms, layout="beside")
+    with seen(browser, 420, height=850):
+        opened(browser, path.as_uri())
+        hidden, stage = browser.execute_script(
+            """const side = document.getElementById("side");
+            return [side.scrollHeight - side.clientHeight, document.getElementById("stage").clientHeight]"""
+        )
+    assert hidden <= 1
+    assert stage > 0.35 * 850
