@@ -9,7 +9,7 @@ expanded by the package `xacro` where it is installed; it needs no ROS.
 import hashlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -46,6 +46,7 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     """The root element of a URDF.
 
     Raises `UrdfError`: broken XML, elements nested too deep, a file of xacro macros (with the command that expands it).
+    What xacro left over and every reader passes over stays in: `LEFTOVERS`.
     """
     try:
         root = _tree(content.strip(_AROUND))
@@ -53,12 +54,41 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
         raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
     if _depth(root) > _DEEPEST:
         raise UrdfError(file, "XML", f"elements nested {_depth(root)} deep", f"at most {_DEEPEST} levels")
-    for element in root.iter():
-        space, _, tag = str(element.tag).rpartition("}")
-        if _XACRO in space.lower() and space:
-            allowed = f"the URDF that it expands to, or a name that ends in .xacro: xacro {file} > expanded.urdf"
-            raise UrdfError(file, f"<xacro:{tag}>", "a file of xacro macros", allowed)
+    used = next(_macros(root), "")
+    if used:
+        allowed = f"the URDF that it expands to, or a name that ends in .xacro: xacro {file} > expanded.urdf"
+        raise UrdfError(file, used, "a file of xacro macros", allowed)
     return root
+
+
+LEFTOVERS = ("include", "arg", "property", "macro")
+"""Tags of xacro that make nothing by themselves: passed over where no macro is used and no `${...}` is left."""
+_EXPRESSION = re.compile(r"\$\{|\$\((arg|eval)\b")
+
+
+def xacro_tag(element: ElementTree.Element) -> str:
+    """The tag of an element of xacro without its prefix; empty for others."""
+    space, _, tag = str(element.tag).rpartition("}")
+    return tag if _XACRO in space.lower() else ""
+
+
+def leftovers(root: ElementTree.Element) -> tuple[str, ...]:
+    """The tags of xacro that are passed over, each once, as `<xacro:include>`."""
+    return tuple(dict.fromkeys(f"<xacro:{tag}>" for x in root.iter() if (tag := xacro_tag(x)) in LEFTOVERS))
+
+
+def _macros(root: ElementTree.Element) -> Iterator[str]:
+    """Where a file needs xacro: tags that are no leftovers; leftovers beside an expression."""
+    waiting, unexpanded = [root], False
+    for element in waiting:
+        tag = xacro_tag(element)
+        if tag and tag not in LEFTOVERS:
+            yield f"<xacro:{tag}>"
+        if not tag:
+            waiting += element
+            unexpanded = unexpanded or any(_EXPRESSION.search(text) for text in element.attrib.values())
+    if unexpanded:
+        yield from leftovers(root)
 
 
 def _depth(root: ElementTree.Element) -> int:
@@ -116,6 +146,8 @@ class UrdfFile:
     """Gravity [m/s^2] in our own header."""
     caveats: Caveats
     """What our own header says of its numbers."""
+    leftovers: tuple[str, ...]
+    """Tags of xacro that were passed over."""
     carried: CarriedXml
     """Shapes, materials and motors, which no computation uses."""
 
@@ -152,6 +184,7 @@ class CheckedXml:
     """Our own header; empty in another's file."""
     rotors: Mapping[str, Rotor]
     carried: CarriedXml
+    leftovers: tuple[str, ...]
 
     def urdf_file(self, links: Mapping[str, Any], joints: Mapping[str, Any]) -> UrdfFile:
         """The file with its links and joints as yourdfpy parses them, or as objects that have the same fields."""
@@ -164,7 +197,7 @@ class CheckedXml:
             caveats=caveats_of_words(
                 unescape("; ".join(x.removeprefix(CAVEAT) for x in self.header if x.startswith(CAVEAT)))
             ),
-            carried=self.carried,
+            leftovers=self.leftovers, carried=self.carried,
         )  # fmt: skip
 
 
@@ -174,13 +207,13 @@ def checked_xml(content: bytes, file: str) -> CheckedXml:
     _check(root, file)
     header = _own_header(content.decode("utf-8", errors="replace"))
     rotors = _rotors(root, _named(header, REFLECTED), file)
-    carried = carried_xml(root)
+    carried, passed = carried_xml(root), leftovers(root)
     _keep(root, ("link", "joint"))
     for element in root:
         _keep(element, _NEEDED[element.tag])
     bare = ElementTree.tostring(root, encoding="utf-8")
     _refuse_unreadable(bare, file)
-    return CheckedXml(file, root, bare, hashlib.sha256(content).hexdigest(), header, rotors, carried)
+    return CheckedXml(file, root, bare, hashlib.sha256(content).hexdigest(), header, rotors, carried, passed)
 
 
 def _refuse_unreadable(bare: bytes, file: str) -> None:

@@ -107,7 +107,7 @@ def read_urdf(
         limits=tuple(joint_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
         layout=replace(layout, written=_by_carrier(tree, names, written)),
-        notes=_notes(() if given else chosen.ends, tip, held), caveats=urdf.caveats,
+        notes=(*_notes(() if given else chosen.ends, tip, held), *_passed_over(urdf)), caveats=urdf.caveats,
     )  # fmt: skip
 
 
@@ -140,6 +140,12 @@ def _notes(ends: Sequence[str], tip: str, held: Mapping[str, float]) -> tuple[st
     lines = [f"the arm ends at {tip}; another end: --tip LINK"] if ends not in ((), (tip,)) else []
     values = ", ".join(f"{name} at {value:g}" for name, value in held.items())
     return (*lines, f"held: {values}; other values: --lock JOINT=VALUE") if held else tuple(lines)
+
+
+def _passed_over(urdf: UrdfFile) -> tuple[str, ...]:
+    if not urdf.leftovers:
+        return ()
+    return (f"{urdf.file}: {', '.join(urdf.leftovers)} left over from xacro, passed over as every reader does",)
 
 
 def _free_name(link: str, taken: Mapping[str, Any]) -> str:

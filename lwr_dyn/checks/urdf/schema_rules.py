@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
+from lwr_dyn.arms.urdf.parse import LEFTOVERS
 from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, tag_text
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement
 from lwr_dyn.checks.urdf.xml_tree import LARGEST, XmlElement
@@ -202,6 +203,17 @@ def unknown_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
             known = ", ".join(TAGS[element.tag].children) or "no elements"
             why = f"<{element.tag}> holds {known}"
             yield UrdfFinding(f"<{child.tag}> is not known here", why, child.place, owner, cause=cause)
+
+
+def leftovers_of_xacro(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """`<xacro:include>`, `<xacro:arg>`, `<xacro:property>`, `<xacro:macro>` in a file that is expanded: no reader of
+    a URDF looks at them. What they include is not there.
+    """
+    children = [] if document.root is None else document.root.children
+    for child in children:
+        prefix, _, tag = child.tag.partition(":")
+        if prefix == "xacro" and tag in LEFTOVERS:
+            yield UrdfFinding(f"<{child.tag}> is left over from xacro", "no reader looks at it", child.place, "")
 
 
 def _unknown_children(document: UrdfDocument) -> Iterator[tuple[XmlElement, XmlElement, str]]:

@@ -50,9 +50,14 @@ def test_other_faults_of_the_xml_stay_faults(text):
     [
         (
             "arm.urdf",
-            f"<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:property name='x'/>{BODY}</robot>",
-            "arm.urdf: <xacro:property>: a file of xacro macros; allowed: the URDF that it expands to, or a "
+            f"<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:arm name='x'/>{BODY}</robot>",
+            "arm.urdf: <xacro:arm>: a file of xacro macros; allowed: the URDF that it expands to, or a "
             "name that ends in .xacro: xacro arm.urdf > expanded.urdf",
+        ),
+        (
+            "arm.urdf",
+            f"<robot name='r'><xacro:property name='x'/>{BODY}<link name='${{x}}'/></robot>",
+            "arm.urdf: <xacro:property>: a file of xacro macros",
         ),
     ],
 )
@@ -60,6 +65,18 @@ def test_a_xacro_is_named_with_the_command_that_expands_it(tmp_path, name, text,
     with pytest.raises(UrdfError) as fault:
         loaded(tmp_path, name, text)
     assert message in str(fault.value)
+
+
+@pytest.mark.parametrize("space", ["", " xmlns:xacro='http://www.ros.org/wiki/xacro'"])
+def test_leftovers_that_make_nothing_are_passed_over(tmp_path, space):
+    tags = "<xacro:include filename='$(find x)/a.xacro'/><xacro:macro name='m'><xacro:if value='${x}'/></xacro:macro>"
+    arm, plain = (loaded(tmp_path, "arm.urdf", f"<robot name='r'{space}>{x}{BODY}</robot>") for x in (tags, ""))
+    assert arm.n == plain.n == 1
+    assert [x.body.mass for x in arm.chain.links] == [x.body.mass for x in plain.chain.links]
+    assert arm.notes == (
+        "arm.urdf: <xacro:include>, <xacro:macro> left over from xacro, passed over as every reader does",
+    )
+    assert plain.notes == ()
 
 
 def test_a_declaration_that_an_expanded_file_kept_is_no_macro(tmp_path):
