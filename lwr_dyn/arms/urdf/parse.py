@@ -46,7 +46,7 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     """The root element of a URDF.
 
     Raises `UrdfError`: broken XML, elements nested too deep, a file of xacro macros (with the command that expands it).
-    What xacro left over and every reader passes over stays in: `LEFTOVERS`.
+    Tags that xacro left over stay in.
     """
     try:
         root = _tree(content.strip(_AROUND))
@@ -62,29 +62,43 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
 
 
 LEFTOVERS = ("include", "arg", "property", "macro")
-"""Tags of xacro that make nothing by themselves: passed over where no macro is used and no `${...}` is left."""
+"""Tags of xacro that make nothing by themselves."""
+_DRAWN = ("visual", "collision", "material", "gazebo")
+"""Elements whose contents no computation uses."""
+_OUTSIDE = (*_DRAWN, "transmission")
+"""What a macro may make that neither moves nor weighs."""
 _EXPRESSION = re.compile(r"\$\{|\$\((arg|eval)\b")
 
 
-def xacro_tag(element: ElementTree.Element) -> str:
-    """The tag of an element of xacro without its prefix; empty for others."""
-    space, _, tag = str(element.tag).rpartition("}")
-    return tag if _XACRO in space.lower() else ""
+def xacro_tag(tag: str) -> str:
+    """A tag of xacro without its namespace or prefix; empty for others."""
+    space, mark, name = tag.rpartition("}" if "}" in tag else ":")
+    return name if mark and _XACRO in space.lower() else ""
 
 
 def leftovers(root: ElementTree.Element) -> tuple[str, ...]:
-    """The tags of xacro that are passed over, each once, as `<xacro:include>`."""
-    return tuple(dict.fromkeys(f"<xacro:{tag}>" for x in root.iter() if (tag := xacro_tag(x)) in LEFTOVERS))
+    """The tags of xacro in a file, each once, as `<xacro:include>`; not those within a macro."""
+    found, waiting = list[str](), [root]
+    for element in waiting:
+        tag = xacro_tag(str(element.tag))
+        found += [f"<xacro:{tag}>"] if tag else []
+        waiting += [] if tag == "macro" else element
+    return tuple(dict.fromkeys(found))
 
 
 def _macros(root: ElementTree.Element) -> Iterator[str]:
-    """Where a file needs xacro: tags that are no leftovers; leftovers beside an expression."""
+    """Where a file needs xacro: a call of a macro that could make links or joints; tags beside an expression.
+
+    Every reader passes over tags of xacro, so a file in which they make nothing that moves is read as it stands.
+    """
+    macros = [x for x in root.iter() if xacro_tag(str(x.tag)) == "macro"]
+    harmless = {x.get("name") for x in macros if all(y.tag in _OUTSIDE for y in x)}
     waiting, unexpanded = [root], False
     for element in waiting:
-        tag = xacro_tag(element)
-        if tag and tag not in LEFTOVERS:
+        tag = xacro_tag(str(element.tag))
+        if tag and tag not in (*LEFTOVERS, *harmless):
             yield f"<xacro:{tag}>"
-        if not tag:
+        if not tag and element.tag not in _DRAWN:
             waiting += element
             unexpanded = unexpanded or any(_EXPRESSION.search(text) for text in element.attrib.values())
     if unexpanded:

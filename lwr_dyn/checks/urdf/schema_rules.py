@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from lwr_dyn.arms.urdf.parse import LEFTOVERS
+from lwr_dyn.arms.urdf.parse import xacro_tag
 from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, tag_text
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement
 from lwr_dyn.checks.urdf.xml_tree import LARGEST, XmlElement
@@ -206,14 +206,18 @@ def unknown_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 
 def leftovers_of_xacro(document: UrdfDocument) -> Iterator[UrdfFinding]:
-    """`<xacro:include>`, `<xacro:arg>`, `<xacro:property>`, `<xacro:macro>` in a file that is expanded: no reader of
-    a URDF looks at them. What they include is not there.
+    """Tags of xacro in a file that is expanded, such as `<xacro:include>` or the call of a macro that makes no link and
+    no joint: no reader of a URDF looks at them. What they include is not there.
     """
-    children = [] if document.root is None else document.root.children
-    for child in children:
-        prefix, _, tag = child.tag.partition(":")
-        if prefix == "xacro" and tag in LEFTOVERS:
-            yield UrdfFinding(f"<{child.tag}> is left over from xacro", "no reader looks at it", child.place, "")
+    first: dict[str, XmlElement] = {}
+    waiting = [] if document.root is None else [*document.root.children]
+    for element in waiting:
+        tag = xacro_tag(element.tag)
+        if tag:
+            first.setdefault(element.tag, element)
+        waiting += () if tag == "macro" else element.children
+    for element in first.values():
+        yield UrdfFinding(f"<{element.tag}> is left over from xacro", "no reader looks at it", element.place, "")
 
 
 def _unknown_children(document: UrdfDocument) -> Iterator[tuple[XmlElement, XmlElement, str]]:
