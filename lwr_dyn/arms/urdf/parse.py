@@ -42,8 +42,8 @@ _DEEPEST = 100
 """Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
 
 
-def parse_xml(content: bytes, file: str) -> ElementTree.Element:
-    """The root element of a URDF.
+def parse_xml(content: bytes, file: str, form: str = "URDF") -> ElementTree.Element:
+    """The root element of a URDF, or of another form.
 
     Raises `UrdfError`: broken XML, elements nested too deep, a file of xacro macros (with the command that expands it).
     Tags that xacro left over stay in.
@@ -51,7 +51,7 @@ def parse_xml(content: bytes, file: str) -> ElementTree.Element:
     try:
         root = _tree(content.strip(_AROUND))
     except (ElementTree.ParseError, ValueError, LookupError) as fault:
-        raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+        raise UrdfError(file, "XML", str(fault), f"a well-formed {form}") from None
     if _depth(root) > _DEEPEST:
         raise UrdfError(file, "XML", f"elements nested {_depth(root)} deep", f"at most {_DEEPEST} levels")
     used = next(_macros(root), "")
@@ -208,9 +208,7 @@ class CheckedXml:
             file=self.file, name=self.root.attrib["name"], digest=self.digest, links=links, joints=joints,
             rotors=self.rotors, placeholders=_named(self.header, UNKNOWN_LIMITS),
             gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
-            caveats=caveats_of_words(
-                unescape("; ".join(x.removeprefix(CAVEAT) for x in self.header if x.startswith(CAVEAT)))
-            ),
+            caveats=own_caveats(self.header),
             leftovers=self.leftovers, carried=self.carried,
         )  # fmt: skip
 
@@ -219,7 +217,7 @@ def checked_xml(content: bytes, file: str) -> CheckedXml:
     """Check the text of a URDF; raises `UrdfError` as `parse_urdf`, for all that this refuses in a text."""
     root = parse_xml(content, file)
     _check(root, file)
-    header = _own_header(content.decode("utf-8", errors="replace"))
+    header = own_header(content.decode("utf-8", errors="replace"))
     rotors = _rotors(root, _named(header, REFLECTED), file)
     carried, passed = carried_xml(root), leftovers(root)
     _keep(root, ("link", "joint"))
@@ -256,7 +254,18 @@ def placeholder_name(joint: str, limit: str) -> str:
     return comment(f"{joint} {limit}")
 
 
-def _own_header(text: str) -> list[str]:
+def own_caveats(header: list[str]) -> Caveats:
+    """What our own header says that must be known before the numbers."""
+    return caveats_of_words(unescape("; ".join(x.removeprefix(CAVEAT) for x in header if x.startswith(CAVEAT))))
+
+
+def finite_numbers(text: str) -> list[float] | None:
+    """The numbers of an attribute; None where one is no finite number."""
+    numbers = [_float(word) for word in text.split()]
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
+def own_header(text: str) -> list[str]:
     """The lines of the first comment if this package wrote it."""
     comments = re.search(r"<!--(.*?)-->", text, re.DOTALL)
     lines = [line.strip() for line in comments[1].splitlines()] if comments else []
