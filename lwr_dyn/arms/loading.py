@@ -211,6 +211,7 @@ FILE_FORMATS: Registry[Callable[[str, str | None, Mapping[str, float] | None], A
     {
         ".dat": Row("lwr_dyn.krl.robot.machine_data:load_machine_arm", "KUKA's machine data", extra="krl"),
         ".kuka.toml": Row("lwr_dyn.krl.robot.machine_data:load_machine_arm", "KUKA's machine data", extra="krl"),
+        ".xml": Row("lwr_dyn.arms.export.mjcf_reader:read_mjcf", "MJCF that this package wrote"),
     },
 )
 """Further files that hold an arm, by their ending; each row is a function of path, reading and locked joints."""
@@ -228,7 +229,7 @@ def load(
     xacro_args: Mapping[str, str] | None = None,
     trust_xacro: bool = False,
 ) -> Arm:
-    """A robot by name, from a user's own `.toml`, a `.urdf` or `.xacro`, or the `$machine.dat` of a KUKA robot.
+    """A robot by name, from a `.toml`, `.urdf` or `.xacro`, an MJCF `.xml` of ours, or a KUKA robot's `$machine.dat`.
 
     Parameters
     ----------
@@ -313,7 +314,7 @@ def load_with_paper(
         arm, paper = FILE_FORMATS.load(ending)(name, reading, lock), None
     else:
         arm, paper = _of_paper(name, reading, lock or {})
-    file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat") else ""
+    file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat", ".xml") else ""
     arm = with_rotors(replace(arm, file=file, loaded_with=options), _rotors(rotor or {}))
     return (arm if mount is tool is None else installed(arm, mount, tool)), paper
 
@@ -355,7 +356,7 @@ def arm_of(run: Run) -> Arm:
     try:
         kept = (run.meta.get("loaded_with") or {}).items()
         options = {key: x for key, x in kept if key != "trust_xacro"}  # a file does not say what to trust
-        reading = None if ends_in(robot, ".urdf", ".xacro", ".dat", ".kuka.toml") else reading
+        reading = None if ends_in(robot, ".urdf", ".xacro", ".dat", ".kuka.toml", ".xml") else reading
         arm, _ = load_with_paper(robot, reading, **options)
     except (TypeError, AttributeError):  # a record that another hand has changed
         raise OptionError("run", "loaded with options that do not exist", "a run made by simulate") from None

@@ -1,8 +1,10 @@
 """Any arm as a Denavit-Hartenberg table, as a data file and as MJCF, the same motion and torque to rounding.
 
-data_file  An arm as a data file: a DH table in SI with its bodies, limits, rotors and friction; it loads as the same
-           arm
-dh_table   The Denavit-Hartenberg table of any serial arm, in either convention, computed from its joint axes
-mjcf       Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF
-           lacks
+data_file    An arm as a data file: a DH table in SI with its bodies, limits, rotors and friction; it loads as the same
+             arm
+dh_table     The Denavit-Hartenberg table of any serial arm, in either convention, computed from its joint axes
+mjcf         Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF
+             lacks
+mjcf_reader  Reads the MJCF that `mjcf_text` writes back as an arm: one chain of bodies, a motor a joint, poses as
+             `xyaxes`
 """

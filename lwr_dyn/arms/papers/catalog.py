@@ -48,7 +48,9 @@ def _text_and_file(robot: str) -> tuple[str, str]:
     if ends_in(robot, ".toml"):
         return read_text(robot, "a readable .toml file"), Path(robot).name
     if robot not in robots():
-        raise UnknownNameError("robot", robot, (*robots(), "a path to a .toml, .urdf, .kuka.toml or $machine.dat"))
+        raise UnknownNameError(
+            "robot", robot, (*robots(), "a path to a .toml, .urdf, .xml (MJCF), .kuka.toml or $machine.dat")
+        )
     return _packaged_text(f"{robot}.toml"), f"{robot}.toml"
 
 

@@ -9,7 +9,7 @@ expanded by the package `xacro` where it is installed; it needs no ROS.
 import hashlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -42,23 +42,67 @@ _DEEPEST = 100
 """Levels of nested elements: far above any URDF, far below what Python's recursion bears."""
 
 
-def parse_xml(content: bytes, file: str) -> ElementTree.Element:
-    """The root element of a URDF.
+def parse_xml(content: bytes, file: str, form: str = "URDF") -> ElementTree.Element:
+    """The root element of a URDF, or of another form.
 
     Raises `UrdfError`: broken XML, elements nested too deep, a file of xacro macros (with the command that expands it).
+    Tags that xacro left over stay in.
     """
     try:
         root = _tree(content.strip(_AROUND))
     except (ElementTree.ParseError, ValueError, LookupError) as fault:
-        raise UrdfError(file, "XML", str(fault), "a well-formed URDF") from None
+        raise UrdfError(file, "XML", str(fault), f"a well-formed {form}") from None
     if _depth(root) > _DEEPEST:
         raise UrdfError(file, "XML", f"elements nested {_depth(root)} deep", f"at most {_DEEPEST} levels")
-    for element in root.iter():
-        space, _, tag = str(element.tag).rpartition("}")
-        if _XACRO in space.lower() and space:
-            allowed = f"the URDF that it expands to, or a name that ends in .xacro: xacro {file} > expanded.urdf"
-            raise UrdfError(file, f"<xacro:{tag}>", "a file of xacro macros", allowed)
+    used = next(_macros(root), "")
+    if used:
+        allowed = f"the URDF that it expands to, or a name that ends in .xacro: xacro {file} > expanded.urdf"
+        raise UrdfError(file, used, "a file of xacro macros", allowed)
     return root
+
+
+LEFTOVERS = ("include", "arg", "property", "macro")
+"""Tags of xacro that make nothing by themselves."""
+_DRAWN = ("visual", "collision", "material", "gazebo")
+"""Elements whose contents no computation uses."""
+_OUTSIDE = (*_DRAWN, "transmission")
+"""What a macro may make that neither moves nor weighs."""
+_EXPRESSION = re.compile(r"\$\{|\$\((arg|eval)\b")
+
+
+def xacro_tag(tag: str) -> str:
+    """A tag of xacro without its namespace or prefix; empty for others."""
+    space, mark, name = tag.rpartition("}" if "}" in tag else ":")
+    return name if mark and _XACRO in space.lower() else ""
+
+
+def leftovers(root: ElementTree.Element) -> tuple[str, ...]:
+    """The tags of xacro in a file, each once, as `<xacro:include>`; not those within a macro."""
+    found, waiting = list[str](), [root]
+    for element in waiting:
+        tag = xacro_tag(str(element.tag))
+        found += [f"<xacro:{tag}>"] if tag else []
+        waiting += [] if tag == "macro" else element
+    return tuple(dict.fromkeys(found))
+
+
+def _macros(root: ElementTree.Element) -> Iterator[str]:
+    """Where a file needs xacro: a call of a macro that could make links or joints; tags beside an expression.
+
+    Every reader passes over tags of xacro, so a file in which they make nothing that moves is read as it stands.
+    """
+    macros = [x for x in root.iter() if xacro_tag(str(x.tag)) == "macro"]
+    harmless = {x.get("name") for x in macros if all(y.tag in _OUTSIDE for y in x)}
+    waiting, unexpanded = [root], False
+    for element in waiting:
+        tag = xacro_tag(str(element.tag))
+        if tag and tag not in (*LEFTOVERS, *harmless):
+            yield f"<xacro:{tag}>"
+        if not tag and element.tag not in _DRAWN:
+            waiting += element
+            unexpanded = unexpanded or any(_EXPRESSION.search(text) for text in element.attrib.values())
+    if unexpanded:
+        yield from leftovers(root)
 
 
 def _depth(root: ElementTree.Element) -> int:
@@ -116,6 +160,8 @@ class UrdfFile:
     """Gravity [m/s^2] in our own header."""
     caveats: Caveats
     """What our own header says of its numbers."""
+    leftovers: tuple[str, ...]
+    """Tags of xacro that were passed over."""
     carried: CarriedXml
     """Shapes, materials and motors, which no computation uses."""
 
@@ -152,6 +198,7 @@ class CheckedXml:
     """Our own header; empty in another's file."""
     rotors: Mapping[str, Rotor]
     carried: CarriedXml
+    leftovers: tuple[str, ...]
 
     def urdf_file(self, links: Mapping[str, Any], joints: Mapping[str, Any]) -> UrdfFile:
         """The file with its links and joints as yourdfpy parses them, or as objects that have the same fields."""
@@ -161,10 +208,8 @@ class CheckedXml:
             file=self.file, name=self.root.attrib["name"], digest=self.digest, links=links, joints=joints,
             rotors=self.rotors, placeholders=_named(self.header, UNKNOWN_LIMITS),
             gravity=tuple(gravity) if len(gravity) == 3 and np.isfinite(gravity).all() else None,
-            caveats=caveats_of_words(
-                unescape("; ".join(x.removeprefix(CAVEAT) for x in self.header if x.startswith(CAVEAT)))
-            ),
-            carried=self.carried,
+            caveats=own_caveats(self.header),
+            leftovers=self.leftovers, carried=self.carried,
         )  # fmt: skip
 
 
@@ -172,15 +217,15 @@ def checked_xml(content: bytes, file: str) -> CheckedXml:
     """Check the text of a URDF; raises `UrdfError` as `parse_urdf`, for all that this refuses in a text."""
     root = parse_xml(content, file)
     _check(root, file)
-    header = _own_header(content.decode("utf-8", errors="replace"))
+    header = own_header(content.decode("utf-8", errors="replace"))
     rotors = _rotors(root, _named(header, REFLECTED), file)
-    carried = carried_xml(root)
+    carried, passed = carried_xml(root), leftovers(root)
     _keep(root, ("link", "joint"))
     for element in root:
         _keep(element, _NEEDED[element.tag])
     bare = ElementTree.tostring(root, encoding="utf-8")
     _refuse_unreadable(bare, file)
-    return CheckedXml(file, root, bare, hashlib.sha256(content).hexdigest(), header, rotors, carried)
+    return CheckedXml(file, root, bare, hashlib.sha256(content).hexdigest(), header, rotors, carried, passed)
 
 
 def _refuse_unreadable(bare: bytes, file: str) -> None:
@@ -209,7 +254,18 @@ def placeholder_name(joint: str, limit: str) -> str:
     return comment(f"{joint} {limit}")
 
 
-def _own_header(text: str) -> list[str]:
+def own_caveats(header: list[str]) -> Caveats:
+    """What our own header says that must be known before the numbers."""
+    return caveats_of_words(unescape("; ".join(x.removeprefix(CAVEAT) for x in header if x.startswith(CAVEAT))))
+
+
+def finite_numbers(text: str) -> list[float] | None:
+    """The numbers of an attribute; None where one is no finite number."""
+    numbers = [_float(word) for word in text.split()]
+    return numbers if all(map(math.isfinite, numbers)) else None
+
+
+def own_header(text: str) -> list[str]:
     """The lines of the first comment if this package wrote it."""
     comments = re.search(r"<!--(.*?)-->", text, re.DOTALL)
     lines = [line.strip() for line in comments[1].splitlines()] if comments else []

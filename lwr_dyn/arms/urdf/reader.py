@@ -23,9 +23,11 @@ from lwr_dyn.arms.urdf.tree import (
     axis_pose,
     build_tree,
     layout_of,
+    listed,
     obvious_tip,
     origin_pose,
     position_limits,
+    tips,
     with_held_joints,
 )
 from lwr_dyn.foundation.errors import UrdfError
@@ -36,6 +38,8 @@ from lwr_dyn.model.spatial import Pose
 
 READING = "urdf"
 """The reading of an arm that comes from a URDF."""
+_LISTED = 6
+"""Largest number of other ends that a note lists."""
 _OWN_LINKS = ("base", "flange")
 """Link names that our writer uses; a moving link of that name gets an underscore."""
 
@@ -107,7 +111,7 @@ def read_urdf(
         limits=tuple(joint_limits(urdf, group.joint) for group in groups),
         sources=_sources(urdf, [base, *groups], written, names), digest=urdf.digest,
         layout=replace(layout, written=_by_carrier(tree, names, written)),
-        notes=_notes(() if given else chosen.ends, tip, held), caveats=urdf.caveats,
+        notes=(*_notes(tree, () if given else chosen.ends, tip, held), *_passed_over(urdf)), caveats=urdf.caveats,
     )  # fmt: skip
 
 
@@ -135,11 +139,19 @@ def chosen_chain(tree: Tree, tip: str | None = None) -> ChosenChain:
     return ChosenChain(tree, ends, tip, held, tuple(_groups(tree, tree.path_to(tip))))
 
 
-def _notes(ends: Sequence[str], tip: str, held: Mapping[str, float]) -> tuple[str, ...]:
+def _notes(tree: Tree, ends: Sequence[str], tip: str, held: Mapping[str, float]) -> tuple[str, ...]:
     """What was chosen without being asked for: the tip among several ends, and the joints that are held."""
-    lines = [f"the arm ends at {tip}; another end: --tip LINK"] if ends not in ((), (tip,)) else []
+    others = [end for end in ends if end != tip and any(x.type in KINDS for x in tree.path_to(end))]
+    some = f", such as {', '.join(others[:_LISTED])}{' ...' if len(others) > _LISTED else ''}" if others else ""
+    lines = [f"the arm ends at {tip}; another end: --tip LINK{some}"] if ends not in ((), (tip,)) else []
     values = ", ".join(f"{name} at {value:g}" for name, value in held.items())
     return (*lines, f"held: {values}; other values: --lock JOINT=VALUE") if held else tuple(lines)
+
+
+def _passed_over(urdf: UrdfFile) -> tuple[str, ...]:
+    if not urdf.leftovers:
+        return ()
+    return (f"{urdf.file}: {', '.join(urdf.leftovers)} left over from xacro, passed over as every reader does",)
 
 
 def _free_name(link: str, taken: Mapping[str, Any]) -> str:
@@ -158,7 +170,10 @@ def _groups(tree: Tree, path: Sequence[Any]) -> list[_Group]:
     if not moving:
         free = "".join(f", and {joint.name} of type {joint.type} is held" for joint in path if joint.type != "fixed")
         found = f"no moving joint between root and tip{free}"
-        raise UrdfError(tree.urdf.file, "chain", found, "another tip, or fewer locks")
+        others = listed(tips(tree))
+        raise UrdfError(
+            tree.urdf.file, "chain", found, f"another tip{f': {others};' if others else ','} or fewer locks"
+        )
     starts = [-1, *(k for k, joint in enumerate(path) if joint in moving), len(path)]
     out = []
     for start, end in pairwise(starts):

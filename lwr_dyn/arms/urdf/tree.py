@@ -55,9 +55,10 @@ class Tree:
         return pose @ turn @ joint_motion(KINDS[joint.type], self.locked[joint.name]) @ turn.inverse()
 
     def path_to(self, tip: str) -> list[Any]:
-        """The joints from the root to a link."""
+        """The joints from the root to a link; raises `UnknownNameError`, which names the ends of arms first."""
         if tip not in self.urdf.links:
-            raise UnknownNameError(f"link of {self.urdf.file}", tip, self.urdf.links)
+            known = dict.fromkeys((*tips(self), *self.urdf.links))
+            raise UnknownNameError(f"link of {self.urdf.file}", tip, known)
         path = []
         while tip != self.root:
             path.append(self.into[tip])
@@ -217,14 +218,26 @@ _FINGERS = ("finger", "gripper", "jaw", "knuckle")
 
 def obvious_tip(tree: Tree) -> str:
     """The link at the end of the only arm in a tree of several ends; raises `UrdfError` naming all arms and legs."""
-    arms = [(_tip(tree, link), count) for link, count in _arms(tree)]
+    arms = tips(tree)
     if len(arms) == 1:
-        return arms[0][0]
+        return next(iter(arms))
     if not arms:  # what the chain to the deepest end lacks is said when it is read
         return max((link for link in tree.out_of if not tree.out_of[link]), key=lambda end: len(tree.path_to(end)))
-    some = [f"{tip} ({n} joint{'s' if n > 1 else ''})" for tip, n in sorted(arms, key=lambda x: -x[1])[:_LISTED]]
-    allowed = f"one of them by --tip: {', '.join(some)}{' ...' if len(arms) > _LISTED else ''}"
-    raise UrdfError(tree.urdf.file, "tip", f"the tree has {len(arms)} arms or legs", allowed)
+    raise UrdfError(
+        tree.urdf.file, "tip", f"the tree has {len(arms)} arms or legs", f"one of them by --tip: {listed(arms)}"
+    )
+
+
+def tips(tree: Tree) -> dict[str, int]:
+    """The links at the ends of all arms and legs, each with the joints that move it, the most first."""
+    found = [(_tip(tree, link), count) for link, count in _arms(tree)]
+    return dict(sorted(found, key=lambda x: -x[1]))
+
+
+def listed(arms: Mapping[str, int]) -> str:
+    """Ends of arms with their joints, as a message lists them."""
+    some = [f"{tip} ({n} joint{'s' if n > 1 else ''})" for tip, n in [*arms.items()][:_LISTED]]
+    return f"{', '.join(some)}{' ...' if len(arms) > _LISTED else ''}"
 
 
 def _arms(tree: Tree) -> list[tuple[str, int]]:

@@ -4,6 +4,7 @@ Folders of `$(find PACKAGE)` are sought beside the file and where ROS's environm
 """
 
 import os
+import re
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, redirect_stderr
 from functools import partial
@@ -21,6 +22,8 @@ _ALONE = RLock()
 """xacro keeps its state in its modules, and what stands in for its functions stands there for every thread."""
 _LONGEST_MESSAGE = 600
 _LONGEST_PACKAGE = 100_000
+_NO_ARGUMENT = re.compile(r"Undefined substitution argument ([^\s)]+)")
+"""What xacro says of an argument that has neither a value nor a default."""
 UNTRUSTED = "numbers, names, operators, indices, listed functions; trust_xacro=True, --trust-xacro: all of Python"
 """What an expression of a file may hold that is not trusted."""
 
@@ -64,6 +67,10 @@ def expand_xacro(
     except Exception as fault:  # it evaluates the file's own expressions: anything can come out
         said = " ".join(str(fault).split()) or type(fault).__name__
         said = said if len(said) <= _LONGEST_MESSAGE else f"{said[:_LONGEST_MESSAGE]} ..."
+        missing = _NO_ARGUMENT.search(said)
+        if missing:
+            allowed = f"--xacro-arg {missing[1]}:=VALUE, in Python xacro_args={{{missing[1]!r}: VALUE}}"
+            raise UrdfError(str(path), "xacro", f"the argument {missing[1]} has no value", allowed) from None
         allowed = UNTRUSTED if isinstance(_cause(fault), ExpressionError) else "a file that `xacro` expands"
         raise UrdfError(str(path), "xacro", said, allowed) from None
 

@@ -195,6 +195,7 @@ def read_document(
     except UrdfError as refused:
         what = f"xacro refuses the file: {refused.found}"
         instead = "--trust-xacro, if the file is yours: all its code runs" if refused.allowed == UNTRUSTED else ""
+        instead = refused.allowed if refused.allowed.startswith("--xacro-arg") else instead
         fault = UrdfFinding(what, "it expands to no URDF", Place(file, 1, 1), "", instead, code="xacro-refused")
         return replace(document_of("<robot/>", file), root=None, faults=(fault,))
 

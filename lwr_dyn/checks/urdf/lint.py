@@ -49,6 +49,7 @@ RULES: Registry[UrdfRule] = Registry(
         "joint-type": rule("schema_rules:joint_types", "error", "a type of joint that the format does not have"),
         "element-twice": rule("schema_rules:elements_twice", "warning", "an element that counts once, written twice"),
         "tag-unknown": rule("schema_rules:unknown_tags", "note", "a tag that no reader knows at this place"),
+        "xacro-leftover": rule("schema_rules:leftovers_of_xacro", "note", "a tag of xacro that readers pass over"),
         "attribute-unknown": rule("schema_rules:unknown_attributes", "note", "an attribute that no reader knows"),
         "link-unknown": rule("joint_rules:unknown_links", "error", "a joint's parent or child that is no link"),
         "link-carried-twice": rule("joint_rules:carried_twice", "error", "a link that two joints carry"),

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
+from lwr_dyn.arms.urdf.parse import xacro_tag
 from lwr_dyn.checks.urdf.document import UrdfDocument, UrdfFinding, tag_text
 from lwr_dyn.checks.urdf.elements import JointElement, LinkElement
 from lwr_dyn.checks.urdf.xml_tree import LARGEST, XmlElement
@@ -202,6 +203,21 @@ def unknown_tags(document: UrdfDocument) -> Iterator[UrdfFinding]:
             known = ", ".join(TAGS[element.tag].children) or "no elements"
             why = f"<{element.tag}> holds {known}"
             yield UrdfFinding(f"<{child.tag}> is not known here", why, child.place, owner, cause=cause)
+
+
+def leftovers_of_xacro(document: UrdfDocument) -> Iterator[UrdfFinding]:
+    """Tags of xacro in a file that is expanded, such as `<xacro:include>` or the call of a macro that makes no link and
+    no joint: no reader of a URDF looks at them. What they include is not there.
+    """
+    first: dict[str, XmlElement] = {}
+    waiting = [] if document.root is None else [*document.root.children]
+    for element in waiting:
+        tag = xacro_tag(element.tag)
+        if tag:
+            first.setdefault(element.tag, element)
+        waiting += () if tag == "macro" else element.children
+    for element in first.values():
+        yield UrdfFinding(f"<{element.tag}> is left over from xacro", "no reader looks at it", element.place, "")
 
 
 def _unknown_children(document: UrdfDocument) -> Iterator[tuple[XmlElement, XmlElement, str]]:

@@ -50,9 +50,14 @@ def test_other_faults_of_the_xml_stay_faults(text):
     [
         (
             "arm.urdf",
-            f"<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:property name='x'/>{BODY}</robot>",
-            "arm.urdf: <xacro:property>: a file of xacro macros; allowed: the URDF that it expands to, or a "
+            f"<robot name='r' xmlns:xacro='http://www.ros.org/wiki/xacro'><xacro:arm name='x'/>{BODY}</robot>",
+            "arm.urdf: <xacro:arm>: a file of xacro macros; allowed: the URDF that it expands to, or a "
             "name that ends in .xacro: xacro arm.urdf > expanded.urdf",
+        ),
+        (
+            "arm.urdf",
+            f"<robot name='r'><xacro:property name='x'/>{BODY}<link name='${{x}}'/></robot>",
+            "arm.urdf: <xacro:property>: a file of xacro macros",
         ),
     ],
 )
@@ -60,6 +65,28 @@ def test_a_xacro_is_named_with_the_command_that_expands_it(tmp_path, name, text,
     with pytest.raises(UrdfError) as fault:
         loaded(tmp_path, name, text)
     assert message in str(fault.value)
+
+
+@pytest.mark.parametrize("space", ["", " xmlns:xacro='http://www.ros.org/wiki/xacro'"])
+def test_leftovers_that_make_nothing_are_passed_over(tmp_path, space):
+    tags = "<xacro:include filename='$(find x)/a.xacro'/><xacro:macro name='m'><gazebo reference='${x}'/></xacro:macro>"
+    tags += "<xacro:m x='b'/><xacro:m x='c'/><material name='grey'><xacro:grey/></material>"
+    arm, plain = (loaded(tmp_path, "arm.urdf", f"<robot name='r'{space}>{x}{BODY}</robot>") for x in (tags, ""))
+    assert arm.n == plain.n == 1
+    assert [x.body.mass for x in arm.chain.links] == [x.body.mass for x in plain.chain.links]
+    assert arm.notes == (
+        "arm.urdf: <xacro:include>, <xacro:macro>, <xacro:m>, <xacro:grey> left over from xacro, "
+        "passed over as every reader does",
+    )
+    assert plain.notes == ()
+
+
+@pytest.mark.parametrize("body", ["<link name='z'/>", "<inertial/>", "<xacro:other/>"])
+def test_a_call_of_a_macro_that_makes_a_part_is_no_leftover(tmp_path, body):
+    macro = f"<xacro:macro name='m'>{body}</xacro:macro>"
+    assert loaded(tmp_path, "arm.urdf", f"<robot name='r'>{macro}{BODY}</robot>").n == 1
+    with pytest.raises(UrdfError, match="<xacro:m>: a file of xacro macros"):
+        loaded(tmp_path, "arm.urdf", f"<robot name='r'>{macro}{BODY}<xacro:m/></robot>")
 
 
 def test_a_declaration_that_an_expanded_file_kept_is_no_macro(tmp_path):

@@ -67,7 +67,7 @@ def test_a_broken_file_is_one_line(tmp_path, case, caplog):
 
 def test_wrong_tips_and_locks_are_refused_with_the_known_names(tmp_path):
     path = written(tmp_path, TWO)
-    with pytest.raises(UnknownNameError, match="known: a, b, c"):
+    with pytest.raises(UnknownNameError, match="known: b, c, a"):
         read_urdf(path, tip="z")
     with pytest.raises(UnknownNameError, match="known: j, k"):
         read_urdf(path, tip="b", lock={"z": 0.0})

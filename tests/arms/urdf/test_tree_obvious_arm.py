@@ -8,7 +8,7 @@ from lwr_dyn.arms.urdf.parse import parse_urdf
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.tree import build_tree, obvious_tip, with_held_joints
 from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import OptionError, UrdfError
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError, UrdfError
 from tests.arms.urdf.small_files import LIMIT, LINK, joint, robot, written
 
 MIMIC = LIMIT + '<mimic joint="{}" multiplier="-2" offset="0.1"/>'
@@ -98,7 +98,7 @@ def test_what_branches_off_is_held_and_said(tmp_path):
     assert held == {"j_l": 0.2, "twin": -2 * 0.2 + 0.1}
     arm = read_urdf(path)
     chosen, said = arm.notes
-    assert chosen == "the arm ends at f; another end: --tip LINK"
+    assert chosen == "the arm ends at f; another end: --tip LINK, such as l, r, wheel"
     assert said == "held: j_l at 0.2, twin at -0.3; other values: --lock JOINT=VALUE"
     given = read_urdf(path, tip="f", lock={"j_l": 0.2})
     assert given.notes == ()
@@ -147,6 +147,10 @@ REFUSED = {
         "chain: no moving joint between root and tip, and free of type floating is held",
     ),
     "nothing moves": (fixed("base", "a", "b"), None, "chain: no moving joint between root and tip; allowed"),
+    "a tip that does not move": (
+        [*ARM, *chain("base", "g", "h", "i", "k"), *fixed("base", "foot")], "foot",
+        "chain: no moving joint between root and tip; allowed: another tip: f (6 joints), k (4 joints); or fewer locks",
+    ),
 }  # fmt: skip
 
 
@@ -159,6 +163,13 @@ def test_what_is_no_chain_is_refused_with_what_to_type(tmp_path, case):
     assert message in str(fault.value)
 
 
+def test_an_unknown_tip_names_the_ends_of_arms_first(tmp_path):
+    path, _ = tree_of(tmp_path, [*chain("base", "g", "h", "i", "k"), *ARM, *fixed("f", "tcp")])
+    with pytest.raises(UnknownNameError, match=r"no link of .* named 'hand'; known: tcp, k, base, g, ") as fault:
+        read_urdf(path, tip="hand")
+    assert sorted(fault.value.known) == sorted(["base", *"abcdefghik", "tcp"])
+
+
 def test_commands_say_what_was_chosen_on_stderr(tmp_path, capsys):
     path, _ = tree_of(tmp_path, [*ARM, *FINGERS])
     with pytest.raises(SystemExit) as end:
@@ -167,7 +178,7 @@ def test_commands_say_what_was_chosen_on_stderr(tmp_path, capsys):
     out, err = capsys.readouterr()
     assert "the arm ends" not in out
     assert err.splitlines() == [
-        "note: the arm ends at f; another end: --tip LINK",
+        "note: the arm ends at f; another end: --tip LINK, such as left, right",
         "note: held: j_left at 0, j_right at 0; other values: --lock JOINT=VALUE",
     ]
 

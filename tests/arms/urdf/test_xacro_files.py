@@ -4,6 +4,7 @@ import pytest
 import xacro
 
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
+from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import UrdfError
 
 HEAD = '<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -63,6 +64,17 @@ def test_properties_and_macros_that_double_end(tmp_path):
     calls += "".join(f'<xacro:macro name="m{i + 1}">{f"<xacro:m{i}/>" * 2}</xacro:macro>' for i in range(40))
     with pytest.raises(UrdfError, match="without end"):
         expand_xacro(written(tmp_path, calls + "<xacro:m40/>"))
+
+
+def test_an_argument_without_a_value_is_named_with_its_option(tmp_path, capsys):
+    path = written(tmp_path, '<xacro:arg name="other" default="1"/><link name="$(arg side)_base"/>')
+    with pytest.raises(UrdfError, match=r"the argument side has no value; allowed: --xacro-arg side:=VALUE, in Python"):
+        expand_xacro(path)
+    assert 'name="left_base"' in expand_xacro(path, {"side": "left"})
+    with pytest.raises(SystemExit) as end:
+        main(["lint", str(path)])
+    assert end.value.code == 1
+    assert "--xacro-arg side:=VALUE" in capsys.readouterr().out
 
 
 def test_xacro_is_left_as_it_was(tmp_path):

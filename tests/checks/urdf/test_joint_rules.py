@@ -36,6 +36,7 @@ FAULTS = {
     "capital tag": (r'(name="l2">.*?)<mass ', r"\1<Mass ", "tag-misspelt", "link l2", "error"),
     "misspelt attribute": (r'(name="j2".*?)origin xyz', r"\1origin xzy", "attribute-misspelt", "joint j2", "error"),
     "unknown tag": (r'(name="j2".*?)<axis', r"\1<flavour/><axis", "tag-unknown", "joint j2", "note"),
+    "leftover of xacro": (r"</robot>", '<xacro:include filename="x"/></robot>', "xacro-leftover", "", "note"),
     "unknown attribute": (r'(name="j2".*?)<axis', r'\1<axis colour="red"', "attribute-unknown", "joint j2", "note"),
     "no value": (r'(name="l2">.*?)<mass value="[^"]*"', r"\1<mass", "attribute-missing", "link l2", "error"),
     "no effort": (_LIMIT, r'\1lower="-2" upper="2" velocity="2"', "attribute-missing", "joint j2", "error"),

@@ -19,8 +19,8 @@ SECOND = ONE.replace(
 )
 MORE = {
     "default namespace": ONE.replace("<robot", '<robot xmlns="http://example.org"'),
-    "leftover of xacro": ONE.replace("<robot", '<robot xmlns:xacro="http://ros.org/wiki/xacro"').replace(
-        "</robot>", '<xacro:include filename="x"/></robot>'
+    "macro of xacro": ONE.replace("<robot", '<robot xmlns:xacro="http://ros.org/wiki/xacro"').replace(
+        "</robot>", '<xacro:arm prefix="x"/></robot>'
     ),
     "nested": ONE.replace("</robot>", "<gazebo>" + "<a>" * 120 + "</a>" * 120 + "</gazebo></robot>"),
     "an undeclared prefix that XML reserves": ONE.replace("</robot>", '<gazebo xmlns:xml="x"/></robot>'),
@@ -69,12 +69,25 @@ def test_every_kind_of_refusal_of_a_faulty_file_is_an_error(tmp_path):
     assert quiet == {"only a link", "floating", "unknown type", "two ends"}
 
 
-@pytest.mark.parametrize("case", ["default namespace", "leftover of xacro", "nested", "a second inertial"])
+@pytest.mark.parametrize("case", ["default namespace", "macro of xacro", "nested", "a second inertial"])
 def test_what_no_other_rule_names_is_said_in_the_words_of_the_reader(case):
     document = document_of(REFUSED[case], "arm.urdf")
     (found,) = [f for f in lint_document(document).findings if f.code == "reader-refuses"]
     assert refusal(document).fault.found in found.what
     assert found.subject == ("link b" if case == "a second inertial" else "")
+
+
+@pytest.mark.parametrize("tag", ["include filename='x'", "property name='x' value='1'", "arg name='x' default='1'"])
+def test_a_leftover_of_xacro_is_a_note(tmp_path, tag):
+    path = tmp_path / "arm.urdf"
+    text = ONE.replace("<robot", '<robot xmlns:xacro="http://ros.org/xacro"')
+    path.write_text(text.replace("<link", f"<xacro:{tag}/><link", 1))
+    report = lint_file(path)
+    (found,) = [f for f in report.findings if f.code == "xacro-leftover"]
+    assert (found.level, found.what) == ("note", f"<xacro:{tag.split()[0]}> is left over from xacro")
+    assert not report.count("error")
+    (note,) = read_urdf(path).notes
+    assert note == f"arm.urdf: <xacro:{tag.split()[0]}> left over from xacro, passed over as every reader does"
 
 
 @pytest.mark.parametrize("case", ["negative damping", "negative mass", "two roots", "link twice", "two parents", "nan"])

@@ -209,4 +209,6 @@ def test_write_takes_the_robot_of_the_run_or_refuses_another(backup, lwr_dyn_com
 
 def test_an_unknown_robot_is_told_what_files_can_be_one(refused, folder):
     (folder / "a.src").write_text("DEF a( )\nEND\n")
-    assert "a path to a .toml, .urdf, .kuka.toml or $machine.dat" in refused("krl", "run", "a.src", "--robot", "kr30")
+    assert "a path to a .toml, .urdf, .xml (MJCF), .kuka.toml or $machine.dat" in refused(
+        "krl", "run", "a.src", "--robot", "kr30"
+    )
