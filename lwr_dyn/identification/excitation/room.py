@@ -65,8 +65,8 @@ class Demands:
         name = self.names[column]
         if column < len(self.clearance.names):
             apart, kept = room + self.clearance.kept, self.clearance.kept
-            touching = f"{apart:.3g} m apart" if apart >= 0.0 else f"{-apart:.3g} m inside each other"
-            return f"{name} are {when} {touching}; {kept:g} m is to be kept"
+            are = f"are {when} {apart:.3g} m apart" if apart >= 0.0 else f"overlap {when} by {-apart:.3g} m"
+            return f"{name} {are}; {kept:g} m is to be kept"
         return f"{name} needs {when} {1.0 - room / PER_SHARE:.3g} times the torque that it may use, at rest"
 
 
