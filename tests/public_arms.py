@@ -28,10 +28,17 @@ def _text(numbers):
     return " ".join(map(repr, numbers))
 
 
-def urdf_of(name):
-    """The URDF of a public arm: its joints as they were written, links without bodies."""
+BODY = (
+    '<inertial><origin xyz="0.01 0.02 0.06"/><mass value="3"/>'
+    '<inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+"""Of each link, where an arm needs some body."""
+
+
+def urdf_of(name, body=""):
+    """The URDF of a public arm: its joints as they were written, links without bodies or each with the same `body`."""
     rows = _TABLES[name]["joints"]
-    links = "".join(f'<link name="link_{i}"/>' for i in range(len(rows) + 1))
+    links = "".join(f'<link name="link_{i}">{body}</link>' for i in range(len(rows) + 1))
     joints = "".join(_joint(row, f"link_{i}", f"link_{i + 1}") for i, row in enumerate(rows))
     return f'<robot name="{name}">{links}{joints}</robot>'
 

@@ -2,6 +2,9 @@
 
 import contextlib
 import io
+import os
+import signal
+import threading
 import sys
 import time
 from types import SimpleNamespace
@@ -9,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from lwr_dyn.foundation import progress as module
-from lwr_dyn.foundation.progress import CLEAR, progress
+from lwr_dyn.foundation.progress import CLEAR, progress, stop_asked
 
 
 class Terminal(io.StringIO):
@@ -98,3 +101,34 @@ def test_a_notebook_without_tqdm_has_none(monkeypatch):
     monkeypatch.setitem(sys.modules, "tqdm", None)
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     assert shown(monkeypatch, Terminal(), work=0.0) == ""
+
+
+def test_the_first_ctrl_c_asks_and_the_second_one_stops():
+    before, called = signal.getsignal(signal.SIGINT), []
+    with pytest.raises(KeyboardInterrupt), stop_asked(lambda: called.append(1)) as stop:  # noqa: PT012
+        assert not stop()
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stop()
+        assert called == [1]
+        signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_an_ignored_ctrl_c_stays_ignored_and_another_thread_is_left_alone():
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with stop_asked() as stop:
+            signal.raise_signal(signal.SIGINT)
+            assert not stop()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    said = []
+
+    def work():
+        with stop_asked() as stop:
+            said.append((stop(), signal.getsignal(signal.SIGINT) is before))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert said == [(False, True)]

@@ -57,8 +57,8 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     arm's table, with friction only where its file gives it.
 
     Ctrl-C ends the search as --seconds does: the best motion so far is printed and written to --out (exit 130). Where
-    no start ends in a motion that may be run, the nearest to it is, and what is wrong with it is said (exit 1). Where no
-    pose keeps what is asked, none is searched (exit 2).
+    no start ends in a motion that may be run, the nearest to it is, and what is wrong with it is said (exit 1). Where
+    no pose keeps what is asked, none is searched (exit 2).
     """
     out, noise = given["out"], given["noise"]
     design.check_choices(given["objective"], given["starts"], given["seed"], given["duration"])

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from lwr_dyn.foundation.arrays import Array
@@ -58,20 +59,26 @@ class SearchSpace:
         return np.concatenate([self._room + self._linear @ x, self._curved(x)])
 
     def solve(
-        self, x: Array, rounds: int, tolerance: float, near: float = np.inf, watch: SearchWatch | None = None,
-        share: float = FOR_ALL,
+        self, x: Array, rounds: int, tolerance: float, near: float = np.inf, reach: float = np.inf,
+        watch: SearchWatch | None = None, share: float = FOR_ALL,
     ) -> Array:  # fmt: skip
         """The best coordinates that a search from x (b n,) met inside the limits; the nearest to it if it met none.
 
         Limits of positions and speeds that x is further away from than `near`, a share of the travel or of the limit,
-        are left out of the search: a start that is nearly at its end does not come to them, and each costs time. The
-        search ends where `watch` says so, at this `share` of its time.
+        are left out of the search, and so are distances of more than `reach` [m]: a start that is nearly at its end
+        does not come to them, and each costs time. An iterate that comes to them all the same is not kept. The search
+        ends where `watch` says so, at this `share` of its time.
         """
         best = _Best(self, x, watch or SearchWatch(), share, rounds)
         rows = self._room + self._linear @ x < near * self._scale
         slope, room = self._linear[rows], self._room[rows]
         linear = {"type": "ineq", "fun": lambda x: room + slope @ x, "jac": lambda _: slope}
-        curved = {"type": "ineq", "fun": self._curved, "jac": self._curved_gradient}
+        bent = self._within(x, reach)
+        curved = {
+            "type": "ineq",
+            "fun": lambda x: self._curved(x)[bent],
+            "jac": lambda x: self._curved_gradient(x, bent),
+        }
         options = {"maxiter": rounds, "ftol": tolerance}
         solve: Any = minimize  # its stubs know no function that gives value and gradient with constraints
         terms = [linear, curved]
@@ -87,10 +94,19 @@ class SearchSpace:
         distances = self.clearance.of(self.basis.position @ X) - self.buffer
         return np.append(distances.ravel(), [] if self.torque is None else self.torque.room(self.basis, X).ravel())
 
-    def _curved_gradient(self, x: Array) -> Array:
+    def _within(self, x: Array, reach: float) -> NDArray[np.bool_]:
+        """The rows of `_curved` that a search from x takes: distances within `reach`, and all torques."""
+        values = self._curved(x)
+        count = len(self.basis.position) * len(self.clearance.names)
+        return np.asarray((values < reach) | (np.arange(len(values)) >= count))
+
+    def _curved_gradient(self, x: Array, rows: NDArray[np.bool_]) -> Array:
         X = x.reshape(self.basis.count, -1)
         _, slope = self.clearance.with_gradient(self.basis.position @ X)
-        out = np.einsum("kmj,kc->kmcj", slope, self.basis.position).reshape(-1, x.size)
+        k, m, n = slope.shape
+        kept = rows[: k * m]
+        parts = np.repeat(self.basis.position, m, axis=0)[kept]
+        out = np.einsum("rj,rc->rcj", slope.reshape(-1, n)[kept], parts).reshape(-1, x.size)
         return out if self.torque is None else np.vstack([out, self.torque.room_gradient(self.basis, X)])
 
 
@@ -167,7 +183,7 @@ SHARE_OF_WIDEST = 0.3
 class Resolution:
     """Instants of the objective and of the limits in a period of the highest harmonic; when SLSQP ends.
 
-    `near`: which limits it sees, as `SearchSpace.solve` takes it.
+    `near` and `reach`: which limits and distances it sees, as `SearchSpace.solve` takes them.
     """
 
     objective: int
@@ -175,9 +191,10 @@ class Resolution:
     rounds: int
     tolerance: float
     near: float
+    reach: float
 
 
-COARSE, FINE = Resolution(14, 12, 60, 2e-4, np.inf), Resolution(22, 26, 150, 1e-6, 0.25)
+COARSE, FINE = Resolution(14, 12, 60, 2e-4, np.inf, np.inf), Resolution(22, 26, 150, 1e-6, 0.25, 0.15)
 """Of a start, and of the best ones."""
 
 
@@ -299,7 +316,7 @@ class MotionDesign:
         return SearchSpace(objective, limits, self.limits, self.clearance, buffers, use)
 
     def _solved(self, space: SearchSpace, X: Array, size: Resolution, share: float = FOR_ALL) -> Array:
-        found = space.solve(X.ravel(), size.rounds, size.tolerance, size.near, self.watch, share)
+        found = space.solve(X.ravel(), size.rounds, size.tolerance, size.near, size.reach, self.watch, share)
         return found.reshape(X.shape)
 
     def _judged(self, X: Array) -> SearchedMotion:

@@ -60,14 +60,14 @@ class Demands:
         slope = -PER_SHARE * (np.sign(tau) / self.torques.limit)[:, known, None] * by_q[:, known]
         return np.concatenate([self.clearance.with_gradient(q)[1], slope], axis=1)
 
-    def shortfall(self, column: int, room: float) -> str:
-        """What a column lacks, in words, with the names of both that are too near."""
+    def shortfall(self, column: int, room: float, when: str) -> str:
+        """What a column lacks `when`, in words, with the names of both that are too near."""
         name = self.names[column]
         if column < len(self.clearance.names):
             apart, kept = room + self.clearance.kept, self.clearance.kept
-            touching = f"{apart:.3g} m apart" if apart >= 0.0 else f"{-apart:.3g} m inside each other"
-            return f"{name} are {touching}, {kept:g} m is to be kept"
-        return f"{name} needs {1.0 - room / PER_SHARE:.3g} times the torque that it may use, at rest"
+            are = f"are {when} {apart:.3g} m apart" if apart >= 0.0 else f"overlap {when} by {-apart:.3g} m"
+            return f"{name} {are}; {kept:g} m is to be kept"
+        return f"{name} needs {when} {1.0 - room / PER_SHARE:.3g} times the torque that it may use, at rest"
 
 
 def drawn_poses(limits: MotionLimits, count: int = POSES) -> Array:
@@ -95,11 +95,11 @@ def check_room(clearance: Clearance, limits: MotionLimits, torques: TorqueUse) -
     if not room.size or room.min(axis=1).max() >= 0.0:
         return
     where = f"excitation of {clearance.arm.name}"
-    for column in np.flatnonzero(room.max(axis=0) < 0.0).tolist():
+    for column in (k for k in np.argsort(room.max(axis=0)).tolist() if room[:, k].max() < 0.0):
         best = moved_pose(asked, q[[int(np.argmax(room[:, column]))]], limits, [column])
         value = float(asked.of(best)[0, column])
         if value < -ENOUGH:
-            words = f"in all poses {asked.shortfall(column, value)} at best"
+            words = asked.shortfall(column, value, "at best")
             raise ExcitationError(where, words, _cure(asked, column))
     order = np.argsort(room.min(axis=1))[::-1][:MOVED]
     ends = np.concatenate([moved_pose(asked, q[[k]], limits, [*range(room.shape[1])]) for k in order])
@@ -107,7 +107,7 @@ def check_room(clearance: Clearance, limits: MotionLimits, torques: TorqueUse) -
     best_end = lacks[int(np.argmax(lacks.min(axis=1)))]
     if best_end.min() < -ENOUGH:
         column = int(np.argmin(best_end))
-        words = f"no pose meets all at once; in the best one {asked.shortfall(column, float(best_end[column]))}"
+        words = asked.shortfall(column, float(best_end[column]), "in the best pose for all at once")
         raise ExcitationError(where, words, _cure(asked, column))
 
 

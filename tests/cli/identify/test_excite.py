@@ -1,12 +1,16 @@
 """`lwr-dyn excite`: the loop to identification, its record, and what it refuses in one line."""
 
 import dataclasses
+import json
+import os
 import shlex
+import signal
 
 import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.identification.excitation import motion_design
 from lwr_dyn.identification.excitation.design import without_friction
 from lwr_dyn.identification.excitation.motion_design import MotionDesign
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
@@ -57,6 +61,91 @@ def test_the_proposed_simulation_is_of_the_same_arm(printed, tmp_path):
     assert words[13] == file
 
 
+def rows_of(file):
+    """Rows of numbers of a whole motion."""
+    return np.loadtxt(file, delimiter=",", skiprows=sum(x[0] in "#t" for x in file.read_text().splitlines()))
+
+
+@pytest.fixture
+def interrupted(monkeypatch):
+    """A function that has Ctrl-C pressed when a start begins for the time that is given, counted from 1."""
+
+    def at(count):
+        draw, begun = motion_design.random_start, []
+
+        def start(*arguments):
+            begun.append(1)
+            if len(begun) == count:
+                os.kill(os.getpid(), signal.SIGINT)
+            return draw(*arguments)
+
+        monkeypatch.setattr(motion_design, "random_start", start)
+        return begun
+
+    return at
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 2])
+def test_ctrl_c_leaves_the_best_motion_so_far_whole(count, interrupted, lwr_dyn_command, tmp_path):
+    begun, file = interrupted(count), tmp_path / "e.csv"
+    code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK[2:], "--starts", "9", "--out", str(file))
+    assert (code, err) == (130, "lwr-dyn: stopped: this is the best motion so far\n")
+    assert f"ended early (stopped): {count} of 9 starts searched; the best motion so far" in out
+    assert f"wrote {file}" in out
+    assert len(begun) == count
+    assert rows_of(file).shape == (601, 22)
+    assert ("DO NOT RUN IT" in out) == file.read_text().startswith("# DO NOT RUN IT")
+    assert [*tmp_path.iterdir()] == [file]
+
+
+@pytest.mark.slow
+def test_seconds_leave_the_best_motion_so_far_whole(recorded, tmp_path):
+    file = tmp_path / "e.csv"
+    record = recorded("excite", "lwr4plus", "--starts", "900", "--seconds", "4", "--out", str(file))
+    assert record["ended"] == "seconds"
+    assert record["may_be_run"] is True
+    assert record["seconds"] < 8.0
+    assert 1 <= len(record["starts"]) < 900
+    assert rows_of(file).shape == (1001, 22)
+
+
+@pytest.mark.slow
+def test_a_motion_that_is_found_is_written_at_once(lwr_dyn_command, tmp_path, monkeypatch):
+    """What ends the search by force leaves the best motion that was found before it."""
+    file = tmp_path / "e.csv"
+
+    def killed(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(MotionDesign, "best_of", killed)
+    with pytest.raises(MemoryError):
+        from lwr_dyn.cli.main import main
+
+        main(["excite", "lwr4plus", *QUICK, "--out", str(file)])
+    assert rows_of(file).shape == (601, 22)
+
+
+@pytest.mark.slow
+def test_a_motion_that_is_too_near_is_written_and_said_to_be(lwr_dyn_command, tmp_path, monkeypatch):
+    """Searches that do nothing end where they begin."""
+    monkeypatch.setattr(motion_design.SearchSpace, "solve", lambda self, x, *_: x)
+    file = tmp_path / "e.csv"
+    options = ("excite", "lwr4plus", *QUICK, "--floor", "0.1", "--out", str(file))
+    code, out, err = lwr_dyn_command(*options, "--json")
+    record = json.loads(out)
+    assert (code, err) == (1, "")
+    assert faults("excite", record) == []
+    assert record["may_be_run"] is False
+    assert f"{record['nearest']} are " in record["faults"][0]
+    assert file.read_text().startswith(f"# DO NOT RUN IT: {record['faults'][0]}\n")
+    assert rows_of(file).shape == (601, 22)
+    code, out, _ = lwr_dyn_command(*options)
+    assert code == 1
+    assert f"DO NOT RUN IT: {record['faults'][0]}" in out
+    assert out.endswith(f"wrote {file}\n")
+
+
 def test_a_long_motion_says_the_rate_of_its_check():
     arm = lwr_dyn.load("lwr4plus", "physical")
     columns, limits = TorqueColumns(arm.chain), MotionLimits.of(arm)
@@ -83,8 +172,10 @@ def test_only_joints_without_friction_are_named():
         (("--keep", "-1"), "distance to keep: -1.0; allowed: 0 or more, in m"),
         (("--margin-deg", "200"), "travel of joint_1: -170 deg (-2.97 rad) to 170 deg (2.97 rad)"),
         (("--margin-deg", "-1"), "--margin-deg: -1.0; allowed: 0 or more, in deg"),
-        (("--floor", "5"), "the clearest of 2000 random poses is 4."),
-        (("--keep", "5"), "the clearest of 2000 random poses is 4."),
+        (("--floor", "5"), "joint_4 and the floor overlap at best by 4.67 m; 0.05 m is to be kept; allowed: less"),
+        (("--keep", "5"), "link_5 and the column are at best 0.243 m apart; 5 m is to be kept; allowed: less"),
+        (("--seconds", "0"), "seconds: 0.0; allowed: above 0, in s; inf for no limit"),
+        (("--seconds", "nan"), "seconds: nan; allowed: above 0, in s; inf for no limit"),
         (("--column", "5"), "column: 5.0; allowed: a radius in m that does not hold the whole arm"),
         (("--duration", "1e9"), "duration: 1000000000.0; allowed: a time above 0 s, at most 3600 s"),
         (("--starts", "100000"), "starts: 100000; allowed: a whole number from 1 to 1000"),

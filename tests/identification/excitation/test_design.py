@@ -7,15 +7,11 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
-from lwr_dyn.identification.excitation import motion_design
-from lwr_dyn.identification.excitation.design import design_excitation, rows_of, run_of_excitation, write_excitation
-from lwr_dyn.identification.excitation.motion_design import ExcitationError
+from lwr_dyn.identification.excitation import design, motion_design
+from lwr_dyn.identification.excitation.design import NoMotionError, design_excitation, ended_words, rows_of
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
 from lwr_dyn.identification.excitation.objectives import fourier_basis, motion_score
-from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.model.arm import arm_with_payload
-from lwr_dyn.model.run import Run
-from lwr_dyn.trajectory.references.recorded_motion import csv_reference
 
 SHORT = {"duration": 5.0, "starts": 1, "harmonics": 2}
 
@@ -92,13 +88,69 @@ def test_torques_bind_where_motors_are_weak(lwr):
 
 
 @pytest.mark.slow
-def test_a_motion_that_cannot_be_clear_is_refused_with_the_distance(lwr, monkeypatch):
-    short = motion_design.Resolution(8, 8, 4, 1e-3, np.inf)  # searches where nothing is feasible are slow
+def test_a_motion_that_is_not_clear_is_refused_with_the_pair_and_kept_in_the_error(lwr, monkeypatch):
+    short = motion_design.Resolution(8, 8, 4, 1e-3, np.inf, np.inf)  # searches where nothing is feasible are slow
     monkeypatch.setattr(motion_design, "COARSE", short)
     monkeypatch.setattr(motion_design, "FINE", short)
-    monkeypatch.setattr(motion_design, "check_room", lambda *_: None)  # which refuses before any search
-    with pytest.raises(ExcitationError, match=r"excitation of lwr4plus: .* m too near something; allowed: more starts"):
-        design_excitation(lwr, **SHORT, clearance=clearance_of(lwr, kept=0.6))
+    monkeypatch.setattr(design, "check_room", lambda *_: None)  # which refuses before any search
+    clearance = clearance_of(lwr, kept=0.6)
+    words = (
+        r"excitation of lwr4plus: in the best of 1 starts .* and .* are .* m too near at .* s: 0\.6 m .*; allowed: more"
+    )
+    with pytest.raises(NoMotionError, match=words) as refused:
+        design_excitation(lwr, **SHORT, clearance=clearance)
+    best = refused.value.best
+    nearest = clearance.of(best.sampled(1000.0).q[:-1])
+    assert nearest.min() == pytest.approx(best.clear - 0.6, abs=1e-12)
+    assert best.faults[0].startswith(best.nearest)
+    assert "DO NOT RUN IT: " + best.faults[0] in best.document.text()
+    assert best.document.record()["may_be_run"] is False
+
+
+@pytest.mark.slow
+def test_two_links_that_are_never_far_apart_do_not_stop_the_search(iiwa):
+    found = design_excitation(iiwa, **SHORT)
+    assert found.faults == ()
+    assert found.ended == "searched"
+    assert clearance_of(iiwa, kept=0.0).of(found.sampled(1000.0).q).min() >= 0.05
+    columns = found.columns
+    assert found.score.d < _best_random(iiwa, columns, 5)[0]
+
+
+@pytest.mark.slow
+def test_a_search_ends_with_its_time_and_has_a_motion(lwr):
+    kept, said = [], []
+    found = design_excitation(lwr, starts=500, seconds=3.0, better=kept.append, report=said.append)
+    assert found.ended == "seconds"
+    assert 1 <= len(found.starts) < 500
+    assert found.seconds < 6.0
+    assert found.faults == ()
+    assert ended_words(found) in found.document.text()
+    assert ended_words(found).startswith("ended early (its time was over): ")
+    assert kept
+    assert [x.score.d for x in kept] == sorted((x.score.d for x in kept), reverse=True)
+    assert all(x.faults == () for x in kept)
+    assert found.starts[0].value >= min(x.value for x in found.starts)
+    shares = [x for x in said if not isinstance(x, str)]
+    assert said[0] == "start 1 of 500"
+    assert any("best starts" in x for x in said if isinstance(x, str))
+    assert shares == sorted(shares)
+    assert len(shares) > 10
+
+
+@pytest.mark.slow
+def test_a_search_that_is_asked_to_stop_has_the_best_so_far(lwr):
+    begun = []
+    one = design_excitation(lwr, **SHORT)
+    found = design_excitation(
+        lwr, 5.0, starts=3, harmonics=2, stop=lambda: len(begun) > 1,
+        report=lambda x: begun.append(x) if isinstance(x, str) else None,
+    )  # fmt: skip
+    assert begun == ["start 1 of 3", "start 2 of 3"]
+    assert found.ended == "stopped"
+    assert len(found.starts) == 2
+    assert found.faults == ()
+    assert found.starts[0].value == one.starts[0].value
 
 
 @pytest.mark.slow
@@ -129,28 +181,3 @@ def test_bad_numbers_are_refused(lwr, bad, error):
 def test_an_arm_without_masses_is_refused():
     with pytest.raises(MissingDataError):
         design_excitation(lwr_dyn.load("lwr4"), starts=1)
-
-
-@pytest.mark.slow
-def test_its_file_is_a_reference_and_a_log(designed, lwr, tmp_path):
-    table = tmp_path / "e.csv"
-    write_excitation(table, designed)
-    reference, exact = csv_reference(lwr, file=str(table)), designed.motion
-    t = np.linspace(0.0, 10.0, 777)
-    read, designed_motion = reference.sample(t), exact.sample(t)
-    assert np.abs(read.q - designed_motion.q).max() < 1e-7
-    assert np.abs(read.dq - designed_motion.dq).max() < 1e-5
-    log = read_log(table, arm=lwr, needs=("q",))
-    assert np.array_equal(log.q, designed.sampled(100.0).q)
-    assert np.array_equal(log.dq, designed.sampled(100.0).dq)
-
-
-@pytest.mark.slow
-def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
-    path = tmp_path / "e.npz"
-    write_excitation(path, designed, 50.0)
-    run = Run.load(path)
-    tau = lwr_dyn.dynamics_of(lwr, "newton-euler").inverse_dynamics(run.q, run.dq, designed.sampled(50.0).ddq)
-    assert np.abs(run.tau_applied - tau).max() < 1e-9
-    assert run.meta["robot"] == "lwr4plus"
-    assert run.t.size == run_of_excitation(designed, 50.0).t.size == 501

@@ -1,22 +1,96 @@
-"""Whether an arm has room beside floor, column and own links."""
+"""The search: its buffers, what it hands over where it must end, and what is wrong with a motion."""
 
+import numpy as np
 import pytest
 
-import lwr_dyn
-from lwr_dyn.identification.excitation.motion_design import check_room, column_words, links_inside
-from lwr_dyn.identification.excitation.motion_limits import clearance_of
+from lwr_dyn.identification.excitation import motion_design
+from lwr_dyn.identification.excitation.motion_design import COARSE, FINE, MotionDesign, SearchedMotion, best_motion
+from lwr_dyn.identification.excitation.motion_limits import MotionLimits, clearance_of
+from lwr_dyn.identification.excitation.room import drawn_poses
+from lwr_dyn.identification.excitation.watch import SearchWatch
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 
-def test_the_column_says_what_it_reaches_and_what_it_does_not_hold():
-    arm = lwr_dyn.load("lwr4plus", "physical")
-    assert column_words(clearance_of(arm, column=0.0)) == ""
-    words = column_words(clearance_of(arm, column=0.3))
-    assert words.startswith("column of radius 0.3 m up to joint_1 at 0 m, rounded above it; not held against it")
-    drawn, wide = (links_inside(clearance_of(arm, column=x)) for x in (None, 0.3))
-    assert set(drawn) < set(wide)
-    assert set(wide) < set(links_inside(clearance_of(arm, column=5.0)))
+def design_of(arm, watch=None, kept=0.05, torque_share=0.8):
+    limits = MotionLimits.of(arm, torque_share=torque_share)
+    columns, clearance = TorqueColumns(arm.chain), clearance_of(arm, kept)
+    return MotionDesign(arm, 5.0, 2, "d", np.full(arm.n, 0.1), columns, limits, clearance, watch or SearchWatch())
 
 
-@pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "kr30ha"])
-def test_arms_that_stand_as_drawn_have_room(robot):
-    check_room(clearance_of(lwr_dyn.load(robot)))
+def test_a_buffer_is_at_most_a_share_of_what_a_pair_can_have(iiwa):
+    design = design_of(iiwa)
+    names = design.clearance.names
+    widest = design.clearance.of(drawn_poses(design.limits)).max(axis=0)
+    for buffer in (0.02, 0.1):
+        buffers = design._space(COARSE, buffer).buffer
+        assert (buffers <= 0.3 * widest).all()
+        assert buffers.max() == buffer
+        tight = names.index("link_5 and link_3")
+        assert 0.0 < buffers[tight] < 0.3 * 0.004
+    X = np.zeros((design.check.count, iiwa.n))
+    X[0] = drawn_poses(design.limits)[np.argmax(design.clearance.of(drawn_poses(design.limits)).min(axis=1))]
+    assert design._space(COARSE).slack(X.ravel()).min() > 0.0, "no motion would be inside, whatever the search does"
+
+
+def test_a_search_that_must_end_hands_over_its_best(lwr):
+    rounds = []
+    design = design_of(lwr, SearchWatch(stop=lambda: len(rounds) > 15))
+    space = design._space(COARSE)
+    start = motion_design.random_start(space, np.random.default_rng(0))
+    objective = space.objective
+
+    def counted(x):
+        rounds.append(x)
+        return objective(x)
+
+    object.__setattr__(space, "objective", counted)
+    x = space.solve(start.ravel(), 60, 2e-4, watch=design.watch)
+    assert len(rounds) == 16, "the search went on, or ended by itself"
+    assert space.slack(x).min() > -motion_design.OUTSIDE
+    inside = [objective(y)[0] for y in rounds if space.slack(y).min() > -motion_design.OUTSIDE]
+    assert objective(x)[0] <= np.median(inside)
+    assert design.watch.ended == "stopped"
+
+
+def test_without_time_it_is_where_it_began(lwr):
+    design = design_of(lwr, SearchWatch(stop=lambda: True))
+    space = design._space(COARSE)
+    start = motion_design.random_start(space, np.random.default_rng(0)).ravel()
+    assert np.array_equal(space.solve(start, 60, 2e-4, watch=design.watch), start)
+
+
+def test_what_is_far_is_left_out_of_the_last_search_and_its_rows_are_those_of_the_whole(lwr):
+    design = design_of(lwr)
+    space = design._space(FINE)
+    x = motion_design.random_start(space, np.random.default_rng(0)).ravel()
+    near = space._within(x, FINE.reach)
+    assert 0 < near.sum() < 0.7 * len(near)
+    assert np.array_equal(near, space._curved(x) < FINE.reach)
+    whole = space._curved_gradient(x, np.ones(len(near), dtype=bool))
+    assert np.array_equal(space._curved_gradient(x, near), whole[near])
+
+
+def test_faults_name_the_pair_the_moment_and_the_joint(lwr):
+    design = design_of(lwr, torque_share=0.02)
+    down = np.radians([0, 90, 0, -60, 0, 0, 0])
+    X = np.zeros((design.check.count, 7))
+    X[0] = down
+    near = -design.clearance.of(down[None]).min()
+    said = design.faults(X)
+    assert said[0] == f"the flange and the floor are {near:.3g} m too near at 0.00 s: 0.05 m is to be kept"
+    assert said[1].startswith("joint_2 needs ")
+    assert said[1].endswith(" times the torque that it may use")
+    assert design_of(lwr).faults(np.zeros_like(X)) == ()
+
+
+@pytest.mark.parametrize(
+    ("motions", "best"),
+    [
+        ([(1.0, 0.01, 0.5), (0.5, -0.01, 0.5), (2.0, 0.3, 0.5)], 0),
+        ([(1.0, -0.02, 0.5), (5.0, -0.01, 0.5)], 1),
+        ([(1.0, 0.1, 1.5), (5.0, -0.01, 0.5)], 1),
+    ],
+)
+def test_the_best_motion_may_be_run_or_is_the_nearest_to_it(motions, best):
+    found = [SearchedMotion(np.zeros((1, 1)), *one) for one in motions]
+    assert best_motion(found) is found[best]
