@@ -1,5 +1,7 @@
 """References for the joints of an arm: moves in joint space, and paths of poses through inverse kinematics.
 
+chosen_move          The task `move`: a move between two poses that are chosen inside the arm's own limits of
+                     position, speed and torque
 excitations          The tasks `step` and `chirp`: positions that a loop is asked for, of one joint or of each in turn
 ist                  The IST path of the LWR 4+ paper: its points as printed, the path through them, its timing; and
                      `ist-clear`
