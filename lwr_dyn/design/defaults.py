@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lwr_dyn.control.gains import Linearised
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.design.sampled_stability import SampledStability, pose_text, rate_text, stability_at
@@ -129,9 +128,7 @@ def usual_law(
 def law_stability(
     arm: Arm, dynamics: Dynamics, controller: Controller, reference: Reference, rate: float
 ) -> SampledStability | None:
-    """The sampled loop of a rigid arm at rest at poses of a reference; None where the linear theory does not apply."""
-    if not isinstance(controller, Linearised):
-        return None
+    """The sampled loop of a rigid arm at rest at poses of a reference; None for a law that hides a memory."""
     case = LoopCase(rate)
     poses = np.asarray(reference.sample(np.linspace(0.0, reference.duration, PLACES)).q)
     try:
