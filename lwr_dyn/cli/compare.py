@@ -8,6 +8,7 @@ import click
 
 from lwr_dyn.cli.options import (
     NO_CODE,
+    TASK_HELP,
     Flag,
     Loading,
     OneOf,
@@ -17,6 +18,7 @@ from lwr_dyn.cli.options import (
     row_options,
     show,
     stands_on,
+    task_of,
 )  # fmt: skip
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
@@ -36,8 +38,8 @@ PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(
     f"{name}: {PLANTS[name].about}" for name in PLANTS.names
 )
 CONTROLLERS_HELP = (
-    "Names or files of your own; all names if not given. Options of simulate follow a colon: "
-    "pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
+    "Names or files of your own; if not given, all names whose loop is stable at this rate. "
+    "Options of simulate follow a colon: pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
 )
 TUNED_HELP = (
     "Give each controller its largest omega-n with |S_ii| <= PEAK at poses of the task, rigid with a delay of 1 to 4 "
@@ -51,7 +53,7 @@ OWN = [
     option("--controllers", CONTROLLERS_HELP, str, metavar="A,B:OPTION=VALUE,FILE.py"),
     NO_CODE,
     option("--plants", PLANTS_HELP, str, "nominal", metavar="A,B=VALUE,A+B"),
-    option("--task", "What the arm does.", OneOf(REFERENCES.names), "ist"),
+    option("--task", TASK_HELP, OneOf(REFERENCES.names)),
     option("--tuned", TUNED_HELP, float, metavar="PEAK"),
     option("--friction", FRICTION_HELP, float, metavar="SHARE"),
     option("--rate", "Samples a second.", float, 1000.0),
@@ -127,7 +129,8 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
         raise OptionError("compare", f"{len(robots)} robots", "one robot, or run files that end in .npz")
     if given["labels"]:
         raise OptionError("--label", "would do nothing here", "with run files")
-    TASKS.refuse_unused(given["task"])
+    if given["task"] is not None:
+        TASKS.refuse_unused(given["task"])
     arm = loading.arm(robots[0], (*(DYNAMICS if given["tuned"] is None else ALL), ABSENT_ROTORS))
     if given["friction"] is not None:
         arm = arm_with_friction(arm, given["friction"])
@@ -136,13 +139,14 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
         controller_spec(text)
     check_code(controllers, given["no_code"])
     cases = [plant_case(arm, text) for text in _listed("--plants", given["plants"], ())]
-    reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))
-    if given["twice"]:
-        reference = Twice(reference)
+    usual = task_of(TASKS, given, arm)
+    if usual.words and not given["json"]:
+        click.echo(usual.words, err=True)
+    reference = Twice(usual.reference) if given["twice"] else usual.reference
     folder = None if given["save"] is None else make_folder(given["save"])
     fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
     since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
-    task = given["task"] + (" twice" if given["twice"] else "")
+    task = usual.name + (" twice" if given["twice"] else "")
     study = ControllerStudy(
         arm, reference, controllers, cases, task, fixed, since, given["tuned"], folder=folder,
         lenient=given["controllers"] is None,

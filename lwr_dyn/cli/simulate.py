@@ -12,16 +12,19 @@ import click
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, faults_in, make_controller, split_name
+from lwr_dyn.control.protocol import Controller
+from lwr_dyn.design.defaults import LAWS, UsualLaw, usual_law
 from lwr_dyn.design.loop_judgement import sampled_notes
 from lwr_dyn.design.sampled_stability import StabilityRecord
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.passivity import passive_refit
-from lwr_dyn.model.run import Event, Run, format_of
+from lwr_dyn.model.run import Event, Reference, Run, format_of
 from lwr_dyn.pages.plotting.plots import plot_writer
 from lwr_dyn.pages.replay.replayed_runs import facts
 from lwr_dyn.simulation.arm_friction import FORMS, FrictionOption
@@ -97,9 +100,12 @@ class NameOrFile(options.OneOf):
         return value
 
 
-TASK = options.option("--task", "What the arm does.", options.OneOf(REFERENCES.names), "ist")
-AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
-CONTROLLER = options.option("--controller", AROUND, NameOrFile(CONTROLLERS.names), "pd-gravity")
+TASK = options.option("--task", options.TASK_HELP, options.OneOf(REFERENCES.names))
+AROUND = (
+    f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}. If not given, the first of "
+    f"{', '.join(LAWS)} that is stable at this rate."
+)
+CONTROLLER = options.option("--controller", AROUND, NameOrFile(CONTROLLERS.names))
 PLANT = [
     options.option("--plant-reading", "Simulate another reading than the controller's.", str),
     options.option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
@@ -156,10 +162,11 @@ RULES = (
 @options.robot_options
 def command(robot: str, loading: options.Loading, **given: Any) -> None:
     """Simulate ROBOT under a controller on a task; print errors, torques against limits, and the audit."""
-    TASK_OPTIONS.refuse_unused(given["task"])
-    law = split_name(given["controller"])[0]
-    CONTROLLER_OPTIONS.refuse_unused(law)
-    options.check_code([given["controller"]], given["no_code"])
+    if given["task"] is not None:
+        TASK_OPTIONS.refuse_unused(given["task"])
+    if given["controller"] is not None:
+        CONTROLLER_OPTIONS.refuse_unused(split_name(given["controller"])[0])
+        options.check_code([given["controller"]], given["no_code"])
     options.refuse_unused(RULES, given)
     out = given["out"]
     _check_target(out, ".npz")
@@ -168,8 +175,8 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     arm = loading.arm(robot, options.used_by(given["elastic"]))
     setup = _setup(arm, robot, given)
     sampled = sampled_notes(setup)
-    _note([] if given["json"] else sampled.before)
-    run = _simulated(setup, law, out, [] if given["json"] else sampled.once_begun)
+    _note([] if given["json"] else [*setup.record()["note"].get("chosen", ()), *sampled.before])
+    run = _simulated(setup, given["controller"] or "", out, [] if given["json"] else sampled.once_begun)
     others = [*filter(None, [given["csv"]])]
     for path in others:
         run.save(path)
@@ -192,11 +199,11 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
-    payload, name, law = given["payload"], given["controller"], split_name(given["controller"])[0]
-    reference = REFERENCES.make(given["task"], arm, **TASK_OPTIONS.values(given["task"], given, arm))
+    payload, task = given["payload"], options.task_of(TASK_OPTIONS, given, arm)
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
-    controller = make_controller(name, model, dynamics, **CONTROLLER_OPTIONS.values(law, given, model))
+    law = _law(model, dynamics, task.reference, given)
+    words = [*filter(None, [task.words, law.words])]
     plant = arm
     if given["plant_reading"] is not None:
         other = load(robot, given["plant_reading"], **arm.loaded_with)
@@ -207,16 +214,32 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
     engine = dynamics if plant_is_model else given["engine"]
     friction, note = _friction(plant, given["friction"], given["passive_refit"])
     encoder = _encoder(given["encoder_bits"], given["encoder_noise"], given["velocity_cutoff"])
-    with faults_in(law):
+    with faults_in(law.name):
         loop = Loop(
             plant=plant, payload=payload, encoder=encoder, rate=given["rate"],
             method=given["method"], substeps=given["substeps"], continuous=given["continuous"], delay=given["delay"],
             elasticity=options.given_elasticity(given["elastic"]), encoders=given["encoders"], engine=engine,
             loop=given["loop"], seed=given["seed"], saturate=not given["no_saturation"], friction=friction,
             position_limits=not given["no_stops"], allow_unphysical=given["allow_unphysical"],
-            meta={"task": getattr(reference, "about", {}).get("task", given["task"]), **_plant_note(given), **note},
+            meta={"task": getattr(task.reference, "about", {}).get("task", task.name), **_plant_note(given), **note,
+                  **({"chosen": words} if words else {})},
         )  # fmt: skip
-        return prepare(arm, controller, reference, loop)
+        return prepare(arm, law.controller, task.reference, loop)
+
+
+def _law(model: Arm, dynamics: Dynamics, reference: Reference, given: dict[str, Any]) -> UsualLaw:
+    """The law that is asked for, or the first of the usual ones that takes what was typed and is stable."""
+
+    def make(name: str) -> Controller:
+        found = CONTROLLER_OPTIONS.values(split_name(name)[0], given, model)
+        return make_controller(name, model, dynamics, **found)
+
+    if given["controller"] is not None:
+        return UsualLaw(split_name(given["controller"])[0], make(given["controller"]))
+    typed = [flag for flag in CONTROLLER_OPTIONS.flags if flag.is_typed]
+    laws = [name for name in LAWS if all(name in flag.rows for flag in typed)] or [*LAWS[:1]]
+    CONTROLLER_OPTIONS.refuse_unused(laws[0])
+    return usual_law(model, dynamics, make, reference, given["rate"], laws[:1] if given["continuous"] else laws)
 
 
 def _plant_note(given: dict[str, Any]) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """Design of the sampled loop: what sampling, delay and elastic joints leave of its stability, and of its motion.
 
+defaults             What a loop gets where nothing is asked for: a task, a law; each with a line that says what was
+                     chosen and why
 elastic_loop         Arms with elastic joints as matrices: near rest, and frozen at a moving state; continuous poles
                      of their loops
 gain_search          The largest natural frequency omega_n with which a law keeps a stated margin, over poses and over

@@ -111,3 +111,13 @@ def test_where_one_page_cannot_be_made_none_is_written(folder, refused):
     arguments = ("--controllers", "pid", "--html", "a.html", "--replay", "b.html")
     assert "two runs or more" in refused("compare", "lwr4plus", *SHORT, *arguments)
     assert list(folder.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_an_arm_without_a_task_of_its_own_and_laws_that_its_rate_does_not_hold(lwr_dyn_command):
+    code, out, err = lwr_dyn_command("compare", "kr30ha")
+    assert code == 0
+    assert "task: point-to-point, chosen for this arm (--task move): (" in err
+    assert "kr30ha, move, 2 s" in out
+    assert "robust: left out: at 1000 Hz it is unstable at rest at " in out
+    assert "diverges" not in out

@@ -76,12 +76,12 @@ def test_a_diverging_run_names_the_time_and_keeps_its_samples(lwr_dyn_command, t
     assert 1 < kept.t.size < 1001
 
 
-@pytest.mark.parametrize("task", [(), ("--task", "ist-clear")])
+@pytest.mark.parametrize("task", ["ist", "ist-clear"])
 def test_the_letters_are_refused_by_name_for_an_arm_that_cannot_write_them(refused, tmp_path, task):
     own = tmp_path / "own.toml"
     own.write_text(template("own.toml", "own", "RR"))
-    err = refused("simulate", str(own), *task)
-    assert err.startswith(f"lwr-dyn: task {task[-1] if task else 'ist'}, robot: own; allowed: a seven-joint arm")
+    err = refused("simulate", str(own), "--task", task)
+    assert err.startswith(f"lwr-dyn: task {task}, robot: own; allowed: a seven-joint arm")
     assert err.endswith("other arms have other tasks, as point-to-point\n")
 
 
@@ -205,3 +205,21 @@ def test_a_stiffness_that_is_not_above_zero_is_refused_by_the_name_of_its_option
 def test_a_default_of_one_law_is_not_shown_as_that_of_all(lwr_dyn_command):
     text = "".join(lwr_dyn_command("simulate", "--help-all")[1].split())
     assert "[default:2000.0(cartesian-impedance)]" in text
+
+
+def test_an_arm_for_which_nothing_is_asked_gets_a_task_of_its_own_that_is_said(lwr_dyn_command):
+    code, out, err = lwr_dyn_command("simulate", "kr30ha")
+    assert code == 0
+    assert "task move, 2 s" in out
+    assert "position and speed kept; torque unknown" in out
+    assert "task: point-to-point, chosen for this arm (--task move): (" in err
+
+
+def test_options_of_a_task_and_a_law_keep_to_what_was_chosen(recorded, refused):
+    record = recorded("simulate", "kr30ha", "--duration", "5", "--velocity-error")
+    assert record["meta"]["reference"]["duration"] == 5.0
+    assert record["meta"]["controller"]["name"] == "pd-gravity"
+    assert record["meta"]["note"]["chosen"][0].startswith("task: point-to-point, chosen for this arm")
+    assert "--timing: would do nothing here; allowed: with --task ist" in refused(
+        "simulate", "kr30ha", "--timing", "smooth"
+    )

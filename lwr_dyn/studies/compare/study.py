@@ -23,6 +23,7 @@ import numpy as np
 
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec, controller_spec, faults_in
 from lwr_dyn.control.protocol import Controller, label_of
+from lwr_dyn.design.defaults import law_stability, unstable_words
 from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -143,7 +144,7 @@ class ControllerStudy:
     tuned: Mapping[str, Mapping[str, Any]] | None = None
     """Controller as typed -> further options of its factory; what `run` fills in for a `peak`."""
     lenient: bool = False
-    """Whether a controller that cannot be made for the arm is a line of `failures` too."""
+    """Whether a controller that cannot be made for the arm, or is unstable at its rate, is a line of `failures` too."""
     folder: Path | None = None
     """Where each run is saved whole, as run_1.npz and so on."""
 
@@ -225,10 +226,17 @@ class ControllerStudy:
                     raise
                 failures.append(f"{spec.text}: {fault}")
             else:
-                kept.append(spec.text)
+                unstable = self._unstable(workshop.controller(spec), workshop.models[0]) if self.lenient else ""
+                (failures if unstable else kept).append(f"{spec.text}: {unstable}" if unstable else spec.text)
         if not kept:
             raise errors.OptionError("controllers", "none that can be made", failures[0])
         return replace(self, controllers=tuple(kept)), failures
+
+    def _unstable(self, controller: Controller, dynamics: Dynamics) -> str:
+        """Why a controller is left out, by its sampled loop on the arm as modelled; empty where it is not."""
+        rate = dict(self.options).get("rate", 1000.0)
+        found = law_stability(self.arm, dynamics, controller, self.reference, rate)
+        return "" if found is None or found.holds else f"left out: at {rate:g} Hz it {unstable_words(found)}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,5 +1,7 @@
 """References for the joints of an arm: moves in joint space, and paths of poses through inverse kinematics.
 
+chosen_move          The task `move`: a move between two poses that are chosen inside the arm's own limits of
+                     position, speed and torque
 excitations          The tasks `step` and `chirp`: positions that a loop is asked for, of one joint or of each in turn
 function_reference   A function q(t) as a reference: its speeds and accelerations are found, or given as functions, and
                      checked

@@ -1,8 +1,8 @@
 """Moves in joint space: point to point by quintics, LSPB moves of all joints together, and standing still."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,8 @@ class JointReference:
 
     waypoints: Array
     profiles: tuple[MotionProfile, ...]
+    about: Mapping[str, Any] = field(default_factory=dict)
+    """What is to be said of it in run files."""
     name: ClassVar[str] = "JointReference"
     """In run files."""
     __repr__ = short_repr

@@ -25,6 +25,9 @@ REFERENCES: Registry[Callable[..., Reference]] = Registry(
             "lwr_dyn.trajectory.references.ist:ist_clear_twice", "ist-clear, back to its start, and again"
         ),
         "point-to-point": Row("lwr_dyn.trajectory.references.joint_moves:one_move", "a quintic from rest to rest"),
+        "move": Row(
+            "lwr_dyn.trajectory.references.chosen_move:chosen_move", "a move that is chosen inside the arm's own limits"
+        ),
         "lspb": Row("lwr_dyn.trajectory.references.joint_moves:lspb_move", "a move with a trapezoid of speed"),
         "line": Row("lwr_dyn.trajectory.cartesian.tasks:line_reference", "a straight line of the tip, of any arm"),
         "waypoints": Row(

@@ -1,0 +1,98 @@
+"""The task `move`: torques by another engine keep the limits, other poses for weak arms, a cause for each refusal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.trajectory.references.chosen_move import MOST_WEIGHT, SPEED, TORQUE, chosen_move, limit_use, ranges
+
+PAPERS = ("lwr4plus", "wam7", "kr30ha")
+
+
+def with_limits(arm, **changed):
+    """The arm with some limits of all joints changed: a value, or one a joint."""
+    rows = {name: np.broadcast_to(np.asarray(value, dtype=object), arm.n) for name, value in changed.items()}
+    new = (replace(one, **{k: v[i] for k, v in rows.items()}) for i, one in enumerate(arm.limits))
+    return replace(arm, limits=tuple(new))
+
+
+def torques(arm, move, count=300):
+    motion = move.sample(np.linspace(0.0, move.duration, count))
+    other = lwr_dyn.dynamics_of(arm, engine="newton-euler")
+    return np.array([other.inverse_dynamics(*row) for row in zip(motion.q, motion.dq, motion.ddq, strict=True)])
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_the_move_keeps_the_limits_by_another_engine(name):
+    arm = lwr_dyn.load(name)
+    move = chosen_move(arm)
+    motion = move.sample(np.linspace(0.0, move.duration, 300))
+    low, up = ranges(arm)
+    assert (np.minimum(motion.q - low, up - motion.q) > 0.09 * (up - low)).all()
+    assert (np.abs(motion.dq) <= (SPEED + 1e-9) * arm.velocity).all()
+    assert (np.abs(torques(arm, move)) <= TORQUE * arm.effort).all()
+    assert np.ptp(motion.q, axis=0).min() > 0.05
+
+
+def test_it_is_the_same_for_the_same_arm_and_says_what_it_uses():
+    arm = lwr_dyn.load("kr30ha")
+    move, again = chosen_move(arm), chosen_move(arm)
+    np.testing.assert_array_equal(move.waypoints, again.waypoints)
+    use = limit_use(arm, move, lwr_dyn.dynamics_of(arm))
+    assert move.about["use"] == {"speed": use.speed, "torque": use.torque}
+    assert use.torque is None  # of the KR 30 HA none is known
+    assert use.fits
+
+
+def test_a_slow_lift_and_slow_joints_take_longer_but_not_for_ever():
+    arm = with_limits(lwr_dyn.load("lwr4plus"), velocity=0.02)
+    move = chosen_move(arm)
+    assert 2.0 < move.duration <= 8.1
+    assert np.abs(move.sample(np.linspace(0.0, move.duration, 500)).dq).max() <= SPEED * 0.02 * (1 + 1e-9)
+
+
+def test_an_arm_too_weak_for_the_middle_pose_moves_where_it_is_held():
+    arm = lwr_dyn.load("kr30ha")
+    strong = chosen_move(arm)
+    weight = np.abs(lwr_dyn.dynamics_of(arm).gravity_vector(strong.waypoints)).max(axis=0)
+    weak = with_limits(arm, effort=[1e5, float(weight[1] / 1.2), 1e5, 1e5, 1e5, 1e5])
+    move = chosen_move(weak)
+    assert not np.array_equal(move.waypoints, strong.waypoints)
+    assert (np.abs(torques(weak, move)) <= 0.95 * weak.effort).all()
+
+
+def test_an_arm_that_its_torques_do_not_hold_is_refused_with_the_joint_and_the_share():
+    arm = with_limits(lwr_dyn.load("lwr4plus"), effort=[320.0, 0.5, 176.0, 176.0, 100.0, 40.0, 40.0])
+    with pytest.raises(OptionError, match=r"weight and friction take \d+ % of the torque limit of joint_2") as fault:
+        chosen_move(arm)
+    assert float(str(fault.value).split("take ")[1].split(" %")[0]) > 100 * MOST_WEIGHT
+
+
+def test_limits_without_room_are_refused_by_name():
+    arm = lwr_dyn.load("wam7")
+    limits = (*arm.limits[:2], replace(arm.limits[2], lower=0.5, upper=0.5), *arm.limits[3:])
+    with pytest.raises(OptionError, match=f"position limits of {arm.joint_names[2]} leave no room; allowed"):
+        chosen_move(replace(arm, limits=limits))
+
+
+def test_unknown_limits_are_a_turn_about_zero_and_a_wide_range_is_cut_to_one():
+    arm = lwr_dyn.load("lwr4plus")
+    low, up = ranges(replace(arm, limits=(JointLimits(),) * 7))
+    np.testing.assert_allclose([low, up], [np.full(7, -np.pi), np.full(7, np.pi)])
+    low, up = ranges(with_limits(arm, lower=-4.0, upper=6.0))
+    np.testing.assert_allclose([low, up], [np.full(7, 1 - np.pi), np.full(7, 1 + np.pi)])
+    low, up = ranges(with_limits(arm, lower=1.0, upper=None))
+    np.testing.assert_allclose([low, up], [np.full(7, 1.0), np.full(7, 1 + 2 * np.pi)])
+    low, up = ranges(with_limits(arm, lower=None, upper=1.0))
+    np.testing.assert_allclose([low, up], [np.full(7, 1 - 2 * np.pi), np.full(7, 1.0)])
+
+
+def test_a_duration_of_ones_own_is_kept_or_refused():
+    arm = lwr_dyn.load("wam7")
+    assert chosen_move(arm, duration=11.0).duration == 11.0
+    with pytest.raises(OptionError, match="duration"):
+        chosen_move(arm, duration=-1.0)
