@@ -1,6 +1,8 @@
 """What can be diagnosed without running: names, types, declarations, initial values, jumps.
 
-static_checks  What can be diagnosed without running a program or a project: names, types, declarations, initial
-               values, jumps
-type_check     An expression where it stands: its type, those of a call's arguments, and constants that cannot be meant
+constant_values  Constants that cannot be meant: an index outside of its array, a speed in mm/s, over 100 %
+static_checks    What can be diagnosed without running a program or a project: names, types, declarations, initial
+                 values, jumps
+system_names     Names that begin with `$` and that no list has: the one that was probably meant
+type_check       An expression where it stands: its type, those of a call's arguments, and the `#NAME` of no ENUM
 """

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, check_value, place_of, shape_of, type_in
+from lwr_dyn.krl.checks.constant_values import check_value, place_of
+from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, shape_of, type_in
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s

@@ -1,7 +1,7 @@
 """Types of KRL, and the names that need no declaration: KUKA's own, those of option packages, those of a user's file.
 
-The structures of the language itself stand here; all else is read from kernel.toml, system.toml (more `$` variables, and
-which of all are read-only), options.toml, and files of a user of the same form.
+The structures of the language itself stand here; all else is read from kernel.toml, system.toml (more `$` variables,
+and which of all are read-only), options.toml, and files of a user of the same form.
 """
 
 from __future__ import annotations
@@ -232,11 +232,7 @@ def _read_group(out: KnownNames, where: str, group: Mapping[str, Any]) -> None:
     for text in group.get("functions", ()):
         name, function = _function_of(f"{where}: functions", text)
         out.functions[name], out.origins[name] = function, origin
-    for text in group.get("variables", ()):
-        for name, kind in _declared_in(f"{where}: variables", text)[0].items():
-            out.variables[name], out.origins[name] = kind, origin
-    for text in group.get("read_only", ()):
-        out.read_only.update(_text(f"{where}: read_only", text).upper().split())
+    _read_variables(out, where, group, origin)
     for name, text in group.get("structures", {}).items():
         members, more = _declared_in(f"{where}: structures.{name}", text)
         _enter(out, where, name, more, origin)
@@ -245,6 +241,14 @@ def _read_group(out: KnownNames, where: str, group: Mapping[str, Any]) -> None:
         constants = _text(f"{where}: enumerations.{name}", text).upper().split()
         _enter(out, where, name, "..." in constants, origin)
         out.enums[name.upper()] = frozenset(constants) - {"..."}
+
+
+def _read_variables(out: KnownNames, where: str, group: Mapping[str, Any], origin: Origin) -> None:
+    for text in group.get("variables", ()):
+        for name, kind in _declared_in(f"{where}: variables", text)[0].items():
+            out.variables[name], out.origins[name] = kind, origin
+    for text in group.get("read_only", ()):
+        out.read_only.update(_text(f"{where}: read_only", text).upper().split())
 
 
 def _enter(out: KnownNames, where: str, name: str, more: bool, origin: Origin) -> None:
