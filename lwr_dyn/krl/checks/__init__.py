@@ -5,4 +5,6 @@ static_checks    What can be diagnosed without running a program or a project: n
                  values, jumps
 system_names     Names that begin with `$` and that no list has: the one that was probably meant
 type_check       An expression where it stands: its type, those of a call's arguments, and the `#NAME` of no ENUM
+written_places   What a program may not write: inputs, measured values, constants, signals on inputs; texts without
+                 their brackets
 """

@@ -8,6 +8,7 @@ from typing import Any
 
 from lwr_dyn.krl.checks.constant_values import check_value, place_of
 from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, shape_of, type_in
+from lwr_dyn.krl.checks.written_places import check_text, check_written
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
@@ -97,6 +98,8 @@ def _assign(scope: Scope, x: s.Assign) -> None:
     while isinstance(target, e.Index):
         target = target.of
     kind = type_in(scope, x.target)
+    check_written(scope, x.target)
+    check_text(scope, x.target, kind, x.value)
     check_assignable(scope, kind, x.value, target.name)
     check_value(scope, place_of(scope, x.target), x.value)
 
@@ -148,6 +151,7 @@ def _condition(scope: Scope, x: s.Condition) -> None:
 
 def _for(scope: Scope, x: s.For) -> None:
     check_assignable(scope, INT, x.variable, "the variable of FOR")
+    check_written(scope, x.variable)
     for value in (x.first, x.last, x.step):
         if value is not None:
             check_assignable(scope, INT, value, "FOR")

@@ -6,10 +6,12 @@ An unknown type fits every type.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
+from dataclasses import replace
 from typing import Any
 
 from lwr_dyn.krl.checks.constant_values import check_indices, check_value
 from lwr_dyn.krl.checks.system_names import check_system_name
+from lwr_dyn.krl.checks.written_places import check_written
 from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
@@ -44,6 +46,8 @@ def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
     rest = [FunctionParameter("", UNKNOWN)] * (len(x.arguments) - len(taken))
     for parameter, argument, kind in zip((*taken, *rest), x.arguments, given, strict=False):
         if argument is not None:
+            if routine is not None and isinstance(argument, e.Text):
+                parameter = replace(parameter, mode="IN")  # programs hand over texts for OUT
             _check(scope, x.name, parameter, argument, kind, severity)
 
 
@@ -51,11 +55,14 @@ def _check(
     scope: Scope, name: str, parameter: FunctionParameter, argument: e.Expression, kind: Type, severity: Severity
 ) -> None:
     taken = scope.type_seen(parameter.type)
-    if isinstance(argument, e.EnumLiteral):
-        _check_constant(scope, argument, taken)
-    elif parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
+    if parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
         message = f"{parameter.name} of {name} is OUT, the argument is no variable"
         scope.report(argument.column, "arguments", message, f"a variable of type {taken}", severity)
+        return
+    if parameter.mode == "OUT" and scope.program.routine(name) is None:
+        check_written(scope, argument)  # a subprogram with OUT may be given an input that it only reads
+    if isinstance(argument, e.EnumLiteral):
+        _check_constant(scope, argument, taken)
     elif not _fits(taken, kind):
         message = f"{parameter.name} of {name} is {taken}, the argument is {kind}"
         scope.report(argument.column, "type", message, f"a value of type {taken}", severity)
@@ -64,7 +71,7 @@ def _check(
 def taken_by(routine: Routine) -> tuple[FunctionParameter, ...]:
     """The parameters of a routine with the types that its first lines declare.
 
-    All count as IN: what happens to a constant for OUT is not documented, and programs hand over texts so.
+    Those without a mode count as IN.
     """
     kinds: dict[str, Type] = {}
     for _, x in routine.lines():
@@ -72,7 +79,8 @@ def taken_by(routine: Routine) -> tuple[FunctionParameter, ...]:
             break
         if isinstance(x, Declaration):
             kinds |= {d.name.upper(): type_of(x.type, d) for d in x.names}
-    return tuple(FunctionParameter(p.name, kinds.get(p.name.upper(), UNKNOWN)) for p in routine.head.parameters)
+    parameters = routine.head.parameters
+    return tuple(FunctionParameter(p.name, kinds.get(p.name.upper(), UNKNOWN), p.mode or "IN") for p in parameters)
 
 
 def _declared(i: int, text: str) -> FunctionParameter:
