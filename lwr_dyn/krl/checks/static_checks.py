@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.krl.checks.constant_values import check_value, place_of
+from lwr_dyn.krl.checks.statement_places import check_interrupt_declared, check_places, check_priority
 from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, shape_of, type_in
 from lwr_dyn.krl.checks.written_places import check_text, check_written
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
@@ -31,7 +32,9 @@ def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
     if data is not None:
         _check_lines(Scope(program, SymbolTable(), data.file, diagnostics, unknown=in_data), data.outline.data)
     for routine in program.routines:
-        _check_lines(scope_of(program, routine, diagnostics, in_source), routine.lines())
+        scope = scope_of(program, routine, diagnostics, in_source)
+        _check_lines(scope, routine.lines())
+        check_places(scope)
     return (*diagnostics, *in_data.diagnostics(), *in_source.diagnostics())
 
 
@@ -169,8 +172,14 @@ def _case(scope: Scope, x: s.CaseBranch) -> None:
 
 def _interrupt(scope: Scope, x: s.InterruptDeclaration) -> None:
     check_assignable(scope, INT, x.priority, "the priority")
+    check_priority(scope, x.priority)
     check_assignable(scope, BOOL, x.condition, "WHEN")
     _CHECKS[type(x.action)](scope, x.action)
+
+
+def _interrupt_switch(scope: Scope, x: s.InterruptSwitch) -> None:
+    _values(scope, x.priority)
+    check_interrupt_declared(scope, x)
 
 
 def _trigger(scope: Scope, x: s.Trigger) -> None:
@@ -220,7 +229,7 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.Jump: _jump,
     s.Return: _return,
     s.InterruptDeclaration: _interrupt,
-    s.InterruptSwitch: lambda scope, x: _values(scope, x.priority),
+    s.InterruptSwitch: _interrupt_switch,
     s.Trigger: _trigger,
     s.Analog: lambda scope, x: _values(scope, x.target, x.value),
     s.SplineBlock: _spline,
