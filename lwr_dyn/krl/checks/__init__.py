@@ -1,6 +1,7 @@
 """What can be diagnosed without running: names, types, declarations, initial values, jumps.
 
 constant_values   Constants that cannot be meant: an index outside of its array, a speed in mm/s, over 100 %
+global_names      GLOBAL names that two modules declare: the controller takes neither of them
 statement_places  What may stand where: the lines of SPLINE and SWITCH, the target of GOTO; parameters without a type;
                   interrupts
 static_checks     What can be diagnosed without running a program or a project: names, types, declarations, initial

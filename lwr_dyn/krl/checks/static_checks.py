@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lwr_dyn.krl.checks.constant_values import check_value, place_of
+from lwr_dyn.krl.checks.global_names import repeated_globals
 from lwr_dyn.krl.checks.statement_places import check_interrupt_declared, check_places, check_priority
 from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, shape_of, type_in
 from lwr_dyn.krl.checks.written_places import check_text, check_written
@@ -35,7 +36,7 @@ def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
         scope = scope_of(program, routine, diagnostics, in_source)
         _check_lines(scope, routine.lines())
         check_places(scope)
-    return (*diagnostics, *in_data.diagnostics(), *in_source.diagnostics())
+    return (*diagnostics, *repeated_globals(program), *in_data.diagnostics(), *in_source.diagnostics())
 
 
 def _check_lines(scope: Scope, lines: Iterable[tuple[int, s.Statement]]) -> None:
