@@ -6,7 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, check_value, place_of, shape_of, type_in
+from lwr_dyn.krl.checks.constant_values import check_value, place_of
+from lwr_dyn.krl.checks.global_names import repeated_globals
+from lwr_dyn.krl.checks.statement_places import check_interrupt_declared, check_places, check_priority
+from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, shape_of, type_in
+from lwr_dyn.krl.checks.written_places import check_text, check_written
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
@@ -29,8 +33,10 @@ def static_diagnostics(program: Program) -> tuple[Diagnostic, ...]:
     if data is not None:
         _check_lines(Scope(program, SymbolTable(), data.file, diagnostics, unknown=in_data), data.outline.data)
     for routine in program.routines:
-        _check_lines(scope_of(program, routine, diagnostics, in_source), routine.lines())
-    return (*diagnostics, *in_data.diagnostics(), *in_source.diagnostics())
+        scope = scope_of(program, routine, diagnostics, in_source)
+        _check_lines(scope, routine.lines())
+        check_places(scope)
+    return (*diagnostics, *repeated_globals(program), *in_data.diagnostics(), *in_source.diagnostics())
 
 
 def _check_lines(scope: Scope, lines: Iterable[tuple[int, s.Statement]]) -> None:
@@ -96,6 +102,8 @@ def _assign(scope: Scope, x: s.Assign) -> None:
     while isinstance(target, e.Index):
         target = target.of
     kind = type_in(scope, x.target)
+    check_written(scope, x.target)
+    check_text(scope, x.target, kind, x.value)
     check_assignable(scope, kind, x.value, target.name)
     check_value(scope, place_of(scope, x.target), x.value)
 
@@ -147,6 +155,7 @@ def _condition(scope: Scope, x: s.Condition) -> None:
 
 def _for(scope: Scope, x: s.For) -> None:
     check_assignable(scope, INT, x.variable, "the variable of FOR")
+    check_written(scope, x.variable)
     for value in (x.first, x.last, x.step):
         if value is not None:
             check_assignable(scope, INT, value, "FOR")
@@ -164,8 +173,14 @@ def _case(scope: Scope, x: s.CaseBranch) -> None:
 
 def _interrupt(scope: Scope, x: s.InterruptDeclaration) -> None:
     check_assignable(scope, INT, x.priority, "the priority")
+    check_priority(scope, x.priority)
     check_assignable(scope, BOOL, x.condition, "WHEN")
     _CHECKS[type(x.action)](scope, x.action)
+
+
+def _interrupt_switch(scope: Scope, x: s.InterruptSwitch) -> None:
+    _values(scope, x.priority)
+    check_interrupt_declared(scope, x)
 
 
 def _trigger(scope: Scope, x: s.Trigger) -> None:
@@ -215,7 +230,7 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.Jump: _jump,
     s.Return: _return,
     s.InterruptDeclaration: _interrupt,
-    s.InterruptSwitch: lambda scope, x: _values(scope, x.priority),
+    s.InterruptSwitch: _interrupt_switch,
     s.Trigger: _trigger,
     s.Analog: lambda scope, x: _values(scope, x.target, x.value),
     s.SplineBlock: _spline,

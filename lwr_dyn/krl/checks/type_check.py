@@ -1,14 +1,17 @@
-"""An expression where it stands: its type, those of a call's arguments, and constants that cannot be meant.
+"""An expression where it stands: its type, those of a call's arguments, and the `#NAME` of no ENUM.
 
-An unknown type fits every type. Of constants: an index outside of its array, a speed in mm/s, over 100 %, a `#NAME` of
-no ENUM.
+An unknown type fits every type.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Set
+from dataclasses import replace
 from typing import Any
 
+from lwr_dyn.krl.checks.constant_values import check_indices, check_value
+from lwr_dyn.krl.checks.system_names import check_system_name
+from lwr_dyn.krl.checks.written_places import check_written
 from lwr_dyn.krl.diagnostics import Severity
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language.blocks import DECLARATIONS, Routine
@@ -20,14 +23,6 @@ from lwr_dyn.krl.project.project import type_of
 
 KERNEL = "KSS"
 """The package of the controller's own functions."""
-FASTEST = 3.0
-"""[m/s] $VEL_MA.CP, the largest path speed, as the robots are delivered."""
-_SPEEDS = frozenset({"$VEL.CP", "LDAT.VEL", "BAS.VEL_CP", "BAS.CP_PARAMS", "SVEL_CP.1"})
-
-_PERCENTS = frozenset({
-    "$VEL_AXIS", "$ACC_AXIS", "$OV_PRO", "$OV_ROB", "$APO.CPTP", "$APO.CVEL", "PDAT.VEL", "PDAT.ACC", "LDAT.ACC",
-    "BAS.VEL_PTP", "BAS.ACC_PTP", "BAS.PTP_PARAMS", "SVEL_JOINT.1",
-})  # fmt: skip
 
 
 def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
@@ -51,6 +46,8 @@ def check_types(scope: Scope, x: e.FunctionCall, given: Sequence[Type]) -> None:
     rest = [FunctionParameter("", UNKNOWN)] * (len(x.arguments) - len(taken))
     for parameter, argument, kind in zip((*taken, *rest), x.arguments, given, strict=False):
         if argument is not None:
+            if routine is not None and isinstance(argument, e.Text):
+                parameter = replace(parameter, mode="IN")  # programs hand over texts for OUT
             _check(scope, x.name, parameter, argument, kind, severity)
 
 
@@ -58,11 +55,14 @@ def _check(
     scope: Scope, name: str, parameter: FunctionParameter, argument: e.Expression, kind: Type, severity: Severity
 ) -> None:
     taken = scope.type_seen(parameter.type)
-    if isinstance(argument, e.EnumLiteral):
-        _check_constant(scope, argument, taken)
-    elif parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
+    if parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
         message = f"{parameter.name} of {name} is OUT, the argument is no variable"
         scope.report(argument.column, "arguments", message, f"a variable of type {taken}", severity)
+        return
+    if parameter.mode == "OUT" and scope.program.routine(name) is None:
+        check_written(scope, argument)  # a subprogram with OUT may be given an input that it only reads
+    if isinstance(argument, e.EnumLiteral):
+        _check_constant(scope, argument, taken)
     elif not _fits(taken, kind):
         message = f"{parameter.name} of {name} is {taken}, the argument is {kind}"
         scope.report(argument.column, "type", message, f"a value of type {taken}", severity)
@@ -71,7 +71,7 @@ def _check(
 def taken_by(routine: Routine) -> tuple[FunctionParameter, ...]:
     """The parameters of a routine with the types that its first lines declare.
 
-    All count as IN: what happens to a constant for OUT is not documented, and programs hand over texts so.
+    Those without a mode count as IN.
     """
     kinds: dict[str, Type] = {}
     for _, x in routine.lines():
@@ -79,7 +79,8 @@ def taken_by(routine: Routine) -> tuple[FunctionParameter, ...]:
             break
         if isinstance(x, Declaration):
             kinds |= {d.name.upper(): type_of(x.type, d) for d in x.names}
-    return tuple(FunctionParameter(p.name, kinds.get(p.name.upper(), UNKNOWN)) for p in routine.head.parameters)
+    parameters = routine.head.parameters
+    return tuple(FunctionParameter(p.name, kinds.get(p.name.upper(), UNKNOWN), p.mode or "IN") for p in parameters)
 
 
 def _declared(i: int, text: str) -> FunctionParameter:
@@ -149,6 +150,7 @@ def _name(scope: Scope, x: e.Name) -> Type:
     if kind is None:
         scope.report_variable(x.column, x.name)
         return UNKNOWN
+    check_system_name(scope, x)
     return kind
 
 
@@ -157,7 +159,7 @@ def _index(scope: Scope, x: e.Index) -> Type:
     for i in x.indices:
         if not INT.accepts(type_in(scope, i)):
             scope.report(i.column, "type", "an index must be INT", "a whole number from 1")
-    _check_indices(scope, of, x)
+    check_indices(scope, of, x)
     if of.name == "?" or not x.indices:
         return of
     if of.dimensions == 0:
@@ -307,50 +309,6 @@ _TYPES: dict[type, Callable[[Scope, Any], Type]] = {
     e.Unary: _unary,
     e.Binary: _binary,
 }
-
-
-def _check_indices(scope: Scope, of: Type, x: e.Index) -> None:
-    """Report constant indices before the first or after the last element."""
-    for i, index in enumerate(x.indices):
-        value = e.number_of(index)
-        last = of.sizes[i] if i < len(of.sizes) else 0
-        if value is not None and (value < 1 or (last and value > last)):
-            name = place_of(scope, x.of)
-            message = f"index {value:g} of {name}"
-            scope.report(index.column or x.column, "index-range", message, f"1 to {last}" if last else "from 1")
-
-
-def place_of(scope: Scope, x: e.Reference) -> str:
-    """`$VEL.CP` for a component of a system variable, `LDAT.VEL` for one of another structure, else the name."""
-    if isinstance(x, e.Index):
-        return place_of(scope, x.of)
-    if isinstance(x, e.Name):
-        return x.name.upper()
-    if isinstance(x.of, e.Name) and x.of.name.startswith("$"):
-        return f"{x.of.name}.{x.name}".upper()
-    whole = scope.variable(x.of.name) if isinstance(x.of, e.Name) else None
-    return f"{'?' if whole is None else whole.name}.{x.name}".upper()
-
-
-def check_value(scope: Scope, place: str, x: e.Expression | None) -> None:
-    """Report a constant that is too large for a place such as `$VEL.CP`; of a structure, each component."""
-    if isinstance(x, e.Aggregate):
-        for item in x.items:
-            check_value(scope, f"{place}.{item.name.upper()}", item.value)
-        return
-    value = e.number_of(x)
-    if value is None or x is None:
-        return
-    name = place.removesuffix(".1")
-    if place in _PERCENTS and value > 100.0:
-        # bas.src multiplies what stands in PDAT and LDAT: more than 100 may work
-        severity: Severity = "warning" if "DAT." in place else "error"
-        scope.report(x.column, "percent-range", f"{name} = {value:g} %", "at most 100", severity)
-    elif place in _SPEEDS and value > FASTEST:
-        hint = f"in m/s, at most {FASTEST:g} as delivered"
-        if value >= 10.0:
-            hint += f"; {value:g} mm/s is {value / 1e3:g}"
-        scope.report(x.column, "speed-unit", f"{name} = {value:g} m/s", hint, "warning")
 
 
 def _check_constant(scope: Scope, x: e.EnumLiteral, target: Type) -> None:

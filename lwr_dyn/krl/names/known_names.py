@@ -1,7 +1,7 @@
 """Types of KRL, and the names that need no declaration: KUKA's own, those of option packages, those of a user's file.
 
-The structures of the language itself stand here; all else is read from kernel.toml, options.toml, and files of a user
-of the same form.
+The structures of the language itself stand here; all else is read from kernel.toml, system.toml (more `$` variables,
+and which of all are read-only), options.toml, and files of a user of the same form.
 """
 
 from __future__ import annotations
@@ -139,6 +139,8 @@ class KnownNames:
     enums: dict[str, frozenset[str]] = field(default_factory=dict)
     open: set[str] = field(default_factory=set)
     """Structures and enumerations with members that are not listed."""
+    read_only: set[str] = field(default_factory=set)
+    """Variables that a program cannot write."""
     origins: dict[str, Origin] = field(default_factory=dict)
 
     def copy(self) -> KnownNames:
@@ -153,7 +155,7 @@ class KnownNames:
             parameters = ", ".join([*map(str, x.parameters), *(["..."] if x.open else [])])
             said = f"{'DEF' if x.returns is None else f'DEFFCT {x.returns}'} {key}({parameters})"
         elif key in self.variables:
-            said = f"{self.variables[key]} {key}"
+            said = f"{self.variables[key]} {key}{', read-only' if key in self.read_only else ''}"
         elif key in self.structures:
             said = f"STRUC {key} {', '.join(f'{kind} {part}' for part, kind in self.structures[key].items())}"
         elif key in self.enums:
@@ -168,8 +170,8 @@ class KnownNames:
 MOST_BYTES = 10_000_000
 """[bytes] A larger file of names is refused."""
 
-_FIELDS = {"title": str, "package": str, "kss": str, "functions": list, "variables": list, "structures": dict,
-           "enumerations": dict}  # fmt: skip
+_FIELDS = {"title": str, "package": str, "kss": str, "functions": list, "variables": list, "read_only": list,
+           "structures": dict, "enumerations": dict}  # fmt: skip
 
 _NAME = r"[A-Za-z_$][A-Za-z0-9_$]*"
 _TYPE = rf"{_NAME}(?:\[[0-9, ]*\])?"
@@ -205,7 +207,7 @@ def known_names(extra: Iterable[str | Path] = ()) -> KnownNames:
 def _built_in() -> KnownNames:
     out = KnownNames()
     out.structures.update(GEOMETRY)
-    for name in ("kernel.toml", "options.toml"):
+    for name in ("system.toml", "kernel.toml", "options.toml"):
         _read(out, name, files("lwr_dyn.krl.names").joinpath(name).read_text(encoding="ascii"))
     return out
 
@@ -230,9 +232,7 @@ def _read_group(out: KnownNames, where: str, group: Mapping[str, Any]) -> None:
     for text in group.get("functions", ()):
         name, function = _function_of(f"{where}: functions", text)
         out.functions[name], out.origins[name] = function, origin
-    for text in group.get("variables", ()):
-        for name, kind in _declared_in(f"{where}: variables", text)[0].items():
-            out.variables[name], out.origins[name] = kind, origin
+    _read_variables(out, where, group, origin)
     for name, text in group.get("structures", {}).items():
         members, more = _declared_in(f"{where}: structures.{name}", text)
         _enter(out, where, name, more, origin)
@@ -241,6 +241,14 @@ def _read_group(out: KnownNames, where: str, group: Mapping[str, Any]) -> None:
         constants = _text(f"{where}: enumerations.{name}", text).upper().split()
         _enter(out, where, name, "..." in constants, origin)
         out.enums[name.upper()] = frozenset(constants) - {"..."}
+
+
+def _read_variables(out: KnownNames, where: str, group: Mapping[str, Any], origin: Origin) -> None:
+    for text in group.get("variables", ()):
+        for name, kind in _declared_in(f"{where}: variables", text)[0].items():
+            out.variables[name], out.origins[name] = kind, origin
+    for text in group.get("read_only", ()):
+        out.read_only.update(_text(f"{where}: read_only", text).upper().split())
 
 
 def _enter(out: KnownNames, where: str, name: str, more: bool, origin: Origin) -> None:

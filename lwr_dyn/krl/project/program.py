@@ -200,16 +200,16 @@ def near_name(name: str, known: Iterable[str]) -> str | None:
     return by_capitals[near[0]] if near else None
 
 
-def slip_of(name: str, known: Iterable[str]) -> str | None:
+def slip_of(name: str, known: Iterable[str], shortest: int = 4) -> str | None:
     """The known name from which one differs by one slip: a letter left out, added or replaced, or two swapped.
 
-    Digits do not count, and names of three letters are too short to tell.
+    Digits do not count, and known names of fewer than `shortest` characters are too short to say.
 
     >>> slip_of("INITMVO", ["INITMOV", "TOOL"]), slip_of("TOOL1", ["TOOL2"])
     ('INITMOV', None)
     """
     upper = name.upper()
-    return next((word for word in known if len(word) > 3 and _is_slip(upper, word.upper())), None)
+    return next((word for word in known if len(word) >= shortest and _is_slip(upper, word.upper())), None)
 
 
 def _is_slip(one: str, other: str) -> bool:

@@ -17,7 +17,8 @@ DATA = "DEFDAT a\nENUM COLOR RED,GREEN\nDECL FRAME F={X 0}\nCHAR TEXT[9]\nREAL R
 
 
 def told_of(call):
-    return [(line, code) for line, _, code in told(call, "END", ROUTINES.removesuffix("END\n"), data=DATA)]
+    found = told(call, "END", ROUTINES.removesuffix("END\n"), data=DATA)
+    return [(line, code) for line, _, code in found if code != "parameter-type"]  # `open` has none, so it takes all
 
 
 @pytest.mark.parametrize(
@@ -34,7 +35,7 @@ def test_arguments_that_fit(call):
     ("call", "code"),
     [
         ("take(TRUE)", "type"),
-        ("take(1, 2)", "type"),
+        ("take(1, 2)", "arguments"),
         ("take(1, TEXT[], #GREN)", "no-constant"),
         ("take(1, TEXT[], 3)", "type"),
         ("take(1, TEXT[], C, R)", "type"),

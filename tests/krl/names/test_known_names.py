@@ -19,6 +19,25 @@ def test_each_type_in_the_tables_is_there():
     assert (len(FUNCTIONS) > 200, len(SYSTEM) > 250, len(STRUCTURES) > 70, len(ENUMS) > 80) == (True,) * 4
 
 
+def test_system_variables_have_type_and_source():
+    assert len(SYSTEM) > 990
+    assert [name for name in SYSTEM if not NAMES.origins[name].title] == []
+    assert (str(SYSTEM["$RED_VEL"]), SYSTEM["$TORQMON"].sizes, str(SYSTEM["$SOFTN_END"])) == ("INT", (12,), "REAL[]")
+    assert "Mada" in NAMES.text("$SOFTN_END")
+
+
+def test_what_a_program_cannot_write_is_known():
+    assert NAMES.read_only <= set(SYSTEM)
+    assert {"$IN", "$POS_ACT", "$ROBRUNTIME"} <= NAMES.read_only
+    assert not {"$OUT", "$BASE", "$TIMER", "$OV_PRO"} & NAMES.read_only
+    assert NAMES.text("$POS_ACT").startswith("E6POS $POS_ACT, read-only")
+
+
+def test_functions_of_bas_for_circles_are_known():
+    lines = ["DECL LDAT L", "SCIRC {X 1}, {X 2} WITH $CIRC_TYPE = SCIRC_TYP(L), $CIRC_MODE = SCIRC_M(L)"]
+    assert told(*lines, "GRPg_Check(1)") == []
+
+
 def test_what_was_wrong_against_the_controller_is_mended():
     assert [p.type.name for p in FUNCTIONS["FRAND"].parameters] == ["REAL", "REAL"]
     assert SYSTEM["$APO"] == Type("CONT")

@@ -1,0 +1,124 @@
+"""Faults that the pendant refuses, one tiny program a kind, each with its mended twin of which nothing is told.
+
+The kinds are those of the planted faults that `krl check` of version 0.2.0 passed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from lwr_dyn.krl.project.program import parse_program
+from lwr_dyn.krl.running.program_run import check_program
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The lines of `a.src` with the fault in `line` (from 1), the code that is told there, and the mended lines."""
+
+    name: str
+    bad: str
+    line: int
+    code: str
+    good: str
+    hint: str = ""
+    """What the line that helps must name."""
+
+
+ROUTINES = "DEF sub( )\nHALT\nEND\nDEF give(N:OUT)\nINT N\nN = 1\nEND\n"
+
+
+def kind(name, bad, line, code, good, hint="", /):
+    return Kind(name, f"DEF a( )\n{bad}\nEND\n{ROUTINES}", line, code, f"DEF a( )\n{good}\nEND\n{ROUTINES}", hint)
+
+
+SPLINE, PTP_SPLINE = "SPLINE\nSPL {X 1}\n%s\nENDSPLINE", "PTP_SPLINE\nSPTP {A1 1}\n%s\nENDSPLINE"
+SWITCH = "INT N\nN = 1\nSWITCH N\n%s\nENDSWITCH"
+INTERRUPT = "INTERRUPT DECL %s WHEN $IN[1] DO sub()"
+ZERO = "{X 0, Y 0, Z 0, A 0, B 0, C 0}"
+
+KINDS = [
+    kind("a $ name one letter off", f"$TOLL = {ZERO}", 2, "system-name", f"$TOOL = {ZERO}", "$TOOL"),
+    kind("a $ name with a letter more", "$OV_PROG = 50", 2, "system-name", "$OV_PRO = 50", "$OV_PRO"),
+    kind("a command of BAS as $ name", "$VEL_PTP = 50", 2, "system-name", "$VEL_AXIS[1] = 50", "BAS(#VEL_PTP"),
+    kind("a component as $ name", "$VEL_CP = 0.5", 2, "system-name", "$VEL.CP = 0.5", "$VEL.CP"),
+    kind("a short $ name", "WAIT FOR $INP[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
+    Kind("a parameter never declared", "DEF a(N:IN)\nHALT\nEND\n", 1, "parameter-type",
+         "DEF a(N:IN)\nINT N\nEND\n", "INT N"),
+    kind("writes an input", "$IN[3] = TRUE", 2, "read-only", "$OUT[3] = TRUE", "$OUT[3]"),
+    kind("writes the actual position", f"$POS_ACT = {ZERO}", 2, "read-only", f"$BASE = {ZERO}"),
+    kind("writes the running time", "$ROBRUNTIME = 3", 2, "read-only", "$TIMER[1] = 3"),
+    kind("writes a signal of an input", "SIGNAL S $IN[3]\nS = TRUE", 3, "read-only",
+         "SIGNAL S $OUT[3]\nS = TRUE", "$OUT"),
+    kind("a trigger writes an input", "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $IN[3]=TRUE", 2, "read-only",
+         "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $OUT[3]=TRUE"),
+    kind("a loop counts in an input", "FOR $ANIN[1] = 1 TO 3\nENDFOR", 2, "read-only",
+         "INT K\nFOR K = 1 TO 3\nENDFOR"),
+    kind("a pulse on an input", "PULSE($IN[1], TRUE, 1)", 2, "read-only", "PULSE($OUT[1], TRUE, 1)", "$OUT[1]"),
+    kind("writes a constant", "CONST INT K\nK = 2", 3, "read-only", "INT K\nK = 2", "CONST"),
+    kind("an interrupt never declared", "INTERRUPT ON 11", 2, "interrupt", INTERRUPT % 11 + "\nINTERRUPT ON 11",
+         "INTERRUPT DECL 11"),
+    kind("a priority too large", INTERRUPT % 200, 2, "interrupt", INTERRUPT % 128, "128"),
+    kind("a priority of the controller", INTERRUPT % 50, 2, "interrupt", INTERRUPT % 81, "81"),
+    kind("an output inside SPLINE", SPLINE % "$OUT[1] = TRUE", 4, "in-spline",
+         SPLINE % "TRIGGER WHEN PATH=0 DELAY=0 DO $OUT[1]=TRUE\nSPL {X 2}", "TRIGGER WHEN PATH"),
+    kind("a pause inside SPLINE", SPLINE % "WAIT SEC 1", 4, "in-spline", SPLINE % "SPL {X 2}" + "\nWAIT SEC 1"),
+    kind("PTP inside SPLINE", SPLINE % "PTP {A1 1}", 4, "in-spline", SPLINE % "SLIN {X 2}", "SLIN"),
+    kind("SLIN inside PTP_SPLINE", PTP_SPLINE % "SLIN {X 1}", 4, "in-spline", PTP_SPLINE % "SPTP {A1 2}", "SPTP"),
+    kind("SWITCH on REAL", "REAL R\nR = 1\nSWITCH R\nCASE 1\nENDSWITCH", 4, "switch", SWITCH % "CASE 1", "INT"),
+    kind("a statement before the first CASE", SWITCH % "N = 2\nCASE 1", 5, "switch", SWITCH % "CASE 1\nN = 2", "CASE"),
+    kind("CASE after DEFAULT", SWITCH % "DEFAULT\nCASE 1", 6, "switch", SWITCH % "CASE 1\nDEFAULT", "DEFAULT"),
+    kind("GOTO into a loop", "GOTO IN1\nLOOP\nIN1:\nENDLOOP", 2, "goto", "LOOP\nIN1:\nGOTO IN1\nENDLOOP"),
+    kind("GOTO into an IF", "GOTO IN1\nIF $IN[1] THEN\nIN1:\nENDIF", 2, "goto",
+         "IF $IN[1] THEN\nGOTO OUT1\nENDIF\nOUT1:"),
+    kind("a text without brackets", 'CHAR T[10]\nT = "abc"', 3, "text-brackets", 'CHAR T[10]\nT[] = "abc"', "T[]"),
+    kind("a constant for OUT", "give(3)", 2, "arguments", "INT K\ngive(K)", "variable"),
+    kind("a sum for OUT", "INT K\nK = 1\ngive(K + 1)", 4, "arguments", "INT K\ngive(K)", "variable"),
+]  # fmt: skip
+
+
+def diagnosed(text):
+    return check_program(parse_program(text, name="a"))
+
+
+@pytest.mark.parametrize("x", KINDS, ids=lambda x: x.name)
+def test_each_fault_is_diagnosed_at_its_line(x):
+    found = diagnosed(x.bad)
+    assert [(d.position.line, d.code) for d in found] == [(x.line, x.code)]
+    assert x.hint in found[0].hint
+    assert found[0].hint
+
+
+@pytest.mark.parametrize("x", KINDS, ids=lambda x: x.name)
+def test_nothing_is_said_of_the_mended_program(x):
+    assert [str(d) for d in diagnosed(x.good)] == []
+
+
+def test_a_subprogram_may_be_given_an_input_and_a_text_for_out():
+    lines = 'DEF a( )\nask($IN[3])\nsay("abc")\nEND\nDEF ask(B:OUT)\nBOOL B\nEND\nDEF say(T[]:OUT)\nCHAR T[]\nEND\n'
+    assert [str(d) for d in diagnosed(lines)] == []
+
+
+def test_a_dat_gives_read_only_variables_their_first_value():
+    data = "DEFDAT a\n$MODE_OP=#T1\nCONST INT K=3\nENDDAT\n"
+    assert check_program(parse_program("DEF a( )\nEND\n", data, "a")) == ()
+
+
+SOUND = [
+    "DEF a(N:IN)\nEND\n",  # a stub
+    "DEF a( )\nINTERRUPT OFF 11\nINTERRUPT ON\nEND\n",
+    "DEF a( )\nINT K\nK = 11\nINTERRUPT DECL K WHEN $IN[1] DO sub()\nINTERRUPT ON 11\nEND\nDEF sub( )\nHALT\nEND\n",
+    "DEF a( )\nON1:\nIF $IN[1] THEN\nGOTO ON1\nENDIF\nEND\n",
+    "DEF a( )\nSWITCH $MODE_OP\nCASE #T1\nGOTO ON1\nON1:\nDEFAULT\nENDSWITCH\nEND\n",
+    "DEF a( )\nPTP_SPLINE\nSPTP_REL {A1 1}\nENDSPLINE\nEND\n",
+]
+
+
+@pytest.mark.parametrize("text", SOUND)
+def test_nothing_is_said_of_sound_programs(text):
+    assert [str(d) for d in diagnosed(text)] == []
+
+
+def test_a_block_without_its_end_is_the_only_fault():
+    assert [d.code for d in diagnosed("DEF a( )\nSPLINE\nSPL {X 1}\nHALT\nEND\n")] == ["missing-end"]
