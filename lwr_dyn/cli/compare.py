@@ -18,6 +18,7 @@ from lwr_dyn.cli.options import (
     show,
     stands_on,
 )  # fmt: skip
+from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -57,7 +58,7 @@ OWN = [
     option("--rate", "Samples a second.", float, 1000.0),
     option("--no-stops", "Let joints pass their position limits."),
     option("--twice", "Follow the task twice, 3 s back between; the second pass is compared."),
-    option("--processes", "How many simulate; the result is the same.", int, 1),
+    shared("--jobs", default=1),
     option("--save", "Write the runs there, as .npz.", str, metavar="FOLDER"),
     option("--label labels", "Name of a run file; once per file.", str, metavar="TEXT", multiple=True),
     option("--html", "Write the page: one file that needs no network.", str, metavar="FILE"),
@@ -148,7 +149,7 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
         lenient=given["controllers"] is None,
     )  # fmt: skip
     with progress("comparing") as report:
-        return study.run(report, given["processes"])[0]
+        return study.run(report, given["jobs"])[0]
 
 
 def _listed(option: str, text: str | None, default: tuple[str, ...]) -> list[str]:

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import click
 
 from lwr_dyn.cli.options import NO_CODE, check_code, option, show
+from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
@@ -45,7 +46,7 @@ OPTIONS = [
     option("--aim", AIM_HELP, str, "tip_max:0.99", metavar="METRIC:SHARE"),
     option("--torque-share", BOUND_HELP, float, 1.0),
     *(option(f"--{one.name}", SIZES[one.name], int, one.default) for one in fields(SearchSize)),
-    option("--threads", "Of the runs; the result is the same.", int, 1),
+    shared("--jobs", default=1),
     NO_CODE,
     option("--json as_json", "One JSON object."),
 ]
@@ -58,7 +59,7 @@ def command(
     gains: tuple[str, ...],
     aim: str,
     torque_share: float,
-    threads: int,
+    jobs: int,
     no_code: bool,
     as_json: bool,
     **sizes: int,
@@ -83,7 +84,7 @@ def command(
     _check_gains(read, spec, chosen)
     with progress("searching gains") as report:
         found = tune(
-            read, text, chosen, evaluator(read, text, threads), given,
+            read, text, chosen, evaluator(read, text, jobs), given,
             aim=gain_aim(aim, read.quantiles), bound=torque_share, size=size, report=report,
         )  # fmt: skip
     show(replace(found.document, caveats=study_caveats(read)), as_json)
