@@ -8,6 +8,10 @@ from lwr_dyn.cli.help_text import command_path
 
 RENAMED: Mapping[str, Mapping[str, str]] = {
     "compare": {"--processes": "--jobs"},
+    **{
+        f"identify {name}": {"--robot": f"the first argument: lwr-dyn identify {name} ROBOT LOG..."}
+        for name in ("elastic", "friction", "motion", "payload", "table")
+    },
     "sweep": {"--threads": "--jobs"},
     "tune": {"--threads": "--jobs"},
 }

@@ -37,7 +37,6 @@ EXCEPTIONS = {
     "--poses",
     "--q-deg",
     "--rate",
-    "--reading",
     "--robot",
     "--runs",
     "--seed",
