@@ -25,7 +25,7 @@ NEEDS = ("q", "qm", "tau")
 def command(
     robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
 ) -> None:
-    """Stiffness, damping, rotors and friction of elastic joints of ROBOT, from motion logged on both sides of the gears.
+    """Stiffness, damping, rotors and friction of the elastic joints of ROBOT, from logs of both sides of the gears.
 
     Beside q1.. of the links the logs have qm1.., the motors' positions seen at the joints, and tau1.., the motors'
     torques seen at the joints. The links' base parameters are fitted too.
