@@ -13,6 +13,7 @@ from lwr_dyn.foundation.version import VERSION
 __version__ = VERSION
 
 _PLACES = {
+    "Motion": "lwr_dyn.model.run",
     "Run": "lwr_dyn.model.run",
     "batch_dynamics": "lwr_dyn.codegen.kernels.batch",
     "compare": "lwr_dyn.studies.compare.comparison",

@@ -13,6 +13,7 @@ from lwr_dyn.dynamics.engines import engines as engines
 from lwr_dyn.kinematics.forward import forward_kinematics as forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
 from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
+from lwr_dyn.model.run import Motion as Motion
 from lwr_dyn.model.run import Run as Run
 from lwr_dyn.pages.explorer.shown import show as show
 from lwr_dyn.pages.plotting.plots import plot as plot
@@ -23,6 +24,7 @@ from lwr_dyn.trajectory.references.references import reference as reference
 
 __version__: str
 __all__ = [
+    "Motion",
     "Run",
     "batch_dynamics",
     "compare",

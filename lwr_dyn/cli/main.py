@@ -84,7 +84,7 @@ COMMANDS: Registry[click.Command] = Registry(
     "command",
     {
         "list": _row("list_", "The robots, and where their numbers come from."),
-        "new": _row("new", "A commented file to start from: arm, controller, study."),
+        "new": _row("new", "A commented file to start from: arm, paper, controller, study."),
         "show": _row("show", "An arm in the browser: sliders, inertia, sources."),
         "urdf": _row("urdf", "A robot as URDF, with its sources beside it."),
         "dh": _row("dh", "Any arm as a DH table, or as a data file."),

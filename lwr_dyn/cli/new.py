@@ -9,6 +9,7 @@ import click
 
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli.main import RegistryGroup
+from lwr_dyn.cli.options import option
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.registry import Registry, Row
@@ -18,6 +19,7 @@ KINDS: Registry[click.Command] = Registry(
     "new",
     {
         "arm": Row("lwr_dyn.cli.new:arm", "A data file for your own arm."),
+        "paper": Row("lwr_dyn.cli.new:paper", "A data file with the results that a paper prints."),
         "controller": Row("lwr_dyn.cli.new:controller", "A Python file for your own controller."),
         "cell": Row("lwr_dyn.cli.krl.options:new_cell", "What stands around a KRL program.", extra="krl"),
         "study": Row("lwr_dyn.cli.new:study", "A study of many closed loops."),
@@ -31,17 +33,76 @@ def command() -> None:
     """Write a commented file to start from; it runs as it stands."""
 
 
-@click.command("arm")
+JOINTS = option("--joints", "R (turning) or P (sliding) per joint, base outward.", str, "RRRRRR")
+CONVENTION = option("--convention", "DH convention: standard or modified.", str, "standard")
+
+
+@click.command("arm", params=[JOINTS, CONVENTION])
 @click.argument("file")
-@click.option(
-    "--joints", default="RRRRRR", show_default=True, help="R (turning) or P (sliding) per joint, base outward."
-)
-@click.option("--convention", default="standard", show_default=True, help="DH convention: standard or modified.")
 def arm(file: str, joints: str, convention: str) -> None:
     """Write a data file for your own arm; every command takes it instead of a name."""
     path = new_file(file, ".toml")
     write_file(path, template(file, path.stem, joints.upper(), convention))
     click.echo(f"wrote {file}; next: fill it in, then  lwr-dyn check {file}")
+
+
+@click.command("paper", params=[JOINTS, CONVENTION])
+@click.argument("file")
+def paper(file: str, joints: str, convention: str) -> None:
+    """Write a data file for a paper's arm and the results that it prints; `reproduce` computes them again."""
+    path = new_file(file, ".toml")
+    write_file(path, paper_template(file, path.stem, joints.upper(), convention))
+    click.echo(f"wrote {file}; next: fill it in, then  lwr-dyn reproduce {file}")
+
+
+EXAMPLES = (
+    ("mass", "Table 4, total", "total_mass", ("kg", "kg"), ".1f"),
+    ("b{k}{k}", "Table 5, b{k}{k}", "mass_matrix[{k},{k}]", ("kg m^2", "kg"), ".4f"),
+    ("g{k}", "Table 5, g{k}", "gravity[{k}]", ("N m", "N"), ".3f"),
+    ("share", "conclusion: share of motor {k}", "abs(gravity[{k}]) / limits.effort[{k}]", ("%", "%"), ".2f"),
+    ("height", "Figure 2, height of the flange", "pose[3]", ("m", "m"), ".3f"),
+)
+"""Id, place, what it is, unit where joint k turns or slides, and format of the results in a new paper."""
+
+
+def paper_template(file: str, name: str, joints: str = "RRRRRR", convention: str = "standard") -> str:
+    """The text of a commented paper: an arm as of `template`, and results that follow from it. Raises as `template`.
+
+    >>> 'compute = "mass_matrix[2,2]"' in paper_template("x.toml", "x", "RP")
+    True
+    """
+    from lwr_dyn.reproduction.named_results import QUANTITIES
+
+    tables = template(file, name, joints, convention)
+    text = (files("lwr_dyn.cli") / "new_paper.txt").read_text(encoding="utf-8")
+    listed = (f"  {key:16} {quantity.about}" for key, quantity in QUANTITIES.items())
+    texts = {"file": file, "quantities": "\n#              ".join(listed), "results": _example_results(tables, joints)}
+    for key, value in texts.items():
+        text = text.replace(f"@@{key}@@", value)
+    return tables + text
+
+
+def _example_results(tables: str, joints: str) -> str:
+    """The `[[result]]` tables of `EXAMPLES`, as they follow from a data file's text."""
+    import numpy as np
+
+    from lwr_dyn.arms.papers.assembly import arm_from_paper
+    from lwr_dyn.arms.papers.reader import parse_paper
+    from lwr_dyn.checks.tables.arithmetic import unit_of
+    from lwr_dyn.reproduction.named_results import formula_of
+
+    read, k = parse_paper(tables, "template"), min(2, len(joints))
+    arm, q = arm_from_paper(read), [30 if letter == "R" else 0 for letter in joints]
+    state = np.radians(q)
+    out = []
+    for name, where, what, units, form in EXAMPLES:
+        formula, unit = formula_of(what.format(k=k), read), units["RP".index(joints[k - 1])]
+        x = formula.value(read, lambda: arm, {"q": state}) / getattr(unit_of(unit), "factor", 1.0)
+        printed = f"{float(f'{x:{form}}') + 0.0:{form}}"  # no -0.000
+        lines = [f'id = "{name.format(k=k)}"', f'where = "{where.format(k=k)}"', f'printed = "{printed}"']
+        lines += [f'unit = "{unit}"', f'compute = "{formula.text}"', *([f"q_deg = {q}"] if formula.takes else [])]
+        out.append("\n".join(["[[result]]", *lines]))
+    return "\n\n".join(out) + "\n"
 
 
 @click.command("controller")

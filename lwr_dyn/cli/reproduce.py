@@ -1,13 +1,15 @@
 """`lwr-dyn reproduce`: everything a paper prints, recomputed, into a folder."""
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
 
 from lwr_dyn.cli.options import show
+from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.reproduction.papers import ALL, option_keywords, studies, takers
+from lwr_dyn.reproduction.papers import ALL, OWN, option_keywords, studies, takers
 
 
 def _options() -> list[click.Parameter]:
@@ -24,17 +26,17 @@ def _options() -> list[click.Parameter]:
 @click.command(
     "reproduce",
     params=_options(),
-    help=f"""Recompute what PAPER prints ({", ".join(studies())}, or {ALL});
+    help=f"""Recompute what PAPER prints ({", ".join(studies())}, {ALL}, or your own .toml with [[result]]);
 exit 1 when a number that the paper lets recompute differs, or a check or a proof fails.""",
 )
 @click.argument("paper")
-@click.option("--out", help="The folder to write; out/PAPER if not given, out for all.")
+@click.option("--out", help="The folder to write; out/PAPER if not given (of a file its name), out for all.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
 def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Recompute a paper into a folder; the options are those of the studies."""
     from lwr_dyn.reproduction.reproduce import reproduce
 
-    folder = out or ("out" if paper == ALL else f"out/{paper}")
+    folder = out or ("out" if paper == ALL else f"out/{Path(paper).stem if ends_in(paper, OWN) else paper}")
     with progress(f"reproducing {paper}") as report:
         reproduction = reproduce(paper, folder, report, **options)
     show(reproduction.document, as_json)

@@ -89,14 +89,19 @@ def describe(controller: Any) -> dict[str, Any]:
     """Name, label and parameters of a controller, for a run's meta.
 
     >>> describe(lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq)
-    {'name': '<lambda>', 'label': '<lambda>', 'parameters': {}}
+    {'name': 'own controller', 'label': 'own controller', 'parameters': {}}
     """
     parameters: Mapping[str, Any] = getattr(controller, "parameters", {})
     return {"name": _name_of(controller), "label": label_of(controller), "parameters": dict(parameters)}
 
 
+UNNAMED, LAMBDA = "own controller", "<lambda>"
+"""What a controller that is a lambda is called, and what Python calls it."""
+
+
 def _name_of(controller: Any) -> str:
-    return str(getattr(controller, "name", getattr(controller, "__name__", type(controller).__name__)))
+    name = str(getattr(controller, "name", getattr(controller, "__name__", type(controller).__name__)))
+    return UNNAMED if name == LAMBDA else name
 
 
 def damping_words(velocity_error: bool) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.dynamics.protocol import Dynamics, Gated
 from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
@@ -29,6 +29,8 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
     """The dynamics of an arm by one of `engines()`: "pinocchio", "newton-euler", or "kernels" for large batches.
 
+    They can be pickled and copied: the copy is made again from the arm and gives the same bits.
+
     Parameters
     ----------
     arm : Arm
@@ -53,7 +55,10 @@ def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -
         others = [name for name, row in ENGINES.rows.items() if rotors in row.facts.get("rotors", ROTORS)]
         allowed = ", ".join(known) + (f", or engine {' or '.join(others)}" if others else "")
         raise OptionError("rotors", f"{rotors!r} with engine {engine}", allowed)
-    return ENGINES.load(engine)(arm, rotors)
+    made = ENGINES.load(engine)(arm, rotors)
+    if isinstance(made, Gated) and made.maker is None:  # a row of another package
+        made.maker = dynamics_of, (arm, engine, rotors)
+    return made
 
 
 def engines() -> dict[str, str]:

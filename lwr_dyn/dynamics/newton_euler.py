@@ -100,7 +100,7 @@ def _joined(scalars: Sequence[Scalar]) -> Any:
 def newton_euler_dynamics(chain: Chain, rotors: Rotors = "armature") -> Gated[Recursion]:
     """The recursion of a chain behind the shape gate; implements the `Dynamics` protocol."""
     recursion = Recursion.of(chain, rotors)
-    return Gated("newton-euler", chain.n, recursion, batched=recursion)
+    return Gated("newton-euler", chain.n, recursion, recursion, maker=(newton_euler_dynamics, (chain, rotors)))
 
 
 def newton_euler_of_arm(arm: Any, rotors: Rotors) -> Gated[Recursion]:

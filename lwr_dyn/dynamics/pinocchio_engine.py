@@ -100,10 +100,14 @@ class PinocchioCalls:
         self.torque_regressor = partial(pin.computeJointTorqueRegressor, model, self.data)  # no rotors
         self.mechanical_energy = partial(pin.computeMechanicalEnergy, model, self.data)
 
+    def __reduce__(self) -> tuple[type["PinocchioCalls"], tuple[PinocchioModel]]:
+        return PinocchioCalls, (self.model,)
+
 
 def pinocchio_dynamics(arm: Arm, rotors: str = "armature") -> Gated[PinocchioCalls]:
     """The engine "pinocchio", whose rotors are "armature"; raises `MissingDataError` for an arm without inertias."""
     chain = chain_with_dynamics(arm)
     # B_11 of a sliding first joint is the mass of the arm, whatever q is
     slow = ("mass_matrix",) if chain.links[0].kind is JointKind.PRISMATIC else ()
-    return Gated("pinocchio", arm.n, PinocchioCalls(pinocchio_model(arm)), slow=slow)
+    maker = pinocchio_dynamics, (arm, rotors)
+    return Gated("pinocchio", arm.n, PinocchioCalls(pinocchio_model(arm)), slow=slow, maker=maker)

@@ -8,6 +8,7 @@ joint. Every engine passes the same identities and agreement tests.
 
 from collections.abc import Callable, Collection
 from math import isfinite
+from pickle import PicklingError
 from typing import Any, Generic, Protocol, TypeVar, cast, runtime_checkable
 
 import numpy as np
@@ -130,10 +131,11 @@ class Gated(Generic[Ungated]):
 
     `ungated` has functions of single states (n,) that check nothing, for loops; `batched` the same functions of whole
     batches (..., n), without which batches are computed state by state. `slow` names functions of single states whose
-    first entry may hide a value that is not finite: arguments are checked first.
+    first entry may hide a value that is not finite: arguments are checked first. `maker`, a function and its arguments,
+    makes the same engine again: what a pickle holds.
     """
 
-    __slots__ = (*FUNCTIONS, "n", "name", "ungated")
+    __slots__ = (*FUNCTIONS, "maker", "n", "name", "ungated")
 
     mass_matrix: Callable[[ArrayLike], Array]
     coriolis_matrix: Callable[[ArrayLike, ArrayLike], Array]
@@ -143,8 +145,16 @@ class Gated(Generic[Ungated]):
     forward_dynamics: Callable[[ArrayLike, ArrayLike, ArrayLike], Array]
     potential_energy: Callable[[ArrayLike], Array]
 
-    def __init__(self, name: str, n: int, ungated: Ungated, batched: Any = None, slow: Collection[str] = ()) -> None:
-        self.name, self.n, self.ungated = name, n, ungated
+    def __init__(
+        self,
+        name: str,
+        n: int,
+        ungated: Ungated,
+        batched: Any = None,
+        slow: Collection[str] = (),
+        maker: tuple[Call, tuple[Any, ...]] | None = None,
+    ) -> None:
+        self.name, self.n, self.ungated, self.maker = name, n, ungated, maker
         for function, (arguments, axes) in FUNCTIONS.items():
             single: Call = getattr(ungated, function)
             each = _one_by_one(single) if batched is None else getattr(batched, function)
@@ -170,6 +180,13 @@ class Gated(Generic[Ungated]):
             return ddq
 
         return determined
+
+    def __reduce__(self) -> tuple[Call, tuple[Any, ...]]:
+        if self.maker is None:
+            raise PicklingError(
+                f"engine {self.name} does not say how it is made; lwr_dyn.dynamics_of makes one that does"
+            )
+        return self.maker
 
     def __repr__(self) -> str:
         return f"<engine {self.name}, {self.n} joints>"

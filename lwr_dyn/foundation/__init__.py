@@ -10,7 +10,8 @@ fields        A TOML table read field by field: one that is missing, wrong or un
 files         Reads files with one clear error; writes files under a temporary name and renames them: none is ever
               incomplete
 number_text   Numbers as text for people: a few digits, a true minus, raised exponents
-progress      Progress of long work: one line on a terminal, a bar in a notebook, nothing in a pipe
+progress      Progress of long work: one line on a terminal, a bar in a notebook, nothing in a pipe; and whether it is
+              to end
 registry      Registries: what can be chosen by name. A row is imported when it is used; other packages can add rows
 tables        A table is described once; its forms are aligned text, a record for programs, and (in `pages`) HTML
 version       The version, in a module without imports so that every other module can use it

@@ -1,7 +1,9 @@
-"""Progress of long work: one line on a terminal, a bar in a notebook, nothing in a pipe."""
+"""Progress of long work: one line on a terminal, a bar in a notebook, nothing in a pipe; and whether it is to end."""
 
 import shutil
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
@@ -34,6 +36,35 @@ def progress(title: str, terminal: bool = True) -> Iterator[Report]:
             yield report
     else:
         yield lambda _: None
+
+
+@contextmanager
+def stop_asked(on_stop: Callable[[], None] = lambda: None) -> Iterator[Callable[[], bool]]:
+    """Whether Ctrl-C was pressed in the block: the work in it asks, and ends with what it has.
+
+    The second Ctrl-C does what the first one did before the block. Where Ctrl-C is ignored, and outside of the main
+    thread, nothing changes. `on_stop` is called at the first one.
+
+    >>> with stop_asked() as stop:
+    ...     stop()
+    False
+    """
+    asked = Event()
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.SIG_IGN or threading.current_thread() is not threading.main_thread():
+        yield asked.is_set
+        return
+
+    def ask(_: int, __: object) -> None:
+        asked.set()
+        signal.signal(signal.SIGINT, before)
+        on_stop()
+
+    signal.signal(signal.SIGINT, ask)
+    try:
+        yield asked.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

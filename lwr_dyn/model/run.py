@@ -17,7 +17,7 @@ from typing import Annotated, Any, Protocol, Self
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, read_only, real_array
-from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
+from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError, OptionError
 from lwr_dyn.foundation.files import check_readable, write_file
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.caveats import ALL, DYNAMICS
@@ -141,7 +141,10 @@ _UNITS = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """Joint motion over time with exact derivatives."""
+    """Joint motion over time with its derivatives: t (k,) [s], q (k, n) [rad or m], dq and ddq (k, n) [per s, per s^2].
+
+    What `Reference.sample` returns; the arrays are copied, and read-only.
+    """
 
     t: Array  # (k,) [s]
     q: Array  # (k, n) [rad or m]
@@ -162,6 +165,15 @@ class Reference(Protocol):
 
     def sample(self, t: Array) -> Motion:
         """The motion at times t (k,) [s]; at rest before 0 and after `duration`."""
+
+
+def reference_argument(reference: Any) -> None:
+    """Raise `OptionError` for anything but a `Reference`; of a function it says how it becomes one."""
+    if callable(reference) and not hasattr(reference, "sample"):
+        name = getattr(reference, "__name__", type(reference).__name__)
+        raise OptionError("reference", f"the function {name}", "lwr_dyn.reference(function, arm, duration=...)")
+    if not hasattr(reference, "sample"):
+        raise OptionError("reference", repr(reference), "a Reference, with `sample(t)` and `duration`")
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arms.papers.schema import RESULT, RUN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.printed_number import last_digit, printed_number
 from lwr_dyn.reproduction.case import COMPUTED, REPEATED, STRUCTURAL, ComparedExpression, PaperCase, Value
@@ -28,8 +29,8 @@ from lwr_dyn.reproduction.paper_study import PaperStudy
 LEAST, MOST = 0.03, 0.08
 """A number is changed by at least and at most this share of it."""
 
-NO_DATA = ("document", "source", "joints", "erratum", "reading", "lint")
-"""Parts of a data file without numbers that a formula takes."""
+NO_DATA = ("document", "source", "joints", "erratum", "reading", "lint", RESULT, RUN)
+"""Parts of a data file without numbers that a formula takes, or with those that are in the results as well."""
 
 FORM = ("dh.", "poses.")
 """Tables whose right angles are the form of the arm."""

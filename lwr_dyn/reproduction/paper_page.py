@@ -25,6 +25,7 @@ from lwr_dyn.reproduction.case import (
 )
 from lwr_dyn.reproduction.compare import AFTER, ASSUMED, DIFFERS, NEAR, NOT, REPRODUCED, ComparedNumber, Verdicts
 from lwr_dyn.reproduction.paper_study import PaperStudy, Reproduction
+from lwr_dyn.reproduction.papers import ResultBlock
 from lwr_dyn.reproduction.report import content
 from lwr_dyn.simulation.audit import inverse_dynamics_words
 from lwr_dyn.simulation.metrics import stop_contacts
@@ -178,6 +179,33 @@ def difference_table(verdicts: Verdicts) -> Table:
     return Table("", ("cell", "printed", recomputed, *sizes), rows)
 
 
+def number_table(verdicts: Verdicts, entries: Sequence[LedgerEntry]) -> Table:
+    """Every number of a user's own paper beside ours, and the errata that nothing shows."""
+    rows = [
+        (_named(n), n.cell.printed, _ours(n), n.cell.unit, verdict_words(n), n.block.where) for n in verdicts.numbers
+    ]
+    failed = [f"erratum {e.erratum.id}: {e.proof.statement}" for e in entries if e.proof and not e.proof.holds]
+    return Table("", ("number", "printed", "recomputed", "unit", "verdict", "where"), rows, "\n".join(failed))
+
+
+def _named(number: ComparedNumber) -> str:
+    """The id of a result of one number; of several with the place, counted from 1."""
+    block, row = number.block, number.cell.row
+    return block.name if row == block.name else f"{block.name}[{row}]"
+
+
+def verdict_words(number: ComparedNumber) -> str:
+    """The verdict of a number with what belongs to it: errata, D, what is assumed, what it rests on."""
+    words = number.verdict
+    if number.errata:
+        words = f"after erratum {', '.join(number.errata)}"
+    if number.verdict == DIFFERS and number.miss is not None:
+        words = f"differs by {number.miss:+.3g}, {number.digits:+.3g} last digits"
+    if number.verdict == ASSUMED:
+        words = f"{'near' if number.near else 'not near'}, assumed: {', '.join(number.missing)}"
+    return f"{words}, {number.basis}" if number.outcome in BASIS_NOTES else words
+
+
 REPORT = "report.html"
 
 BASIS_NOTES = {
@@ -223,11 +251,17 @@ def paper_page(
 
 
 def _tables(numbers: Sequence[ComparedNumber]) -> list[content.ReportTable]:
-    """A table for each block, in the order of the paper."""
+    """A table for each block, in the order of the paper; results of one number are rows of one table a place."""
     blocks: dict[str, list[ComparedNumber]] = {}
     for number in numbers:
-        blocks.setdefault(number.block.name, []).append(number)
+        alone = number.cell.row == number.block.name
+        blocks.setdefault(_title(number.block) if alone else number.block.name, []).append(number)
     return list(map(_table, blocks.values()))
+
+
+def _title(block: ResultBlock) -> str:
+    """Where a block stands, up to the first comma or the like: "Table IV"."""
+    return block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
 
 
 def _table(numbers: Sequence[ComparedNumber]) -> content.ReportTable:
@@ -235,16 +269,16 @@ def _table(numbers: Sequence[ComparedNumber]) -> content.ReportTable:
     cells, empty = {_place(number): _cell(number) for number in numbers}, content.ReportCell("")
     rows, columns = (dict.fromkeys(place[k] for place in cells) for k in (0, 1))
     units = list(dict.fromkeys(number.cell.unit for number in numbers))
-    title = block.where.split(",")[0].split(":")[0].split(";")[0].strip("'")
+    title, several = _title(block), any(number.block is not block for number in numbers)
     heading = f"derived: {title}" if block.derived else title
     return content.ReportTable(
         id=block.name,
         title=heading,
-        where=block.where.strip("'").removeprefix(title).lstrip("',:; "),
+        where="" if several else block.where.strip("'").removeprefix(title).lstrip("',:; "),
         columns=tuple(columns),
         rows=tuple(content.ReportRow(row, tuple(cells.get((row, name), empty) for name in columns)) for row in rows),
         unit="" if units == ["1"] else ", ".join(units),
-        note=block.note,
+        note="; ".join(dict.fromkeys(number.block.note for number in numbers if number.block.note)),
     )
 
 

@@ -24,6 +24,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Part, Section
 from lwr_dyn.foundation.files import make_folder, read_text, write_folder
 from lwr_dyn.foundation.tables import Table
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run, short_repr
 from lwr_dyn.pages.document import notebook_html
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
@@ -92,6 +93,14 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class OwnFile:
+    """A user's own data file: its path, and in place of `Study.run` what it computes."""
+
+    path: str
+    run: Callable[[Path, Arm, Progress], Reproduction]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PaperStudy:
     """A paper's data, and by name the formulas of its numbers and the proofs of its errata."""
 
@@ -100,6 +109,19 @@ class PaperStudy:
     data: PaperData
     formulas: Mapping[str, PaperFormula]
     proofs: Mapping[str, Prove]
+    own: OwnFile | None = None
+    """Of a user's own data file; None for a paper of the package."""
+
+    @property
+    def robot(self) -> str:
+        """What opens the paper's tables: its name, or the path of its file."""
+        return self.own.path if self.own else self.name
+
+    def run(self, place: Path, arm: Arm, progress: Progress, **options: Any) -> Reproduction:
+        """What the study finds beyond its numbers, see `Study.run`; raises `MissingPackageError`."""
+        run = self.own.run if self.own else self.study.load("run")
+        found: Reproduction = run(place, arm, progress, **options)
+        return found
 
     def with_data(
         self, tables: Mapping[str, Any] | None = None, results: Mapping[str, Any] | None = None

@@ -20,6 +20,8 @@ from lwr_dyn.foundation.fields import Fields, parse_toml
 
 ALL = "all"
 """In place of a paper's name: every paper."""
+OWN = ".toml"
+"""Ending of a user's own paper, in place of a name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ def studies() -> Mapping[str, Study]:
 def study_of(paper: str) -> Study:
     """The study of a paper; raises `UnknownNameError` for a paper that is not reproduced."""
     if paper not in studies():
-        raise UnknownNameError("paper to reproduce", paper, (*studies(), ALL))
+        raise UnknownNameError("paper to reproduce", paper, (*studies(), ALL, "a path to a .toml with [[result]]"))
     return studies()[paper]
 
 

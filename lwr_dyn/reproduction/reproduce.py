@@ -3,6 +3,7 @@
 What audits show about a paper's tables, as sections of its page: lint, conventions, sensitivity to the reading.
 """
 
+import re
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import Annotated, Any, TypedDict
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, open_readings, readings
-from lwr_dyn.arms.urdf.model_files import model_files
+from lwr_dyn.arms.urdf.model_files import model_files, model_stem
 from lwr_dyn.checks.arm.run_checks import CheckReport, check_arm
 from lwr_dyn.checks.conventions.evidence import packaged_evidence
 from lwr_dyn.checks.conventions.printed_table import printed_table
@@ -21,17 +22,26 @@ from lwr_dyn.checks.conventions.ranking_text import ranking_text
 from lwr_dyn.checks.datasheet.datasheet import zero_readings, zero_text
 from lwr_dyn.checks.sensitivity.analysis import error_table, errors_text, gains_table, notes, sensitivity, survival
 from lwr_dyn.checks.sensitivity.study_tasks import printed_task
-from lwr_dyn.checks.tables.rules import lint, sheets_of_robot
+from lwr_dyn.checks.tables.rules import lint, sheet_of_file, sheets_of_robot
 from lwr_dyn.checks.tables.sheet import SheetRecord
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
-from lwr_dyn.foundation.files import make_folder, write_folder
+from lwr_dyn.foundation.files import ends_in, make_folder, write_folder
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.reproduction.basis import with_bases
 from lwr_dyn.reproduction.case import LedgerRecord, ledger
 from lwr_dyn.reproduction.compare import NumberRecord, compare_numbers
-from lwr_dyn.reproduction.paper_page import REPORT, count_table, counts, difference_table, paper_page, summary_text
+from lwr_dyn.reproduction.own_paper import own_study
+from lwr_dyn.reproduction.paper_page import (
+    REPORT,
+    count_table,
+    counts,
+    difference_table,
+    number_table,
+    paper_page,
+    summary_text,
+)
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
-from lwr_dyn.reproduction.papers import ALL, SENSITIVITY, check_options, studies, study_of, takers
+from lwr_dyn.reproduction.papers import ALL, OWN, SENSITIVITY, check_options, studies, takers
 from lwr_dyn.reproduction.report.content import ReportSection
 from lwr_dyn.reproduction.report.page import write_report
 
@@ -41,7 +51,8 @@ Audit = tuple[ReportSection, Any]
 
 def lint_section(paper: str) -> Audit:
     """Faults that show without a model, in the data file and in the printed results."""
-    findings = [finding for sheet in sheets_of_robot(paper) for finding in lint(sheet)]
+    sheets = (sheet_of_file(paper),) if ends_in(paper, OWN) else sheets_of_robot(paper)
+    findings = [finding for sheet in sheets for finding in lint(sheet)]
     text = "\n".join(finding.line() for finding in findings) or "nothing found"
     return ReportSection("lint", "Lint", text), [finding.record() for finding in findings]
 
@@ -77,7 +88,7 @@ def sensitivity_section(paper: str, own: str) -> Audit:
 
 def audit_sections(study: PaperStudy, with_sensitivity: bool) -> tuple[list[ReportSection], dict[str, Any]]:
     """All of these sections that the paper has, and their record."""
-    paper = study.name
+    paper = study.robot
     audits = {"lint": lint_section(paper)}
     if study.study.conventions:
         audits["resolver"] = convention_section(paper, study.study.conventions == "tensors")
@@ -122,7 +133,7 @@ def reproduce(paper: str, folder: str | Path, progress: Progress = lambda _: Non
     Parameters
     ----------
     paper : str
-        One of `studies()`, or "all".
+        One of `studies()`, "all", or the path of a user's own `.toml` with printed results (`own_paper`).
     folder : path
         Made if missing.
     progress : callable
@@ -134,16 +145,19 @@ def reproduce(paper: str, folder: str | Path, progress: Progress = lambda _: Non
     ------
     UnknownNameError
         A paper that is not reproduced.
+    PaperError
+        A user's own file breaks its schema, or gives a result that cannot be computed.
     OptionError
         An option that the paper does not take, or a value that is not allowed.
     FileAccessError
-        The folder cannot be written.
+        A user's own file cannot be read, or the folder cannot be written.
     """
     given = {keyword: value for keyword, value in options.items() if value not in (None, False)}
-    if paper != ALL:
-        study_of(paper)
     check_options(paper, given)
-    return _all(make_folder(folder), given, progress) if paper == ALL else _one(paper, Path(folder), given, progress)
+    if paper == ALL:
+        return _all(make_folder(folder), given, progress)
+    study = own_study(paper) if ends_in(paper, OWN) else paper_study(paper)
+    return _one(study, Path(folder), given, progress)
 
 
 def _all(place: Path, options: Mapping[str, Any], progress: Progress) -> Reproduction:
@@ -176,14 +190,14 @@ def _held(holds: bool) -> Fact:
 
 def _holds_and_counts(paper: str, folder: Path, options: Mapping[str, Any]) -> tuple[bool, dict[str, Any]]:
     """One paper in a process of its own; what is sent back is small."""
-    reproduction = _one(paper, folder, options, lambda _: None)
+    reproduction = _one(paper_study(paper), folder, options, lambda _: None)
     return reproduction.holds, reproduction.document.record()["counts"]
 
 
-def _one(paper: str, place: Path, options: Mapping[str, Any], progress: Progress) -> Reproduction:
+def _one(study: PaperStudy, place: Path, options: Mapping[str, Any], progress: Progress) -> Reproduction:
     """One paper; an error or an interrupt leaves a note in its folder."""
     try:
-        reproduction = _written(paper_study(paper), place, options, progress)
+        reproduction = _written(study, place, options, progress)
     except BaseException:
         if place.is_dir():
             (place / INCOMPLETE).write_text("This folder was left incomplete: run the command again.\n")
@@ -195,8 +209,8 @@ def _one(paper: str, place: Path, options: Mapping[str, Any], progress: Progress
 def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progress: Progress) -> Reproduction:
     own = {keyword: value for keyword, value in options.items() if keyword != SENSITIVITY.keyword}
     progress("models and checks")
-    reports = models_and_checks(make_folder(place), study.name)
-    result = study.study.load("run")(place, arm_from_paper(study.data.paper), progress, **own)
+    reports = models_and_checks(make_folder(place), study.robot)
+    result = study.run(place, arm_from_paper(study.data.paper), progress, **own)
     pictures = result.pictures.write(place)
     progress("verdicts and proofs")
     verdicts = with_bases(study, compare_numbers(study, slow=True, known=result.known))
@@ -226,7 +240,7 @@ def _written(study: PaperStudy, place: Path, options: Mapping[str, Any], progres
     ]  # fmt: skip
     document = Document("", "", [
         _papers(), Section("", head, there=True), Section("", [count_table({study.name: summary})]),
-        Section("", [differing]), *checked,
+        Section("", [number_table(verdicts, entries) if study.own else differing]), *checked,
         *(Section("", [replace(one, value=audits.get(str(one.key)))], there=one.key in audits) for one in AUDITS),
         Section("", [_held(holds)]),
     ], "lwr-dyn reproduce")  # fmt: skip
@@ -244,7 +258,8 @@ def models_and_checks(place: Path, robot: str) -> list[CheckReport]:
     reports = []
     for paper in open_readings(robot):
         arm = arm_from_paper(paper)
-        write_folder(place / "models", model_files(arm))
+        stem = re.sub(r"[^\w.-]", "_", model_stem(arm))[:100]  # names in a user's file name no other folder
+        write_folder(place / "models", model_files(arm, stem))
         reports.append(check_arm(arm, paper))
     write_folder(place, {"checks.txt": "\n\n".join(report.table().text() for report in reports) + "\n"})
     return reports
@@ -254,4 +269,5 @@ def check_line(report: CheckReport) -> str:
     """A report in one line."""
     failed = [v.name for v in report.verdicts if not v.holds]
     faults = f", FAIL: {', '.join(failed)}" if failed else ""
-    return f"check {report.robot}, reading {report.reading}: {len(report.verdicts) - len(failed)} hold{faults}"
+    good = len(report.verdicts) - len(failed)
+    return f"check {report.robot}, reading {report.reading}: {good} hold{'s' * (good == 1)}{faults}"

@@ -17,7 +17,7 @@ from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.model.run import Motion, Reference, short_repr
+from lwr_dyn.model.run import Motion, Reference, reference_argument, short_repr
 from lwr_dyn.model.transmission import JointElasticity, chosen_elasticity
 from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
 from lwr_dyn.simulation.audit import AuditRecord
@@ -320,8 +320,7 @@ def prepare(arm: Arm, controller: Controller, reference: Reference, loop: Loop) 
     arm_argument(arm)
     if not callable(controller):
         raise OptionError("controller", repr(controller), "a function f(t, q, dq, q_ref, dq_ref, ddq_ref) -> tau")
-    if not hasattr(reference, "sample"):
-        raise OptionError("reference", repr(reference), "a Reference, with `sample(t)` and `duration`")
+    reference_argument(reference)
     simulated = loop.loaded(arm if loop.plant is None else loop.plant)
     friction, elasticity = chosen_friction(simulated, loop.friction), chosen_elasticity(simulated, loop.elasticity)
     plant = plant_of(simulated, loop.engine, friction, loop.saturate, loop.position_limits, loop.allow_unphysical)

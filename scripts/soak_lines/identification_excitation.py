@@ -13,8 +13,8 @@ SEEDS = 4
 def excitations() -> tuple[str, bool]:
     """Two objectives, 10 and 20 s, four seeds of two starts an arm: limits, clearance and torques at 1 kHz."""
     from lwr_dyn.identification.excitation.design import design_excitation
-    from lwr_dyn.identification.excitation.motion_design import ExcitationError
     from lwr_dyn.identification.excitation.motion_limits import MotionLimits
+    from lwr_dyn.identification.excitation.room import ExcitationError
     from lwr_dyn.model.friction import friction_torque
 
     worst = {"position": np.inf, "speed": 0.0, "torque": 0.0, "clear": np.inf, "rest": 0.0}

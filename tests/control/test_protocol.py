@@ -64,3 +64,15 @@ def test_describe_holds_the_label_and_a_function_is_its_name():
     controller = make_controller("inverse-dynamics", ARM, feedforward=False)
     assert describe(controller)["label"] == "inverse dynamics without feed-forward (ddq_ref := 0)"
     assert label_of(len) == "len"
+
+
+def test_a_lambda_is_called_what_it_is_alone_and_in_a_wrapper():
+    law = lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq  # noqa: E731
+    assert describe(law) == {"name": "own controller", "label": "own controller", "parameters": {}}
+    run = lwr_dyn.simulate(ARM, law, lwr_dyn.reference("hold", ARM, q=np.zeros(ARM.n), duration=0.01))
+    assert "lambda" not in str(run.meta)
+
+    def brake(t, q, dq, q_ref, dq_ref, ddq_ref):
+        return -dq
+
+    assert label_of(brake) == "brake"

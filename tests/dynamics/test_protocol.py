@@ -1,5 +1,7 @@
 """The shape gate of all engines: batches, lists, and one clear error for anything else."""
 
+import copy
+import pickle
 from importlib.util import find_spec
 
 import numpy as np
@@ -7,8 +9,10 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
+from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.protocol import FUNCTIONS, Dynamics, Gated
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
+from lwr_dyn.foundation.registry import Registry, Row
 from tests.random_arms import random_arm
 
 METHODS = {
@@ -150,3 +154,40 @@ def test_functions_that_may_hide_a_value_check_their_arguments_first():
                 gated.gravity_vector(hidden)
         else:
             assert gated.gravity_vector(hidden).tolist() == [1.0, 1.0]  # this engine does not pass the value on
+
+
+@pytest.mark.parametrize("again", [lambda x: pickle.loads(pickle.dumps(x)), copy.deepcopy], ids=["pickle", "deepcopy"])
+def test_a_copy_of_an_engine_gives_the_same_bits(engine, again):
+    there, x = again(engine), np.random.default_rng(3).uniform(-2, 2, (3, 20, 7))
+    assert there is not engine
+    assert (there.name, there.n) == (engine.name, 7)
+    for method, count in METHODS.items():
+        for states in (x[:count], x[:count, 0]):
+            assert np.array_equal(getattr(engine, method)(*states), getattr(there, method)(*states)), method
+
+
+def test_what_holds_an_engine_can_be_pickled(engine):
+    arm = lwr_dyn.load("lwr4plus")
+    law = lwr_dyn.controller("inverse-dynamics", arm, engine=engine)
+    q, dq = np.full(7, 0.1), np.full(7, 0.2)
+    assert np.array_equal(pickle.loads(pickle.dumps(law))(0, q, dq, dq, q, q), law(0, q, dq, dq, q, q))
+    run = lwr_dyn.simulate(arm, law, lwr_dyn.reference("hold", arm, q=q, duration=0.003), engine=engine)
+    there = pickle.loads(pickle.dumps(run))
+    assert np.array_equal(there.q, run.q)
+    assert there.setup.arm.digest == arm.digest
+
+
+def test_an_engine_of_another_package_is_made_again_by_its_name(monkeypatch):
+    row = Row(f"{__name__}:other_engine", "of another package")
+    monkeypatch.setattr(lwr_dyn.dynamics.engines, "ENGINES", Registry("engine", {**ENGINES.rows, "other": row}))
+    arm, q = lwr_dyn.load("wam7"), np.full(7, 0.3)
+    made = lwr_dyn.dynamics_of(arm, "other")
+    there = pickle.loads(pickle.dumps(made))
+    assert there.name == "other"
+    assert np.array_equal(there.mass_matrix(q), made.mass_matrix(q))
+    with pytest.raises(pickle.PicklingError, match="engine other does not say how it is made"):
+        pickle.dumps(other_engine(arm, "armature"))
+
+
+def other_engine(arm, rotors):
+    return Gated("other", arm.n, Recursion.of(arm.chain, rotors))

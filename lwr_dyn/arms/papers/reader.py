@@ -145,6 +145,8 @@ def paper_of_tables(
     printed = {key: top.take(key, dict) for key in schema.TABLES if key in raw}
     if "dh" not in printed:
         raise top.refuse("dh", "missing", "a table of DH columns")
+    top.take(schema.RESULT, list, default=[])
+    top.take(schema.RUN, dict, default={})
     top.refuse_unknown()
     tables = copy.deepcopy(printed)
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)

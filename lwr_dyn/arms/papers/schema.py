@@ -74,6 +74,8 @@ SEVERITIES = ("model", "result", "text")
 """What an erratum changes: the model or controller, a printed result only, or text only."""
 RESULTS = "results."
 """Start of the path of a patch to a paper's printed results, which `lwr_dyn.reproduction` applies."""
+RESULT, RUN = "result", "run"
+"""Tables of a user's own file: printed results and closed loops, which `lwr_dyn.reproduction` reads."""
 UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""

@@ -38,8 +38,12 @@ _OPERATORS: dict[type, Callable[[float, float], float]] = {
 _SIGNS = str.maketrans({"\N{MINUS SIGN}": "-", "\N{MULTIPLICATION SIGN}": "*", "\N{MIDDLE DOT}": "*"})
 
 
-def parsed(text: str, longest: int = LONGEST, functions: Container[str] = FUNCTIONS) -> ast.expr | None:
+def parsed(
+    text: str, longest: int = LONGEST, functions: Container[str] = FUNCTIONS, indexed: bool = False
+) -> ast.expr | None:
     """The formula as a syntax tree; None where the text is no formula or is too long.
+
+    With `indexed` a name may have indices, whole numbers in square brackets: "inertial.com[2,1]".
 
     >>> value_of(parsed("1/2 x 0.0106 x 0.05^2"), {})
     1.3250000000000002e-05
@@ -55,28 +59,35 @@ def parsed(text: str, longest: int = LONGEST, functions: Container[str] = FUNCTI
             tree = ast.parse(bare, mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
-    return tree if _known(tree, functions) else None
+    return tree if _known(tree, functions, indexed) else None
 
 
-def _known(node: ast.expr, functions: Container[str]) -> bool:
+def _known(node: ast.expr, functions: Container[str], indexed: bool) -> bool:
     """Only what `value_of` can compute."""
     if isinstance(node, ast.Constant):
         return isinstance(node.value, int | float) and not isinstance(node.value, bool)
     if isinstance(node, ast.BinOp):
         known = isinstance(node.op, ast.Add | ast.Sub | ast.Mult | ast.Div | ast.Pow)
-        return known and _known(node.left, functions) and _known(node.right, functions)
+        return known and _known(node.left, functions, indexed) and _known(node.right, functions, indexed)
     if isinstance(node, ast.UnaryOp):
-        return isinstance(node.op, ast.UAdd | ast.USub) and _known(node.operand, functions)
+        return isinstance(node.op, ast.UAdd | ast.USub) and _known(node.operand, functions, indexed)
     if isinstance(node, ast.Call):
         named = isinstance(node.func, ast.Name) and node.func.id in functions and not node.keywords
-        return named and all(_known(a, functions) for a in node.args)
-    return name_of(node) is not None
+        return named and all(_known(a, functions, indexed) for a in node.args)
+    name = name_of(node)
+    return name is not None and (indexed or "[" not in name)
 
 
 def name_of(node: ast.expr) -> str | None:
-    """The dotted name that a node is, such as "table_iv.b"."""
+    """The dotted name that a node is, such as "table_iv.b", with its indices: "mass_matrix[1,2]"."""
     if isinstance(node, ast.Name):
         return node.id
+    if isinstance(node, ast.Subscript):
+        left = name_of(node.value)
+        index = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        whole = [x.value for x in index if isinstance(x, ast.Constant) and type(x.value) is int]
+        plain = left is not None and "[" not in left and index and len(whole) == len(index)
+        return f"{left}[{','.join(map(str, whole))}]" if plain else None
     if isinstance(node, ast.Attribute):
         left = name_of(node.value)
         return None if left is None else f"{left}.{node.attr}"

@@ -1,19 +1,26 @@
 """`lwr-dyn excite`: a motion whose torques say most of an arm's parameters."""
 
 import shlex
+import sys
 from typing import Any
 
 import click
 import numpy as np
 
+from lwr_dyn.cli.main import print_error
 from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, robot_options, show
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.progress import progress
-from lwr_dyn.identification.excitation import design, motion_limits
-from lwr_dyn.identification.excitation.motion_design import check_room
+from lwr_dyn.foundation.progress import progress, stop_asked
+from lwr_dyn.identification.excitation import design, motion_file, motion_limits
 from lwr_dyn.identification.excitation.motion_limits import KEPT, MARGIN, SPEED_SHARE, TORQUE_SHARE
 from lwr_dyn.identification.excitation.objectives import OBJECTIVES
+from lwr_dyn.identification.excitation.room import check_column
 from lwr_dyn.model.arm import arm_with_payload
+
+SECONDS = 30.0
+"""[s] Of the search, where it is not given."""
+STOPPED = 130
+"""Exit code after Ctrl-C."""
 
 
 @click.command("excite")
@@ -22,6 +29,8 @@ from lwr_dyn.model.arm import arm_with_payload
 @click.option("--objective", type=OneOf(OBJECTIVES), default=OBJECTIVES[0], show_default=True,
               help="Least sigma of the parameters (d), or least condition number (cond).")  # fmt: skip
 @click.option("--starts", default=design.STARTS, show_default=True, help="Random motions from which the search begins.")
+@click.option("--seconds", default=SECONDS, show_default=True,
+              help="Of the search at most; then the best motion so far; inf for no limit.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, help="Of the random motions.")
 @click.option("--harmonics", default=design.HARMONICS, show_default=True, help="Of one over the duration.")
 @click.option("--noise", type=NUMBERS, default=(design.NOISE,), show_default=f"{design.NOISE:g}",
@@ -45,15 +54,20 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
 
     A Fourier series that begins and ends at rest, inside the limits of position, speed and torque, clear of the floor,
     the column under the base and the arm's own links (capsules with the radii that are drawn). Torques are those of the
-    arm's table, with friction only where its file gives it. Exit 2 where no start ends in such a motion.
+    arm's table, with friction only where its file gives it.
+
+    Ctrl-C ends the search as --seconds does: the best motion so far is printed and written to --out (exit 130). Where
+    no start ends in a motion that may be run, the nearest to it is, and what is wrong with it is said (exit 1). Where no
+    pose keeps what is asked, none is searched (exit 2).
     """
     out, noise = given["out"], given["noise"]
     design.check_choices(given["objective"], given["starts"], given["seed"], given["duration"])
     design.check_rate(given["rate"], given["duration"])
+    design.check_seconds(given["seconds"])
     if not given["margin_deg"] >= 0.0:
         raise OptionError("--margin-deg", given["margin_deg"], "0 or more, in deg")
     if out is not None:
-        design.check_target(out)
+        motion_file.check_target(out)
     arm = loading.arm(robot)
     if given["payload"] != 0.0:
         arm = arm_with_payload(arm, given["payload"])
@@ -61,17 +75,35 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     margin = float(np.radians(given["margin_deg"]))
     limits = motion_limits.MotionLimits.of(arm, margin, given["speed_share"], given["torque_share"], given["speed"])
     clearance = motion_limits.clearance_of(arm, given["keep"], given["floor"], given["column"])
-    check_room(clearance, given["column"])
-    with progress("searching an exciting motion") as report:
-        found = design.design_excitation(
-            arm, given["duration"], given["objective"], given["starts"], given["harmonics"], given["seed"],
-            noise=weights, limits=limits, clearance=clearance, report=report,
-        )  # fmt: skip
+    check_column(clearance, given["column"])
+    found = _searched(
+        given, arm, duration=given["duration"], objective=given["objective"], starts=given["starts"],
+        harmonics=given["harmonics"], seed=given["seed"], noise=weights, limits=limits, clearance=clearance,
+        seconds=given["seconds"],
+    )  # fmt: skip
     if out is not None:
-        design.write_excitation(out, found, given["rate"])
+        motion_file.write_excitation(out, found, given["rate"])
     show(found.document, given["as_json"])
     if out is not None and not given["as_json"]:
-        click.echo(f"wrote {out}{_next(out, robot, loading, given['payload'])}")
+        then = "" if found.faults else _next(out, robot, loading, given["payload"])
+        click.echo(f"wrote {out}{then}")
+    if found.ended == "stopped":
+        sys.exit(print_error("stopped: this is the best motion so far", STOPPED))
+    sys.exit(1 if found.faults else 0)
+
+
+def _searched(given: dict[str, Any], *arguments: Any, **options: Any) -> design.Excitation:
+    """The motion that the search ends in, may it be run or not; what may be run is written as soon as it is found."""
+
+    def keep(found: design.Excitation) -> None:
+        if given["out"] is not None:
+            motion_file.write_excitation(given["out"], found, given["rate"])
+
+    with progress("searching an exciting motion") as report, stop_asked(lambda: report("stopping")) as stop:
+        try:
+            return design.design_excitation(*arguments, **options, stop=stop, better=keep, report=report)
+        except design.NoMotionError as none:
+            return none.best
 
 
 def _next(out: str, robot: str, loading: Loading, payload: float) -> str:

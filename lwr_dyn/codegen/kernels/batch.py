@@ -146,6 +146,9 @@ class BatchDynamics:
     threads: int = 1
     _kernels: dict[str, Kernel] = field(default_factory=dict, repr=False)
 
+    def __reduce__(self) -> tuple[type["BatchDynamics"], tuple[KernelSpec, int]]:
+        return BatchDynamics, (self.spec, self.threads)
+
     @property
     def n(self) -> int:
         """Number of joints."""
@@ -317,10 +320,9 @@ def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
     batch = batch_dynamics(arm, rotors=rotors)
     single = SimpleNamespace(**{function: partial(_single_state, batch, function) for function in FUNCTIONS})
     single.rotors = rotors
-    energy = partial(_single_state, batch)
-    single.mechanical_energy = lambda q, dq: energy("kinetic_energy", q, dq) + energy("potential_energy", q)
+    single.mechanical_energy = partial(_mechanical_energy, batch)
     batched = SimpleNamespace(**{function: partial(_over_rows, getattr(batch, function)) for function in FUNCTIONS})
-    engine = Gated("kernels", arm.n, single, batched)
+    engine = Gated("kernels", arm.n, single, batched, maker=(kernel_engine, (arm, rotors)))
     for function in FUNCTIONS:
         setattr(engine, function, _unread(batch, function, getattr(engine, function)))
     return engine
@@ -357,6 +359,10 @@ def _over_rows(function: Any, *states: Array) -> Array:
     *batch, n = states[0].shape
     out: Array = function(*(x.reshape(-1, n) for x in states))
     return out.reshape((*batch, *out.shape[1:]))
+
+
+def _mechanical_energy(batch: BatchDynamics, q: Array, dq: Array) -> Any:
+    return _single_state(batch, "kinetic_energy", q, dq) + _single_state(batch, "potential_energy", q)
 
 
 def _single_state(batch: BatchDynamics, function: str, *state: Any) -> Any:

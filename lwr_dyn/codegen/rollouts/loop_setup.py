@@ -26,7 +26,7 @@ from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Chain, Rotor, with_bodies, with_payload
-from lwr_dyn.model.run import Motion, Reference
+from lwr_dyn.model.run import Motion, Reference, reference_argument
 from lwr_dyn.model.spatial import steiner
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
@@ -324,8 +324,7 @@ def loop_setup(
     """The loop, checked as `simulate` checks it; errors as of `rollouts`, whose friction is "none" or "smooth"."""
     references = tuple(reference) if isinstance(reference, Sequence) else (reference,)
     for each in references:
-        if not hasattr(each, "sample"):
-            raise OptionError("reference", repr(each), "a Reference, with `sample(t)` and `duration`, or several")
+        reference_argument(each)
     if not references:
         raise OptionError("reference", "an empty sequence", "a reference, or several")
     _check_friction(arm if loop.plant is None else loop.plant, loop.friction, friction_width)

@@ -1,30 +1,26 @@
-"""Design of a motion that excites the base parameters of an arm: `design_excitation`; as a document and as a file."""
+"""Design of a motion that excites the base parameters of an arm: `design_excitation`; as a document."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from time import perf_counter
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, real_array
-from lwr_dyn.foundation.column_files import table_bytes
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
-from lwr_dyn.foundation.errors import FileAccessError, OptionError, ShapeError
-from lwr_dyn.foundation.files import check_writable, write_file
+from lwr_dyn.foundation.errors import OptionError, ShapeError
+from lwr_dyn.foundation.progress import Report
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.excitation import motion_design, objectives
 from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, clearance_of
+from lwr_dyn.identification.excitation.room import ExcitationError, check_room, column_words
+from lwr_dyn.identification.excitation.watch import FOR_STARTS, Ended, SearchWatch
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm, caveats_of
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.model.friction import friction_torque
-from lwr_dyn.model.run import Motion, Run, repr_html, short_repr
-from lwr_dyn.simulation.setup import arm_record
+from lwr_dyn.model.run import Motion, repr_html, short_repr
 
 DURATION, HARMONICS, STARTS = 10.0, 5, 2
 NOISE = 0.1
@@ -62,6 +58,11 @@ class Excitation:
     """What the column is and which links are not held against it; empty without one."""
     check_rate: float
     """[Hz] At which limits and distances were checked: 1 kHz, less for more than 200 s."""
+    asked: int
+    """Starts that were asked for; `starts` are those that were searched."""
+    ended: Ended = "searched"
+    faults: tuple[str, ...] = ()
+    """Why it may not be run, in words: what is too near, joints whose torque is too large."""
     __repr__, _repr_html_ = short_repr, repr_html
 
     @property
@@ -90,7 +91,10 @@ def design_excitation(
     limits: MotionLimits | None = None,
     clearance: Clearance | None = None,
     columns: TorqueColumns | None = None,
-    report: Callable[[float], None] = lambda _: None,
+    seconds: float = math.inf,
+    stop: Callable[[], bool] = lambda: False,
+    better: Callable[[Excitation], None] = lambda _: None,
+    report: Report = lambda _: None,
 ) -> Excitation:
     """A motion from rest to rest, the best of several starts, whose torques say most of the arm's base parameters.
 
@@ -116,8 +120,14 @@ def design_excitation(
         `clearance_of(arm)` if not given.
     columns : TorqueColumns, optional
         The parameters to excite: bodies, rotors and symmetric friction, of this chain or another geometry.
-    report : function of float
-        Called with the share that is done.
+    seconds : float
+        [s] Of the search: where they are over, the best motion so far is the result.
+    stop : function
+        Whether the search is asked to end so at once; asked at each step of it.
+    better : function of Excitation
+        Called with each motion that may be run and is better than those before, as soon as it is found.
+    report : function of float or str
+        Called with the share that is done and with the step that begins.
 
     Raises
     ------
@@ -126,39 +136,65 @@ def design_excitation(
     MissingDataError, MissingPackageError
         An arm without masses; numba is not installed.
     ExcitationError
-        No start ended clear and inside the limits.
+        No pose meets what is asked, which is seen before any search: says which pair or joint.
+    NoMotionError
+        No start ended clear and inside the limits; has the motion that comes nearest to it.
 
     References
     ----------
     Swevers et al., Optimal robot excitation and identification (1997); Park, Fourier-based optimal excitation
     trajectories for the dynamic identification of robots (2006).
     """
-    begin = perf_counter()
+    watch = SearchWatch(check_seconds(seconds), stop, report, steps=starts + motion_design.POLISHED)
     check_choices(objective, starts, seed, duration)
-    clear_of = clearance or clearance_of(arm)
-    motion_design.check_room(clear_of)
     design = motion_design.MotionDesign(
         arm, duration, harmonics, objective, noise_of_joints(noise, arm.n),
-        columns or TorqueColumns(arm.require_dynamics()), limits or MotionLimits.of(arm), clear_of,
+        columns or TorqueColumns(arm.require_dynamics()), limits or MotionLimits.of(arm),
+        clearance or clearance_of(arm), watch,
     )  # fmt: skip
+    check_room(design.clearance, design.limits, design.torques)
     found: list[motion_design.SearchedMotion] = []
     for i in range(starts):
+        if found and watch.is_over(FOR_STARTS):
+            break
+        watch.step(f"start {i + 1} of {starts}")
         found.append(design.start(np.random.default_rng([seed, i])))
-        report((i + 1) / (starts + 1))
-    best = design.best_of(found)
-    motion, states = design.check.motion(best.X), design.states(best.X)
+        if found[-1].good and found[-1] is motion_design.best_motion(found):
+            better(_excitation(design, found[-1], found, starts))
+    best = _excitation(design, design.best_of(found), found, starts)
+    if best.faults:
+        raise NoMotionError(best)
+    return best
+
+
+class NoMotionError(ExcitationError):
+    """A search ended in no motion that may be run: `best` is the one that comes nearest to it."""
+
+    def __init__(self, best: Excitation) -> None:
+        words = f"in the best of {len(best.starts)} starts {'; '.join(best.faults)}"
+        super().__init__(f"excitation of {best.arm.name}", words, "more starts, a longer motion, less to keep")
+        self.best = best
+
+
+def _excitation(
+    design: motion_design.MotionDesign, best: motion_design.SearchedMotion,
+    found: list[motion_design.SearchedMotion], asked: int,
+) -> Excitation:  # fmt: skip
+    """What one of the motions that were found is worth."""
+    arm, motion, states = design.arm, design.check.motion(best.X), design.states(best.X)
     lower, upper = (np.where(np.isinf(x), np.nan, x) for x in (arm.lower, arm.upper))
     aside = np.abs(states[0] - (lower + upper) / 2.0).max(axis=0)
     distances = design.clearance.of(states[0])
     place = int(np.argmin(distances.min(axis=0, initial=np.inf))) if distances.size else 0
     clear = float(distances.min(initial=np.inf))
     return Excitation(
-        arm, design.columns, motion, objective,
+        arm, design.columns, motion, design.objective,
         objectives.motion_score(design.columns, rows_of(motion), design.noise), design.noise,
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
         _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
         design.clearance.names[place] if distances.size else "", tuple(found),
-        perf_counter() - begin, motion_design.column_words(clear_of), design.check_rate,
+        design.watch.elapsed, column_words(design.clearance), design.check_rate, asked, design.watch.ended,
+        design.faults(best.X),
     )  # fmt: skip
 
 
@@ -177,6 +213,13 @@ def check_choices(objective: str, starts: int, seed: int, duration: float = DURA
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             upto = f" to {most:g}" if np.isfinite(most) else ""
             raise OptionError(name, repr(value), f"a whole number from {least}{upto}")
+
+
+def check_seconds(seconds: float) -> float:
+    """The time of a search [s]; raises `OptionError` where it is not above 0."""
+    if not seconds > 0.0:
+        raise OptionError("seconds", seconds, "above 0, in s; inf for no limit")
+    return seconds
 
 
 def check_rate(rate: float, duration: float) -> None:
@@ -216,8 +259,13 @@ def _document(found: Excitation) -> Document:
         Fact("objective", found.objective, "What was minimised.", kind=Literal["d", "cond"]),
         Fact("noise", found.noise, "Standard deviation of each joint's torque."),
         Fact("seconds", found.seconds, "Time of the search."),
+        Fact("ended", found.ended, "Whether all that was asked was searched, its time was over, or it was stopped.",
+             kind=Literal["searched", "seconds", "stopped"]),
+        Fact("may_be_run", not found.faults, "Whether it is clear and inside the limits; if not, the exit code is 1."),
     ]  # fmt: skip
     whole = Section("", [
+        Note([f"DO NOT RUN IT: {fault}" for fault in found.faults], bool(found.faults), "faults", "Why not to run it."),
+        Note(ended_words(found), found.ended != "searched"),
         Fact("d", score.d, "-log det of the weighted information of one row, per base parameter.",
              "-log det of the information per parameter",
              format=lambda d: f"{d:.3f} ({len(score.sigma)} base parameters)"),
@@ -254,6 +302,12 @@ def _document(found: Excitation) -> Document:
     parts = [[use_table(found)], [sigma_table(found), parameters], [searched]]
     sections = [whole, series, *(Section("", part) for part in parts)]
     return Document(title, "", sections, "lwr-dyn excite", "excitation", facts, caveats_of([arm]))
+
+
+def ended_words(found: Excitation) -> str:
+    """Why the search ended before all was searched, and how far it came."""
+    why = "stopped" if found.ended == "stopped" else "its time was over"
+    return f"ended early ({why}): {len(found.starts)} of {found.asked} starts searched; the best motion so far"
 
 
 def use_table(found: Excitation) -> Table:
@@ -304,63 +358,3 @@ def sigma_table(found: Excitation) -> Table:
 def own_values(found: Excitation) -> Any:
     """The base parameters (b,) of the arm's own table and friction."""
     return found.columns.base().of(found.columns.own(found.arm))
-
-
-SUFFIXES = (".csv", ".parquet", ".npz")
-
-
-def check_target(path: str | Path) -> None:
-    """Raise `FileAccessError` where no motion can be written."""
-    if Path(path).suffix not in SUFFIXES:
-        raise FileAccessError(str(path), f"does not end in {', '.join(SUFFIXES)}", "a path that ends so")
-    check_writable(path)
-
-
-def write_excitation(path: str | Path, excitation: Excitation, rate: float = 100.0) -> None:
-    """Write a motion at `rate` [Hz]: .csv or .parquet as columns, .npz as a `Run`.
-
-    The columns are time, q1 ... qn, dq1 ... dqn, ddq1 ... ddqn, each with its unit. The task `csv` of the simulation
-    and the reader of logs take such a table as it is.
-
-    Raises
-    ------
-    FileAccessError
-        Another ending, or the file cannot be written.
-    OptionError
-        A rate that is not above 0.
-    MissingPackageError
-        .parquet without pyarrow.
-    """
-    check_target(path)
-    if Path(path).suffix == ".npz":
-        run_of_excitation(excitation, rate).save(path)
-    else:
-        names, columns = excitation_columns(excitation, rate)
-        write_file(path, table_bytes(names, columns, Path(path).suffix))
-
-
-def excitation_columns(excitation: Excitation, rate: float = 100.0) -> tuple[list[str], list[Array]]:
-    """Names with units, and columns (k,), of a motion at `rate` [Hz]."""
-    motion = excitation.sampled(rate)
-    names, columns = ["time [s]"], [motion.t]
-    for name, values, per in (("q", motion.q, ""), ("dq", motion.dq, "/s"), ("ddq", motion.ddq, "/s^2")):
-        for j, link in enumerate(excitation.arm.chain.links):
-            unit = "rad" if link.kind is JointKind.REVOLUTE else "m"
-            names.append(f"{name}{j + 1} [{unit}{per}]")
-            columns.append(values[:, j])
-    return names, columns
-
-
-def run_of_excitation(excitation: Excitation, rate: float = 100.0) -> Run:
-    """The motion as a run in which the joints follow it exactly, with the torques of the arm's own table."""
-    arm, m = excitation.arm, excitation.sampled(rate)
-    dynamics = dynamics_of(arm)
-    friction = friction_torque(arm.friction_models(), m.dq)
-    tau = np.asarray(dynamics.inverse_dynamics(m.q, m.dq, m.ddq)) + friction
-    meta = {
-        **arm_record(arm), "task": f"excitation ({excitation.objective})", "controller": {"name": "none: as designed"},
-    }  # fmt: skip
-    return Run(
-        t=m.t, q=m.q, dq=m.dq, q_ref=m.q, dq_ref=m.dq, tau_command=tau, tau_applied=tau, tau_friction=friction,
-        energy=mechanical_energy(dynamics, m.q, m.dq), work={}, meta=meta,
-    )  # fmt: skip

@@ -2,23 +2,23 @@
 
 A start is sequential quadratic programming on the coordinates of the series. Limits of positions and speeds are linear
 in them; distances and, where they bind, torques are not. All hold at instants of the motion; what they leave between
-them is met by `MotionLimits.fitted` and by a buffer on distances.
+them is met by `MotionLimits.fitted` and by a buffer on distances. Some pairs are never far apart, such as two links of
+which only a short one is between: a buffer takes at most `SHARE_OF_WIDEST` of what they can have.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import FaultError, OptionError
 from lwr_dyn.identification.excitation import objectives
-from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, TorqueUse, random_positions
+from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, TorqueUse
+from lwr_dyn.identification.excitation.room import widest_distances
+from lwr_dyn.identification.excitation.watch import FOR_ALL, FOR_STARTS, SearchEnd, SearchWatch
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from lwr_dyn.kinematics.forward import joint_axes
 from lwr_dyn.model.arm import Arm
 
 DRAWS, NEAR = 200, -0.05
@@ -31,14 +31,14 @@ OUTSIDE = 1e-2
 class SearchSpace:
     """The objective and all that a motion must keep, at the instants of `basis`.
 
-    `buffer` [m] is added to what distances keep; `torque` is None where torques do not bind.
+    `buffer` [m], one or (m,) one a pair, is added to what distances keep; `torque` is None where torques do not bind.
     """
 
     objective: objectives.MotionObjective
     basis: objectives.FourierBasis
     limits: MotionLimits
     clearance: Clearance
-    buffer: float = 0.02
+    buffer: float | Array = 0.02
     torque: TorqueUse | None = None
     _linear: Array = field(init=False)
     _room: Array = field(init=False)
@@ -57,13 +57,17 @@ class SearchSpace:
         """Distance from every limit, (r,), below 0 outside: positions, speeds, distances, then torques as shares."""
         return np.concatenate([self._room + self._linear @ x, self._curved(x)])
 
-    def solve(self, x: Array, rounds: int, tolerance: float, near: float = np.inf) -> Array:
-        """The best coordinates that a search from x (b n,) met inside the limits; x itself if it met none.
+    def solve(
+        self, x: Array, rounds: int, tolerance: float, near: float = np.inf, watch: SearchWatch | None = None,
+        share: float = FOR_ALL,
+    ) -> Array:  # fmt: skip
+        """The best coordinates that a search from x (b n,) met inside the limits; the nearest to it if it met none.
 
         Limits of positions and speeds that x is further away from than `near`, a share of the travel or of the limit,
-        are left out of the search: a start that is nearly at its end does not come to them, and each costs time.
+        are left out of the search: a start that is nearly at its end does not come to them, and each costs time. The
+        search ends where `watch` says so, at this `share` of its time.
         """
-        best = _Best(self, x)
+        best = _Best(self, x, watch or SearchWatch(), share, rounds)
         rows = self._room + self._linear @ x < near * self._scale
         slope, room = self._linear[rows], self._room[rows]
         linear = {"type": "ineq", "fun": lambda x: room + slope @ x, "jac": lambda _: slope}
@@ -71,7 +75,10 @@ class SearchSpace:
         options = {"maxiter": rounds, "ftol": tolerance}
         solve: Any = minimize  # its stubs know no function that gives value and gradient with constraints
         terms = [linear, curved]
-        end = solve(best.value_of, x, method="SLSQP", jac=True, constraints=terms, options=options, callback=best)
+        try:
+            end = solve(best.value_of, x, method="SLSQP", jac=True, constraints=terms, options=options, callback=best)
+        except SearchEnd:
+            return best.x
         best(end.x)
         return best.x
 
@@ -88,25 +95,42 @@ class SearchSpace:
 
 
 class _Best:
-    """The best iterate inside the limits: a search may end outside, after a step to a degenerate motion."""
+    """The best iterate inside the limits: a search may end outside, after a step to a degenerate motion.
 
-    def __init__(self, space: SearchSpace, x: Array) -> None:
-        self.space, self.x, self.value = space, x, objectives.LARGE
+    Where none was inside, it is the one that is least outside.
+    """
+
+    def __init__(self, space: SearchSpace, x: Array, watch: SearchWatch, share: float, rounds: int) -> None:
+        self.space, self.x, self.watch, self.share, self.rounds = space, x, watch, share, rounds
+        self.rank = self._outside(x), objectives.LARGE
         self.last = x, objectives.LARGE
+        self.round = 0
 
     def value_of(self, x: Array) -> tuple[float, Array]:
-        """The objective with its gradient; the last value is kept."""
+        """The objective with its gradient; the last value is kept. Raises `SearchEnd`."""
+        if self.watch.is_over(self.share):
+            raise SearchEnd
         value, gradient = self.space.objective(x)
         self.last = np.array(x), value
         return value, gradient
 
     def __call__(self, x: Array) -> None:
-        """Keep x if it is better."""
-        if np.isfinite(x).all() and self.space.slack(x).min() > -OUTSIDE:
-            if not np.array_equal(x, self.last[0]):
-                self.value_of(x)
-            if self.last[1] < self.value:
-                self.x, self.value = self.last
+        """Keep x if it is better; a round is done."""
+        self.round += 1
+        self.watch.inside(self.round / self.rounds)
+        if not np.isfinite(x).all():
+            return
+        outside = self._outside(x)
+        if outside > self.rank[0]:
+            return
+        if not np.array_equal(x, self.last[0]):
+            self.last = np.array(x), self.space.objective(x)[0]
+        if (outside, self.last[1]) < self.rank:
+            self.x, self.rank = self.last[0], (outside, self.last[1])
+
+    def _outside(self, x: Array) -> float:
+        """By how much x is further outside than it may be."""
+        return max(0.0, float(-self.space.slack(x).min(initial=np.inf)) - OUTSIDE)
 
 
 def random_start(space: SearchSpace, rng: np.random.Generator) -> Array:
@@ -135,6 +159,8 @@ HOPELESS = -0.1
 """[m] A motion that is nearer than this, less what is to be kept, is not searched again."""
 BUFFER, MORE = 0.02, 0.005
 """[m] Added to what distances keep at the instants of the search, and beyond what a check found missing."""
+SHARE_OF_WIDEST = 0.3
+"""Of a pair's largest distance in drawn poses, less what is kept: a buffer is at most this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,10 +179,6 @@ class Resolution:
 
 COARSE, FINE = Resolution(14, 12, 60, 2e-4, np.inf), Resolution(22, 26, 150, 1e-6, 0.25)
 """Of a start, and of the best ones."""
-
-
-class ExcitationError(FaultError, ValueError):
-    """No start ended in a motion that is inside the limits and clear."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -190,11 +212,15 @@ class MotionDesign:
     columns: TorqueColumns
     limits: MotionLimits
     clearance: Clearance
+    watch: SearchWatch = field(default_factory=SearchWatch)
     torques: TorqueUse = field(init=False)
+    widest: Array = field(init=False)
+    """(m,) [m] The largest distance of each pair in drawn poses, less what is kept."""
     check: objectives.FourierBasis = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "torques", TorqueUse.of(self.arm, self.limits.torque))
+        object.__setattr__(self, "widest", widest_distances(self.clearance, self.limits))
         objectives.fourier_basis(self.duration, self.harmonics, 1)  # refuse bad numbers before they size an array
         instants = int(min(MOST_CHECKS, max(self.duration * CHECK_RATE, 20.0 * self.harmonics)))
         object.__setattr__(self, "check", objectives.fourier_basis(self.duration, self.harmonics, instants))
@@ -206,44 +232,57 @@ class MotionDesign:
 
     def start(self, rng: np.random.Generator) -> SearchedMotion:
         """What the search from a random motion comes to, checked."""
-        begin = perf_counter()
+        begin = self.watch.elapsed
         space = self._space(COARSE)
-        X = self._solved(space, random_start(space, rng), COARSE)
-        return self._judged(X, perf_counter() - begin)
+        found = self._judged(self._solved(space, random_start(space, rng), COARSE, FOR_STARTS))
+        self.watch.step_done()
+        return replace(found, seconds=self.watch.elapsed - begin)
 
     def best_of(self, found: Sequence[SearchedMotion]) -> SearchedMotion:
         """The best of `POLISHED` starts searched further, or of as many as it takes.
 
-        Raises
-        ------
-        ExcitationError
-            None of them came out inside the limits and clear; says how near the nearest was.
+        Where none is inside the limits and clear, it is the one that comes nearest to it.
         """
         good: list[SearchedMotion] = []
-        ended: list[SearchedMotion] = []
+        ended = [*found]
         for one in sorted(found, key=lambda one: one.value):
-            ended.append(one if one.clear < HOPELESS else self.refined(one))
-            good += [ended[-1]] if ended[-1].good else []
-            if len(good) == POLISHED:
+            if len(good) == POLISHED or self.watch.is_over():
                 break
-        if not good:
-            near = max(ended, key=lambda one: min(one.clear, 1.0 - one.torque))
-            words = f"the best of {len(found)} starts is {-near.clear:.3g} m too near something"
-            if near.clear >= 0.0:
-                words = f"the best of {len(found)} starts needs {near.torque:.3g} times the torque that it may use"
-            raise ExcitationError(f"excitation of {self.arm.name}", words, "more starts, a longer motion, less to keep")
-        return min(good, key=lambda one: one.value)
+            if one.clear >= HOPELESS:
+                self.watch.step(f"best starts, {len(good) + 1} of {min(POLISHED, len(found))}")
+                ended.append(self.refined(one))
+                good += [ended[-1]] if ended[-1].good else []
+            self.watch.step_done()
+        return best_motion(ended)
 
     def refined(self, one: SearchedMotion) -> SearchedMotion:
         """The start searched on finer instants, and again with what its check found missing."""
         buffer, torque, best = BUFFER, 1.0 if one.torque > 1.0 else np.inf, one
+        tried: list[SearchedMotion] = []
         for _ in range(REPAIRS):
             best = self._judged(self._solved(self._space(FINE, buffer, torque), best.X, FINE))
-            if best.good or best.clear < HOPELESS:
+            tried.append(best)
+            if best.good or best.clear < HOPELESS or self.watch.is_over():
                 break
             buffer += MORE + max(0.0, -best.clear)
             torque = min(torque, 1.0) / max(best.torque + 0.01, 1.0) if best.torque > 1.0 else torque
-        return best
+        return best_motion(tried)
+
+    def faults(self, X: Array) -> tuple[str, ...]:
+        """Why the motion may not be run, in words: what is too near when, joints whose torque is too large."""
+        q, dq, ddq = self.states(X)
+        distances, kept = self.clearance.of(q), self.clearance.kept
+        said = []
+        if distances.size and distances.min() < 0.0:
+            k, pair = np.unravel_index(int(np.argmin(distances)), distances.shape)
+            missing, when = -distances[k, pair], k / self.check_rate
+            said.append(
+                f"{self.clearance.names[pair]} are {missing:.3g} m too near at {when:.2f} s: {kept:g} m is to be kept"
+            )
+        share = self.torques.share(q, dq, ddq)
+        for name, x in zip(self.arm.joint_names, share, strict=True):
+            said += [f"{name} needs {x:.3g} times the torque that it may use"] if x > 1.0 else []
+        return tuple(said)
 
     def states(self, X: Array) -> tuple[Array, Array, Array]:
         """q, dq, ddq (k, n) at the instants of the check."""
@@ -256,66 +295,24 @@ class MotionDesign:
         )
         objective = objectives.MotionObjective(self.columns, basis, self.noise, self.objective)
         use = replace(self.torques, limit=torque * self.limits.torque) if np.isfinite(torque) else None
-        return SearchSpace(objective, limits, self.limits, self.clearance, buffer, use)
+        buffers = np.minimum(buffer, SHARE_OF_WIDEST * np.maximum(self.widest, 0.0))
+        return SearchSpace(objective, limits, self.limits, self.clearance, buffers, use)
 
-    def _solved(self, space: SearchSpace, X: Array, size: Resolution) -> Array:
-        return space.solve(X.ravel(), size.rounds, size.tolerance, size.near).reshape(X.shape)
+    def _solved(self, space: SearchSpace, X: Array, size: Resolution, share: float = FOR_ALL) -> Array:
+        found = space.solve(X.ravel(), size.rounds, size.tolerance, size.near, self.watch, share)
+        return found.reshape(X.shape)
 
-    def _judged(self, X: Array, seconds: float = 0.0) -> SearchedMotion:
+    def _judged(self, X: Array) -> SearchedMotion:
         X = self.limits.fitted(X, self.check)
         q, dq, ddq = self.states(X)
         value, _ = self._space(FINE).objective(X.ravel())
         clear = float(self.clearance.of(q).min(initial=np.inf))
-        return SearchedMotion(X, value, clear, float(self.torques.share(q, dq, ddq).max()), seconds)
+        return SearchedMotion(X, value, clear, float(self.torques.share(q, dq, ddq).max()))
 
 
-POSES = 2000
-"""Random poses; where all are far from clear, no search is begun."""
-
-
-def check_room(clearance: Clearance, column: float | None = None) -> None:
-    """Raise where nothing can be clear.
-
-    Raises
-    ------
-    OptionError
-        A `column` [m] that was asked for holds the whole arm inside in most poses.
-    ExcitationError
-        Each of `POSES` random poses is more than `HOPELESS` too near something.
-    """
-    if column and len(links_inside(clearance)) == len(clearance.capsules) - 1:
-        raise OptionError("column", column, "a radius in m that does not hold the whole arm inside")
-    distances = clearance.of(random_positions(clearance.arm, POSES, np.random.default_rng(0)))
-    if not distances.size:
-        return
-    nearest = distances.min(axis=1)
-    best = int(np.argmax(nearest))
-    if nearest[best] < HOPELESS:
-        name = clearance.names[int(np.argmin(distances[best]))]
-        words = f"the clearest of {POSES} random poses is {-nearest[best]:.3g} m too near ({name})"
-        raise ExcitationError(f"excitation of {clearance.arm.name}", words, "a lower floor, or less to keep")
-
-
-def links_inside(clearance: Clearance) -> tuple[str, ...]:
-    """Links that are not held against the column: those beside it, and those inside it in most poses."""
-    if not _has_column(clearance):
-        return ()
-    held = {b for a, b in clearance.pairs if a == 0}
-    return tuple(
-        clearance.arm.chain.links[start].link for b, (start, _) in enumerate(clearance.capsules) if b and b not in held
-    )
-
-
-def column_words(clearance: Clearance) -> str:
-    """How thick the column is, to which height it reaches, and what is not held against it; empty without one."""
-    if not _has_column(clearance):
-        return ""
-    arm, radius = clearance.arm, clearance.radii[0]
-    top = float(joint_axes(arm.chain, np.zeros((1, arm.n))).p[0, 0, 2])
-    inside = links_inside(clearance)
-    but = f"; not held against it (next to it, or inside in most poses): {', '.join(inside)}" if inside else ""
-    return f"column of radius {radius:.3g} m up to {arm.joint_names[0]} at {top:.3g} m, rounded above it{but}"
-
-
-def _has_column(clearance: Clearance) -> bool:
-    return bool(clearance.capsules) and clearance.capsules[0] == (0, clearance.arm.n + 1)
+def best_motion(found: Sequence[SearchedMotion]) -> SearchedMotion:
+    """The good one of the least value; where none is good, the one that comes nearest to it."""
+    good = [one for one in found if one.good]
+    if good:
+        return min(good, key=lambda one: one.value)
+    return max(found, key=lambda one: min(one.clear, 1.0 - one.torque))

@@ -210,7 +210,6 @@ def _stribeck(way: str, one: Direction, unit: str) -> str:
 
 
 PACKAGE = "lwr_dyn.identification.report"
-_SCRIPTS = ("numbers.js", "drawing.js", "stage.js")
 _PLACE = 1
 """Of the motion's colour in the palette: the result has the first."""
 _SAMPLES = 3000
@@ -281,7 +280,9 @@ def stage_html(recordings: Sequence[ShownRecording]) -> str:
 def stage_scripts(data: dict[str, Any]) -> str:
     """Script elements: the data, meshcat and the page's own code."""
     text = replay_page.script_safe(json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False))
-    code = "\n".join([*map(replay_page.resource_text, _SCRIPTS), replay_page.resource_text("report.js", PACKAGE)])
+    code = "\n".join(
+        [*map(replay_page.resource_text, replay_page.STAGE), replay_page.resource_text("report.js", PACKAGE)]
+    )
     return (
         f'<script type="application/json" id="stage-data">{text}</script>\n'
         f"<script>\n{replay_page.meshcat_bundle()}\n</script>\n<script>\n{code}\n</script>\n"

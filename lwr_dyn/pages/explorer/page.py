@@ -239,7 +239,7 @@ def explorer_html(arm: Arm, q: ArrayLike | None = None, *, beside: Arm | None = 
     if beside is None and len(shown) > 1:
         data["differing"] = slips_record([each.arm for each in shown])
     further = (*(_BESIDE if beside is not None else ()), *(_COMPUTING if sets.script else ()))
-    stage = [replay_page.resource_text(name) for name in ("numbers.js", "drawing.js", "stage.js")]
+    stage = [replay_page.resource_text(name) for name in replay_page.STAGE]
     own = [replay_page.resource_text(name, _HERE) for name in (*_SCRIPTS, *dict.fromkeys(further), "start.js")]
     css = replay_page.resource_text("explorer.css", _HERE)
     drawing = [] if live else [replay_page.resource_text("own_stage.js", _HERE)]

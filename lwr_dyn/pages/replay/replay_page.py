@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.loading import arm_of
-from lwr_dyn.arms.urdf.geometry import Primitive, floor_height, primitives, stand_foot
+from lwr_dyn.arms.urdf.geometry import Primitive, floor_height
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.foundation.files import write_file
@@ -30,11 +30,15 @@ from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import ends_of, joint_motion
 from lwr_dyn.model.run import Run
 from lwr_dyn.model.spatial import Pose, rot_x
+from lwr_dyn.pages.replay.drawn_shapes import drawn_shapes
 from lwr_dyn.pages.replay.look import font_faces, look_css, tokens
 from lwr_dyn.pages.replay.replayed_runs import ReplayedRun, facts, replayed_runs
 from lwr_dyn.simulation.metrics import stop_contacts, tip_model
 
-PLAYER = ("numbers.js", "drawing.js", "stage.js", "strip.js", "player.js")
+STAGE = ("numbers.js", "drawing.js", "framing.js", "stage.js")
+"""The scripts of the stage, in their order."""
+
+PLAYER = (*STAGE, "strip.js", "player.js")
 """The scripts of the player, in their order."""
 
 SMALLEST = 1e-290
@@ -126,7 +130,7 @@ def arm_commands(shown: ReplayedRun, run: int) -> Iterator[Command]:
     """The shapes of an arm, then its links at the first sample of the run."""
     links = ["base", *(link.link for link in shown.arm.chain.links), "flange"]
     ends = dict(zip(("base", "flange"), ends_of(shown.arm.installation), strict=True))
-    for k, shape in enumerate(primitives(shown.arm)):
+    for k, shape in enumerate(drawn_shapes(shown.arm)):
         shape = replace(shape, pose=ends[shape.link] @ shape.pose) if shape.link in ends else shape
         yield cylinder(f"{link_path(run, links.index(shape.link))}/shape_{k}", shape, f"run{min(shown.place, 4) + 1}")
     yield from pose_commands(shown.arm, shown.run.q[0], run)
@@ -294,7 +298,6 @@ def run_record(shown: ReplayedRun, stride: int = 1) -> dict[str, Any]:
         "base": column_major(ends_of(arm.installation)[0]),
         "native": [column_major(link.after) for link in arm.chain.links],
         "floor": floor_height(arm),
-        "foot": stand_foot(arm).tolist(),
         "samples": [int(keep.size), int(run.t.size)],
         "t": pack_int32(run.t[keep]),
         "q": pack_int32(run.q[keep]),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lwr_dyn.control.protocol import LAMBDA, UNNAMED
 from lwr_dyn.foundation.arrays import Array, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.kinematics import forward
@@ -171,6 +172,8 @@ def _facts(run: Run) -> dict[str, str]:
     controller, carrier = meta.get("controller"), "tool centre point" if "tool" in given else "flange"
     if isinstance(controller, Mapping):  # its name in runs that have no label
         controller = controller.get("label", controller.get("name"))
+    if isinstance(controller, str):  # runs of 0.2 have Python's word for a lambda
+        controller = controller.replace(LAMBDA, UNNAMED)
     values = {
         "robot": meta.get("robot"),
         "reading": meta.get("reading"),

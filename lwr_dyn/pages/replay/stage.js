@@ -2,8 +2,9 @@
 // Still poses stand behind the runs in `arms`; they show their frames and no path.
 
 class Stage {
-  // `covered()` says how many pixels of the pane lie under other things, at its left and its bottom.
-  constructor(pane, data, covered = () => ({ left: 0, bottom: 0 })) {
+  // `covered()` says how many pixels of the pane lie under other things, at its left, top and bottom; where the free part
+  // can be chosen in several ways, each of them.
+  constructor(pane, data, covered = () => [{}]) {
     Object.assign(this, { pane, data, covered });
     this.viewer = new MeshCat.Viewer(pane);
     const fit = this.viewer.set_3d_pane_size; // meshcat takes the window's height
@@ -48,17 +49,17 @@ class Stage {
     for (let k = 1; k <= n + 1; k += 1) chain.push(chain[k - 1].concat(`link_${k}`));
     const times = unpack(record.trace.t), trace = rowsOf(record.trace.points), reference = rowsOf(record.reference);
     const parts = {
-      record, root, chain, n, reference, t: unpack(record.t), q: unpack(record.q), qRef: unpack(record.q_ref),
+      record, root, chain, n, reference, trace, t: unpack(record.t), q: unpack(record.q), qRef: unpack(record.q_ref),
       tipError: unpack(record.tip_error), traceTube: tube(trace, times, 0.003, runToken(record)),
       flange: new THREE.Matrix4().fromArray(record.flange),
     };
     if (parts.traceTube) this.viewer.set_object(root.concat("trace"), parts.traceTube);
     const desired = tube(reference, null, 0.0018, "reference-path");
     if (desired) this.viewer.set_object(root.concat("reference"), desired);
-    this.viewer.set_object(root.concat("target"), triad(0.1, 0.0035, null));
+    this.viewer.set_object(root.concat("target"), triad(TARGET_SIZE, 0.0035, null));
     parts.triads = [chain[0], ...record.native.map((_, k) => chain[k + 1])].map((path, k) => {
       const at = path.concat("frame");
-      this.viewer.set_object(at, triad(0.13, 0.004, String(k)));
+      this.viewer.set_object(at, triad(FRAME_SIZE, 0.004, String(k)));
       this.viewer.set_transform(at, k > 0 ? record.native[k - 1] : record.base);
       return at;
     });
@@ -171,10 +172,10 @@ class Stage {
   // whose bands keep the colour of their run.
   setBeside(beside) {
     this.beside = beside;
-    const gap = 1.0, right = [-Math.sin(this.azimuth), Math.cos(this.azimuth)];
+    const right = new THREE.Vector3(-Math.sin(this.azimuth), Math.cos(this.azimuth), 0);
+    const offs = beside ? besideEachOther(this.runs.map((run) => runOutline(this, run)), right) : this.runs.map(() => 0);
     this.runs.forEach((run, i) => {
-      const off = beside ? (i - (this.runs.length - 1) / 2) * gap : 0;
-      this.viewer.set_transform(run.root, new THREE.Matrix4().makeTranslation(off * right[0], off * right[1], 0).elements);
+      this.viewer.set_transform(run.root, new THREE.Matrix4().makeTranslation(offs[i] * right.x, offs[i] * right.y, 0).elements);
       this.node(run.chain[0]).traverse((part) => {
         if (!part.isMesh || part.renderOrder > 0) return;
         part.material.transparent = !beside && i > 0;
@@ -185,26 +186,9 @@ class Stage {
     this.frameView();
   }
 
-  // Points that must be visible: every run's path, foot, and joints at some samples.
+  // Points that must be visible, of all runs that are framed.
   outline() {
-    const points = [], samples = 12;
-    this.scene().updateMatrixWorld(true);
-    this.framed.forEach((run) => {
-      const away = this.node(run.root).position, add = (x, y, z) => points.push(new THREE.Vector3(x, y, z).add(away));
-      run.reference.forEach((p) => add(p[0], p[1], p[2]));
-      [[-0.1, 0], [0.1, 0], [0, -0.1], [0, 0.1]].forEach(([x, y]) => add(x, y, run.record.floor));
-      const [x, y, z] = run.record.foot, upright = run.record.base[10] > 0.9;
-      if (!upright) [-0.15, 0.15].forEach((d) => add(x + d, y + d, z + d / 3));
-      for (let s = 0; s <= samples; s += 1) {
-        const k = Math.round((s / samples) * (run.t.length - 1)), pose = new THREE.Matrix4();
-        run.record.joints.forEach((joint, j) => {
-          const at = new THREE.Vector3().setFromMatrixPosition(pose.multiply(jointPose(joint, run.q[k * run.n + j])));
-          const around = this.stills.includes(run) ? 0.1 + 0.06 * run.reach : 0; // frames and bodies of a still
-          [-around, around].forEach((d) => add(at.x + d, at.y + d, at.z + d));
-        });
-      }
-    });
-    return points;
+    return this.framed.flatMap((run) => runOutline(this, run).map((point) => point.add(this.node(run.root).position)));
   }
 
   scene() {
@@ -212,37 +196,26 @@ class Stage {
   }
 
   // Places the camera so that the outline fills the free part of the pane; or, where it stays, in the pane's shape only.
+  // Of several free parts the one is taken in which the arm is largest.
   frameView(moves = true) {
     const viewer = this.viewer, camera = viewer.camera, points = this.outline();
-    const width = this.pane.clientWidth, height = this.pane.clientHeight, { left: side, bottom: bar } = this.covered();
+    const width = this.pane.clientWidth, height = this.pane.clientHeight;
     if (width === 0 || height === 0 || points.length === 0) return;
-    camera.setViewOffset(width, height, -side / 2, bar / 2, width, height);
-    viewer.set_dirty();
-    if (!moves) return;
     const azimuth = this.framed[0].azimuth ?? this.azimuth;
     const out = new THREE.Vector3(
       Math.cos(azimuth) * Math.cos(this.elevation), Math.sin(azimuth) * Math.cos(this.elevation), Math.sin(this.elevation));
     const right = new THREE.Vector3(-Math.sin(azimuth), Math.cos(azimuth), 0), up = out.clone().cross(right);
-    const tall = Math.tan((camera.fov / 2) * (Math.PI / 180)) * 0.84;
-    const slopes = [[right, (tall * (width - side)) / height], [up, (tall * (height - bar)) / height]];
-    const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
-    let distance = 0;
-    // Perspective shifts what lies off the middle, so the centre is found in a few rounds.
-    for (let round = 0; round < 6; round += 1) {
-      const needed = slopes.map(([axis, slope]) => {
-        const reach = (sign) => Math.max(...points.map((p) => {
-          const d = p.clone().sub(centre);
-          return (sign * d.dot(axis)) / slope + d.dot(out);
-        }));
-        const ahead = reach(1), behind = reach(-1);
-        centre.addScaledVector(axis, ((ahead - behind) / 2) * slope);
-        return (ahead + behind) / 2;
-      });
-      distance = Math.max(...needed);
-    }
-    const eye = out.multiplyScalar(distance).add(centre);
+    const tall = (FILL * Math.tan((camera.fov / 2) * (Math.PI / 180))) / height;
+    const choices = this.covered().map(({ left = 0, top = 0, bottom = 0 }) => {
+      const slopes = [width - left, height - top - bottom].map((free) => tall * Math.max(free, 40));
+      return { left, top, bottom, ...nearestEye(points, { out, right, up }, slopes) };
+    });
+    const { left, top, bottom, eye, target } = choices.reduce((best, each) => (each.depth < best.depth ? each : best));
+    camera.setViewOffset(width, height, -left / 2, (bottom - top) / 2, width, height);
+    viewer.set_dirty();
+    if (!moves) return;
     camera.position.set(eye.x, eye.z, -eye.y); // meshcat's camera frame has y up
-    viewer.controls.target.set(centre.x, centre.z, -centre.y);
+    viewer.controls.target.set(target.x, target.z, -target.y);
     viewer.controls.update();
     this.turned = false;
   }

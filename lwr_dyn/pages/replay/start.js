@@ -2,8 +2,12 @@
 {
   const side = document.getElementById("side"), bar = document.getElementById("bar");
   const narrow = matchMedia("(max-width: 700px)");
-  const covered = () => (narrow.matches ? { left: 0, bottom: 0 }
-    : { left: window.innerWidth > 900 ? side.offsetWidth + 24 : 0, bottom: bar.offsetHeight + 20 });
+  // Beside the cards, or below them.
+  const covered = () => {
+    if (narrow.matches) return [{}];
+    const bottom = bar.offsetHeight + 20;
+    return [{ left: side.offsetWidth + 24, bottom }, { top: side.offsetTop + side.offsetHeight + 8, bottom }];
+  };
   const fold = () => { document.getElementById("shown").open = !narrow.matches; };
   fold();
   narrow.addEventListener("change", fold);
@@ -11,7 +15,7 @@
   // What covers the stage changes its height when the fonts are there.
   const watched = new ResizeObserver(() => {
     lwrReplay.stage.viewer.set_3d_pane_size();
-    lwrReplay.stage.frameView();
+    lwrReplay.stage.frameView(!lwrReplay.stage.turned);
   });
-  [document.getElementById("stage"), bar].forEach((part) => watched.observe(part));
+  [document.getElementById("stage"), side, bar].forEach((part) => watched.observe(part));
 }

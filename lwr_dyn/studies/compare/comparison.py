@@ -301,7 +301,7 @@ BUDGET = 12_000_000
 """Largest size of all series in the page [bytes]; above it fewer samples a second are kept."""
 LEAST = 10.0
 """[Hz] Fewer samples a second would not show a motion."""
-SHARED = ("joints", "flange", "base", "native", "floor", "foot", "tip_model", "t", "q_ref", "reference", "samples")
+SHARED = ("joints", "flange", "base", "native", "floor", "tip_model", "t", "q_ref", "reference", "samples")
 """Of a run's record: what runs of one reference have in common, as a rule."""
 
 

@@ -1,6 +1,8 @@
 """References for the joints of an arm: moves in joint space, and paths of poses through inverse kinematics.
 
 excitations          The tasks `step` and `chirp`: positions that a loop is asked for, of one joint or of each in turn
+function_reference   A function q(t) as a reference: its speeds and accelerations are found, or given as functions, and
+                     checked
 ist                  The IST path of the LWR 4+ paper: its points as printed, the path through them, its timing; and
                      `ist-clear`
 joint_moves          Moves in joint space: point to point by quintics, LSPB moves of all joints together, and standing
@@ -9,4 +11,6 @@ pose_path_reference  A reference for the joints from a timed pose path, the arm'
 recorded_motion      The task `csv`: a motion that a person brings, through its rows by a spline of degree 5 in time
 references           References for the joints by name, as `simulate --task` takes them, and the position limits that
                      they keep
+time_derivatives     Derivatives of a function of time that a person brings: by complex step where it takes complex
+                     numbers, else finite
 """

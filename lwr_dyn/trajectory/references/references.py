@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lwr_dyn.foundation.arrays import Array, arm_argument
-from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row, check_options
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Reference
@@ -57,18 +57,30 @@ StartIfGiven = Annotated[
 End = Annotated[ArrayLike, Option(Quantity.JOINT_POSITIONS, "Where the joints end (m for sliding).", "to-deg")]
 
 
-def reference(name: str, arm: Arm, **options: Any) -> Reference:
-    """A reference for the joints by name: "ist", "ist-clear", "point-to-point", "lspb", "hold", or an added one.
+def reference(name: str | Callable[[Any], Any], arm: Arm, **options: Any) -> Reference:
+    """A reference for the joints from a function q(t), or by name: "ist", "point-to-point", "hold", or an added one.
 
-    Options are those of its factory in `lwr_dyn.trajectory.references`, such as q [rad or m] or duration [s] of "hold".
-    Raises `UnknownNameError`, `OptionError`, and the factory's own (`PathLimitError`: the path leaves the limits).
+    Options of a name are those of its factory in `lwr_dyn.trajectory.references`, such as q [rad or m] or duration [s]
+    of "hold". A function takes the time [s] and gives (n,) [rad or m]; its options are `duration` [s], and `dq`, `ddq`
+    as functions where they are known, `limits=False` to leave the limits (see `function_reference`). Raises
+    `UnknownNameError`, `OptionError`, and the factory's own (`PathLimitError`: the path leaves the limits).
 
     >>> import lwr_dyn
-    >>> move = reference("point-to-point", lwr_dyn.load("lwr4plus"), start=[0] * 7, end=[1] * 7, duration=3.0)
-    >>> move.duration
+    >>> arm = lwr_dyn.load("lwr4plus")
+    >>> reference("point-to-point", arm, start=[0] * 7, end=[1] * 7, duration=3.0).duration
     3.0
+    >>> wave = reference(lambda t: 0.1 * np.sin(t * np.arange(1, 8)), arm, duration=2.0)
+    >>> wave.sample(np.array([0.0])).dq[0, :3].round(9).tolist()
+    [0.1, 0.2, 0.3]
     """
-    motion: Reference = REFERENCES.make(name, arm_argument(arm), **options)
+    motion: Reference
+    if callable(name):
+        from lwr_dyn.trajectory.references.function_reference import function_reference
+
+        check_options("a reference from a function", function_reference, 2, options)
+        motion = function_reference(name, arm_argument(arm), **options)
+    else:
+        motion = REFERENCES.make(name, arm_argument(arm), **options)
     return motion
 
 

@@ -1,5 +1,6 @@
 """Arguments and results of a batch: shapes, number types, strides, threads, memory, states that are not finite."""
 
+import pickle
 import tracemalloc
 import warnings
 
@@ -243,3 +244,10 @@ def test_accelerations_that_are_not_determined():
     arm = replace(short, chain=replace(short.chain, links=links))
     with pytest.raises(SingularMassError, match="joint 2"):
         lwr_dyn.dynamics_of(arm, "kernels").forward_dynamics(*X[..., :2])
+
+
+def test_a_batch_can_be_pickled_after_it_was_used():
+    batch = lwr_dyn.batch_dynamics(lwr_dyn.load("wam7"), inputs=["payload"])
+    q, payload = np.random.default_rng(5).uniform(-1, 1, (4, 7)), np.array([2.0, *[0.1] * 9])
+    held = batch.gravity_vector(q, payload=payload)
+    assert np.array_equal(pickle.loads(pickle.dumps(batch)).gravity_vector(q, payload=payload), held)

@@ -76,7 +76,7 @@ REFUSED = {
     "cartesian-impedance": (lambda: made("cartesian-impedance", WHOLE), "has no form"),
     "pid+observer": (lambda: made("pid+observer"), "momentum observer has no form"),
     "pid+motor-side": (lambda: made("pid+motor-side", WHOLE), "on the motor side has no form"),
-    "function": (lambda: lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq, r"<lambda> \(function\) has no form that"),
+    "function": (lambda: lambda t, q, dq, q_ref, dq_ref, ddq_ref: -dq, r"own controller \(function\) has no form that"),
     "subclass": (lambda: Doubled(100.0, 10.0, ARM.effort), r"PID, damping on dq \(Doubled\) has no form"),
     "another arm": (lambda: made("pd-gravity", arm_with_payload(ARM, 1e-6)), r"not that of its kernel form"),
     "another robot": (lambda: made("inverse-dynamics", SMALL_WAM), r"form for lwr4plus \(computed\), by up to"),

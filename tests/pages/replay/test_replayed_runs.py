@@ -35,6 +35,14 @@ def test_labels_are_given_or_are_the_controllers_numbered_where_they_repeat(arm,
     assert sorted(run.place for run in many) == [0, 1, 2, 3, 4, 4, 4]
 
 
+def test_a_lambda_is_an_own_controller_also_in_a_run_of_an_older_version(arm, two_runs):
+    words = "<lambda>, with a momentum observer"
+    old = [replace(two_runs[0], meta={**two_runs[0].meta, "controller": c}) for c in ("<lambda>", {"label": words})]
+    assert [run.label for run in replayed_runs(old, arm)] == [
+        "own controller", "own controller, with a momentum observer",
+    ]  # fmt: skip
+
+
 NAMES = [
     ("inverse-dynamics", "", "a"), ("pd-gravity", "", "b"), ("pid", "", "c"), ("mine.py", "", "d"),
     ("pd-gravity", "masses times 1.2", "b"),
