@@ -63,7 +63,8 @@ def command(study: str) -> tuple[str, ...]:
     task, _, reading = study.partition("-")
     return (
         "compare", "lwr4plus", "--reading", reading, *TASKS[task], "--twice", "--tuned", f"{PEAK:g}",
-        "--friction", "0.01", "--controllers", ",".join(controllers(reading)), "--plants", ",".join(PLANTS_OF[task]),
+        "--friction-share", "0.01", "--controllers", ",".join(controllers(reading)),
+        "--plants", ",".join(PLANTS_OF[task]),
     )  # fmt: skip
 
 

@@ -6,15 +6,33 @@ import click
 
 from lwr_dyn.cli.help_text import command_path
 
+_EFFORT = {"--effort-share": "--torque-share"}
+
+
+def _of_logs(name: str) -> dict[str, str]:
+    return {"--robot": f"the first argument: lwr-dyn identify {name} ROBOT LOG..."}
+
+
 RENAMED: Mapping[str, Mapping[str, str]] = {
-    "compare": {"--processes": "--jobs"},
-    **{
-        f"identify {name}": {"--robot": f"the first argument: lwr-dyn identify {name} ROBOT LOG..."}
-        for name in ("elastic", "friction", "motion", "payload", "table")
+    "compare": {"--friction": "--friction-share", "--processes": "--jobs", "--save": "--out", **_EFFORT},
+    "excite": {"--speed": "--joint-speed"},
+    "identify elastic": _of_logs("elastic"),
+    "identify friction": _of_logs("friction"),
+    "identify motion": {"--friction": "--fit-friction", **_of_logs("motion")},
+    "identify payload": {"--friction": "--fit-friction", **_of_logs("payload")},
+    "identify table": _of_logs("table"),
+    "kernels": {"--friction": "--own-friction, without a value"},
+    "krl write": {
+        "--angle-tolerance": "--angle-tolerance-deg", "--base": "--base-data", "--tolerance": "--tolerance-mm",
+        "--tool": "--tool-data",
     },
+    "margins": _EFFORT,
+    "parity": {"--engine": "--only"},
+    "replay": {"--beside": "--side-by-side"},
+    "simulate": _EFFORT,
     "sweep": {"--threads": "--jobs"},
-    "tune": {"--threads": "--jobs"},
-}
+    "tune": {"--check": "--check-runs", "--threads": "--jobs"},
+}  # fmt: skip
 """Command path -> old option -> what takes its place."""
 
 

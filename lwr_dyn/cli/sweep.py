@@ -7,7 +7,7 @@ from typing import Annotated, TypedDict
 import click
 
 from lwr_dyn.cli.options import NO_CODE, check_code, show
-from lwr_dyn.cli.vocabulary import with_shared
+from lwr_dyn.cli.vocabulary import FOLDER, with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import CLEAR, progress
 from lwr_dyn.foundation.tables import Heading, Table
@@ -22,7 +22,9 @@ from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
 
 @click.command("sweep")
 @click.argument("study", metavar="STUDY.toml")
-@click.option("--out", required=True, metavar="DIR", help="Folder of the results: made, or of this sweep and gone on.")
+@with_shared(
+    "--out", " the results there, in a new folder or in that of this sweep, which goes on", form=FOLDER, required=True
+)
 @click.option(
     "--scheduler",
     metavar="ADDRESS",

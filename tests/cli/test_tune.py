@@ -32,7 +32,7 @@ value = 0
 path = "loop.delay"
 values = [0, 1]
 """
-SMALL = ("--runs", "8", "--population", "6", "--generations", "6", "--check", "40", "--front", "0")
+SMALL = ("--runs", "8", "--population", "6", "--generations", "6", "--check-runs", "40", "--front", "0")
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_a_bound_that_no_candidate_keeps_is_said(study, lwr_dyn_command):
         (("--aim", "tip_max"), "METRIC:SHARE"),
         (("--aim", "tip_q99:0.9"), "no metric named 'tip_q99'"),
         (("--torque-share", "0"), "above 0"),
-        (("--check", "2"), "check: 2; allowed: a whole number from 8"),
+        (("--check-runs", "2"), "check: 2; allowed: a whole number from 8"),
         (("--jobs", "0"), "'--jobs': 0 is not in the range x>=1"),
         (("--threads", "2"), "lwr-dyn: --threads is now --jobs"),
     ],

@@ -24,7 +24,7 @@ RUNS = {
     "identify friction": ("identify friction wam7 moves_*.csv",),
     "krl check": ("krl check .",),
     "krl diff": ("krl diff two_points.src two_points.dat",),
-    "parity": ("parity lwr4 --engine mujoco",),
+    "parity": ("parity lwr4 --only mujoco",),
 }
 """Records of other forms than those of the examples, which `test_help_text.py` prints."""
 FILES = {"krl check": "two_points.src", "krl diff": "two_points.src", "identify friction": "moves_*.csv"}

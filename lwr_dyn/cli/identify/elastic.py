@@ -21,7 +21,7 @@ NEEDS = ("q", "qm", "tau")
 @click.option("--cutoff", type=float, default=TWO_ENCODERS.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
-              help="Speed up to which a motor's torques are left out, rad/s.")  # fmt: skip
+              help="Speed up to which a joint's torques are left out, of its motor, rad/s or m/s.")  # fmt: skip
 def command(
     robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
 ) -> None:

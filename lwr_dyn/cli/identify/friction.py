@@ -8,6 +8,7 @@ from click.core import ParameterSource
 from lwr_dyn.cli.help_text import ROBOT_OPTIONS
 from lwr_dyn.cli.identify.log_options import end, is_log, log_options
 from lwr_dyn.cli.options import Loading, OneOf, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.friction import identify_friction
@@ -31,7 +32,7 @@ OF_ROBOT = (*ROBOT_OPTIONS, "--subtract")
 @click.option("--shortest", type=float, default=DEFAULT_CRUISE.shortest, show_default=True, help="Cruise, seconds.")
 @click.option("--tolerance", type=float, default=DEFAULT_CRUISE.tolerance, show_default=True,
               help="Share by which a cruise's speed may wander.")  # fmt: skip
-@click.option("--plot", help="Write the friction-velocity maps there, .png and .svg.")
+@with_shared("--plot", " of the friction-velocity maps, .png and .svg. Repeatable", form="FILE.png")
 def command(robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, **given: Any) -> None:
     """Friction of each joint and direction from constant-velocity runs.
 
@@ -42,8 +43,8 @@ def command(robot: str, loading: Loading, logs: tuple[str, ...], units: str | No
         _refuse_of_robot()
     elif not logs:
         raise click.MissingParameter(param_hint="'LOG...'", param_type="argument")
-    if given["plot"] is not None:
-        check_figure(given["plot"])
+    for path in given["plot"]:
+        check_figure(path)
     rule = CruiseRule(shortest=given["shortest"], tolerance=given["tolerance"])
     options = identify_friction.FitOptions(given["model"], given["robust"], given["equal_weights"], rule)
     arm = None if model is None else loading.arm(model)
@@ -53,8 +54,8 @@ def command(robot: str, loading: Loading, logs: tuple[str, ...], units: str | No
         )
     if result.points:
         show(identify_friction.friction_document(result, model), given["as_json"])
-    if result.points and given["plot"] is not None:
-        png, svg = save_figure(identify_friction.friction_map_figure(result), given["plot"])
+    for path in given["plot"] if result.points else ():
+        png, svg = save_figure(identify_friction.friction_map_figure(result), path)
         if not given["as_json"]:
             click.echo(f"wrote {png} and {svg}")
     end(result.faults)

@@ -8,6 +8,7 @@ import click
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.identify import log_options as of_logs
 from lwr_dyn.cli.options import Loading, OneOf, OptionRule, refuse_unused, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
@@ -39,19 +40,20 @@ INSTRUMENT_RULES = tuple(
 @robot_options
 @of_logs.check_option
 @of_logs.log_options
-@click.option("--html", metavar="FILE",
-              help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
-@click.option("--out", metavar="FILE",
-              help="Write the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars.")  # fmt: skip
+@with_shared("--html", ": the motion in 3D, links before and after, torques, friction, checks")
+@with_shared("--out", " the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars")
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
               f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
-@click.option("--friction", type=OneOf(FORMS), default=DEFAULT_MOTION.friction, show_default=True,
-              help="Coulomb and viscous friction of each direction, or the same in both with an offset.")  # fmt: skip
+@with_shared(
+    "--fit-friction friction",
+    ": Coulomb and viscous of each direction, or the same in both with an offset",
+    DEFAULT_MOTION.friction,
+    kind=OneOf(FORMS),
+)
 @click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
-@click.option("--deviation", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
-              "found from the logs if not given.")  # fmt: skip
+@with_shared("--deviation", ", as 20% or 0.2; found from the logs if not given")
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,

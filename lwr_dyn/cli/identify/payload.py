@@ -6,6 +6,7 @@ import click
 
 from lwr_dyn.cli.identify import log_options as of_logs
 from lwr_dyn.cli.options import Loading, OneOf, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -19,8 +20,9 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
 @of_logs.log_options
 @click.option("--without", multiple=True, metavar="LOG", help="A log of the same arm without the load: then the arm is "
               "fitted too, and errors of its table stay out of the load. Repeatable.")  # fmt: skip
-@click.option("--friction", type=OneOf(FRICTIONS), default=FRICTIONS[0], show_default=True,
-              help="Friction of the joints: fitted beside the load, or the robot's own.")  # fmt: skip
+@with_shared(
+    "--fit-friction friction", " beside the load; own: the robot's, not fitted", FRICTIONS[0], kind=OneOf(FRICTIONS)
+)
 @click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: of "
               f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,

@@ -99,7 +99,7 @@ def test_nothing_but_bad_files_prints_no_report(refused, tmp_path):
         ),
         (("motion", "wam7", "x.csv", "--folds", "1"), "folds: 1; allowed: a number of at least 2"),
         (("motion", "wam7", "x.csv", "--deviation", "0"), "deviation: 0.0; allowed: a share above 0"),
-        (("motion", "wam7", "x.csv", "--friction", "lugre"), "'lugre' is not one of"),
+        (("motion", "wam7", "x.csv", "--fit-friction", "lugre"), "'lugre' is not one of"),
     ],
 )
 def test_bad_input_gets_one_line(refused, arguments, message, folder):

@@ -67,7 +67,10 @@ def test_a_urdf_has_cells_too(printed, logs: list[str], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("lwr4plus", "--deviation", "much"), "--deviation: 'much'"),
+        (
+            ("lwr4plus", "--deviation", "much"),
+            "'--deviation': 'much' is not a share; allowed: a number such as 5% or 0.05",
+        ),
         (("lwr4plus", "--deviation", "120%"), "deviation: 1.2"),
         (("lwr4",), "no mass"),
         (("wam7",), ""),
