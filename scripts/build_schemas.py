@@ -188,10 +188,10 @@ EXAMPLES: Mapping[str, Callable[[], Document]] = {
     "ik": printed("ik kr30ha --xyz-mm 91,-1139,1392 --abc-deg 0,0,0"),
     "kernels": printed("kernels kr30ha"),
     "margins": printed("margins lwr4plus --reading physical --q-deg 0,30,0,-60,0,30,0"),
-    "parity": printed("parity wam7 --engine pinocchio"),
+    "parity": printed("parity wam7 --only pinocchio"),
     "simulate": printed("simulate lwr4plus --task hold --from-deg 0,30,0,-60,0,30,0 --duration 0.01"),
     "sweep": study("sweep {} --out {}/out --runs 16"),
-    "tune": study("tune {} --gain omega-n=20:90 --runs 8 --population 5 --generations 1 --check 8 --front 0"),
+    "tune": study("tune {} --gain omega-n=20:90 --runs 8 --population 5 --generations 1 --check-runs 8 --front 0"),
     "reproduce": reproduce,
     "sensitivity": printed("sensitivity kr30ha --task joint-move --poses 5 --rate 100"),
 }

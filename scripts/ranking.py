@@ -63,7 +63,8 @@ def command(study: str) -> tuple[str, ...]:
     task, _, reading = study.partition("-")
     return (
         "compare", "lwr4plus", "--reading", reading, *TASKS[task], "--twice", "--tuned", f"{PEAK:g}",
-        "--friction", "0.01", "--controllers", ",".join(controllers(reading)), "--plants", ",".join(PLANTS_OF[task]),
+        "--friction-share", "0.01", "--controllers", ",".join(controllers(reading)),
+        "--plants", ",".join(PLANTS_OF[task]),
     )  # fmt: skip
 
 
@@ -74,7 +75,7 @@ def controllers(reading: str) -> list[str]:
 
 def measured(study: str, processes: int) -> dict[str, Any]:
     """The numbers of a study, run now."""
-    arguments = [*command(study), "--processes", str(processes), "--json"]
+    arguments = [*command(study), "--jobs", str(processes), "--json"]
     done = subprocess.run([sys.executable, "-m", "lwr_dyn", *arguments], stdout=subprocess.PIPE, check=True, text=True)
     found = json.loads(done.stdout)
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, check=True, text=True)

@@ -54,7 +54,7 @@ class StudyRuns:
 def made(file: Path, folder: Path, threads: int) -> StudyRuns:
     """The study's runs, computed where they are not in the folder yet."""
     study = read_study(file)
-    command = [sys.executable, "-m", "lwr_dyn", "sweep", str(file), "--out", str(folder), "--threads", str(threads)]
+    command = [sys.executable, "-m", "lwr_dyn", "sweep", str(file), "--out", str(folder), "--jobs", str(threads)]
     if not folder.is_dir() or not SweepResults.load(folder).is_complete:
         subprocess.run(command, check=True)
     found = SweepResults.load(folder)

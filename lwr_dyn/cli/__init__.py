@@ -23,6 +23,7 @@ new          `lwr-dyn new`: commented files to start from, each kind a row of `K
 options      Parts of several subcommands: the ROBOT argument with its options, lists of numbers, JSON output, options
              of rows
 parity       `lwr-dyn parity`: what Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy make of a model file
+renamed      Options that had another name: an old one is answered with the new one, for this version
 replay       `lwr-dyn replay`: run files -> one HTML page, or a live meshcat on this machine
 reproduce    `lwr-dyn reproduce`: everything a paper prints, recomputed, into a folder
 sensitivity  `lwr-dyn sensitivity`: one task under all readings of a robot, controllers on one and plants on another
@@ -33,4 +34,5 @@ sweep        `lwr-dyn sweep`: a study carried out, its cost stated ahead; killed
 tune         `lwr-dyn tune`: gains for a stated aim over the runs of a study, judged on runs that the search has not
              seen
 urdf         `lwr-dyn urdf`: the URDF on stdout, or into a file with its sidecars beside it
+vocabulary   The options that several commands share: what each name means, its type, unit and form, in one table
 """

@@ -20,6 +20,7 @@ from lwr_dyn.cli.options import (
     stands_on,
     task_of,
 )  # fmt: skip
+from lwr_dyn.cli.vocabulary import FOLDER, shared
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -55,14 +56,14 @@ OWN = [
     option("--plants", PLANTS_HELP, str, "nominal", metavar="A,B=VALUE,A+B"),
     option("--task", TASK_HELP, OneOf(REFERENCES.names)),
     option("--tuned", TUNED_HELP, float, metavar="PEAK"),
-    option("--friction", FRICTION_HELP, float, metavar="SHARE"),
+    option("--friction-share", FRICTION_HELP, float, metavar="SHARE"),
     option("--rate", "Samples a second.", float, 1000.0),
     option("--no-stops", "Let joints pass their position limits."),
     option("--twice", "Follow the task twice, 3 s back between; the second pass is compared."),
-    option("--processes", "How many simulate; the result is the same.", int, 1),
-    option("--save", "Write the runs there, as .npz.", str, metavar="FOLDER"),
+    shared("--jobs", default=1),
+    shared("--out", " the runs there, as .npz", form=FOLDER),
     option("--label labels", "Name of a run file; once per file.", str, metavar="TEXT", multiple=True),
-    option("--html", "Write the page: one file that needs no network.", str, metavar="FILE"),
+    shared("--html"),
     option("--replay", "Write a page that replays any two of the runs side by side.", str, metavar="FILE"),
     option("--markdown", "One table in Markdown, plants down and controllers across: RMS, mm."),
     option("--json", "One JSON object."),
@@ -132,8 +133,8 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
     if given["task"] is not None:
         TASKS.refuse_unused(given["task"])
     arm = loading.arm(robots[0], (*(DYNAMICS if given["tuned"] is None else ALL), ABSENT_ROTORS))
-    if given["friction"] is not None:
-        arm = arm_with_friction(arm, given["friction"])
+    if given["friction_share"] is not None:
+        arm = arm_with_friction(arm, given["friction_share"])
     controllers = _listed("--controllers", given["controllers"], CONTROLLERS.names)
     for text in controllers:
         controller_spec(text)
@@ -143,7 +144,7 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
     if usual.words and not given["json"]:
         click.echo(usual.words, err=True)
     reference = Twice(usual.reference) if given["twice"] else usual.reference
-    folder = None if given["save"] is None else make_folder(given["save"])
+    folder = None if given["out"] is None else make_folder(given["out"])
     fixed = (("rate", given["rate"]), ("position_limits", not given["no_stops"]))
     since = getattr(reference, "second", 0.0) if given["twice"] else 0.0
     task = usual.name + (" twice" if given["twice"] else "")
@@ -152,7 +153,7 @@ def _of_robot(robots: tuple[str, ...], loading: Loading, given: dict[str, Any]) 
         lenient=given["controllers"] is None,
     )  # fmt: skip
     with progress("comparing") as report:
-        return study.run(report, given["processes"])[0]
+        return study.run(report, given["jobs"])[0]
 
 
 def _listed(option: str, text: str | None, default: tuple[str, ...]) -> list[str]:

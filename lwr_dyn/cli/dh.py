@@ -10,6 +10,7 @@ import numpy as np
 from lwr_dyn.arms.export.data_file import data_file_text
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
 from lwr_dyn.cli.options import Loading, OneOf, robot_options, say_caveats, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file
@@ -23,7 +24,7 @@ from lwr_dyn.model.spatial import Pose, to_rpy
 @click.command("dh")
 @robot_options
 @click.option("--convention", type=OneOf([c.value for c in Convention]), help="One convention; both if not given.")
-@click.option("--out", help="A .toml: the arm as a data file, with bodies, limits, rotors, friction (standard).")
+@with_shared("--out", " a .toml: the arm as a data file, with bodies, limits, rotors, friction (standard)")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, loading: Loading, convention: str | None, out: str | None, as_json: bool) -> None:
     """ROBOT as a Denavit-Hartenberg table, computed from its joint axes, with what rows cannot carry."""

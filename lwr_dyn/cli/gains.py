@@ -8,6 +8,7 @@ import numpy as np
 
 from lwr_dyn.cli import options
 from lwr_dyn.cli.options import ELASTIC_HELP, Loading, OneOf, OptionRule, given_elasticity, robot_options
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.control.gains import OMEGA_N, XI, Gains, second_order_gains
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
 from lwr_dyn.design import gain_search
@@ -57,7 +58,7 @@ HEADINGS = (
 @click.option("--omega-n", default=OMEGA_N, show_default=True, help="Natural frequency, rad/s.")
 @click.option("--xi", default=XI, show_default=True, help="Damping ratio.")
 @click.option("--rate", default=1000.0, show_default=True, help="Samples a second at which the loop is judged.")
-@click.option("--delay", default=0, show_default=True, help="Delay of the torque, samples.")
+@with_shared("--delay", default=0)
 @click.option(
     "--margin",
     type=float,
@@ -66,11 +67,9 @@ HEADINGS = (
     metavar="[MS]",
     help=f"Add the largest omega-n with |S_ii| up to MS ({PEAK:g} if not given) at this rate and delay; half a minute.",
 )
-@click.option("--task", type=OneOf(TASKS), help="With --margin: at the poses of a task, not over the joint box.")
+@with_shared("--task", ", with --margin: at its poses, not over the joint box", kind=OneOf(TASKS))
 @click.option("--elastic", metavar="K|file", help=f"With --margin: {ELASTIC_HELP[0].lower()}{ELASTIC_HELP[1:]}")
-@click.option(
-    "--encoders", type=OneOf(ENCODERS), default=ENCODERS[0], show_default=True, help="With --elastic: their side."
-)
+@with_shared("--encoders", ", with --elastic", ENCODERS[0], kind=OneOf(ENCODERS))
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str, loading: Loading, omega_n: float, xi: float, rate: float, delay: int, as_json: bool, **given: Any

@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
@@ -35,10 +36,10 @@ MANY = 32
 @click.option("--abc-deg", type=NUMBERS, help="A,B,C: R = Rz(A) Ry(B) Rx(C), deg.")
 @click.option("--status", type=int, help="Only solutions with this Status S (KUKA).")
 @click.option("--turn", type=int, help="Only solutions with this Turn T (KUKA).")
-@click.option("--from-deg", type=NUMBERS, help="Only the solution with the least joint travel from here, deg.")
+@with_shared("--from-deg", ": only the solution with the least travel from there")
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
 @click.option("--solver", type=OneOf(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
-@click.option("--all", "every", is_flag=True, help="List whole-turn copies too where there are many.")
+@click.option("--all", "every", is_flag=True, help="Print all: whole-turn copies too where there are many.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
     robot: str, loading: Loading, arm_angle_deg: float | None, every: bool, as_json: bool, **given: Any

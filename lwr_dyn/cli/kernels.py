@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import Loading, caveats, robot_options, say_caveats, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.codegen.emit.emission import EmittedArm
 from lwr_dyn.codegen.kernels.kernel import require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS, KernelSpec, function_shape, kernel_spec
@@ -39,21 +40,29 @@ class WhereWritten:
 @click.command("kernels")
 @robot_options
 @click.option("--language", metavar="L", help="Write functions of one state as c or js, into --out.")
-@click.option("--out", metavar="FILE", help="FILE.c (and FILE.h), .js, .mjs, with --language.")
+@with_shared("--out", " FILE.c (and FILE.h), .js, .mjs, with --language")
 @click.option("--emit", metavar="F,...", help="Functions for --language (all if not given); without, one to print.")
 @click.option("--prefix", metavar="NAME", help="Names in the file begin with it; the robot's name if not given.")
 @click.option("--sincos", metavar="own|libm", help="Sine and cosine in the file: own (the default) or the library's.")
 @click.option("--vectors", metavar="FILE", help="Write states and results to test with, as JSON.")
 @click.option("--inputs", default="", help="Inputs of the kernel: inertia,payload,gravity,friction.")
-@click.option("--friction", default="none", show_default=True, help="none, or arm for the arm's own as constants.")
+@click.option("--own-friction", is_flag=True, help="With the friction of the arm's file, as constants.")
 @click.option("--dtype", default="float64", show_default=True, help="float64 or float32.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(
-    robot: str, loading: Loading, emit: str | None, inputs: str, friction: str, dtype: str, as_json: bool, **given: Any
+    robot: str,
+    loading: Loading,
+    emit: str | None,
+    inputs: str,
+    own_friction: bool,
+    dtype: str,
+    as_json: bool,
+    **given: Any,
 ) -> None:
     """Functions of ROBOT as C or JavaScript; or those of a batch with their operations a state, or one's source."""
     where, language = WhereWritten(**given), given["language"]
     where.check()
+    friction = "arm" if own_friction else "none"
     if (emit is not None or language is not None) and as_json:
         raise OptionError("--json", "with --emit" if language is None else "with --language", "one of them")
     chosen = _names(inputs)
@@ -76,9 +85,7 @@ def _names(text: str) -> list[str]:
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
-def _write(
-    arm: Arm, where: WhereWritten, functions: list[str], inputs: list[str], friction: str, dtype: str
-) -> None:  # fmt: skip
+def _write(arm: Arm, where: WhereWritten, functions: list[str], inputs: list[str], friction: str, dtype: str) -> None:
     require_packages()
     from lwr_dyn.codegen.emit.emission import LANGUAGES, emitted_arm, vectors_text
 

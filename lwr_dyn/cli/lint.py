@@ -52,9 +52,11 @@ def _explain(context: click.Context, _: click.Parameter, code: str | None) -> No
 @click.option("--ignore", multiple=True, metavar="CODE", help="URDF: leave out the findings of a rule.")
 @click.option("--strict", is_flag=True, help="URDF: exit 1 on warnings too.")
 @click.option("--require-meshes", is_flag=True, help="URDF: a mesh that is not there, or cannot be read, is an error.")
-@click.option("--xacro-arg", "xacro_args", multiple=True, metavar="NAME:=VALUE", help="Argument of the .xacro files.")
+@click.option(
+    "--xacro-arg", "xacro_args", multiple=True, metavar="NAME:=VALUE", help="Argument of a .xacro. Repeatable."
+)
 @trust_option
-@click.option("--all", "everything", is_flag=True, help="URDF: print every finding of a group.")
+@click.option("--all", "everything", is_flag=True, help="URDF: print all findings of a group.")
 @click.option(
     "--explain", metavar="CODE", callback=_explain, expose_value=False, is_eager=True,
     help="What a rule of URDFs looks at, and why; needs no file.",

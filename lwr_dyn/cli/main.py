@@ -15,6 +15,7 @@ from click.shell_completion import CompletionItem
 
 from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.cli.help_text import command_path, grouped, with_help
+from lwr_dyn.cli.renamed import new_name
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, RatingWarning, UnknownNameError
 from lwr_dyn.foundation.files import reason_of
 from lwr_dyn.foundation.registry import Registry, Row
@@ -189,7 +190,7 @@ def _code_of(error: BaseException, interrupted: bool) -> object:
         click.echo(error.ctx.get_help() if error.ctx else "", err=True)
         return 2
     if isinstance(error, click.ClickException):
-        return print_error(error.format_message(), 2)
+        return print_error(new_name(error) or error.format_message(), 2)
     if isinstance(error, SystemExit):
         # click ends with 1 when a pipe is closed, but 1 means "the check fails" here
         return PIPE_CLOSED if type(sys.stdout).__name__.endswith("PacifyFlushWrapper") else error.code

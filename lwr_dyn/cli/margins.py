@@ -10,6 +10,7 @@ from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
 from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, OptionRule, option, robot_options, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
+from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
 from lwr_dyn.design.margins import LIMIT, margins
 from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
@@ -23,8 +24,8 @@ from lwr_dyn.trajectory.references.references import REFERENCES
 
 LOOP = [
     option("--rate", "Samples a second.", float, 1000.0),
-    option("--delay", "From a command to its torque, samples.", int, 0),
-    option("--velocity-cutoff", "Speeds by an encoder's filter of this cut-off, Hz.", float),
+    shared("--delay", default=0),
+    shared("--velocity-cutoff", " of encoders; exact speeds if not given"),
 ]
 PLANT = [
     option("--elastic", options.ELASTIC_HELP, str, metavar="K|file"),
@@ -33,8 +34,8 @@ PLANT = [
     option("--plant-reading", "Judge another reading than the controller's.", str),
 ]
 WHERE = [
-    option("--q-deg", "One pose, deg (m for sliding joints); the joint box if not given.", NUMBERS),
-    option("--task", "Poses along a task, in place of the joint box.", OneOf(REFERENCES.names)),
+    shared("--q-deg", ", of one pose; the joint box if not given"),
+    shared("--task", ": poses along it, in place of the joint box", kind=OneOf(REFERENCES.names)),
 ]
 BOX = [
     option("--poses", "Poses drawn from the joint box.", int, POSES),

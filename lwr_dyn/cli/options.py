@@ -122,6 +122,12 @@ class Loading:
         arm, paper = load_with_paper(robot, self.reading, tip=self.tip, lock=locks, **self.further)
         return stands_on(arm, used), paper
 
+    def refuse_changes(self, allowed: str, mount: bool = False) -> None:
+        """Raise `OptionError` for --lock, --tool, --rotor, and --mount unless it is allowed: they change the arm."""
+        given = {"lock": self.locks, **self.further} | ({"mount": None} if mount else {})
+        for name in (name for name in ("lock", "mount", "tool", "rotor") if given.get(name)):
+            raise OptionError(f"--{name}", "given, which changes the arm", allowed)
+
 
 _ARMS = "lwr_dyn.arms"
 """Where click's context keeps what is to be said of the arms."""

@@ -16,6 +16,7 @@ from lwr_dyn.checks.engines.engine import ENGINES, is_installed
 from lwr_dyn.checks.engines.losses import as_urdf
 from lwr_dyn.checks.engines.survey import ModelReport, document, markdown, matrix, survey
 from lwr_dyn.cli.options import Loading, OneOf, robot_options, show, stands_on
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import Report, progress
@@ -24,9 +25,9 @@ from lwr_dyn.model.arm import Arm
 
 @click.command("parity")
 @robot_options
-@click.option("--engine", "engines", multiple=True, type=OneOf(ENGINES.names), help="Only this one; may be repeated.")
+@click.option("--only", "engines", multiple=True, type=OneOf(ENGINES.names), help="Only this engine. Repeatable.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
-@click.option("--markdown", "as_markdown", is_flag=True, help="One row a feature, one column an engine, as Markdown.")
+@with_shared("--markdown as_markdown", ", a row a feature and a column an engine")
 def command(robot: str, loading: Loading, engines: tuple[str, ...], as_json: bool, as_markdown: bool) -> None:
     """What engines ignore or misread of ROBOT's URDF, measured by loading it, and which file or option restores it.
 

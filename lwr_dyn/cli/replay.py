@@ -8,6 +8,7 @@ import click
 
 from lwr_dyn.arms import loading
 from lwr_dyn.cli.options import say_caveats, stands_on
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run, run_used
@@ -17,19 +18,17 @@ from lwr_dyn.model.run import Run, run_used
 @click.argument(
     "run_files", metavar="RUN.npz [OTHER.npz ...]", nargs=-1, required=True, type=click.Path(path_type=Path)
 )
-@click.option(
-    "--html", "html", metavar="FILE", type=click.Path(path_type=Path), help="Write one page that needs no network."
-)
+@with_shared("--html")
 @click.option("--serve", is_flag=True, help="Serve a live meshcat on 127.0.0.1 until Ctrl-C.")
 @click.option("--port", metavar="N", type=int, help="Port of --serve; 0 takes any free one.  [default: 7000]")
 @click.option("--browser", is_flag=True, help="Open the page of --serve in the browser.")
 @click.option("--label", "labels", multiple=True, metavar="TEXT", help="Name of a run on the page; once per run.")
-@click.option("--beside", is_flag=True, help="Start with the arms side by side instead of overlaid.")
+@click.option("--side-by-side", "beside", is_flag=True, help="Start with the arms side by side instead of overlaid.")
 @click.option("--frames", is_flag=True, help="Start with the frames of the paper shown.")
 @click.option("--title", metavar="TEXT", help="Headline of the page.")
 def command(
     run_files: tuple[Path, ...],
-    html: Path | None,
+    html: str | None,
     serve: bool,
     port: int | None,
     browser: bool,
@@ -45,7 +44,7 @@ def command(
     if not serve and (port is not None or browser):
         raise OptionError("--port, --browser", "given without --serve", "only with --serve")
     if beside and len(run_files) < 2:
-        raise OptionError("--beside", "would do nothing here", "with two runs or more")
+        raise OptionError("--side-by-side", "would do nothing here", "with two runs or more")
     runs = [Run.load(path) for path in run_files]
     arms = [stands_on(arm_of_file(run, path), run_used(run)) for run, path in zip(runs, run_files, strict=True)]
     say_caveats()
@@ -55,7 +54,9 @@ def command(
         from lwr_dyn.pages.replay import replay_page  # here, not above: `replay --help` needs neither page nor meshcat
 
         replay_page.write_replay(html, runs, arms, **options)
-        click.echo(f"wrote {html} ({html.stat().st_size / 1e6:.1f} MB, needs no network); open it: xdg-open {html}")
+        click.echo(
+            f"wrote {html} ({Path(html).stat().st_size / 1e6:.1f} MB, needs no network); open it: xdg-open {html}"
+        )
         return
     from lwr_dyn.pages.replay import live
 

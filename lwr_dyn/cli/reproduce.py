@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.options import show
+from lwr_dyn.cli.vocabulary import FOLDER, with_shared
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.reproduction.papers import ALL, OWN, option_keywords, studies, takers
@@ -30,7 +31,7 @@ def _options() -> list[click.Parameter]:
 exit 1 when a number that the paper lets recompute differs, or a check or a proof fails.""",
 )
 @click.argument("paper")
-@click.option("--out", help="The folder to write; out/PAPER if not given (of a file its name), out for all.")
+@with_shared("--out", " the results: out/PAPER if not given (of a file its name), out for all", form=FOLDER)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
 def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Recompute a paper into a folder; the options are those of the studies."""

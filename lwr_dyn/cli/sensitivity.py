@@ -7,7 +7,9 @@ import click
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import readings
 from lwr_dyn.checks.sensitivity.analysis import POSES, sensitivity
-from lwr_dyn.cli.options import show, stands_on
+from lwr_dyn.checks.sensitivity.study_tasks import JOINT_MOVE, study_tasks
+from lwr_dyn.cli.options import OneOf, show, stands_on
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
@@ -16,9 +18,9 @@ from lwr_dyn.model.arm import Arm
 
 @click.command("sensitivity")
 @click.argument("robots", nargs=-1, required=True, metavar="ROBOT|FILE...")
-@click.option("--task", help="ist-clear, ist, lspb, two-points, joint-move; by default the first robot's first.")
+@with_shared("--task", "; by default the first robot's first", kind=OneOf([*study_tasks(), JOINT_MOVE.name]))
 @click.option("--rate", type=float, default=1000.0, show_default=True, help="Samples a second of the simulations.")
-@click.option("--poses", type=int, default=POSES, show_default=True, help="Where gravity torques are compared.")
+@with_shared("--poses", ", at which gravity torques are compared", POSES)
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, as_json: bool) -> None:
     """What depends on the reading: g, max B_ii, gains, tracking errors, and which conclusions of the paper survive.

@@ -5,8 +5,9 @@ from pathlib import Path
 import click
 
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.options import NUMBERS, Loading, robot_options, say_caveats, stands_on
+from lwr_dyn.cli.options import Loading, robot_options, say_caveats, stands_on
 from lwr_dyn.cli.replay import arm_of_file, wait_for_interrupt
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
@@ -24,12 +25,8 @@ _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "trust_x
 
 @click.command("show")
 @robot_options
-@click.option(
-    "--q-deg", "q_deg", type=NUMBERS, help="Pose at the start, deg (m for sliding joints); zero if not given."
-)
-@click.option(
-    "--html", metavar="FILE", type=click.Path(path_type=Path), help="The page's file; else in lwr_dyn_pages/."
-)
+@with_shared("--q-deg", ", at the start; zero if not given")
+@with_shared("--html", "; in lwr_dyn_pages/ if not given")
 @click.option("--beside", metavar="ROBOT[:READING]", help="A second robot beside it, also one with other joints.")
 @click.option("--serve", is_flag=True, help="Serve a live meshcat on 127.0.0.1 until Ctrl-C; no file is written.")
 @click.option("--port", metavar="N", type=int, help="Port of --serve; 0 takes any free one.  [default: 7000]")
@@ -38,7 +35,7 @@ def command(
     robot: str,
     loading: Loading,
     q_deg: tuple[float, ...] | None,
-    html: Path | None,
+    html: str | None,
     beside: str | None,
     serve: bool,
     port: int | None,

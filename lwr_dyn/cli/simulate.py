@@ -11,6 +11,7 @@ import click
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
+from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, faults_in, make_controller, split_name
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.design.defaults import LAWS, UsualLaw, usual_law
@@ -112,7 +113,7 @@ PLANT = [
     options.option("--payload", "Point mass at the flange, or at the tool centre point, kg.", float, 0.0),
     options.option("--payload-known", "Build the controller's model with the payload."),
     options.option("--friction", "Friction of the plant.", options.OneOf(FORMS), FORMS[0]),
-    options.option("--elastic", options.ELASTIC_HELP, str),
+    options.option("--elastic", options.ELASTIC_HELP, str, metavar="K|file"),
     options.option(
         "--encoders", "The side of elastic joints that the controller gets.", options.OneOf(ENCODERS), ENCODERS[0]
     ),
@@ -136,10 +137,14 @@ LOOP = [
         "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
     ),
     options.option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
-    options.option("--out", "Run file to write, .npz.", str),
+    shared("--out", " a run file, .npz"),
     options.option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
     options.option(
-        "--plot", "Picture: FILE.png, FILE.svg or a quantity, as torque, tip-error. Repeatable.", str, multiple=True
+        "--plot",
+        "Picture: FILE.png, FILE.svg or a quantity, as torque, tip-error. Repeatable.",
+        str,
+        metavar="NAME|FILE.png",
+        multiple=True,
     ),
     options.option("--full", "All errors of the joints: means, extremes, velocities."),
     options.option("--json", "One JSON object."),

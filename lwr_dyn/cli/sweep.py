@@ -7,6 +7,7 @@ from typing import Annotated, TypedDict
 import click
 
 from lwr_dyn.cli.options import NO_CODE, check_code, show
+from lwr_dyn.cli.vocabulary import FOLDER, with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import CLEAR, progress
 from lwr_dyn.foundation.tables import Heading, Table
@@ -21,16 +22,16 @@ from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
 
 @click.command("sweep")
 @click.argument("study", metavar="STUDY.toml")
-@click.option("--out", required=True, metavar="DIR", help="Folder of the results: made, or of this sweep and gone on.")
+@with_shared(
+    "--out", " the results there, in a new folder or in that of this sweep, which goes on", form=FOLDER, required=True
+)
 @click.option(
     "--scheduler",
     metavar="ADDRESS",
     help="A Dask scheduler, tcp://HOST:PORT; threads here if not given. Files that the study names must lie under the "
     "same path on every worker.",
 )
-@click.option(
-    "--threads", type=int, metavar="N", help="Threads, and processes for controllers in Python; all if not given."
-)
+@with_shared("--jobs", "; all processors if not given")
 @click.option("--runs", type=int, metavar="N", help="Runs of each controller, in place of the study's.")
 @click.option("--no-report", is_flag=True, help="Only the files of results: no figures, no page, no worst runs.")
 @click.option("--no-code", is_flag=True, help=NO_CODE.help)
@@ -39,7 +40,7 @@ def command(
     study: str,
     out: str,
     scheduler: str | None,
-    threads: int | None,
+    jobs: int | None,
     runs: int | None,
     no_report: bool,
     no_code: bool,
@@ -65,7 +66,7 @@ def command(
                 click.echo(one.step_words, err=as_json)
 
     with progress("sweeping") as report:
-        done = sweep(read, out, scheduler=scheduler, threads=threads, report=report, state=state)
+        done = sweep(read, out, scheduler=scheduler, threads=jobs, report=report, state=state)
         report("the report")
         finished = None if no_report else finish(read, SweepResults.load(out))
     show(replace(sweep_document(read, done, finished), caveats=said if as_json else ()), as_json)

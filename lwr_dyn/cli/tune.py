@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import click
 
 from lwr_dyn.cli.options import NO_CODE, check_code, option, show
+from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
@@ -30,22 +31,24 @@ GAIN_HELP = (
     "omega-n and xi around what is given, if none is named."
 )
 SIZES = {
-    "runs": "Runs that every candidate meets.",
+    "runs": "Runs of each controller that is tried, the same of each.",
     "population": "Candidates of a generation.",
     "generations": "Generations after the first.",
     "check": "Runs, not seen in the search, that judge what is found.",
     "front": "Further searches under tighter bounds, for the Pareto front.",
-    "seed": "Of the search and of the runs that are drawn.",
+    "seed": "Seed of the search and of the runs that are drawn.",
 }
+NAMES = {"check": "--check-runs check"}
+"""Options that are not named as their field."""
 AIM_HELP = "The metric, and its quantile over the runs, that is to be small."
-BOUND_HELP = "Bound: the same quantile of the largest command, as a share of the torque limit; inf for none."
+BOUND_HELP = "Share of the torque limits that the same quantile of the largest command may have; inf for none."
 OPTIONS = [
     option("--controller", "One of the study's; its first if not given.", str, metavar="NAME:OPTION=VALUE"),
     option("--gain gains", GAIN_HELP, str, metavar="NAME=LOW:HIGH", multiple=True),
     option("--aim", AIM_HELP, str, "tip_max:0.99", metavar="METRIC:SHARE"),
     option("--torque-share", BOUND_HELP, float, 1.0),
-    *(option(f"--{one.name}", SIZES[one.name], int, one.default) for one in fields(SearchSize)),
-    option("--threads", "Of the runs; the result is the same.", int, 1),
+    *(option(NAMES.get(one.name, f"--{one.name}"), SIZES[one.name], int, one.default) for one in fields(SearchSize)),
+    shared("--jobs", default=1),
     NO_CODE,
     option("--json as_json", "One JSON object."),
 ]
@@ -58,7 +61,7 @@ def command(
     gains: tuple[str, ...],
     aim: str,
     torque_share: float,
-    threads: int,
+    jobs: int,
     no_code: bool,
     as_json: bool,
     **sizes: int,
@@ -83,7 +86,7 @@ def command(
     _check_gains(read, spec, chosen)
     with progress("searching gains") as report:
         found = tune(
-            read, text, chosen, evaluator(read, text, threads), given,
+            read, text, chosen, evaluator(read, text, jobs), given,
             aim=gain_aim(aim, read.quantiles), bound=torque_share, size=size, report=report,
         )  # fmt: skip
     show(replace(found.document, caveats=study_caveats(read)), as_json)

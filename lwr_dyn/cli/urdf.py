@@ -6,15 +6,14 @@ import click
 
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.cli.options import Loading, robot_options, say_caveats
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable, write_file, write_folder
 
 
 @click.command("urdf")
 @robot_options
-@click.option(
-    "--out", help="A .urdf, with .srdf, .xml (MJCF), .provenance.json beside it; or one .srdf, .xml or .toml."
-)
+@with_shared("--out", " a .urdf, with .srdf, .xml (MJCF), .provenance.json beside it; or one .srdf, .xml or .toml")
 def command(robot: str, loading: Loading, out: str | None) -> None:
     """Write ROBOT as URDF: on stdout, or with its sidecars to --out, whose ending decides on the format."""
     arm = loading.arm(robot)

@@ -196,7 +196,9 @@ def least_time_reference(
     arm: Arm,
     *,
     along: Annotated[str, Option(str, "Task whose path is followed: ist, line, waypoints, ...")] = "ist",
-    effort_share: Annotated[float, Option(float, "Share of the torque limits for the motion itself.")] = EFFORT_SHARE,
+    effort_share: Annotated[
+        float, Option(float, "Share of the torque limits for the motion itself.", "torque-share")
+    ] = EFFORT_SHARE,
     speed_share: Annotated[float, Option(float, "Share of the speed limits for the motion itself.")] = SPEED_SHARE,
     acceleration: Annotated[
         float | None, Option(Quantity.ANGLE, "Largest acceleration of each joint, deg/s^2; not bounded if not given.")

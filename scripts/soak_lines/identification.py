@@ -40,5 +40,5 @@ def long_log() -> tuple[str, bool]:
         path = Path(folder) / "long.csv"
         head = ",".join(["time", *(f"{x}{j}" for x in ("q", "tau") for j in range(1, 8))])
         np.savetxt(path, np.column_stack([np.arange(rows) / 100, table]), "%.9g", ",", header=head, comments="")
-        code, seconds, gigabytes, _ = command("identify", "friction", str(path), "--robot", "wam7")
+        code, seconds, gigabytes, _ = command("identify", "friction", "wam7", str(path))
     return f"{seconds:.1f} s, {gigabytes:.2f} GB", code == 0 and seconds < 10.0 and gigabytes < 1.0

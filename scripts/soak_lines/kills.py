@@ -66,7 +66,7 @@ def _compile(folder: Path, _: Path) -> None:
 
 
 def _sweep(folder: Path, log: Path) -> None:
-    _command("sweep", str(log.with_name("study.toml")), "--out", str(folder / "sweep"), "--threads", "1", "--no-report")
+    _command("sweep", str(log.with_name("study.toml")), "--out", str(folder / "sweep"), "--jobs", "1", "--no-report")
 
 
 def _models(folder: Path, _: Path) -> None:

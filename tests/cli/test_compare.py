@@ -14,7 +14,7 @@ MINE = "def make(arm, dynamics):\n    return lambda t, q, dq, q_ref, dq_ref, ddq
 
 def test_controllers_and_plants_of_any_arm_and_a_file_of_ones_own(folder, printed):
     (folder / "mine.py").write_text(MINE)
-    arguments = ("--controllers", "pid,mine.py", "--plants", "nominal,friction,payload=3+scale=1.1", "--save", "runs")
+    arguments = ("--controllers", "pid,mine.py", "--plants", "nominal,friction,payload=3+scale=1.1", "--out", "runs")
     out = printed("compare", "lwr4plus", *SHORT, *arguments)
     assert len(out.splitlines()) >= 3 + 6
     assert "3 kg at the flange" in out
@@ -39,7 +39,7 @@ def test_without_a_choice_all_controllers_run_and_json_is_one_object(recorded):
 def test_one_table_in_markdown_with_friction_that_a_law_knows(printed):
     task = ("--task", "point-to-point", "--from-deg", "0,30,0,-60,0,30,0", "--to-deg", "5,35,5,-55,5,35,5")
     laws = "inverse-dynamics,inverse-dynamics+friction"
-    plants = ("--plants", "friction", "--friction", "0.01")
+    plants = ("--plants", "friction", "--friction-share", "0.01")
     out = printed("compare", "lwr4plus", *task, "--duration", "0.5", "--controllers", laws, *plants, "--markdown")
     head, _, row = out.splitlines()
     assert head == "| plant | `inverse-dynamics` | `inverse-dynamics+friction` |"
@@ -49,7 +49,7 @@ def test_one_table_in_markdown_with_friction_that_a_law_knows(printed):
 
 
 def test_twice_compares_the_second_pass(folder, recorded):
-    arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--save", "runs")
+    arguments = ("--controllers", "pid:omega-n=30", "--plants", "noise=1e-6", "--twice", "--out", "runs")
     record = recorded("compare", "lwr4plus", *SHORT, *arguments)
     assert (len(record["runs"]), faults("compare", record)) == (1, [])
     assert record["title"] == "lwr4plus, hold twice, 0.02 s from 3.02 s on"

@@ -41,7 +41,7 @@ def test_the_command_prints_a_source_or_the_cost_of_functions(printed, recorded)
         (("lwr4plus", *TO_C, "--sincos", "mine"), "sincos: 'mine'; allowed: own, libm"),
         (("lwr4plus", *TO_C, "--json"), "--json: with --language"),
         (("lwr4", *TO_C, "--emit", "mass_matrix"), "masses and inertias not given"),
-        (("wam7", *TO_C, "--friction", "mine"), "friction: 'mine'"),
+        (("wam7", *TO_C, "--friction", "arm"), "--friction is now --own-friction, without a value"),
     ],
 )
 def test_bad_input_gets_one_line(refused, arguments, message, folder):

@@ -17,7 +17,7 @@ def files(tmp_path, two_runs):
 
 def test_two_files_become_one_page(files, printed, tmp_path):
     target = tmp_path / "out.html"
-    labels = ("--label", "one", "--label", "two", "--beside", "--frames")
+    labels = ("--label", "one", "--label", "two", "--side-by-side", "--frames")
     out = printed("replay", *files, "--html", str(target), *labels)
     size = f"{target.stat().st_size / 1e6:.1f} MB"
     assert out == f"wrote {target} ({size}, needs no network); open it: xdg-open {target}\n"
@@ -50,7 +50,10 @@ def test_a_missing_browser_is_an_error(files, lwr_dyn_command, monkeypatch):
         ((), "nothing to do"),
         (("--serve", "--html", "x.html"), "both --html and --serve"),
         (("--html", "x.html", "--port", "1"), "only with --serve"),
-        (("--html", "x.html", "--beside"), "--beside: would do nothing here; allowed: with two runs or more"),
+        (
+            ("--html", "x.html", "--side-by-side"),
+            "--side-by-side: would do nothing here; allowed: with two runs or more",
+        ),
         (("--html", "nowhere/x.html"), "nowhere"),
     ],
 )

@@ -32,7 +32,7 @@ value = 0
 path = "loop.delay"
 values = [0, 1]
 """
-SMALL = ("--runs", "8", "--population", "6", "--generations", "6", "--check", "40", "--front", "0")
+SMALL = ("--runs", "8", "--population", "6", "--generations", "6", "--check-runs", "40", "--front", "0")
 
 
 @pytest.fixture
@@ -69,7 +69,7 @@ def test_the_options_of_the_controller_are_what_it_begins_with(tuned):
 def test_it_is_the_same_for_any_number_of_threads(tuned):
     words = ("--gain", "omega-n=20:90", "--gain", "xi=0.6:1.2")
     out = tuned(*words)
-    assert out == tuned(*words, "--threads", "2")
+    assert out == tuned(*words, "--jobs", "2")
     assert "on 40 runs that the search has not seen, intervals of 95 %" in out
     assert "of 8 runs, the 99 % quantile is the worst" in out
 
@@ -97,8 +97,9 @@ def test_a_bound_that_no_candidate_keeps_is_said(study, lwr_dyn_command):
         (("--aim", "tip_max"), "METRIC:SHARE"),
         (("--aim", "tip_q99:0.9"), "no metric named 'tip_q99'"),
         (("--torque-share", "0"), "above 0"),
-        (("--check", "2"), "check: 2; allowed: a whole number from 8"),
-        (("--threads", "0"), "threads"),
+        (("--check-runs", "2"), "check: 2; allowed: a whole number from 8"),
+        (("--jobs", "0"), "'--jobs': 0 is not in the range x>=1"),
+        (("--threads", "2"), "lwr-dyn: --threads is now --jobs"),
     ],
 )
 def test_bad_input_is_one_line(words, fault, study, refused):

@@ -21,10 +21,10 @@ RUNS = {
     "margins": ("margins lwr4plus --poses 20",),
     "ik": ("ik kr30ha --xyz-mm 91,-1139,1392 --abc-deg 0,0,0",),
     "simulate": (f"{HOLD} --payload 3 --controller pid --encoder-bits 16 --mount ceiling --friction none",),
-    "identify friction": ("identify friction moves_*.csv --robot wam7",),
+    "identify friction": ("identify friction wam7 moves_*.csv",),
     "krl check": ("krl check .",),
     "krl diff": ("krl diff two_points.src two_points.dat",),
-    "parity": ("parity lwr4 --engine mujoco",),
+    "parity": ("parity lwr4 --only mujoco",),
 }
 """Records of other forms than those of the examples, which `test_help_text.py` prints."""
 FILES = {"krl check": "two_points.src", "krl diff": "two_points.src", "identify friction": "moves_*.csv"}

@@ -66,10 +66,10 @@ def standing_run(tmp_path):
 
 @pytest.mark.parametrize(
     "words",
-    [("identify", "motion", "--robot", "lwr4plus"), ("identify", "friction"), ("krl", "write", "--out", "x.src")],
+    [("identify", "motion", "lwr4plus"), ("identify", "friction"), ("krl", "write", "--out", "x.src")],
 )
 def test_a_run_whose_times_are_all_equal(standing_run, words, lwr_dyn_command):
-    answer = lwr_dyn_command(*words[:2], standing_run, *words[2:])
+    answer = lwr_dyn_command(*words, standing_run)
     assert answer[0] == 2
     assert "times that do not rise" in answer[2]
     with pytest.raises(FileAccessError, match="times that do not rise"):

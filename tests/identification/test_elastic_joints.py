@@ -99,10 +99,10 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
 def test_the_command_prints_a_row_a_joint(logs, tmp_path, lwr_dyn_command):
     path = tmp_path / "both.csv"
     write_log(path, logs[0])
-    code, out, err = lwr_dyn_command("identify", "elastic", str(path), "--robot", "lwr4plus", "--reading", "physical")
+    code, out, err = lwr_dyn_command("identify", "elastic", "lwr4plus", str(path), "--reading", "physical")
     assert (code, err) == (0, "")
     assert [line.split()[0] for line in out.splitlines()[3:10]] == list("1234567")
     write_log(path, replace(logs[0], motor_q=None))
-    code, out, err = lwr_dyn_command("identify", "elastic", str(path), "--robot", "lwr4plus", "--reading", "physical")
+    code, out, err = lwr_dyn_command("identify", "elastic", "lwr4plus", str(path), "--reading", "physical")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "qm1" in err

@@ -46,12 +46,12 @@ def test_commands_take_it(line, folder, monkeypatch, lwr_dyn_command):
 
 def test_identify_motion_writes_it(folder, monkeypatch, lwr_dyn_command):
     monkeypatch.chdir(folder)
-    common = ("identify", "motion", "moves.csv", "--robot", "lwr4plus", "--reading", "physical", "--out")
+    common = ("identify", "motion", "lwr4plus", "moves.csv", "--reading", "physical", "--out")
     code, out, _ = lwr_dyn_command(*common, "out.toml")
     assert code == 0
     assert "wrote out.toml; next: lwr-dyn check out.toml" in out
     assert lwr_dyn.load("out.toml").reading == "fitted"
-    code, _, err = lwr_dyn_command("identify", "motion", "moves.csv", "--robot", "lwr4", "--out", "bare.toml")
+    code, _, err = lwr_dyn_command("identify", "motion", "lwr4", "moves.csv", "--out", "bare.toml")
     assert code == 2
     assert "masses and inertias" in err
     assert lwr_dyn_command(*common, "none/out.toml")[0] == 2

@@ -4,9 +4,8 @@ from typing import Any
 
 import click
 
-from lwr_dyn.arms.loading import load
-from lwr_dyn.cli.identify.log_options import end, log_options, readable_logs
-from lwr_dyn.cli.options import show, stands_on
+from lwr_dyn.cli.identify.log_options import check_robot, end, log_options, readable_logs
+from lwr_dyn.cli.options import Loading, robot_options, show
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.elastic_joints import TWO_ENCODERS, elastic_document, identify_elastic
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -17,21 +16,22 @@ NEEDS = ("q", "qm", "tau")
 
 
 @click.command("elastic")
+@robot_options
 @log_options
-@click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
 @click.option("--cutoff", type=float, default=TWO_ENCODERS.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
-              help="Speed up to which a motor's torques are left out, rad/s.")  # fmt: skip
+              help="Speed up to which a joint's torques are left out, of its motor, rad/s or m/s.")  # fmt: skip
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+    robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
 ) -> None:
-    """Stiffness, damping, rotors and friction of elastic joints, from any motion logged on both sides of the gears.
+    """Stiffness, damping, rotors and friction of the elastic joints of ROBOT, from logs of both sides of the gears.
 
     Beside q1.. of the links the logs have qm1.., the motors' positions seen at the joints, and tau1.., the motors'
     torques seen at the joints. The links' base parameters are fitted too.
     """
-    arm, rule = stands_on(load(robot, reading)), SampleRule(given["cutoff"], slowest=given["slowest"])
+    check_robot(robot)
+    arm, rule = loading.arm(robot), SampleRule(given["cutoff"], slowest=given["slowest"])
     with progress("reading and fitting the logs"):
         usable, faults = readable_logs(logs, declared_units(units), arm, given["columns"], True, NEEDS, ())
         found = identify_elastic(usable, arm, rule) if usable else None

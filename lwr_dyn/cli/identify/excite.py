@@ -9,6 +9,7 @@ import numpy as np
 
 from lwr_dyn.cli.main import print_error
 from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress, stop_asked
 from lwr_dyn.identification.excitation import design, motion_file, motion_limits
@@ -25,29 +26,27 @@ STOPPED = 130
 
 @click.command("excite")
 @robot_options
-@click.option("--duration", default=design.DURATION, show_default=True, help="Of the motion, s.")
+@click.option("--duration", default=design.DURATION, show_default=True, help="Duration of the motion, s.")
 @click.option("--objective", type=OneOf(OBJECTIVES), default=OBJECTIVES[0], show_default=True,
               help="Least sigma of the parameters (d), or least condition number (cond).")  # fmt: skip
 @click.option("--starts", default=design.STARTS, show_default=True, help="Random motions from which the search begins.")
-@click.option("--seconds", default=SECONDS, show_default=True,
+@click.option("--search-seconds", "seconds", default=SECONDS, show_default=True,
               help="Of the search at most; then the best motion so far; inf for no limit.")  # fmt: skip
-@click.option("--seed", default=0, show_default=True, help="Of the random motions.")
+@click.option("--seed", default=0, show_default=True, help="Seed of the random motions.")
 @click.option("--harmonics", default=design.HARMONICS, show_default=True, help="Of one over the duration.")
 @click.option("--noise", type=NUMBERS, default=(design.NOISE,), show_default=f"{design.NOISE:g}",
               help="Standard deviation of the joint torques, N m: one, or one each.")  # fmt: skip
-@click.option("--payload", default=0.0, show_default=True, help="Load on the flange, kg.")
-@click.option("--speed", type=float, help="Speed limit of joints whose own is unknown, rad/s or m/s.")
-@click.option("--speed-share", default=SPEED_SHARE, show_default=True, help="Of the speed limits that it may use.")
-@click.option(
-    "--torque-share", default=TORQUE_SHARE, show_default=True, help="Of the torque limits, by the arm's table."
-)
+@with_shared("--payload", default=0.0)
+@click.option("--joint-speed", "speed", type=float, help="Speed limit of joints whose own is unknown, rad/s or m/s.")
+@with_shared("--speed-share", " that it may use", SPEED_SHARE)
+@with_shared("--torque-share", ", by the arm's table", TORQUE_SHARE)
 @click.option("--margin-deg", default=float(np.degrees(MARGIN)), show_default=f"{np.degrees(MARGIN):.3g}",
               help="Kept from the position limits, deg.")  # fmt: skip
 @click.option("--floor", type=float, help="Height of the floor in the first frame, m; where the arm is drawn to stand.")
 @click.option("--column", type=float, help="Radius of the column up to the first joint, m; as drawn; 0 for none.")
 @click.option("--keep", default=KEPT, show_default=True, help="Distance from floor, column and own links, m.")
-@click.option("--out", help="Write the motion there: .csv, .parquet, or .npz as a run.")
-@click.option("--rate", default=100.0, show_default=True, help="Rows a second of --out.")
+@click.option("--out", metavar="FILE", help="Write the motion there: .csv, .parquet, or .npz as a run.")
+@click.option("--rate", default=100.0, show_default=True, help="Samples a second of --out.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, loading: Loading, **given: Any) -> None:
     """Design a motion of ROBOT that shows its inertial and friction parameters best, to be run and logged.
@@ -56,9 +55,9 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     the column under the base and the arm's own links (capsules with the radii that are drawn). Torques are those of the
     arm's table, with friction only where its file gives it.
 
-    Ctrl-C ends the search as --seconds does: the best motion so far is printed and written to --out (exit 130). Where
-    no start ends in a motion that may be run, the nearest to it is, and what is wrong with it is said (exit 1). Where
-    no pose keeps what is asked, none is searched (exit 2).
+    Ctrl-C ends the search as --search-seconds does: the best motion so far is printed and written to --out (exit 130).
+    Where no start ends in a motion that may be run, the nearest to it is, and what is wrong with it is said (exit 1).
+    Where no pose keeps what is asked, none is searched (exit 2).
     """
     out, noise = given["out"], given["noise"]
     design.check_choices(given["objective"], given["starts"], given["seed"], given["duration"])

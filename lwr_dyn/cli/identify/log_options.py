@@ -2,25 +2,29 @@
 
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 import numpy as np
 
 from lwr_dyn.cli.options import NUMBERS, OptionRule, refuse_unused
-from lwr_dyn.foundation.errors import LogError, LwrDynError
+from lwr_dyn.foundation.column_files import SUFFIXES
+from lwr_dyn.foundation.errors import LogError, LwrDynError, OptionError
 from lwr_dyn.identification.log_faults.found_faults import log_faults, prepared_logs
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import column_map
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
+from lwr_dyn.identification.logs.ros_bags import is_bag
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.model.arm import Arm
 
 F = TypeVar("F", bound=Callable[..., Any])
+RUN = ".npz"
 
 
 def log_options(command: F) -> F:
-    """LOG..., --reading, --units, --columns and --json."""
+    """LOG..., --units, --columns and --json."""
     for option in (
         click.option("--json", "as_json", is_flag=True, help="One JSON object."),
         click.option(
@@ -29,11 +33,21 @@ def log_options(command: F) -> F:
             help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
         ),
         click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m."),
-        click.option("--reading", help="Reading of --robot; its default if not given."),
         click.argument("logs", nargs=-1, required=True, metavar="LOG..."),
     ):
         command = option(command)
     return command
+
+
+def is_log(path: str) -> bool:
+    """Whether a path is one of a log, by its ending or form."""
+    return Path(path).suffix in (*SUFFIXES, RUN) or is_bag(Path(path))
+
+
+def check_robot(robot: str) -> None:
+    """Raise `OptionError` for a log in the place of the robot."""
+    if is_log(robot):
+        raise OptionError("ROBOT", f"{robot}, a log", "a robot first, then its logs, as in  ROBOT LOG...")
 
 
 def check_option(command: F) -> F:

@@ -5,12 +5,12 @@ from typing import Any
 
 import click
 
-from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.identify import log_options as of_logs
-from lwr_dyn.cli.options import OneOf, OptionRule, refuse_unused, show, stands_on
+from lwr_dyn.cli.options import Loading, OneOf, OptionRule, refuse_unused, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.errors import LwrDynError
-from lwr_dyn.foundation.files import write_file
+from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.bodies.possible_bodies import body_lines
 from lwr_dyn.identification.fitted import check_fitted_path, write_fitted
@@ -37,22 +37,23 @@ INSTRUMENT_RULES = tuple(
 
 
 @click.command("motion")
+@robot_options
 @of_logs.check_option
 @of_logs.log_options
-@click.option("--robot", required=True, help="Whose geometry it is (name, .toml or .urdf).")
-@click.option("--html", metavar="FILE",
-              help="Write a report: the motion in 3D, links before and after, torques, friction, checks.")  # fmt: skip
-@click.option("--out", metavar="FILE",
-              help="Write the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars.")  # fmt: skip
+@with_shared("--html", ": the motion in 3D, links before and after, torques, friction, checks")
+@with_shared("--out", " the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars")
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
               help="Of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
               f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
-@click.option("--friction", type=OneOf(FORMS), default=DEFAULT_MOTION.friction, show_default=True,
-              help="Coulomb and viscous friction of each direction, or the same in both with an offset.")  # fmt: skip
+@with_shared(
+    "--fit-friction friction",
+    ": Coulomb and viscous of each direction, or the same in both with an offset",
+    DEFAULT_MOTION.friction,
+    kind=OneOf(FORMS),
+)
 @click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
-@click.option("--deviation", type=float, help="Deviation of the arm from its table that is expected, such as 0.2; "
-              "found from the logs if not given.")  # fmt: skip
+@with_shared("--deviation", ", as 20% or 0.2; found from the logs if not given")
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
@@ -63,9 +64,9 @@ INSTRUMENT_RULES = tuple(
 @click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
 @of_logs.motor_options
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+    robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
 ) -> None:
-    """Friction, inertial base parameters and bodies from any motion, validated on motions kept from the fit.
+    """Friction, inertial base parameters and bodies of ROBOT from any motion, validated on motions kept from the fit.
 
     Says of each parameter whether it is identified, and what no bodies can have; that is a warning, not an error (exit
     0), with --json on the error stream too. Beside them it fits bodies that are as near to the robot's table as the
@@ -74,13 +75,13 @@ def command(
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     slowest = usual if given["slowest"] is None else given["slowest"]
     refuse_unused(INSTRUMENT_RULES, given)
-    (arm, paper), declared = load_with_paper(robot, reading), declared_units(units)
-    stands_on(arm)
+    of_logs.check_robot(robot)
+    (arm, paper), declared = loading.arm_and_paper(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
     samples = of_logs.sample_rule(given["cutoff"], float(slowest), motors)
     fit = (given[name] for name in ("friction", "stribeck", "folds", "deviation", "known"))
     rule = motion_result.MotionRule(samples, *fit)
-    _check_paths(given, arm, paper)
+    _check_paths(given, arm, paper, loading)
     read = (given["columns"], given["as_logged"])
     with progress("reading and fitting the logs"):
         usable, faults = of_logs.joint_logs(logs, declared, arm, motors, *read)
@@ -111,11 +112,13 @@ def _commands(paths: Sequence[str], units: Mapping[str, str], arm: Arm) -> tuple
     return commands, faults
 
 
-def _check_paths(given: dict[str, Any], arm: Arm, paper: Paper | None) -> None:
+def _check_paths(given: dict[str, Any], arm: Arm, paper: Paper | None, loading: Loading) -> None:
     if given["html"] is not None:
         check_report_path(given["html"])
     if given["out"] is not None:
         check_fitted_path(given["out"], paper)
+        if ends_in(given["out"], ".toml"):
+            loading.refuse_changes("a .urdf with --out: a .toml has the rows of the robot's table")
         arm.require_dynamics()
 
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.identify import log_options as of_logs
-from lwr_dyn.cli.options import OneOf, show, stands_on
+from lwr_dyn.cli.options import Loading, OneOf, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import apart_from
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -16,26 +16,28 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
 
 
 @click.command("payload")
+@robot_options
 @of_logs.log_options
-@click.option("--robot", required=True, help="The arm without the load (name, .toml or .urdf).")
 @click.option("--without", multiple=True, metavar="LOG", help="A log of the same arm without the load: then the arm is "
               "fitted too, and errors of its table stay out of the load. Repeatable.")  # fmt: skip
-@click.option("--friction", type=OneOf(FRICTIONS), default=FRICTIONS[0], show_default=True,
-              help="Friction of the joints: fitted beside the load, or the robot's own.")  # fmt: skip
+@with_shared(
+    "--fit-friction friction", " beside the load; own: the robot's, not fitted", FRICTIONS[0], kind=OneOf(FRICTIONS)
+)
 @click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: of "
               f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
 @of_logs.motor_options
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, as_json: bool, **given: Any
+    robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
 ) -> None:
-    """Mass, centre of mass and inertia of a load fixed to the flange, from any motion with it.
+    """Mass, centre of mass and inertia of a load fixed to the flange of ROBOT, from any motion with it.
 
     The ten numbers are those of a body that can be: the nearest to what the torques say.
     """
     cutoffs = CUTOFFS if given["cutoff"] is None else (given["cutoff"],)
-    arm, declared = stands_on(load(robot, reading)), declared_units(units)
+    of_logs.check_robot(robot)
+    arm, declared = loading.arm(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
     rules = [of_logs.sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):

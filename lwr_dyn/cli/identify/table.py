@@ -2,10 +2,9 @@
 
 import click
 
-from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.cli.identify.log_options import check_option, end, log_options, readable_logs
-from lwr_dyn.cli.options import show, stands_on
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.cli.identify.log_options import check_option, check_robot, end, log_options, readable_logs
+from lwr_dyn.cli.options import Loading, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.logs.joint_log import JointLog
@@ -25,26 +24,27 @@ from lwr_dyn.pages.document import page_html
 
 
 @click.command("table")
+@robot_options
 @check_option
 @log_options
-@click.option("--robot", required=True, help="Whose table it is (name, .toml or .urdf).")
-@click.option("--html", metavar="FILE", help="Write the report of identify motion, with the table's cells and repairs.")
-@click.option("--deviation", default=f"{DEVIATION:.0%}", show_default=True,
-              help="How far the arm itself may be from a right table: 5% or 0.05.")  # fmt: skip
+@with_shared("--html", ": the report of identify motion, with the table's cells and repairs")
+@with_shared("--deviation", ", were this right: as 5% or 0.05", DEVIATION, show_default=f"{DEVIATION:.0%}")
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
-              help="Speed up to which a joint's torque is left out, rad/s.")  # fmt: skip
+              help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
 def command(
-    logs: tuple[str, ...], robot: str, reading: str | None, units: str | None, columns: str | None, deviation: str,
+    robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, columns: str | None, deviation: float,
     slowest: float, html: str | None, as_json: bool, as_logged: bool,
 ) -> None:  # fmt: skip
-    """Masses, centres, tensors and rotors of a table against logs; which cells are wrong, and how.
+    """Masses, centres, tensors and rotors of the table of ROBOT against logs; which cells are wrong, and how.
 
     Friction is left free. Signs, powers of ten, copies of a neighbour, exchanged cells, axes and rows, units and
     conventions are tried, and any other value of one cell. Exit 1 when the table does not meet the logs.
     """
-    share, rule, declared = _share(deviation), SampleRule(slowest=slowest), declared_units(units)
-    arm, paper = load_with_paper(robot, reading)
-    stands_on(arm)
+    share, rule, declared = checked_deviation(deviation), SampleRule(slowest=slowest), declared_units(units)
+    check_robot(robot)
+    arm, paper = loading.arm_and_paper(robot)
+    if paper is not None:
+        loading.refuse_changes("the arm as its table has it, or a .urdf", mount=True)
     source = arm if paper is None else paper
     if html is not None:
         check_report_path(html)
@@ -73,12 +73,3 @@ def _information(logs: list[JointLog], arm: Arm, rule: SampleRule) -> Informatio
     information = information_of(samples, columns)
     whiteness = whiteness_of(residuals_of(samples, columns, information.values), samples.recording)
     return widened(information, inflation_of(whiteness, arm.n))
-
-
-def _share(text: str) -> float:
-    number = text.strip().removesuffix("%")
-    try:
-        value = float(number) / (100.0 if text.strip().endswith("%") else 1.0)
-    except ValueError:
-        raise OptionError("--deviation", repr(text), "a share such as 5% or 0.05") from None
-    return checked_deviation(value)

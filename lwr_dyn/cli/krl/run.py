@@ -9,6 +9,7 @@ import numpy as np
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
 from lwr_dyn.cli.options import show, stands_on
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable
@@ -142,8 +143,8 @@ def _assumed(run: ProgramRun) -> str:
 @click.command("run")
 @click.argument("file")
 @shared_options
-@click.option("--out", help="The run file, .npz.")
-@click.option("--html", help="A page that replays the run beside the program.")
+@with_shared("--out", " the run file, .npz")
+@with_shared("--html", ": the replay of the run beside the program")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_json: bool) -> None:
     """Run FILE.src on the model: cycle time, a line for each motion, peak speeds, static and dynamic torque."""

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.krl.options import ROBOT
 from lwr_dyn.cli.options import NUMBERS
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_files
@@ -33,17 +34,30 @@ FRAME = "X,Y,Z,A,B,C"
 @click.command("write")
 @click.argument("source")
 @click.option("--robot", help=f"With KUKA's axes.  [default: that of the run, {ROBOT}]")
-@click.option("--tolerance", type=float, default=0.1, show_default=True, help="Of the path, mm.")
-@click.option("--angle-tolerance", type=float, default=0.1, show_default=True, help="Of the orientation, deg.")
+@click.option("--tolerance-mm", "tolerance", type=float, default=0.1, show_default=True, help="Of the path, mm.")
+@click.option(
+    "--angle-tolerance-deg",
+    "angle_tolerance",
+    type=float,
+    default=0.1,
+    show_default=True,
+    help="Of the orientation, deg.",
+)
 @click.option("--motions", default=",".join(USUAL), show_default=True, help="Kinds it may use; SPL too, or SPTP alone.")
 @click.option("--stop", is_flag=True, help="Stop at each point: no C_DIS, no C_PTP.")
-@click.option("--speed", type=float, help="$VEL.CP, m/s; the largest of the run if not given, 0.25 without times.")
+@with_shared("--speed", " ($VEL.CP); that of the run if not given, 0.25 without times")
 @click.option("--percent", type=click.IntRange(1, 100), help="Of the axes' speeds, for PTP; that of the run.")
-@click.option("--tool", type=NUMBERS, metavar=FRAME, help="The tool in the flange, mm and deg.")
+@click.option("--tool-data", "tool", type=NUMBERS, metavar=FRAME, help="The tool in the flange, mm and deg.")
 @click.option("--tool-number", type=click.IntRange(1, 128), help="Use TOOL_DATA; its lines are printed.")
-@click.option("--base", type=NUMBERS, metavar=FRAME, help="The base of written points and of poses that are read.")
+@click.option(
+    "--base-data",
+    "base",
+    type=NUMBERS,
+    metavar=FRAME,
+    help="The base of written points and of poses that are read, mm and deg.",
+)
 @click.option("--base-number", type=click.IntRange(1, 128), help="Use BASE_DATA; its lines are printed.")
-@click.option("--out", help="The .src; the .dat goes beside it. The name of SOURCE if not given.")
+@with_shared("--out", " the .src, with the .dat beside it; the name of SOURCE if not given")
 def write(source: str, robot: str | None, out: str | None, **given: Any) -> None:
     """Write a .src and .dat from SOURCE; Status and Turn are the model's.
 
@@ -83,7 +97,7 @@ def _written(source: str, arm: Arm, name: str, given: dict[str, Any]) -> Written
         kinds=tuple(word.strip().upper() for word in given["motions"].split(",")), speed=given["speed"],
         percent=given["percent"], approximate=not given["stop"],
     )  # fmt: skip
-    tool, base = (_frame(given[name], f"--{name}") for name in ("tool", "base"))
+    tool, base = (_frame(given[name], f"--{name}-data") for name in ("tool", "base"))
     machine = MachineData(ramps=raise_times(arm))
     return write_path(read_sampled_path(source, arm, tool, base), options, base, machine)
 

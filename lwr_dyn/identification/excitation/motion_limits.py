@@ -277,7 +277,7 @@ class MotionLimits:
         speed = np.where(np.isinf(arm.velocity), np.nan if unknown_speed is None else unknown_speed, arm.velocity)
         for j, name in enumerate(arm.joint_names):
             if not (math.isfinite(speed[j]) and speed[j] > 0.0):
-                needed = "a limit for it, rad/s or m/s: unknown_speed (--speed)"
+                needed = "a limit for it, rad/s or m/s: unknown_speed (--joint-speed)"
                 raise OptionError(f"speed limit of {name}", "unknown", needed)
         return cls(lower + kept, upper - kept, speed_share * speed, torque_share * arm.effort)
 

@@ -171,7 +171,7 @@ def bag_table(
     joints = columns.joints or tuple(joint_names)
     if not joints:
         seen = ", ".join(dict.fromkeys(name for one in states for name in one.names)) or "none"
-        raise LogError(file, "joints", f"{seen}; their order is not known", "a robot (--robot), or joints in --columns")
+        raise LogError(file, "joints", f"{seen}; their order is not known", "a robot, or joints in --columns")
     notes: list[str] = []
     tracks: dict[str, _Track] = {}
     for quantity in dict.fromkeys((*needs, *also)):

@@ -43,7 +43,7 @@ def test_lint_file_too(file):
 
 
 @pytest.mark.parametrize(
-    "words", [("fk", "--q-deg", "0"), ("urdf", "--out", "y.urdf"), ("lint",), ("parity", "--engine", "pinocchio")]
+    "words", [("fk", "--q-deg", "0"), ("urdf", "--out", "y.urdf"), ("lint",), ("parity", "--only", "pinocchio")]
 )
 def test_commands_trust_a_file_that_is_named_so(file, words, lwr_dyn_command):
     command, *others = words

@@ -27,7 +27,7 @@ def test_excite_simulate_identify(lwr_dyn_command, printed, recorded, tmp_path):
     assert f"wrote {motion}; simulate a log:  lwr-dyn simulate" in out
     line = out.split("simulate a log:  lwr-dyn ")[1].split()
     assert lwr_dyn_command(*line)[0] == 0
-    assert recorded("identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical")["parameters"]
+    assert recorded("identify", "motion", "lwr4plus", log, "--reading", "physical")["parameters"]
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ def logs(tmp_path, one_joint_at_a_time):
 @pytest.mark.slow
 def test_friction_as_json_and_as_a_plot(recorded, logs, tmp_path):
     out_file = tmp_path / "map"
-    found = recorded("identify", "friction", *logs, "--robot", "wam7", "--plot", out_file)
+    found = recorded("identify", "friction", "wam7", *logs, "--plot", out_file)
     assert len(found["fits"]) == 14
     assert len(found["map"]) == 56
     first = found["fits"][0]
@@ -37,7 +37,7 @@ def test_without_matplotlib_a_plot_is_refused_before_anything_is_printed(refused
 
 @pytest.mark.slow
 def test_the_table_names_the_torques_taken_out(printed, logs):
-    out = printed("identify", "friction", *logs, "--robot", "wam7", "--robust")
+    out = printed("identify", "friction", "wam7", *logs, "--robust")
     assert "56 cruises in 56 files, Huber's loss, taken out of the torques: g" in out
     assert "--subtract all takes it out" in out
     assert out.count("0.05 to 0.3") == 14
@@ -47,7 +47,7 @@ def test_the_table_names_the_torques_taken_out(printed, logs):
 def test_good_files_are_reported_and_every_bad_one_gets_a_line(lwr_dyn_command, logs, tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text("time,q1\n0,0\n")
-    code, out, err = lwr_dyn_command("identify", "friction", bad, *logs, tmp_path / "none.csv", "--robot", "wam7")
+    code, out, err = lwr_dyn_command("identify", "friction", "wam7", bad, *logs, tmp_path / "none.csv")
     assert code == 2
     assert out.count("0.05 to 0.3") == 14
     assert err.splitlines() == [
@@ -64,19 +64,42 @@ def test_nothing_but_bad_files_prints_no_report(refused, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("friction",), "Missing argument 'LOG...'"),
-        (("friction", "x.csv", "--robot", "kuka"), "no robot named 'kuka'"),
+        (("friction",), "Missing argument '[ROBOT]'"),
+        (("friction", "wam7"), "Missing argument 'LOG...'"),
+        (("friction", "kuka", "x.csv"), "no robot named 'kuka'"),
+        (
+            ("friction", "x.csv", "--robot", "wam7"),
+            "--robot is now the first argument: lwr-dyn identify friction ROBOT LOG",
+        ),
         (("friction", "x.csv", "--units", "q=turns"), "units of q: 'turns'; allowed: rad, deg"),
         (("friction", "x.csv", "--model", "lugre"), "'lugre' is not one of"),
         (("friction", "x.csv", "--shortest", "0"), "cruise shortest: 0.0; allowed: a number above 0"),
         (("friction", "x.csv", "--plot", "none/map"), "none"),
         (("friction", "x.csv", "--plot", "m.jpg"), "m.jpg: ends in .jpg; allowed: no suffix, .png or .svg"),
-        (("friction", "x.csv", "--subtract", "all"), "--subtract: would do nothing here; allowed: with --robot"),
-        (("friction", "x.csv", "--reading", "printed"), "--reading: would do nothing here; allowed: with --robot"),
-        (("motion", "x.csv"), "Missing option '--robot'"),
-        (("motion", "x.csv", "--robot", "wam7", "--folds", "1"), "folds: 1; allowed: a number of at least 2"),
-        (("motion", "x.csv", "--robot", "wam7", "--deviation", "0"), "deviation: 0.0; allowed: a share above 0"),
-        (("motion", "x.csv", "--robot", "wam7", "--friction", "lugre"), "'lugre' is not one of"),
+        (
+            ("friction", "x.csv", "--subtract", "all"),
+            "--subtract: would do nothing here; allowed: with a robot: ROBOT LOG...",
+        ),
+        (
+            ("friction", "x.csv", "--reading", "printed"),
+            "--reading: would do nothing here; allowed: with a robot: ROBOT LOG...",
+        ),
+        (
+            ("friction", "x.csv", "--mount", "wall"),
+            "--mount: would do nothing here; allowed: with a robot: ROBOT LOG...",
+        ),
+        (("motion", "x.csv"), "Missing argument 'LOG...'"),
+        (("motion", "x.csv", "y.csv"), "ROBOT: x.csv, a log; allowed: a robot first, then its logs"),
+        (("elastic", "x.npz", "y.csv"), "ROBOT: x.npz, a log; allowed: a robot first, then its logs"),
+        (("payload", "x.mcap", "y.csv"), "ROBOT: x.mcap, a log; allowed: a robot first, then its logs"),
+        (("table", "x.parquet", "y.csv"), "ROBOT: x.parquet, a log; allowed: a robot first, then its logs"),
+        (
+            ("motion", "lwr4plus", "x.csv", "--tool", "mass=1", "--out", "x.toml"),
+            "--tool: given, which changes the arm",
+        ),
+        (("motion", "wam7", "x.csv", "--folds", "1"), "folds: 1; allowed: a number of at least 2"),
+        (("motion", "wam7", "x.csv", "--deviation", "0"), "deviation: 0.0; allowed: a share above 0"),
+        (("motion", "wam7", "x.csv", "--fit-friction", "lugre"), "'lugre' is not one of"),
     ],
 )
 def test_bad_input_gets_one_line(refused, arguments, message, folder):

@@ -11,7 +11,7 @@ from lwr_dyn.foundation.errors import OptionError
 
 def motors_of(*arguments):
     """The motors by options of `lwr-dyn identify payload`."""
-    with command.make_context("payload", ["log.csv", "--robot", "wam7", *arguments]) as context:
+    with command.make_context("payload", ["wam7", "log.csv", *arguments]) as context:
         return chosen_motors(lwr_dyn.load("wam7"), context.params)
 
 

@@ -17,7 +17,7 @@ ROWS = 200_000
 @pytest.mark.slow
 def test_motion_from_the_command_line(recorded, wam, fourier, tmp_path):
     write_log(tmp_path / "log.parquet", fourier(wam, wam.friction))
-    found = recorded("identify", "motion", tmp_path / "log.parquet", "--robot", "wam7")
+    found = recorded("identify", "motion", "wam7", tmp_path / "log.parquet")
     assert found["validation"][1]["held_out"] < 0.02 * found["validation"][1]["measured"]
     assert found["consistent"]["physical"] == [True] * 7
     assert found["validated_on"] == []
@@ -29,7 +29,7 @@ def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_comm
     path, other = tmp_path / "log.parquet", tmp_path / "other.csv"
     write_log(path, LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3))
     write_log(other, LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction, seed=5), 4))
-    command = ("identify", "motion", path, "--robot", "wam7", "--validate", other)
+    command = ("identify", "motion", "wam7", path, "--validate", other)
     code, out, err = lwr_dyn_command(*command, "--json")
     found = json.loads(out)
     known = [p for p in found["parameters"] if p["identified"]]
@@ -59,9 +59,7 @@ def test_motion_says_what_is_identified_and_what_no_bodies_can_have(lwr_dyn_comm
 @pytest.mark.slow
 def test_a_log_to_validate_that_cannot_be_read_is_a_fault(lwr_dyn_command, wam, fourier, tmp_path):
     write_log(tmp_path / "log.csv", fourier(wam, wam.friction))
-    code, out, err = lwr_dyn_command(
-        "identify", "motion", tmp_path / "log.csv", "--robot", "wam7", "--validate", "no.csv"
-    )
+    code, out, err = lwr_dyn_command("identify", "motion", "wam7", tmp_path / "log.csv", "--validate", "no.csv")
     assert code == 2
     assert "bodies near the table" in out
     assert err == "lwr-dyn: no.csv: no such file or directory; allowed: a log (.csv or .parquet)\n"
@@ -73,7 +71,7 @@ def test_a_column_of_the_wrong_sign_is_named_and_not_fitted(lwr_dyn_command, ref
     tau = log.tau.copy()
     tau[:, 1] *= -1.0
     write_log(tmp_path / "log.csv", JointLog("log", log.joints, log.t, log.q, tau))
-    command = ("identify", "motion", tmp_path / "log.csv", "--robot", "wam7")
+    command = ("identify", "motion", "wam7", tmp_path / "log.csv")
     err = refused(*command)
     assert "tau2" in err
     assert "sign" in err
@@ -86,7 +84,7 @@ def test_a_column_of_the_wrong_sign_is_named_and_not_fitted(lwr_dyn_command, ref
 def test_a_joint_that_stands_still_is_named_and_the_others_are_fitted(lwr_dyn_command, wam, fourier, tmp_path):
     log = fourier(wam, wam.friction, joints=(0, 1, 3, 4, 5, 6))
     write_log(tmp_path / "log.csv", log)
-    code, out, err = lwr_dyn_command("identify", "motion", tmp_path / "log.csv", "--robot", "wam7")
+    code, out, err = lwr_dyn_command("identify", "motion", "wam7", tmp_path / "log.csv")
     assert code == 0
     assert "not determined: this motion does not show it at all" in out
     assert "joint 3" in err
@@ -101,5 +99,5 @@ def test_a_long_log_is_read_whole(printed, tmp_path, wam):
     names = ["time", *(f"{x}{j}" for x in ("q", "tau") for j in range(1, 8))]
     columns = [np.arange(ROWS) / 100, *rows.T]
     csv.write_csv(table(dict(zip(names, columns, strict=True))), tmp_path / "long.csv")
-    out = printed("identify", "friction", tmp_path / "long.csv", "--robot", "wam7", "--subtract", "all")
+    out = printed("identify", "friction", "wam7", tmp_path / "long.csv", "--subtract", "all")
     assert "4.4748" in out

@@ -32,7 +32,7 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def test_a_right_table_meets_the_logs(printed, logs: list[str]) -> None:
-    out = printed("identify", "table", *logs, "--robot", "lwr4plus", "--reading", "physical")
+    out = printed("identify", "table", "lwr4plus", *logs, "--reading", "physical")
     assert out.startswith("the table meets the log")
     assert "one effect on all motions: I1yy = rotor1, m2 = c2z, I2yy = rotor2, c3z = c4y, c5z = c6y" in out
     assert "no motion shows: m1, c1x, c1y, c1z, I1xx, I1xy, I1xz, I1yz, I1zz, c2y" in out
@@ -45,7 +45,7 @@ def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: lis
     without = reading.replace('"table2-c5z", ', "")
     assert without != reading
     (tmp_path / "arm.toml").write_text(text.replace(reading, without), encoding="utf-8")
-    line = ("identify", "table", *logs, "--robot", str(tmp_path / "arm.toml"), "--reading", "physical")
+    line = ("identify", "table", str(tmp_path / "arm.toml"), *logs, "--reading", "physical")
     code, out, _ = lwr_dyn_command(*line)
     assert code == 1
     assert "it does with 1 repair:\n- c5z = -0.02" in out
@@ -61,18 +61,23 @@ def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: lis
 def test_a_urdf_has_cells_too(printed, logs: list[str], tmp_path: Path) -> None:
     urdf = tmp_path / "arm.urdf"
     urdf.write_text(lwr_dyn.urdf_text(lwr_dyn.load("lwr4plus", "physical")), encoding="utf-8")
-    assert "c5z" in printed("identify", "table", *logs, "--robot", str(urdf))
+    assert "c5z" in printed("identify", "table", str(urdf), *logs)
 
 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--robot", "lwr4plus", "--deviation", "much"), "--deviation: 'much'"),
-        (("--robot", "lwr4plus", "--deviation", "120%"), "deviation: 1.2"),
-        (("--robot", "lwr4"), "no mass"),
-        (("--robot", "wam7"), ""),
+        (
+            ("lwr4plus", "--deviation", "much"),
+            "'--deviation': 'much' is not a share; allowed: a number such as 5% or 0.05",
+        ),
+        (("lwr4plus", "--deviation", "120%"), "deviation: 1.2"),
+        (("lwr4",), "no mass"),
+        (("wam7",), ""),
+        (("lwr4plus", "--lock", "joint_3=0"), "--lock: given, which changes the arm; allowed: the arm as its table"),
+        (("lwr4plus", "--tool", "mass=1"), "--tool: given, which changes the arm; allowed: the arm as its table"),
     ],
 )
 def test_bad_input_is_one_line(refused, logs: list[str], options: tuple[str, ...], said: str) -> None:
-    file = "missing.csv" if options == ("--robot", "wam7") else logs[0]
-    assert said in refused("identify", "table", file, *options)
+    file = "missing.csv" if options == ("wam7",) else logs[0]
+    assert said in refused("identify", "table", options[0], file, *options[1:])

@@ -13,7 +13,7 @@ from lwr_dyn.identification.regression.information import equations_of, grouped
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
-OF_THE_LWR = ("--robot", "lwr4plus", "--reading", "physical")
+OF_THE_LWR = ("lwr4plus", "--reading", "physical")
 BOUNDS = np.array([8.0, 8.0, 8.0, 8.0, 100.0, 100.0, 100.0])
 """[N m] Clipped there no instant of the log has all torques."""
 
@@ -34,7 +34,7 @@ def with_torques(log, path, change):
 @pytest.mark.parametrize("command", ["motion", "table"])
 def test_clipped_torques_are_fitted_by_joint(command, log, tmp_path, lwr_dyn_command):
     path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -BOUNDS, BOUNDS))
-    code, out, err = lwr_dyn_command("identify", command, path, *OF_THE_LWR)
+    code, out, err = lwr_dyn_command("identify", command, *OF_THE_LWR, path)
     assert code in (0, 1), err
     assert out
     assert "column tau2: " in err
@@ -45,7 +45,7 @@ def test_clipped_torques_are_fitted_by_joint(command, log, tmp_path, lwr_dyn_com
 @pytest.mark.parametrize("command", ["motion", "table"])
 def test_torques_always_at_a_bound_are_refused(command, bound, log, tmp_path, lwr_dyn_command):
     path = with_torques(log, tmp_path / "a.csv", lambda tau: np.clip(tau, -bound, bound))
-    code, out, err = lwr_dyn_command("identify", command, path, *OF_THE_LWR)
+    code, out, err = lwr_dyn_command("identify", command, *OF_THE_LWR, path)
     assert (code, out) == (2, "")
     last = err.splitlines()[-1]
     assert "never change" in last
@@ -75,7 +75,7 @@ DEAD = {
 def test_torques_that_never_change_are_refused_in_one_line(case, options, log, tmp_path, lwr_dyn_command):
     change, text = DEAD[case]
     path = with_torques(log, tmp_path / "dead.csv", change)
-    code, out, err = lwr_dyn_command("identify", options[0], path, *OF_THE_LWR, *options[1:])
+    code, out, err = lwr_dyn_command("identify", options[0], *OF_THE_LWR, path, *options[1:])
     assert (code, out) == (2, "")
     (line,) = err.splitlines()
     assert text in line
@@ -113,7 +113,7 @@ def test_a_deviation_out_of_bounds_is_refused(deviation):
 @pytest.mark.parametrize("deviation", ["10", "100"])
 def test_large_deviation_is_fitted_or_refused_in_one_line(deviation, log, tmp_path, lwr_dyn_command):
     path = with_torques(log, tmp_path / "a.csv", lambda tau: tau)
-    code, out, err = lwr_dyn_command("identify", "motion", path, *OF_THE_LWR, "--deviation", deviation)
+    code, out, err = lwr_dyn_command("identify", "motion", *OF_THE_LWR, path, "--deviation", deviation)
     if deviation == "10":
         assert (code, bool(out)) == (0, True)
     else:

@@ -25,8 +25,8 @@ def files(pair, tmp_path):
 
 @pytest.fixture
 def identify(lwr_dyn_command):
-    robot = ("--robot", "lwr4plus", "--reading", "physical")
-    return lambda *arguments: lwr_dyn_command("identify", *map(str, arguments), *robot)
+    robot = ("lwr4plus", "--reading", "physical")
+    return lambda name, *arguments: lwr_dyn_command("identify", name, *robot, *map(str, arguments))
 
 
 def test_a_digest_is_of_what_was_measured(pair):

@@ -128,7 +128,7 @@ def test_the_command_takes_logs_of_motors(plant, tmp_path, lwr_dyn_command):
     path = tmp_path / "motors.csv"
     write_log(path, log)
     numbers = (f"--torque-constant={','.join(map(str, CONSTANT))}", f"--motor-home={','.join(map(str, HOME))}")
-    fit = ("identify", "motion", str(path), "--robot", "wam7", "--friction", "symmetric")
+    fit = ("identify", "motion", "wam7", str(path), "--fit-friction", "symmetric")
     code, out, _ = lwr_dyn_command(*fit, "--motor-side", *numbers, "--json")
     rows = json.loads(out)["parameters"]
     z = [(row["value"] - true) / row["standard_error"] for row, true in zip(rows, plant.base, strict=True)]

@@ -84,7 +84,7 @@ def test_a_command_that_ends_early_is_refused_by_name(log, command):
 @pytest.mark.slow
 def test_on_the_command_line(files, lwr_dyn_command):
     log, e = files
-    line = ("identify", "motion", log, "--robot", "lwr4plus", "--reading", "physical", "--instruments", e)
+    line = ("identify", "motion", "lwr4plus", log, "--reading", "physical", "--instruments", e)
     code, out, _ = lwr_dyn_command(*line, "--json")
     found = json.loads(out)
     assert code == 0
@@ -106,8 +106,8 @@ def test_on_the_command_line(files, lwr_dyn_command):
 )
 def test_bad_input_is_one_line(files, lwr_dyn_command, more, message):
     log, e = files
-    robot = ("--robot", "lwr4plus", "--reading", "physical")
-    code, _, err = lwr_dyn_command("identify", "motion", log, *robot, *(m.format(e=e) for m in more))
+    robot = ("lwr4plus", "--reading", "physical")
+    code, _, err = lwr_dyn_command("identify", "motion", *robot, log, *(m.format(e=e) for m in more))
     assert code == 2
     assert message in err
     assert err.count("\n") - err.count("warning:") == 1

@@ -165,17 +165,17 @@ def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
     for log in logs:
         write_log(tmp_path / log.source, log)
     fitted, unseen = ([str(tmp_path / log.source) for log in part] for part in (logs[1:2], logs[2:]))
-    options = ("--robot", "lwr4plus", "--reading", "physical", "--validate", *unseen)
-    code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "report.html"))
+    options = ("lwr4plus", "--reading", "physical", "--validate", *unseen)
+    code, out, err = lwr_dyn_command("identify", "motion", *options, *fitted, "--html", str(tmp_path / "report.html"))
     assert (code, err) == (0, "")
     assert out.splitlines()[-1] == f"wrote {tmp_path / 'report.html'}"
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "<h1>Identification of lwr4plus, reading physical</h1>" in text
     assert "which no fit has seen" in text
     assert "<h2>The table against the logs, cell by cell</h2>" in text
-    code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "no" / "x.html"))
+    code, out, err = lwr_dyn_command("identify", "motion", *options, *fitted, "--html", str(tmp_path / "no" / "x.html"))
     assert (code, out) == (2, "")
     assert "no/x.html" in err
-    code, out, err = lwr_dyn_command("identify", "motion", *fitted, *options, "--html", str(tmp_path / "report.txt"))
+    code, out, err = lwr_dyn_command("identify", "motion", *options, *fitted, "--html", str(tmp_path / "report.txt"))
     assert (code, out) == (2, "")
     assert "report.txt: ends in '.txt'" in err

@@ -101,7 +101,7 @@ def test_the_command_writes_it(lwr, tmp_path, lwr_dyn_command):
     log = simulated_log(plant, random_motion(lwr, 5.0, rng, rate=500.0), 0.1, rng, 1e-5)
     write_log(tmp_path / "log.csv", log)
     page = tmp_path / "table.html"
-    command = ("identify", "table", str(tmp_path / "log.csv"), "--robot", "lwr4plus", "--reading", "physical")
+    command = ("identify", "table", "lwr4plus", str(tmp_path / "log.csv"), "--reading", "physical")
     code, out, err = lwr_dyn_command(*command, "--html", str(page))
     assert (code, err) == (0, "")
     assert out.splitlines()[-1] == f"wrote {page}"

@@ -183,11 +183,11 @@ def test_a_speed_that_an_axis_cannot_keep_is_lowered(arm, square):
 
 
 def test_the_command_writes_prints_and_is_run_again(square, folder, lwr_dyn_command, printed):
-    frames = ("--tool", "0,0,100,0,0,0", "--base", "1000,-100,1400,0,90,0")
-    out = printed("krl", "write", "square.csv", *frames, "--tolerance", "1")
+    frames = ("--tool-data", "0,0,100,0,0,0", "--base-data", "1000,-100,1400,0,90,0")
+    out = printed("krl", "write", "square.csv", *frames, "--tolerance-mm", "1")
     assert "3 LIN; 2 of 2 points are passed without a stop" in out
     printed("krl", "run", "square.src", "--out", "square.npz")
-    options = ("--tolerance", "2", "--out", "b.src", "--tool-number", "3", "--motions", "lin,circ,ptp")
+    options = ("--tolerance-mm", "2", "--out", "b.src", "--tool-number", "3", "--motions", "lin,circ,ptp")
     out = printed("krl", "write", "square.npz", *frames, *options)
     assert 'TOOL_DATA[3]={X 0.0, Y 0.0, Z 100.0, A 0.0, B 0.0, C 0.0}\nTOOL_NAME[3,]="b"' in out
     assert "BAS(#TOOL, 3)" in (folder / "b.src").read_text()
@@ -219,8 +219,8 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
     [
         (("--motions", "LIN,FLY"), "kinds: LIN,FLY; allowed: some of LIN, CIRC, PTP, SPL, SPTP"),
         (("--motions", "LIN,SPTP"), "kinds: LIN,SPTP; allowed: SPTP alone"),
-        (("--tolerance", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
-        (("--tool", "1,2"), "--tool: 1,2; allowed: six numbers"),
+        (("--tolerance-mm", "0"), "tolerance: 0 mm; allowed: from 0.001 to 1000 mm"),
+        (("--tool-data", "1,2"), "--tool-data: 1,2; allowed: six numbers"),
         (("--out", "if.src"), "name: 'if'; allowed: a name of KRL"),
         (("--out", "a.txt"), "not the name of a program; allowed: a path that ends in .src"),
     ],

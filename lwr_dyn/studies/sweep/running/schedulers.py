@@ -82,7 +82,7 @@ class WorkerStartError(LwrDynError, OSError):
     """A process for the runs of a sweep dies before it begins."""
 
     def __init__(self, words: str) -> None:
-        super().__init__(f"a process for the runs ends before its first one ({words}); allowed: fewer --threads")
+        super().__init__(f"a process for the runs ends before its first one ({words}); allowed: a smaller --jobs")
 
 
 @dataclass(slots=True, eq=False)

@@ -162,7 +162,7 @@ FAULTY = LAW.replace(
 def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, lwr_dyn_command):
     total = sum(body.mass for body in lwr_dyn.load("lwr4plus", "physical").chain.bodies)
     small_study(tmp_path, OWN, "mine.py", mine=FAULTY.replace("TOTAL", repr(total)))
-    line = ("sweep", str(tmp_path / "small.toml"), "--out", str(tmp_path / "out"), "--runs", "4", "--threads", "1")
+    line = ("sweep", str(tmp_path / "small.toml"), "--out", str(tmp_path / "out"), "--runs", "4", "--jobs", "1")
     code, out, err = lwr_dyn_command(*line)
     said = f"runs the Python file {tmp_path / 'mine.py'}, which the study names\n"
     assert (code, err) == (1, said)
@@ -191,7 +191,8 @@ def test_a_chunk_whose_controller_fails_is_named_and_the_rest_is_made(tmp_path, 
 
 BAD = [
     (("--runs", "0"), "runs: 0; allowed: a whole number from 1"),
-    (("--threads", "0"), "threads: 0; allowed: from 1 to"),
+    (("--jobs", "0"), "'--jobs': 0 is not in the range x>=1"),
+    (("--jobs", "999"), "threads: 999; allowed: from 1 to"),
     (("--scheduler", "nonsense"), "--scheduler nonsense: missing port"),
     (("--scheduler", ""), "--scheduler : missing port"),
     (("--out", "/dev/null/x"), "/dev/null/x: not a directory"),
