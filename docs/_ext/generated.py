@@ -17,6 +17,7 @@ from sphinx.environment import BuildEnvironment
 from study_parts import metrics_text, paths_text, study_text
 
 from lwr_dyn.arms.papers.catalog import template
+from lwr_dyn.cli.new import paper_template
 
 PLACE = re.compile(r"^<!-- generated: ([\w-]+) -->$", re.MULTILINE)
 FILE_BLOCK = re.compile(r"^(?P<indent> *)```(?P<language>\w+) file=(?P<name>\S+)$", re.MULTILINE)
@@ -29,6 +30,12 @@ def template_text(root: Path) -> str:
     return f"```toml\n{template('my_arm.toml', 'my_arm', 'RR', 'modified')}\n```"
 
 
+def paper_text(root: Path) -> str:
+    """What `lwr-dyn new paper` writes below the data file of the arm."""
+    arm = ("my_paper.toml", "my_paper", "RR", "modified")
+    return f"```toml\n{paper_template(*arm).removeprefix(template(*arm)).lstrip()}```"
+
+
 PARTS = {
     "commands": commands_text,
     "front-door": front_door_text,
@@ -36,6 +43,7 @@ PARTS = {
     "first-picture": first_picture,
     "gallery": gallery_text,
     "metrics": metrics_text,
+    "paper": paper_text,
     "paths": paths_text,
     "reports": reports_text,
     "study": study_text,

@@ -6,12 +6,15 @@ from functools import cache
 import pytest
 
 from lwr_dyn.reproduction import paper_page
-from lwr_dyn.reproduction.case import ledger
-from lwr_dyn.reproduction.compare import DIFFERS
+from lwr_dyn.reproduction.basis import with_bases
+from lwr_dyn.reproduction.case import Proof, ledger
+from lwr_dyn.reproduction.compare import DIFFERS, compare_numbers
+from lwr_dyn.reproduction.own_paper import own_study
 from lwr_dyn.reproduction.paper_page import summary_text, verdict_sentence
 from lwr_dyn.reproduction.paper_study import paper_study
 from lwr_dyn.reproduction.papers import printed_tables
 from tests.reproduction.test_basis import found
+from tests.reproduction.two_links import RESULTS, TEXT
 
 KINDS = ("computed", "structural", "repeated in print")
 
@@ -139,3 +142,36 @@ def test_files_beside_a_page_are_listed_with_their_hashes(tmp_path):
     assert [(f.name, f.size, f.sha256, f.what) for f in paper_page._files(tmp_path)] == [
         ("b.png", 0, empty, "plot"), ("sub/a.npz", 0, empty, "run"),
     ]  # fmt: skip
+
+
+@pytest.fixture
+def own(tmp_path):
+    """Numbers of a user's own paper: one differs, one is under assumed conditions, one is a cell of the tables."""
+    results = RESULTS.replace("0.930", "0.950").replace('printed = "38"', 'assumed = ["the payload"]\nprinted = "41"')
+    more = (
+        '[[result]]\nid = "mass"\nwhere = "Table IV, m1"\nprinted = "2.0"\nunit = "kg"\ncompute = "inertial.mass[1]"\n'
+    )
+    (tmp_path / "two.toml").write_text(TEXT + results + more, encoding="utf-8")
+    study = own_study(tmp_path / "two.toml")
+    return with_bases(study, compare_numbers(study))
+
+
+def test_the_table_of_an_own_paper(own):
+    table = paper_page.number_table(own, ())
+    assert [row[0] for row in table.rows] == ["b11", "holding[1]", "holding[2]", "share", "reach", "mass"]
+    assert [row[4] for row in table.rows] == [
+        "differs by -0.02, -20 last digits", "reproduced", "reproduced", "not near, assumed: the payload", "reproduced",
+        "reproduced, repeated in print",
+    ]  # fmt: skip
+    assert table.rows[0][1:4] == ("0.950", "0.93000", "kg m^2")
+    unproven = replace(entries()[0], proof=Proof("nothing shows it", False))
+    assert f"erratum {unproven.erratum.id}: nothing shows it" in paper_page.number_table(own, (unproven,)).text()
+
+
+def test_results_of_one_number_share_the_table_of_their_place(own):
+    tables = {table.title: table for table in paper_page._tables(own.numbers)}
+    assert list(tables) == ["Table IV", "section 3", "conclusion"]
+    assert [row.label for row in tables["Table IV"].rows] == ["b11", "mass"]
+    assert [row.label for row in tables["section 3"].rows] == ["1", "2"]
+    assert tables["Table IV"].unit == "kg m^2, kg"
+    assert len({table.id for table in tables.values()}) == 3
