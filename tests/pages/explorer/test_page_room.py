@@ -9,8 +9,8 @@ from tests.pages.explorer.explored import explored_arm, opened
 pytestmark = pytest.mark.slow
 
 PHONE, DESKS = 420, (1600, 1280, 1024)
-FILLED = 0.5
-"""Of a card's width, and of the area that the panels below the arm take."""
+FILLED, PANELS_FILLED = 0.5, 0.7
+"""Of a card's width; of the area that the panels below the arm take: 0.56 while the last stood alone in its row."""
 CUT = """const cut = (node) => node.checkVisibility() && node.clientWidth > 1 && node.scrollWidth > node.clientWidth + 1
   && getComputedStyle(node).overflowX !== "visible";
 return [...document.querySelectorAll("body *")].filter((node) => !node.matches("input") && cut(node)).map((node) =>
@@ -79,7 +79,7 @@ def test_no_card_is_emptier_than_half(browser, page_of, width):
             shares = window.execute_script(SHARES)
             assert len(shares) > 8
             assert {card: share for card, share in shares if share < FILLED} == {}
-            assert window.execute_script(PANELS) > FILLED
+            assert window.execute_script(PANELS) > PANELS_FILLED
 
 
 @pytest.mark.parametrize("cards", [1, 2, 3, 4, 5])
