@@ -215,6 +215,8 @@ FILE_FORMATS: Registry[Callable[[str, str | None, Mapping[str, float] | None], A
     },
 )
 """Further files that hold an arm, by their ending; each row is a function of path, reading and locked joints."""
+ONE_READING = (".urdf", ".xacro", ".xml", ".dat", ".kuka.toml")
+"""Endings of files that hold an arm without readings."""
 
 
 def load(
@@ -314,7 +316,7 @@ def load_with_paper(
         arm, paper = FILE_FORMATS.load(ending)(name, reading, lock), None
     else:
         arm, paper = _of_paper(name, reading, lock or {})
-    file = str(Path(name).resolve()) if ends_in(name, ".urdf", ".xacro", ".toml", ".dat", ".xml") else ""
+    file = str(Path(name).resolve()) if ends_in(name, *ONE_READING, ".toml") else ""
     arm = with_rotors(replace(arm, file=file, loaded_with=options), _rotors(rotor or {}))
     return (arm if mount is tool is None else installed(arm, mount, tool)), paper
 
@@ -356,7 +358,7 @@ def arm_of(run: Run) -> Arm:
     try:
         kept = (run.meta.get("loaded_with") or {}).items()
         options = {key: x for key, x in kept if key != "trust_xacro"}  # a file does not say what to trust
-        reading = None if ends_in(robot, ".urdf", ".xacro", ".dat", ".kuka.toml", ".xml") else reading
+        reading = None if ends_in(robot, *ONE_READING) else reading
         arm, _ = load_with_paper(robot, reading, **options)
     except (TypeError, AttributeError):  # a record that another hand has changed
         raise OptionError("run", "loaded with options that do not exist", "a run made by simulate") from None

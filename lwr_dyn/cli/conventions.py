@@ -5,6 +5,7 @@ from typing import Annotated, TypedDict
 
 import click
 
+from lwr_dyn.arms.loading import ONE_READING
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.checks.conventions.candidates import ReadingRecord
@@ -42,8 +43,8 @@ def command(robot: str, evidence: str | None, as_json: bool) -> None:
     errata are not used. Built-in robots bring their evidence along; for your own arm write it as a file, in the form
     that lwr_dyn/checks/conventions/evidence.py shows.
     """
-    if ends_in(robot, ".urdf", ".xacro"):
-        raise OptionError("ROBOT", robot, "a robot's name or a .toml file; a URDF states its conventions")
+    if ends_in(robot, *ONE_READING):
+        raise OptionError("ROBOT", robot, "a robot's name or a .toml file; a URDF states its conventions, as MJCF does")
     paper = open_paper(robot)
     zero = zero_readings(paper) if "poses.axis" in paper.columns else None
     result, kind = None, _own_kind(paper)

@@ -5,6 +5,7 @@ from typing import Any
 import click
 import numpy as np
 
+from lwr_dyn.arms.loading import ONE_READING
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading, robot_options, say_caveats, show
 from lwr_dyn.foundation.arrays import Array, fixed_array
@@ -34,7 +35,7 @@ def command(
     if symbolic and (as_json or given["q_si"] or given["q_deg"]):
         raise OptionError("--symbolic", "with --json, --q or --q-deg", "--symbolic alone: it prints symbols as text")
     if symbolic:
-        if ends_in(robot, ".urdf"):
+        if ends_in(robot, *ONE_READING):
             raise OptionError("--symbolic", robot, "a robot with a DH table")
         with needs_extra("symbolic"):
             from lwr_dyn.dynamics.symbolic.link_motion import dh_matrices_text

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from lwr_dyn.arms.loading import load
+from lwr_dyn.arms.loading import ONE_READING, load
 from lwr_dyn.arms.papers.catalog import readings
 from lwr_dyn.checks.sensitivity.analysis import POSES, sensitivity
 from lwr_dyn.checks.sensitivity.study_tasks import JOINT_MOVE, study_tasks
@@ -25,7 +25,7 @@ from lwr_dyn.model.arm import Arm
 def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, as_json: bool) -> None:
     """What depends on the reading: g, max B_ii, gains, tracking errors, and which conclusions of the paper survive.
 
-    One ROBOT is taken under all its readings; several, and .toml and .urdf files, are compared with each other, the
+    One ROBOT is taken under all its readings; several, and files of robots, are compared with each other, the
     first one setting the task. Every controller is simulated on every plant.
     """
     arms = _arms(robots)
@@ -38,8 +38,8 @@ def _arms(robots: tuple[str, ...]) -> dict[str, Arm]:
     """Every reading of every robot, named so that the names differ."""
     arms: dict[str, Arm] = {}
     for robot in robots:
-        short = Path(robot).stem if ends_in(robot, ".toml", ".urdf") else robot
-        for reading in (None,) if ends_in(robot, ".urdf") else readings(robot):
+        short = Path(robot).stem if ends_in(robot, ".toml", *ONE_READING) else robot
+        for reading in (None,) if ends_in(robot, *ONE_READING) else readings(robot):
             arm = stands_on(load(robot, reading))
             name = arm.reading if len(robots) == 1 else f"{short} {arm.reading}" if reading else short
             if name in arms:

@@ -17,6 +17,8 @@ from lwr_dyn.model.arm import Arm, Joint
 from lwr_dyn.model.chain import Body, JointKind, ends_of
 from lwr_dyn.model.spatial import Pose
 
+SPEEDS, UNKNOWN = "speed limits by joint [rad/s or m/s], which MJCF does not have: ", "unknown"
+"""The start of a header line that is read back, and the word in it of a limit that is not known."""
 _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 
 
@@ -69,7 +71,8 @@ def _header(arm: Arm) -> list[str]:
     ]
     lines = (
         "the same numbers as in the .urdf, whose .provenance.json names their sources",
-        "armature: k_r^2 I_m; limits that are not known, and speed limits, which MJCF does not have, are left out",
+        "armature: k_r^2 I_m; limits that are not known are left out",
+        f"{SPEEDS}{' '.join(UNKNOWN if x is None else number(x) for x in (y.velocity for y in arm.limits))}",
     )
     return [first, *rest, *(f"  {comment(x)}" for x in lines), last]
 

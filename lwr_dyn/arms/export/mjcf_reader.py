@@ -1,7 +1,8 @@
 """Reads the MJCF that `mjcf_text` writes back as an arm: one chain of bodies, a motor a joint, poses as `xyaxes`.
 
 Others' MJCF is refused: its defaults, classes and other ways to give an orientation or an inertia are not read here.
-What an MJCF cannot hold is unknown in the arm: speed limits, limits of one side, gear ratios, friction by direction.
+Speed limits stand in our header. What neither holds is unknown in the arm: limits of one side, gear ratios, friction by
+direction.
 """
 
 import hashlib
@@ -11,6 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from lwr_dyn.arms.export.mjcf import SPEEDS, UNKNOWN
 from lwr_dyn.arms.urdf.parse import finite_numbers, own_caveats, own_header, parse_xml
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import UnknownNameError, UrdfError
@@ -146,7 +148,15 @@ class _Mjcf:
             raise self.fault(f"{where} <joint>", "an axis beside z of the body", f"0 0 1, as in {OWN}")
         return joint
 
-    def limits(self, joint: ElementTree.Element, where: str) -> JointLimits:
+    def speeds(self, count: int) -> list[float | None]:
+        """The speed limits in our header, by joint; all unknown where it has none."""
+        line = next((x.removeprefix(SPEEDS) for x in self.header if x.startswith(SPEEDS)), " ".join([UNKNOWN] * count))
+        known = finite_numbers(line.replace(UNKNOWN, "0"))
+        if known is None or len(known) != count or min(known) < 0.0:
+            raise self.fault("header", f"{SPEEDS}{line}", f"{count} numbers of at least 0, or {UNKNOWN}")
+        return [None if word == UNKNOWN else x for word, x in zip(line.split(), known, strict=True)]
+
+    def limits(self, joint: ElementTree.Element, where: str, speed: float | None) -> JointLimits:
         lower, upper = (None, None) if joint.get("range") is None else self.array(joint, "range", 2, where).tolist()
         if lower is not None and upper is not None and lower > upper:
             raise self.fault(f"{where} <joint> range", repr(joint.get("range")), "the lower limit first")
@@ -156,20 +166,20 @@ class _Mjcf:
         if motor is not None and motor.get("ctrlrange") is not None:
             effort = float(self.array(motor, "ctrlrange", 2, f"motor of {name!r}")[1])
         viscous, coulomb = (self.known(joint, key, where) for key in ("damping", "frictionloss"))
-        return JointLimits(lower, upper, None, effort, viscous=viscous, coulomb=coulomb)
+        return JointLimits(lower, upper, speed, effort, viscous=viscous, coulomb=coulomb)
 
 
 def _arm(file: _Mjcf) -> Arm:
     (base, at_base), *moving, (flange, at_flange) = _three(file)
     before, links, limits = file.pose(base, at_base), list[ChainLink](), list[JointLimits]()
-    for body, where in moving:
+    for (body, where), speed in zip(moving, file.speeds(len(moving)), strict=True):
         joint = file.joint(body, where)
         inertia = file.known(joint, "armature", where)
         rotor = None if inertia is None else Rotor(1.0, inertia, reflected=True)
         kind, pose = _KINDS[joint.attrib["type"]], before @ file.pose(body, where)
         name = file.name(joint, where)
         links.append(ChainLink(name, body.attrib["name"], kind, pose, Pose.identity(), file.body(body, where), rotor))
-        limits.append(file.limits(joint, where))
+        limits.append(file.limits(joint, where, speed))
         before = Pose.identity()
     for part, names in (("joint", [x.joint for x in links]), ("body", [x.link for x in links])):
         twice = next((x for k, x in enumerate(names) if x in names[:k]), None)
@@ -208,6 +218,7 @@ def _sources(file: str, links: list[ChainLink]) -> dict[str, tuple[Source, ...]]
             ("coulomb", "frictionloss"),
         ):
             out[f"{link.joint}.{name}"] = cell(f"{joint}/@{attribute}")
+        out[f"{link.joint}.velocity"] = cell("comment()", "speed limits of the header")
         out[f"{link.joint}.effort"] = cell(f"motor[@joint='{link.joint}']/@ctrlrange")
         for name in ("gear_ratio", "rotor_inertia"):
             out[f"{link.joint}.{name}"] = cell(f"{joint}/@armature", "inertia at the joint; a ratio of 1 stands in")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arms.loading import ONE_READING
 from lwr_dyn.arms.papers.catalog import readings
 from lwr_dyn.arms.papers.schema import KINDS
 from lwr_dyn.control.controllers import CONTROLLERS
@@ -182,8 +183,8 @@ def checked_parameters(study: SweepStudy, arm: Arm, whole: Fields, tables: Seque
 
 def _check_reading(study: SweepStudy, arm: Arm, one: VariedParameter, fields: Fields) -> None:
     """Readings that the robot has, with the same frames."""
-    if ends_in(study.robot, ".urdf", ".xacro"):
-        raise fields.refuse("path", "reading of a URDF", "a robot of a data file, which has readings")
+    if ends_in(study.robot, *ONE_READING):
+        raise fields.refuse("path", "reading of a robot that has one", "a robot of a data file, which has readings")
     known = readings(study.robot)
     for name in one.values:
         if name not in known:

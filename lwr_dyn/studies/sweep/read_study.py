@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.arms.loading import ONE_READING
 from lwr_dyn.control.controllers import code_files, controller_spec
 from lwr_dyn.foundation.errors import FileAccessError, did_you_mean
 from lwr_dyn.foundation.fields import Fields, parse_toml
@@ -82,7 +83,7 @@ def _base(fields: Fields, path: Path, text: str) -> SweepStudy:
     """Robot, controllers and friction that is assumed."""
     robot, name = fields.take("robot", str), fields.take("name", str, path.stem)
     files: tuple[Path, ...] = ()
-    if ends_in(robot, ".toml", ".urdf", ".xacro"):
+    if ends_in(robot, ".toml", *ONE_READING):
         files = (path.parent / robot,)
         robot = str(files[0].resolve())
     share = fields.number("assumed_friction", None, above=0.0)
