@@ -4,8 +4,8 @@ import contextlib
 import io
 import os
 import signal
-import threading
 import sys
+import threading
 import time
 from types import SimpleNamespace
 
