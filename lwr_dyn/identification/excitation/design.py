@@ -264,7 +264,7 @@ def _document(found: Excitation) -> Document:
         Fact("may_be_run", not found.faults, "Whether it is clear and inside the limits; if not, the exit code is 1."),
     ]  # fmt: skip
     whole = Section("", [
-        Note([f"DO NOT RUN IT: {fault}" for fault in found.faults], bool(found.faults), "faults", "Why not to run it."),
+        Note(found.faults, bool(found.faults), "faults", "Why not to run it.", before="DO NOT RUN IT: "),
         Note(ended_words(found), found.ended != "searched"),
         Fact("d", score.d, "-log det of the weighted information of one row, per base parameter.",
              "-log det of the information per parameter",

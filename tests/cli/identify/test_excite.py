@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.cli.main import main
 from lwr_dyn.identification.excitation import motion_design
 from lwr_dyn.identification.excitation.design import without_friction
 from lwr_dyn.identification.excitation.motion_design import MotionDesign
@@ -111,7 +112,7 @@ def test_seconds_leave_the_best_motion_so_far_whole(recorded, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_motion_that_is_found_is_written_at_once(lwr_dyn_command, tmp_path, monkeypatch):
+def test_a_motion_that_is_found_is_written_at_once(tmp_path, monkeypatch):
     """What ends the search by force leaves the best motion that was found before it."""
     file = tmp_path / "e.csv"
 
@@ -120,8 +121,6 @@ def test_a_motion_that_is_found_is_written_at_once(lwr_dyn_command, tmp_path, mo
 
     monkeypatch.setattr(MotionDesign, "best_of", killed)
     with pytest.raises(MemoryError):
-        from lwr_dyn.cli.main import main
-
         main(["excite", "lwr4plus", *QUICK, "--out", str(file)])
     assert rows_of(file).shape == (601, 22)
 
