@@ -217,7 +217,7 @@ class ControllerStudy:
 
     def _makeable(self) -> tuple[ControllerStudy, list[str]]:
         """The study with the controllers that can be made, which is tried before anything is simulated."""
-        workshop, kept, failures = Workshop(self), [], []
+        workshop, kept, failures = Workshop(self), list[str](), list[str]()
         for spec in self.specs:
             try:
                 workshop.controller(spec)
