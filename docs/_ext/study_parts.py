@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from lwr_dyn.cli.new import study_template
+from lwr_dyn.studies.sweep.study_template import study_template
 from lwr_dyn.studies.sweep.vocabulary import METRICS, PATHS, PathRow
 
 

@@ -1,19 +1,20 @@
 """`lwr-dyn new`: commented files to start from, each kind a row of `KINDS`."""
 
+import os
 import re
 from importlib.resources import files
 from pathlib import Path
-from textwrap import wrap
 
 import click
 
+from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli.main import RegistryGroup
 from lwr_dyn.cli.options import option
-from lwr_dyn.foundation.errors import FileAccessError
-from lwr_dyn.foundation.files import write_file
+from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.registry import Registry, Row
-from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS
+from lwr_dyn.studies.sweep.study_template import study_template
 
 KINDS: Registry[click.Command] = Registry(
     "new",
@@ -133,22 +134,27 @@ def new_file(file: str, ending: str) -> Path:
     return path
 
 
-def study_template(file: str, name: str) -> str:
-    """The text of a commented study; it runs as it stands.
-
-    >>> 'path = "payload.mass"' in study_template("x.toml", "x")
-    True
-    """
-    text = (files("lwr_dyn.studies.sweep") / "new_study.toml").read_text(encoding="utf-8")
-    paths = ", ".join(path for path in PATHS if OPTION not in path)
-    listed = "\n#   ".join(wrap(paths, 100))
-    return text.replace("@@file@@", file).replace("@@name@@", name).replace("@@paths@@", f"\n#   {listed}")
-
-
 @click.command("study")
 @click.argument("file")
-def study(file: str) -> None:
-    """Write a study: which loops, what varies, how many runs; `lwr-dyn sweep` runs it."""
+@click.argument("robot", required=False)
+@click.option("--reading", help="How to read the tables of ROBOT; the paper's default if not given.")
+def study(file: str, robot: str | None, reading: str | None) -> None:
+    """Write a study: which loops, what varies, how many runs; `lwr-dyn sweep` runs it.
+
+    For ROBOT: its task, its laws, its load and the steps of its friction fit it. For the LWR 4+ if none is given.
+    """
     path = new_file(file, ".toml")
-    write_file(path, study_template(file, path.stem))
+    if robot is None and reading is not None:
+        raise OptionError("--reading", "would do nothing here", "with a robot behind FILE")
+    arm = None if robot is None else load(robot, reading)
+    write_file(path, study_template(file, path.stem, _named(robot, path), arm))
     click.echo(f"wrote {file}; next: edit it, then  lwr-dyn sweep {file} --out {path.stem}")
+
+
+def _named(robot: str | None, study: Path) -> str | None:
+    """How a study names its robot: a file by its path from the study's folder."""
+    if robot is None or not Path(robot).is_file():
+        return robot
+    if not ends_in(robot, ".toml", ".urdf", ".xacro"):
+        raise FileAccessError(robot, "no file that a study reads", "a .toml, .urdf or .xacro, or a robot's name")
+    return os.path.relpath(robot, study.parent).replace(os.sep, "/")

@@ -126,10 +126,10 @@ def usual_law(
 
 
 def law_stability(
-    arm: Arm, dynamics: Dynamics, controller: Controller, reference: Reference, rate: float
+    arm: Arm, dynamics: Dynamics, controller: Controller, reference: Reference, rate: float, delay: int = 0
 ) -> SampledStability | None:
     """The sampled loop of a rigid arm at rest at poses of a reference; None for a law that hides a memory."""
-    case = LoopCase(rate)
+    case = LoopCase(rate, delay)
     poses = np.asarray(reference.sample(np.linspace(0.0, reference.duration, PLACES)).q)
     try:
         return stability_at(case.loop(arm, dynamics, controller, poses), case.sampling, poses)

@@ -2,10 +2,12 @@
 
 import pytest
 
+import lwr_dyn
 from lwr_dyn.reproduction.compare import compare_numbers
 from lwr_dyn.reproduction.named_results import QUANTITIES
 from lwr_dyn.reproduction.own_paper import own_study
 from lwr_dyn.studies.sweep.read_study import read_study
+from lwr_dyn.studies.sweep.sweep_study import arm_of_study
 from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS, parameter_path
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -83,3 +85,22 @@ def test_the_paper_is_reproduced_as_it_stands(joints, convention, printed, folde
 def test_a_paper_with_odd_joints_is_refused(refused):
     assert "joints: 'RX'; allowed: R or P per joint" in refused("new", "paper", "first.toml", "--joints", "RX")
     assert "convention: 'x'; allowed: standard, modified" in refused("new", "paper", "first.toml", "--convention", "x")
+
+
+@pytest.mark.parametrize("robot", ["kr30ha", "arms/own.urdf"])
+def test_a_study_of_any_robot_names_it_from_where_the_study_stands(printed, folder, robot):
+    (folder / "arms").mkdir()
+    (folder / "studies").mkdir()
+    (folder / "arms" / "own.urdf").write_text(lwr_dyn.urdf_text(lwr_dyn.load("wam7")))
+    printed("new", "study", "studies/mine.toml", robot)
+    study = read_study("studies/mine.toml")
+    assert 'robot = "kr30ha"' in study.text if robot == "kr30ha" else 'robot = "../arms/own.urdf"' in study.text
+    assert arm_of_study(study).n == lwr_dyn.load(robot).n
+
+
+def test_a_robot_that_no_study_reads_or_a_reading_without_one_is_refused(refused, folder):
+    assert "no robot named" in refused("new", "study", "x.toml", "kr31")
+    assert "--reading: would do nothing here; allowed: with a robot behind FILE" in refused(
+        "new", "study", "x.toml", "--reading", "printed"
+    )
+    assert not (folder / "x.toml").exists()

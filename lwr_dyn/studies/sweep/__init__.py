@@ -20,6 +20,7 @@ running            Runs of a study in chunks: on threads, processes or a cluster
                    results
 sampling           What the runs of a study are: points of the unit cube, and from them values by the inverse
                    distribution
+study_template     The commented study that `lwr-dyn new study` writes: for the LWR 4+, or fitted to an arm
 summary            What a study found: for each controller its quantiles, shares inside the limits, influences, and
                    the worst runs
 summary_document   A summary for people and programs: numbers with their intervals, tables, sections of a document and

@@ -1,0 +1,74 @@
+"""A study for an arm: read as it stands, inside the arm's limits, with laws that hold at its delays."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import lwr_dyn
+from lwr_dyn.design.defaults import law_stability
+from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.studies.sweep.read_study import study_of_text
+from lwr_dyn.studies.sweep.study_template import DELAYS, study_template
+from lwr_dyn.studies.sweep.sweep_study import references_of_study
+
+ROBOTS = Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
+URDF = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
+PANDA = ROBOTS / "panda_description/urdf/panda.urdf"
+
+OF_THE_LWR = """robot = "lwr4plus"          # a robot, or a .toml or .urdf beside this file
+reading = "physical"        # how its tables are read
+controllers = ["inverse-dynamics", "adaptive", "robust:omega-n=50"]
+                            # as `lwr-dyn compare --controllers` takes them; "mine.py" beside this file (slower)
+"""
+
+
+def read(robot, arm):
+    return study_of_text(study_template("x.toml", "x", robot, arm), Path("x.toml"))
+
+
+@pytest.mark.parametrize("robot", ["kr30ha", "wam7", str(URDF)])
+def test_it_is_read_as_it_stands_and_its_task_and_laws_fit_the_arm(robot):
+    arm = lwr_dyn.load(robot)
+    study = read(robot, arm)
+    (move,) = references_of_study(study)
+    q = move.sample(np.linspace(0.0, move.duration, 50)).q
+    assert ((q > arm.lower) & (q < arm.upper)).all()
+    dynamics = lwr_dyn.dynamics_of(arm)
+    assert 1 <= len(study.controllers) <= 3
+    for text in study.controllers:
+        law = lwr_dyn.controller(text.partition(":")[0], arm)
+        assert all(law_stability(arm, dynamics, law, move, 1000.0, delay).holds for delay in DELAYS)
+    (load,) = (one for one in study.parameters if one.path == "payload.mass")
+    mass = sum(body.mass for body in arm.chain.bodies)
+    assert 0.09 * mass < load.high < 0.11 * mass
+
+
+def test_what_an_arm_does_not_give_is_left_out_and_said():
+    arm = lwr_dyn.load("kr30ha")
+    text = study_template("x.toml", "x", "kr30ha", arm)
+    assert "# no saturated_s: torque limits are unknown" in text
+    assert "# no friction.coulomb: torque limits are unknown, of which it is a share" in text
+    assert "friction.coulomb" not in [one.path for one in read("kr30ha", arm).parameters]
+    light = study_template("x.toml", "x", str(PANDA), lwr_dyn.load(PANDA))
+    assert "# no friction.coulomb: 2 % of the torque limits would need" in light
+    assert "without rotor inertia" in light
+
+
+def test_without_a_robot_it_is_that_of_the_paper_s_arm():
+    text = study_template("first.toml", "first")
+    assert OF_THE_LWR in text
+    assert "@@" not in text
+
+
+def test_an_arm_without_masses_or_that_cannot_move_is_refused():
+    arm = lwr_dyn.load("wam7")
+    bare = replace(arm, chain=replace(arm.chain, links=tuple(replace(one, body=None) for one in arm.chain.links)))
+    with pytest.raises(MissingDataError, match="masses"):
+        study_template("x.toml", "x", "wam7", bare)
+    stuck = replace(arm, limits=(JointLimits(lower=0.0, upper=0.0), *arm.limits[1:]))
+    with pytest.raises(OptionError, match="leave no room"):
+        study_template("x.toml", "x", "wam7", stuck)
