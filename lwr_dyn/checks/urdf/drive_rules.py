@@ -82,14 +82,17 @@ SLOW = 6.0
 FELLOWS = 3
 """Other turning joints of a chain that it takes to tell."""
 TIP_SPEED = 22.0
-"""[m/s] Of the farthest link when one joint turns at its limit: sound arms up to 6, a humanoid's legs 21."""
+"""[m/s] Of the farthest link when one joint turns at its limit: sound arms up to 6, legs of humanoids 21 and 31."""
+SHORT = 4
+"""Digits of a speed that someone may have read off a motor in rpm; more come from a conversion to rad/s."""
 
 
 def velocities_in_rpm(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A speed that looks like turns a minute (9.55 times too large) or deg/s (57 times): more than 4.5 times that of
     each other turning joint in the same chain (at least three), or one at which the farthest link would move at more
-    than 22 m/s (sound arms: up to 6, a humanoid's legs 21). Speeds up to 6 rad/s and fingers are left alone; those
-    above 50 rad/s have a rule of their own.
+    than 22 m/s (sound arms: up to 6, legs of humanoids 21 and 31). The latter is a note where the speed has more than
+    four digits, such as 41.3433: it was converted already. Speeds up to 6 rad/s and fingers are left alone; those above
+    50 rad/s have a rule of their own.
     """
     reaches = link_poses(document)
     for joint in document.joints:
@@ -101,10 +104,12 @@ def velocities_in_rpm(document: UrdfDocument) -> Iterator[UrdfFinding]:
         others = _other_speeds(document, joint)
         fastest = max(others, default=math.inf)
         tip = speed * _reach(document, joint, reaches)
+        noted: FindingSeverity | None = None
         if len(others) >= FELLOWS and speed > ODD_SPEED * fastest and not _is_finger(document, joint):
             why = f"{speed / fastest:.2g} times the fastest of the {len(others)} other joints of its chain"
         elif tip > TIP_SPEED:
             why = f"the farthest link would move at {tip:.2g} m/s"
+            noted = "note" if digits(joint.limit.attributes.get("velocity", "")) > SHORT else None
         else:
             continue
         in_rpm = not 0.5 * fastest < speed * DEGREE < 2.0 * fastest
@@ -112,8 +117,17 @@ def velocities_in_rpm(document: UrdfDocument) -> Iterator[UrdfFinding]:
         yield UrdfFinding(
             f"velocity limit {number_text(speed)} rad/s, which looks like {unit}", why, joint.limit.place,
             joint.subject, tag_text(joint.limit, velocity=number_text(speed * factor)), "likely",
-            f"velocity limits in {unit}",
+            f"velocity limits in {unit}", noted,
         )  # fmt: skip
+
+
+def digits(text: str) -> int:
+    """Significant digits of a number as written; zeros at its end do not count.
+
+    >>> digits("41.3433"), digits("0.50"), digits("3.0e1")
+    (6, 1, 1)
+    """
+    return len(text.strip().lower().partition("e")[0].lstrip("+-").replace(".", "").strip("0"))
 
 
 def _other_speeds(document: UrdfDocument, joint: JointElement) -> list[float]:

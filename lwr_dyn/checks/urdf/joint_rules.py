@@ -131,18 +131,26 @@ def limits_missing(document: UrdfDocument) -> Iterator[UrdfFinding]:
 
 def limits_in_degrees(document: UrdfDocument) -> Iterator[UrdfFinding]:
     """A position limit of a revolute joint of more than two turns (12.57 rad) and at most 720: limits are in rad. Of
-    163 joints of arms judged by hand none reaches two turns.
+    163 joints of arms judged by hand none reaches two turns. The other limit counts as degrees too, unless it is a
+    fraction of at most one turn in rad, such as -2.967 beside 170.
     """
     for joint, limit, *ends in _bounded(document):
         values = [v for v in ends if v is not None]
         largest = max(map(abs, values), default=0.0)
         if joint.type == "revolute" and TWO_TURNS < largest <= DEGREES:
             written = {"lower": joint.lower, "upper": joint.upper}
-            changed = {name: number_text(math.radians(v)) for name, v in written.items() if v}
+            changed = {name: number_text(math.radians(v)) for name, v in written.items() if v and not _is_in_rad(v)}
+            left = [number_text(v) for v in values if v and _is_in_rad(v)]
+            why = f"{largest / math.tau:.0f} turns to one side" + "".join(f"; {v} looks like rad" for v in left)
             yield UrdfFinding(
-                f"limits {' to '.join(map(number_text, values))} rad", f"{largest / math.tau:.0f} turns to one side",
-                limit.place, joint.subject, tag_text(limit, **changed), "likely", "limits in degrees",
+                f"limits {' to '.join(map(number_text, values))} rad", why, limit.place, joint.subject,
+                tag_text(limit, **changed), "likely", "limits in degrees",
             )  # fmt: skip
+
+
+def _is_in_rad(limit: float) -> bool:
+    """Whether a limit beside one in degrees looks like rad: a fraction, and at most one turn."""
+    return abs(limit) <= math.tau and limit != round(limit)
 
 
 def limits_without_bound(document: UrdfDocument) -> Iterator[UrdfFinding]:

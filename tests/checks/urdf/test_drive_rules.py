@@ -143,6 +143,15 @@ def test_a_whole_file_in_turns_a_minute_shows_in_the_speed_of_the_tip():
     assert "36 m/s" in found[0].why
 
 
+def test_a_speed_of_many_digits_was_converted_already():
+    """A humanoid's motors turn at 395 rpm, written as 41.3433333333333 rad/s: its leg's tip would move at 30 m/s."""
+    lengths = (0.1, 0.3, 0.5, 0.4)
+    found = list(velocities_in_rpm(with_speeds(23.55, 30.3433333333333, 30.3, 23.55, origins=lengths)))
+    assert [(f.subject, f.severity) for f in found] == [("joint j1", None), ("joint j2", "note")]
+    (found,) = velocities_in_rpm(with_speeds(2.5, 20.9439510239, 2, 2.5, origins=(0.1, 0.2, 0.2, 0.1)))
+    assert found.severity is None  # far above the others of its chain, whatever its digits
+
+
 def test_fingers_may_be_faster_than_the_arm():
     text = with_speeds(1, 1, 1, 20, origins=(0.1, 0.2, 0.2, 0.1)).content.decode()
     assert [f.subject for f in velocities_in_rpm(document_of(text, "f"))] == ["joint j4"]

@@ -149,6 +149,22 @@ def test_what_to_write_instead():
     assert found.instead == '<axis xyz="0 0.6 0.8"/>'
 
 
+@pytest.mark.parametrize(
+    ("written", "instead"),
+    [
+        ('lower="-2.967" upper="170"', 'lower="-2.967" upper="2.96706"'),
+        ('lower="-170" upper="2.967"', 'lower="-2.96706" upper="2.967"'),
+        ('lower="-5" upper="170"', 'lower="-0.0872665" upper="2.96706"'),  # a whole number
+        ('lower="-7.5" upper="170"', 'lower="-0.1309" upper="2.96706"'),  # more than a turn in rad
+    ],
+)
+def test_only_the_limit_that_is_in_degrees_is_converted(written, instead):
+    text = GOOD.replace('lower="-2" upper="2"', written, 1)
+    (found,) = [f for f in lint_document(document_of(text, "f")).findings if f.code == "limit-degrees"]
+    assert found.instead == f'<limit {instead} effort="150.0" velocity="2"/>'
+    assert ("looks like rad" in found.why) == ("2.967" in written)
+
+
 @pytest.mark.parametrize("rpy", ["0.7071 0.7071 0", "-0.5 0.5 0.5", "0 0 0.38268343", "0 0.92388 0.38268"])
 def test_parts_of_a_quaternion_as_angles(rpy):
     text = GOOD.replace('<origin xyz="0.0 0.0 0.45"', f'<origin rpy="{rpy}" xyz="0.0 0.0 0.45"', 1)

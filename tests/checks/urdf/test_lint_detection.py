@@ -1,6 +1,5 @@
 """A share of the faults in public arms, drawn by seed, is found; no false error. All of them: soak.py linter."""
 
-import tomllib
 import xml.etree.ElementTree as ET
 from collections import Counter
 
@@ -8,7 +7,7 @@ import pytest
 
 from tests.checks.urdf.detection import alarms, findings_of, judge_plant, verdicts
 from tests.checks.urdf.fault_plants import fault_kinds, plants
-from tests.checks.urdf.judged_arms import ARMS_FILE, judged_arms
+from tests.checks.urdf.judged_arms import arm_rows, judged_arms
 
 ARMS = {arm.name: arm for arm in judged_arms()}
 PLANTED = ("xarm7", "z1")
@@ -86,8 +85,8 @@ def test_a_planted_fault_changes_one_link_or_joint():
 
 
 def test_the_parts_of_the_arms_share_no_maker():
-    rows = tomllib.loads(ARMS_FILE.read_text(encoding="utf-8"))["arm"]
-    parts = ("tuning", "unused", "fresh", "latest")
+    rows = arm_rows()
+    parts = ("tuning", "unused", "fresh", "latest", "newest")
     makers = {part: {row["maker"] for row in rows if row["half"] == part} for part in parts}
     assert len(rows) >= 40
     assert len(set().union(*makers.values())) == sum(map(len, makers.values()))

@@ -74,6 +74,25 @@ def test_a_sign_is_named_where_the_bodies_still_meet_and_where_they_do_not():
     assert [(f.subject, f.instead) for f in found] == [("joint j1", '<origin xyz="0 0 0.1" rpy="0 0 0"/>')]
 
 
+def wrist(axis: str):
+    """Two equal elbow pieces, the second turned by a quarter about x, whose joint's origin lies beside the first."""
+    piece = '<visual><origin xyz="0 {} -0.05"/><geometry><box size="0.072 0.095 0.16"/></geometry></visual></link>'
+    joint = (
+        '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 -0.12 0" rpy="1.5708 0 0"/>'
+    )
+    limit = f'<axis xyz="{axis}"/><limit lower="-1" upper="1" effort="9" velocity="2"/></joint>'
+    bodies = f'<link name="a">{piece.format(0.01)}<link name="b">{piece.format(-0.01)}'
+    return document_of(f'<robot name="r">{bodies}{joint}{origin}{limit}</robot>', "f")
+
+
+def test_an_origin_anywhere_on_an_axis_through_its_parent_is_a_note():
+    """Tables of DH parameters put it at the far end of the child: another order of its numbers lies nearer."""
+    (found,) = rules.origins_doubted(wrist("0 0 1"))
+    assert (found.severity, found.instead) == ("note", '<origin xyz="0 0 -0.12" rpy="1.5708 0 0"/>')
+    (found,) = rules.origins_doubted(wrist("1 0 0"))  # its axis goes past the parent
+    assert found.severity is None
+
+
 def test_an_axis_is_named():
     """Boxes beside each other along y turn freely about y; one that is to turn about x goes through its neighbour."""
     boxes = [ARM.boxes[0].changed(size=(0.1, 0.1, 0.5), com=(0.0, 0.0, 0.2)) for _ in range(4)]
