@@ -152,6 +152,10 @@ class Writer:
             lambda: s.Trigger(
                 r.choice(("DISTANCE", "PATH")), x(1), x(1), self.invoke(), r.choice((None, x(1))), r.random() < 0.5
             ),
+            lambda: s.ConstantSpeed(r.choice(("START", "END")), x(1), r.random() < 0.5),
+            lambda: s.TimeBlock("START"),
+            lambda: s.TimeBlock(r.choice(("PART", "END")), x(1)),
+            lambda: s.ConditionalStop(x(1), x(2), r.random() < 0.5),
             lambda: s.Analog(
                 "ANOUT", "ON", self.reference(1), x(1), r.choice(((), (s.Assign(e.Name("DELAY"), x(0)),)))
             ),

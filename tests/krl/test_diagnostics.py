@@ -44,6 +44,21 @@ def test_syntax_has_its_place(line, column, code):
     assert diagnostic.hint
 
 
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("CIRC XP1", "CIRC needs an auxiliary point before the end", "CIRC AUX, TARGET"),
+        ("SCIRC {X 1, Y 2}", "SCIRC needs an auxiliary point before the end", "SCIRC AUX, TARGET"),
+        ("bla", "bla alone is no statement", "bla() calls a subprogram, bla = ... assigns"),
+        ("CIRC XP1,", "the line ends too early", "allowed here: "),
+    ],
+)
+def test_a_line_that_is_too_short_says_what_is_missing(line, message, hint):
+    (diagnostic,) = [d for d in check_program(program_of(line)) if d.code == "syntax"]
+    assert diagnostic.message == message
+    assert diagnostic.hint.startswith(hint)
+
+
 def test_a_keyword_as_a_name_is_reported_as_such():
     (diagnostic,) = check_program(program_of("DECL FRAME off"))
     assert diagnostic.message == "off is a keyword and no name"

@@ -2,8 +2,8 @@
 
 constant_values   Constants that cannot be meant: an index outside of its array, a speed in mm/s, over 100 %
 global_names      GLOBAL names that two modules declare: the controller takes neither of them
-statement_places  What may stand where: the lines of SPLINE and SWITCH, the target of GOTO; parameters without a type;
-                  interrupts
+spline_blocks     The lines of a spline block: its motions, and what belongs into such a block only
+statement_places  What may stand where: the lines of SWITCH, the target of GOTO; parameters without a type; interrupts
 static_checks     What can be diagnosed without running a program or a project: names, types, declarations, initial
                   values, jumps
 system_names      Names that begin with `$` and that no list has: the one that was probably meant

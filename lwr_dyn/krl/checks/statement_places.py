@@ -1,20 +1,18 @@
-"""What may stand where: the lines of SPLINE and SWITCH, the target of GOTO; parameters without a type; interrupts."""
+"""What may stand where: the lines of SWITCH, the target of GOTO; parameters without a type; interrupts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import lru_cache
 
+from lwr_dyn.krl.checks.spline_blocks import SPLINES, blocks_of, check_spline, check_within_spline, inside, line_of
 from lwr_dyn.krl.checks.type_check import type_in
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import LOOPS, OPENERS, CodeBlock, keyword_of
+from lwr_dyn.krl.language.blocks import LOOPS, CodeBlock, keyword_of
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Scope
 from lwr_dyn.krl.project.project import Project
 
-SPLINES = {"SPLINE": ("SPL", "SLIN", "SCIRC"), "PTP_SPLINE": ("SPTP",)}
-"""The motions of each spline block; each has a form _REL."""
 SELECTORS = frozenset({"INT", "CHAR", "BOOL", UNKNOWN.name})
 """Types after SWITCH beside enumerations. BOOL is not in KUKA's list, but may work."""
 MOST_INTERRUPTS = 128
@@ -28,17 +26,17 @@ def check_places(scope: Scope) -> None:
     if routine is None:
         return
     _check_parameters(scope)
-    for block in {id(x): x for x in routine.blocks.values()}.values():
-        if keyword_of(_line(scope, block.last)) != OPENERS[block.kind]:
-            continue  # its end is missing, which is reported
+    for block in blocks_of(scope):
         if block.kind in SPLINES:
-            _check_spline(scope, block)
+            check_spline(scope, block)
         elif block.kind == "SWITCH":
             _check_switch(scope, block)
     for i, x in routine.lines():
+        scope.line = i
         if isinstance(x, s.Jump):
-            scope.line = i
             _check_jump(scope, x, i)
+        elif isinstance(x, s.ConstantSpeed | s.TimeBlock):
+            check_within_spline(scope, x, i)
 
 
 def _check_parameters(scope: Scope) -> None:
@@ -59,48 +57,24 @@ def _check_parameters(scope: Scope) -> None:
             )
 
 
-def _line(scope: Scope, i: int) -> s.Statement | None:
-    return scope.file.lines[i].statement if i < len(scope.file.lines) else None
-
-
-def _inside(scope: Scope, first: int, last: int) -> Iterator[tuple[int, s.Statement]]:
-    """The statements between two lines."""
-    return ((i, x) for i in range(first + 1, last) if (x := _line(scope, i)) is not None)
-
-
-def _check_spline(scope: Scope, block: CodeBlock) -> None:
-    motions = SPLINES[block.kind]
-    for i, x in _inside(scope, block.first, block.last):
-        scope.line = i
-        if isinstance(x, s.Move) and x.kind.removesuffix("_REL") not in motions:
-            hint = f"{', '.join(motions)}, or end the block before"
-            scope.report(x.column, "in-spline", f"{x.kind} inside {block.kind}", hint)
-        elif not isinstance(x, s.Move | s.Trigger):
-            what = keyword_of(x) or ("an assignment" if isinstance(x, s.Assign) else "this statement")
-            hint = "motions and TRIGGER only" if not isinstance(x, s.Assign | s.Invoke) else (
-                "TRIGGER WHEN PATH = 0 DELAY = 0 DO ... before a motion, or WITH for its speed"
-            )  # fmt: skip
-            scope.report(getattr(x, "column", 1), "in-spline", f"{what} inside {block.kind}", hint)
-
-
 def _check_switch(scope: Scope, block: CodeBlock) -> None:
-    switch = _line(scope, block.first)
+    switch = line_of(scope, block.first)
     scope.line = block.first
     if isinstance(switch, s.Condition):
         kind = _silent_type(scope, switch.value)
         if not _selects(scope, kind):
             scope.report(switch.value.column, "switch", f"SWITCH on {kind}", "INT, CHAR or an enumeration; or IF")
     first = min([*block.parts, block.last])
-    before = next(_inside(scope, block.first, first), None)
+    before = next(inside(scope, block.first, first), None)
     if before is not None:
         scope.line, column = before[0], getattr(before[1], "column", 1)
         hint = "put it before SWITCH, or below a CASE"
         scope.report(column, "switch", "a statement before the first CASE", hint)
-    default = [i for i in block.parts if keyword_of(_line(scope, i)) == "DEFAULT"]
+    default = [i for i in block.parts if keyword_of(line_of(scope, i)) == "DEFAULT"]
     for i in block.parts:
         if default and i > default[0]:
             scope.line = i
-            word = keyword_of(_line(scope, i))
+            word = keyword_of(line_of(scope, i))
             scope.report(1, "switch", f"{word} after DEFAULT", "DEFAULT stands once and last")
 
 

@@ -189,6 +189,16 @@ def _trigger(scope: Scope, x: s.Trigger) -> None:
     _CHECKS[type(x.action)](scope, x.action)
 
 
+def _time_block(scope: Scope, x: s.TimeBlock) -> None:
+    if x.value is not None:
+        check_assignable(scope, REAL, x.value, f"TIME_BLOCK {x.bound}")
+
+
+def _stop_when(scope: Scope, x: s.ConditionalStop) -> None:
+    check_assignable(scope, REAL, x.distance, "STOP WHEN PATH")
+    check_assignable(scope, BOOL, x.condition, "IF")
+
+
 def _jump(scope: Scope, x: s.Jump) -> None:
     if scope.routine is not None and x.label.upper() not in scope.routine.labels:
         hint = f"put {x.label}: where it should go on"
@@ -232,6 +242,9 @@ _CHECKS: dict[type, Callable[[Scope, Any], None]] = {
     s.InterruptDeclaration: _interrupt,
     s.InterruptSwitch: _interrupt_switch,
     s.Trigger: _trigger,
+    s.ConstantSpeed: lambda scope, x: check_assignable(scope, REAL, x.offset, f"CONST_VEL {x.bound}"),
+    s.TimeBlock: _time_block,
+    s.ConditionalStop: _stop_when,
     s.Analog: lambda scope, x: _values(scope, x.target, x.value),
     s.SplineBlock: _spline,
 }

@@ -55,17 +55,24 @@ def _check(
     scope: Scope, name: str, parameter: FunctionParameter, argument: e.Expression, kind: Type, severity: Severity
 ) -> None:
     taken = scope.type_seen(parameter.type)
-    if parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component):
-        message = f"{parameter.name} of {name} is OUT, the argument is no variable"
+    own = scope.program.routine(name) is not None
+    constant = parameter.mode == "OUT" and not isinstance(argument, e.Name | e.Index | e.Component)
+    message = f"{parameter.name} of {name} is OUT, the argument is no variable"
+    if constant and not own:
         scope.report(argument.column, "arguments", message, f"a variable of type {taken}", severity)
         return
-    if parameter.mode == "OUT" and scope.program.routine(name) is None:
+    if parameter.mode == "OUT" and not own:
         check_written(scope, argument)  # a subprogram with OUT may be given an input that it only reads
     if isinstance(argument, e.EnumLiteral):
         _check_constant(scope, argument, taken)
     elif not _fits(taken, kind):
-        message = f"{parameter.name} of {name} is {taken}, the argument is {kind}"
-        scope.report(argument.column, "type", message, f"a value of type {taken}", severity)
+        wrong = f"{parameter.name} of {name} is {taken}, the argument is {kind}"
+        scope.report(argument.column, "type", wrong, f"a value of type {taken}", severity)
+        return
+    if constant:
+        # a warning: public programs hand constants over to subprograms that only read them
+        hint = f"a variable of type {taken}, or {parameter.name}:IN"
+        scope.report(argument.column, "arguments", message, hint, "warning")
 
 
 def taken_by(routine: Routine) -> tuple[FunctionParameter, ...]:

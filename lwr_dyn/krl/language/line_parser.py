@@ -44,7 +44,7 @@ _NEVER_FIRST = "IN OUT INOUT TO CA WITH SEC THEN STEP WHEN DO ON OFF TRUE FALSE 
 _FIRST_WORDS = [word for word in KEYWORDS if word not in _NEVER_FIRST.split(" ")]
 _AFTER_NAMES = ("_EQUALS", "_LPAR", "_LSQB", "_DOT", "_COLON")
 _MAYBE_NAMES = frozenset(
-    re.findall(r"\w+", "SEC STEP CA DISTANCE PATH ONSTART DELAY PRIO ENABLE DISABLE MINIMUM MAXIMUM PUBLIC")
+    re.findall(r"\w+", "SEC STEP CA DISTANCE PATH ONSTART DELAY PRIO ENABLE DISABLE MINIMUM MAXIMUM PUBLIC STOP")
 )
 
 
@@ -145,8 +145,27 @@ def _syntax_error(tokens: list[Token], fault: _Misfit) -> LineError:
         return LineError(first.column, "unknown-keyword", f"{first.text} is no keyword", f"did you mean {near}?")
     if not ended and tokens[at].kind != "NAME" and tokens[at].text.isalpha() and "NAME" in fault.allowed:
         return LineError(column, "syntax", f"{tokens[at].text} is a keyword and no name", "use another name")
+    if ended:
+        short = _too_short(tokens)
+        if short is not None:
+            return LineError(column, "syntax", *short)
     message = "the line ends too early" if ended else f"{tokens[at].text!r} does not belong here"
     return LineError(column, "syntax", message, _allowed(fault.allowed))
+
+
+def _too_short(tokens: list[Token]) -> tuple[str, str] | None:
+    """What is missing in a line that ends too early, and the line that helps; None where that is not certain."""
+    first = tokens[0].text
+    if len(tokens) == 1 and tokens[0].kind == "NAME":
+        return f"{first} alone is no statement", f"{first}() calls a subprogram, {first} = ... assigns"
+    if tokens[0].kind == "CIRCULAR" and len(tokens) > 1 and not _has_outer_comma(tokens):
+        return f"{first} needs an auxiliary point before the end", f"{first} AUX, TARGET"
+    return None
+
+
+def _has_outer_comma(tokens: list[Token]) -> bool:
+    """Whether a comma stands outside of all brackets."""
+    return any(x.kind == "_COMMA" and _open_bracket(tokens[:i]) is None for i, x in enumerate(tokens))
 
 
 def _open_bracket(tokens: list[Token]) -> Token | None:

@@ -154,6 +154,37 @@ class Trigger(PlacedLine):
 
 
 @dataclass(frozen=True, slots=True)
+class ConstantSpeed(PlacedLine):
+    """`CONST_VEL START = 10 ONSTART` or `CONST_VEL END = -5`: a range of SPLINE that is run at constant speed."""
+
+    bound: str
+    """START or END."""
+    offset: Expression
+    """[mm] Along the path from the end of the motion before, or from its start."""
+    on_start: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TimeBlock(PlacedLine):
+    """`TIME_BLOCK START`, `TIME_BLOCK PART = 20`, `TIME_BLOCK END = 2.5`: parts of a spline and the time of all."""
+
+    bound: str
+    """START, PART or END."""
+    value: Expression | None = None
+    """Of PART its share of the whole, of END [s] the whole."""
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionalStop(PlacedLine):
+    """`STOP WHEN PATH = 50 IF $IN[1]`: the arm waits at a place of a spline as long as the condition holds."""
+
+    distance: Expression
+    """[mm] As that of a TRIGGER WHEN PATH."""
+    condition: Expression
+    on_start: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Analog(PlacedLine):
     """`ANOUT ON x = 0.5 * y + 0.1 DELAY = 0.2`, `ANIN OFF x`."""
 
@@ -173,7 +204,8 @@ class Confirm(PlacedLine):
 
 Statement: TypeAlias = (
     Declared | Plain | Confirm | Assign | Invoke | Move | SplineBlock | EndSpline | Wait | Condition | CaseBranch
-    | For | Jump | Label | Return | InterruptDeclaration | InterruptSwitch | Trigger | Analog
+    | For | Jump | Label | Return | InterruptDeclaration | InterruptSwitch | Trigger | ConstantSpeed | TimeBlock
+    | ConditionalStop | Analog
 )  # fmt: skip
 
 
@@ -190,6 +222,25 @@ def _brake(c: Nodes) -> Plain:
     if c[1].text.upper() != "F":
         raise LineError(c[1].column, "syntax", f"{c[1].text!r} does not belong here", "BRAKE, or BRAKE F")
     return Plain("BRAKE F", column=c[0].column)
+
+
+def _constant_speed(c: Nodes) -> ConstantSpeed:
+    return ConstantSpeed(_bound(c[1], "START", "END"), c[2], c[3] is not None, column=c[0].column)
+
+
+def _time_block(c: Nodes) -> TimeBlock:
+    bound, value = _bound(c[1], "START", "PART", "END"), c[2]
+    if (value is None) != (bound == "START"):
+        allowed = "TIME_BLOCK START, TIME_BLOCK PART = share, TIME_BLOCK END = seconds"
+        raise LineError(c[1].column, "syntax", f"TIME_BLOCK {bound} with{'out' * (value is None)} a value", allowed)
+    return TimeBlock(bound, value, column=c[0].column)
+
+
+def _bound(word: Token, *allowed: str) -> str:
+    if word.text.upper() not in allowed:
+        hint = f"allowed here: {', '.join(allowed)}"
+        raise LineError(word.column, "syntax", f"{word.text!r} does not belong here", hint)
+    return word.text.upper()
 
 
 RULES: Rules = {
@@ -213,6 +264,10 @@ RULES: Rules = {
     ),
     "interrupt_switch": lambda c: InterruptSwitch(c[1].text.upper(), c[2], column=c[0].column),
     "trigger": lambda c: Trigger(c[2].text.upper(), c[3], c[6], c[8], c[10], c[4] is not None, column=c[0].column),
+    "constant_speed": _constant_speed,
+    "time_block": _time_block,
+    # parts: STOP WHEN PATH distance [ONSTART] IF condition
+    "stop_when": lambda c: ConditionalStop(c[3], c[6], c[4] is not None, column=c[0].column),
     "analog": lambda c: Analog(c[0].text.upper(), c[1].text.upper(), c[2], c[3], c[4] or (), column=c[0].column),
     "options": lambda c: (Assign(Name(c[0].text.upper(), column=c[0].column), c[1], column=c[0].column), *(c[2] or ())),
     "brake": _brake,

@@ -166,6 +166,11 @@ def _trigger(x: s.Trigger) -> str:
     return _words(place, action, _after("PRIO = ", x.priority))
 
 
+def _conditional_stop(x: s.ConditionalStop) -> str:
+    place = f"STOP WHEN PATH = {expression_text(x.distance)}{' ONSTART' * x.on_start}"
+    return f"{place} IF {expression_text(x.condition)}"
+
+
 def _analog(x: s.Analog) -> str:
     target, options = expression_text(x.target), map(statement_text, x.options)
     return _words(x.keyword, x.mode, target, _after("= ", x.value), *options)
@@ -200,5 +205,8 @@ _STATEMENTS: dict[type, Callable[[Any], str]] = {
     s.InterruptDeclaration: _interrupt,
     s.InterruptSwitch: lambda x: _words("INTERRUPT", x.mode, _after("", x.priority)),
     s.Trigger: _trigger,
+    s.ConstantSpeed: lambda x: _words("CONST_VEL", x.bound, _after("= ", x.offset), "ONSTART" if x.on_start else None),
+    s.TimeBlock: lambda x: _words("TIME_BLOCK", x.bound, _after("= ", x.value)),
+    s.ConditionalStop: _conditional_stop,
     s.Analog: _analog,
 }

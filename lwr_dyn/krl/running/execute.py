@@ -353,6 +353,11 @@ def _spline(m: RunningProgram, x: s.SplineBlock, frame: StackFrame, at: int) -> 
     begin_block(m.motions, OpenBlock(x.kind, m.log.position, settings))
 
 
+def _not_carried_out(m: RunningProgram, name: str, effect: str) -> None:
+    """A statement of spline blocks whose timing KUKA does not publish."""
+    m.log.report("note", "not-modelled", f"{name} is not carried out: {effect}", "times may differ from the robot's")
+
+
 def _end_spline(m: RunningProgram, x: s.EndSpline) -> None:
     block = m.motions.block
     try:
@@ -375,6 +380,9 @@ _FUNCTIONS: dict[type, Callable[[RunningProgram, Any, StackFrame, int], None]] =
     s.Trigger: lambda m, x, frame, at: _trigger(m, x),
     s.InterruptDeclaration: lambda m, x, frame, at: _declare_interrupt(m, x, frame),
     s.InterruptSwitch: lambda m, x, frame, at: background.switch_interrupts(m, x),
+    s.ConstantSpeed: lambda m, x, frame, at: _not_carried_out(m, "CONST_VEL", "the speed may fall within its range"),
+    s.TimeBlock: lambda m, x, frame, at: _not_carried_out(m, "TIME_BLOCK", "the spline is as fast as the arm allows"),
+    s.ConditionalStop: lambda m, x, frame, at: _not_carried_out(m, "STOP WHEN", "the arm does not stop there"),
     s.SplineBlock: _spline,
     s.EndSpline: lambda m, x, frame, at: _end_spline(m, x),
 }

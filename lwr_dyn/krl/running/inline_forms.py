@@ -106,7 +106,7 @@ def _cp_data(m: RunningProgram, value: float) -> None:
 
 
 _BAS: dict[str, tuple[Callable[[RunningProgram, float], None], ...]] = {
-    "INITMOV": (lambda m, x: m.controller.initialise(),),
+    "INITMOV": (lambda m, x: m.controller.initialise(), lambda m, x: m.controller.speeds_set.add("INITMOV")),
     "VEL_PTP": (lambda m, x: _set_axes(m, "$VEL_AXIS", x),),
     "ACC_PTP": (lambda m, x: _set_axes(m, "$ACC_AXIS", x),),
     "VEL_CP": (lambda m, x: _set_part(m, "$VEL", "CP", x),),

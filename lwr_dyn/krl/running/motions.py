@@ -279,6 +279,11 @@ class Motions:
         if kind in self.controller.speeds_set:
             return
         self.controller.speeds_set.add(kind)
+        if "INITMOV" in self.controller.speeds_set:
+            if kind == "CP":
+                name, speed = "$VEL.CP after BAS(#INITMOV, 0)", f"{self.controller.machine.vel_cp:g} m/s"
+                self.controller.assume(name, speed, "no velocity is set after it")
+            return
         hint, motions, assumed = "BAS(#VEL_PTP, 100)", "PTP", "100 % of each axis"
         if kind == "CP":
             hint, motions, assumed = "$VEL.CP = 0.2", "LIN or CIRC", f"{self.controller.machine.vel_cp:g} m/s"

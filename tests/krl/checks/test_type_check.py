@@ -35,7 +35,7 @@ def test_arguments_that_fit(call):
     ("call", "code"),
     [
         ("take(TRUE)", "type"),
-        ("take(1, 2)", "arguments"),
+        ("take(1, 2)", "type"),
         ("take(1, TEXT[], #GREN)", "no-constant"),
         ("take(1, TEXT[], 3)", "type"),
         ("take(1, TEXT[], C, R)", "type"),

@@ -38,6 +38,16 @@ def spiral(count):
     ]
 
 
+@pytest.mark.parametrize("line", ["CONST_VEL START = 5", "TIME_BLOCK START", "STOP WHEN PATH = 0 IF $FLAG[1]"])
+def test_what_is_not_carried_out_within_a_block_is_noted(arm, line):
+    lines = [line, "SLIN_REL {Y 20}", *(["TIME_BLOCK END = 9"] if "TIME" in line else [])]
+    run, plain = block(arm, *lines), block(arm, "SLIN_REL {Y 20}")
+    notes = [d for d in run.diagnostics if d.code == "not-modelled"]
+    assert [d.severity for d in notes] == ["note"] * (len(lines) - 1)
+    assert notes[0].message.startswith(line.split(" =")[0].rsplit(" ", 1)[0] + " is not carried out")
+    assert run.duration == plain.duration
+
+
 def test_200_slin_of_1_mm_take_the_time_of_one_of_200_mm(arm):
     many, one = block(arm, *["SLIN_REL {Y 1}"] * 200), block(arm, "SLIN_REL {Y 200}")
     assert one.cycle_time == pytest.approx(0.2 / V + V / A, rel=1e-4)

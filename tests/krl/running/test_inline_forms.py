@@ -65,3 +65,13 @@ def test_with_of_one_motion_is_no_speed_for_the_next(arm):
     run = run_program(program_of(HOME, "SLIN_REL {Y 50} WITH $VEL.CP = 0.1", "LIN_REL {Y 50}"), arm)
     warned = [(d.position.line, d.code) for d in run.diagnostics if "before the first LIN" in d.message]
     assert warned == [(4, "no-velocity")]
+
+
+def test_initmov_sets_a_velocity_and_an_unset_path_speed_is_assumed(arm):
+    run = run_program(program_of("BAS(#INITMOV, 0)", HOME, "LIN_REL {Y 50}"), arm)
+    assert [d.code for d in run.diagnostics] == []
+    assert [str(x) for x in run.assumptions if "INITMOV" in x.name] == [
+        "$VEL.CP after BAS(#INITMOV, 0) = 2 m/s (no velocity is set after it)"
+    ]
+    given = run_program(program_of("BAS(#INITMOV, 0)", "$VEL.CP = 0.2", HOME, "LIN_REL {Y 50}"), arm)
+    assert [x.name for x in given.assumptions if "INITMOV" in x.name] == []
