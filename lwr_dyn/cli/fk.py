@@ -8,13 +8,14 @@ import numpy as np
 from lwr_dyn.arms.loading import ONE_READING
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.cli.options import NAMED_AXES, NUMBERS, Loading, robot_options, say_caveats, show
+from lwr_dyn.cli.vocabulary import given_positions, with_shared
 from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError, needs_extra
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.kinematics.forward import forward_kinematics
 from lwr_dyn.krl.robot.kuka_pose import FlangeRecord, kuka_units
-from lwr_dyn.model.arm import Arm, from_degrees, positions
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.chain import JointKind, names_of_ends
 from lwr_dyn.model.spatial import to_rpy
@@ -22,8 +23,8 @@ from lwr_dyn.model.spatial import to_rpy
 
 @click.command("fk")
 @robot_options
-@click.option("--q", "q_si", type=NUMBERS, help="Joint positions, rad (m for sliding joints).")
-@click.option("--q-deg", "q_deg", type=NUMBERS, help="Joint positions, deg (m for sliding joints).")
+@with_shared("--q q_si")
+@with_shared("--q-deg")
 @click.option("--axes-deg", type=NAMED_AXES, help="Joint positions by name, A1=0,A2=-90 in deg; 0 if not named.")
 @click.option("--point", type=NUMBERS, default=(0.0, 0.0, 0.0), help="A point in the flange or tool frame, x,y,z in m.")
 @click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
@@ -84,9 +85,7 @@ def _positions(
         raise OptionError("--q, --q-deg, --axes-deg", "none or several given", "one of them")
     if axes_deg is not None:
         return _positions_of_named(arm, axes_deg)
-    if q_si is not None:
-        return positions(arm, q_si, "--q")
-    return from_degrees(arm, q_deg or (), "--q-deg")
+    return np.asarray(given_positions(arm, q_si, q_deg))
 
 
 def _positions_of_named(arm: Arm, axes: dict[str, float]) -> Array:

@@ -8,16 +8,16 @@ import numpy as np
 
 from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
-from lwr_dyn.cli.options import NUMBERS, Loading, OneOf, OptionRule, option, robot_options, row_options
+from lwr_dyn.cli.options import NUMBERS, Given, Loading, OneOf, OptionRule, option, robot_options, row_options
 from lwr_dyn.cli.simulate import CONTROLLER
-from lwr_dyn.cli.vocabulary import shared
+from lwr_dyn.cli.vocabulary import given_positions, shared
 from lwr_dyn.control.controllers import CONTROLLERS, faults_in, split_name
 from lwr_dyn.design.margins import LIMIT, margins
 from lwr_dyn.design.sampled_stability import PLACES, POSES, SEED
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
-from lwr_dyn.model.arm import Arm, arm_with_payload, from_degrees
+from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.pages.figures.margins import picture_writer
 from lwr_dyn.simulation.setup import ENCODERS
 from lwr_dyn.trajectory.references.references import REFERENCES
@@ -34,6 +34,7 @@ PLANT = [
     option("--plant-reading", "Judge another reading than the controller's.", str),
 ]
 WHERE = [
+    shared("--q q_si", ", of one pose"),
     shared("--q-deg", ", of one pose; the joint box if not given"),
     shared("--task", ": poses along it, in place of the joint box", kind=OneOf(REFERENCES.names)),
 ]
@@ -49,11 +50,17 @@ OUT = [
     option("--map-joints", MAPPED, NUMBERS, metavar="I,J"),
     option("--json", "One JSON object."),
 ]
+
+
+def _is_posed(given: Given) -> bool:
+    return given["q_deg"] is not None or given["q_si"] is not None
+
+
 RULES = (
     OptionRule("encoders", lambda given: given["elastic"] is not None, "with --elastic"),
-    OptionRule("task", lambda given: given["q_deg"] is None, "without --q-deg"),
-    OptionRule("poses", lambda given: given["q_deg"] is None and given["task"] is None, "without --q-deg and --task"),
-    OptionRule("seed", lambda given: given["q_deg"] is None and given["task"] is None, "without --q-deg and --task"),
+    OptionRule("task", lambda given: not _is_posed(given), "without --q-deg"),
+    OptionRule("poses", lambda given: not _is_posed(given) and given["task"] is None, "without --q-deg and --task"),
+    OptionRule("seed", lambda given: not _is_posed(given) and given["task"] is None, "without --q-deg and --task"),
     OptionRule("map-joints", lambda given: any("map" in wish.lower() for wish in given["plot"]), "with --plot map"),
 )
 
@@ -101,8 +108,8 @@ def _poses(arm: Arm, given: dict[str, Any]) -> Array | None:
 
     Raises `OptionError` for a delay that is longer than the task.
     """
-    if given["q_deg"] is not None:
-        return from_degrees(arm, given["q_deg"], "--q-deg")
+    if _is_posed(given):
+        return given_positions(arm, given["q_si"], given["q_deg"])
     if given["task"] is None:
         return None
     reference = REFERENCES.make(given["task"], arm, **TASKS.values(given["task"], given, arm))

@@ -7,11 +7,11 @@ import click
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.cli.options import Loading, robot_options, say_caveats, stands_on
 from lwr_dyn.cli.replay import arm_of_file, wait_for_interrupt
-from lwr_dyn.cli.vocabulary import with_shared
+from lwr_dyn.cli.vocabulary import given_positions, with_shared
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
-from lwr_dyn.model.arm import Arm, from_degrees
+from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run, run_used
 from lwr_dyn.pages.explorer.page import explorer_html
 from lwr_dyn.pages.explorer.page_data import start_pose
@@ -19,12 +19,13 @@ from lwr_dyn.pages.explorer.shown import has_display, show
 from lwr_dyn.pages.replay import live
 from lwr_dyn.pages.replay.replayed_runs import pose_as_run, replayed_runs
 
-_OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "trust_xacro", "q_deg")
+_OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "trust_xacro", "q_si", "q_deg")
 """Options that a run file answers by itself."""
 
 
 @click.command("show")
 @robot_options
+@with_shared("--q q_si", ", at the start")
 @with_shared("--q-deg", ", at the start; zero if not given")
 @with_shared("--html", "; in lwr_dyn_pages/ if not given")
 @click.option("--beside", metavar="ROBOT[:READING]", help="A second robot beside it, also one with other joints.")
@@ -34,6 +35,7 @@ _OF_AN_ARM = ("reading", "tip", "locks", "mount", "tool", "xacro_args", "trust_x
 def command(
     robot: str,
     loading: Loading,
+    q_si: tuple[float, ...] | None,
     q_deg: tuple[float, ...] | None,
     html: str | None,
     beside: str | None,
@@ -55,7 +57,7 @@ def command(
     run = _run(robot) if ends_in(robot, ".npz") else None
     other = None if beside is None else stands_on(_beside(beside))
     arm = loading.arm(robot) if run is None else stands_on(arm_of_file(run, robot), run_used(run))
-    q = None if q_deg is None else from_degrees(arm, q_deg, "--q-deg")
+    q = given_positions(arm, q_si, q_deg)
     say_caveats()
     if serve:
         _serve(arm, run, q, port, browser)
@@ -79,7 +81,7 @@ def _run(path: str) -> Run:
     context = click.get_current_context()
     for name in _OF_AN_ARM:
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-            flag = {"locks": "lock", "xacro_args": "xacro-arg"}.get(name, name.replace("_", "-"))
+            flag = {"locks": "lock", "xacro_args": "xacro-arg", "q_si": "q"}.get(name, name.replace("_", "-"))
             raise OptionError(f"--{flag}", f"given for {path}", "only with a robot: a run knows its own")
     return Run.load(Path(path))
 

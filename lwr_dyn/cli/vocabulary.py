@@ -10,7 +10,9 @@ from typing import Any, TypeVar
 import click
 
 from lwr_dyn.cli.options import NUMBERS, OneOf, Separated
-from lwr_dyn.foundation.arrays import number_of
+from lwr_dyn.foundation.arrays import Array, number_of
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.arm import Arm, from_degrees, positions
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -65,6 +67,7 @@ VOCABULARY = {
     "--plant-reading": Word("another reading than the controller's"),
     "--plot": Word("Picture", forms=("NAME|FILE.png", "FILE.png"), repeatable=True),
     "--poses": Word("Poses drawn from the joint box", int),
+    "--q": Word("Joint positions, rad (m for sliding joints)", NUMBERS),
     "--q-deg": Word("Joint positions, deg (m for sliding joints)", NUMBERS),
     "--rate": Word("Samples a second", float),
     "--robot": Word("With KUKA's axes"),
@@ -107,3 +110,15 @@ def _settings(
         "type": kind or word.kind, "metavar": form or word.forms[0], "multiple": word.repeatable, **shown,
         "help": word.text(more), **others,
     }  # fmt: skip
+
+
+def given_positions(arm: Arm, q: tuple[float, ...] | None, q_deg: tuple[float, ...] | None) -> Array | None:
+    """Joint positions (n,) [rad or m] by --q or --q-deg; None without either.
+
+    Raises `OptionError` where both are given, `ShapeError` for another number of joints.
+    """
+    if q is not None and q_deg is not None:
+        raise OptionError("--q, --q-deg", "both given", "one of them")
+    if q_deg is not None:
+        return from_degrees(arm, q_deg, "--q-deg")
+    return None if q is None else positions(arm, q, "--q")

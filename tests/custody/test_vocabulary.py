@@ -1,12 +1,18 @@
 """An option means one thing in all commands: one type, one form, one unit, one line of words."""
 
+import re
 from collections import defaultdict
 
 import click
+import numpy as np
 import pytest
 
+import lwr_dyn
+from lwr_dyn.cli.help_text import ROBOT_OPTIONS
 from lwr_dyn.cli.options import OneOf, option
-from lwr_dyn.cli.vocabulary import VOCABULARY, Word, shared
+from lwr_dyn.cli.renamed import RENAMED
+from lwr_dyn.cli.vocabulary import VOCABULARY, Word, given_positions, shared
+from lwr_dyn.foundation.errors import OptionError
 from tests.custody.test_help_text import SINGLE
 
 EXCEPTIONS = {
@@ -85,3 +91,53 @@ def test_a_unit_stands_in_the_words():
     said = {text: option("--load", text, float) for text in ("Mass at the flange, kg.", "Mass at the flange, g.")}
     assert load["--load"].text(" that is known") == "Mass at the flange that is known, kg."
     assert [len(faults("--load", {"simulate": param}, load)) for param in said.values()] == [0, 1]
+
+
+OF_FILES = {"--file", "--waypoints", "--units"}
+"""Options whose words name units of columns in files."""
+IN_KUKAS_UNITS = {"--tool-data", "--base-data"}
+"""Frames as KUKA writes them, mm and deg, as the form of their value says."""
+
+
+def test_a_unit_that_is_not_si_stands_in_the_name():
+    for name, params in options_by_name().items():
+        texts = [param.help for param in params.values() if not param.is_flag]
+        units = {unit for text in texts for unit in re.findall(r"(?<![_\w])(deg|mm)\b", text)}
+        if name in IN_KUKAS_UNITS:
+            assert {param.metavar for param in params.values()} == {"X,Y,Z,A,B,C"}
+        elif name not in OF_FILES:
+            assert units <= set(name.split("-")[-1:]), name
+
+
+def test_joint_positions_are_given_in_either_unit_everywhere():
+    names = options_by_name()
+    assert set(names["--q"]) == set(names["--q-deg"]) == {"fk", "margins", "show"}
+    wam = lwr_dyn.load("wam7")
+    assert given_positions(wam, None, None) is None
+    right = (0.0, 90.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    assert (given_positions(wam, None, right) == given_positions(wam, tuple(np.radians(right)), None)).all()
+    with pytest.raises(OptionError, match="--q, --q-deg: both given; allowed: one of them"):
+        given_positions(wam, (0.0,) * 7, (0.0,) * 7)
+
+
+BY_NAME = {"list", "conventions"}
+"""Commands of a table by its name, from which no arm is made."""
+
+
+def test_a_robot_is_the_first_argument_with_all_options_that_load_it():
+    """Not of programs (krl), papers, and commands of several robots or files."""
+    for path, command in SINGLE.items():
+        arguments = [param for param in command.params if isinstance(param, click.Argument)]
+        if "robot" in [argument.name for argument in arguments] and path not in BY_NAME:
+            assert arguments[0].name == "robot"
+            options = {param.opts[0] for param in command.params}
+            assert set(ROBOT_OPTIONS) - {"--robot"} <= options, path
+        else:
+            assert path in BY_NAME or "--reading" not in {param.opts[0] for param in command.params}
+
+
+def test_old_names_are_free():
+    """An old name may stand in another command, with its one meaning there."""
+    names = options_by_name()
+    for path, old in ((path, old) for path, rows in RENAMED.items() for old in rows):
+        assert path not in names.get(old, {})
