@@ -115,8 +115,8 @@ def _result(fields: Fields, paper: Paper, runs: OwnRuns) -> OwnResult:
         "given": given, "errata": errata, "note": fields.text("note", default=""),
         "needs": list(fields.texts("assumed", default=())), "range_of": [COLUMN],
     }  # fmt: skip
-    if isinstance(texts, str):
-        block["rows"] = [name]
+    if not isinstance(cells[0], list):
+        block["rows"] = [name] if isinstance(texts, str) else [f"{name}[{i + 1}]" for i in range(len(cells))]
     spans = fields.take("range", list, default=None)
     if spans is not None:
         block |= {"form": "figure", "ranges": {COLUMN: [spans] if isinstance(texts, str) else spans}}
