@@ -24,7 +24,7 @@ from lwr_dyn.arms.papers.schema import RESULT, RUN, Paper
 from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
-from lwr_dyn.foundation.fields import Fields, parse_toml
+from lwr_dyn.foundation.fields import LARGEST, Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
@@ -197,6 +197,8 @@ def _number(fields: Fields, place: str, text: Any) -> str:
     if number is None:
         found = f"{text!r}, a number without its digits" if isinstance(text, int | float) else repr(text)
         raise fields.refuse(place, found, 'a number as printed, in quotation marks: "2.924"')
+    if abs(number.value) > LARGEST or number.half < 1.0 / LARGEST:
+        raise fields.refuse(place, repr(text), f"a number up to {LARGEST:g}, its last digit down to {1 / LARGEST:g}")
     return number.text
 
 
