@@ -241,7 +241,7 @@ def group() -> None:
 
     The equations have the mass matrix B, the Coriolis matrix C and the gravity torque g.
 
-    ROBOT is a name from `lwr-dyn list`, or a path to your own .toml or .urdf file.
+    ROBOT is a name from `lwr-dyn list`, or a path to your own .toml, .urdf or .xml (our MJCF) file.
     """
 
 

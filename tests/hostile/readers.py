@@ -226,9 +226,10 @@ def _command(*words: str) -> int:
 
 READERS: dict[str, Reader] = {
     "robot TOML": robot_file, "URDF": urdf, "MJCF": mjcf, "URDF judged": urdf_judged, "xacro": xacro,
-    "CSV log": log_csv,    "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl, "KRL cell": cell,
-    "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "study": study,
-    "command line": command_line, "bag": bag, "machine.dat": machine_data, "sweep folder": sweep_folder,
+    "CSV log": log_csv, "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file,
+    "KRL and --set": krl, "KRL cell": cell, "lint sheet": sheet, "evidence": evidence, "tool and mount": tool,
+    "study": study, "command line": command_line, "bag": bag, "machine.dat": machine_data,
+    "sweep folder": sweep_folder,
 }  # fmt: skip
 
 
