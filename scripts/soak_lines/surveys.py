@@ -29,7 +29,7 @@ def foreign_lint() -> tuple[str, bool, str]:
 
 
 def default_arms() -> tuple[str, bool, str]:
-    """`simulate` without an option on the 40 public arms of default_arms.toml: a tenth refused at most, none diverges."""
+    """`simulate` without an option on 40 public arms: a tenth refused at most, none diverges."""
     from default_arms import BAD_KINDS, RAN, listed_arms, survey, table, words
 
     arms = listed_arms()
