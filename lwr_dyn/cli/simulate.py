@@ -13,7 +13,7 @@ from lwr_dyn.arms.loading import load
 from lwr_dyn.cli import options
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, faults_in, make_controller, split_name
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.design.defaults import LAWS, UsualLaw, usual_law
+from lwr_dyn.design.defaults import LAWS, UsualLaw, UsualTask, move_words, usual_law, usual_task
 from lwr_dyn.design.loop_judgement import sampled_notes
 from lwr_dyn.design.sampled_stability import StabilityRecord
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
@@ -206,7 +206,7 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
-    payload, task = given["payload"], options.task_of(TASK_OPTIONS, given, arm)
+    payload, task = given["payload"], task_of(TASK_OPTIONS, given, arm)
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
     law = _law(model, dynamics, task.reference, given)
@@ -232,6 +232,19 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
                   **({"chosen": words} if words else {})},
         )  # fmt: skip
         return _prepared(arm, law.controller, task.reference, loop)
+
+
+def task_of(tasks: options.RowOptions, given: options.Given, arm: Arm) -> UsualTask:
+    """The task that is asked for, or the usual one of the arm; raises as `usual_task`, `RowOptions`, its factory."""
+    name = given["task"]
+    if name is None:
+        usual = usual_task(arm)
+        tasks.refuse_unused(usual.name)
+        if not any(flag.is_typed for flag in tasks.flags):
+            return usual
+        name = usual.name
+    reference = tasks.registry.make(name, arm, **tasks.values(name, given, arm))
+    return UsualTask(name, reference, move_words(arm, reference) if name == "move" else "")
 
 
 def _prepared(arm: Arm, controller: Controller, reference: Reference, loop: Loop) -> Setup:
