@@ -23,7 +23,7 @@ from lwr_dyn.model.spatial import Pose, to_rpy
 
 @click.command("dh")
 @robot_options
-@click.option("--convention", type=OneOf([c.value for c in Convention]), help="One convention; both if not given.")
+@with_shared("--convention", "; both if not given", kind=OneOf([c.value for c in Convention]))
 @with_shared("--out", " a .toml: the arm as a data file, with bodies, limits, rotors, friction (standard)")
 @click.option("--json", "as_json", is_flag=True, help="One JSON object.")
 def command(robot: str, loading: Loading, convention: str | None, out: str | None, as_json: bool) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import OneOf, show
 from lwr_dyn.cli.vocabulary import FOLDER, with_shared
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
@@ -20,7 +20,8 @@ def _options() -> list[click.Parameter]:
         papers = takers(keyword)
         option = next(iter(papers.values()))
         about = f"{', '.join(papers)}: {option.about}."
-        out.append(click.Option([f"--{option.name}"], is_flag=not option.values, help=about))
+        kind = {"type": OneOf(option.values)} if option.values else {"is_flag": True}
+        out.append(click.Option([f"--{option.name}"], help=about, **kind))
     return out
 
 

@@ -17,8 +17,6 @@ from tests.custody.test_help_text import SINGLE
 
 EXCEPTIONS = {
     "--controller": "a law by its name (simulate, margins), or one of the study's with its options (tune)",
-    "--convention": "one of two names (dh), or a text (new arm, new paper)",
-    "--timing": "of one paper's runs, a text (reproduce), or an option of tasks",
 }
 """Option -> why its name still has two meanings; one that has one meaning must go from here."""
 
@@ -120,8 +118,8 @@ def test_joint_positions_are_given_in_either_unit_everywhere():
         given_positions(wam, (0.0,) * 7, (0.0,) * 7)
 
 
-BY_NAME = {"list", "conventions"}
-"""Commands of a table by its name, from which no arm is made."""
+BY_NAME = {"list", "conventions", "new study"}
+"""Commands of a table or a file that names the robot: no arm is loaded for more than its name and reading."""
 
 
 def test_a_robot_is_the_first_argument_with_all_options_that_load_it():
