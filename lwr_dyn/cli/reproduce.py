@@ -33,7 +33,7 @@ exit 1 when a number that the paper lets recompute differs, or a check or a proo
 )
 @click.argument("paper")
 @with_shared("--out", " the results: out/PAPER if not given (of a file its name), out for all", form=FOLDER)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
+@with_shared("--json as_json", " instead of the tables")
 def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Recompute a paper into a folder; the options are those of the studies."""
     from lwr_dyn.reproduction.reproduce import reproduce

@@ -3,6 +3,7 @@
 A test reads all commands: a name that two of them explain differently has a row here, with which both agree.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -31,8 +32,10 @@ class Word:
     repeatable: bool = False
 
     def text(self, more: str = "") -> str:
-        """The line of the help: the words, what a command adds, the unit."""
-        return f"{self.words}{more}{f', {self.unit}' if self.unit else ''}."
+        """The line of the help: the words and what a command adds, with the unit before its first `;` or `:`."""
+        until = re.match(r"[^;:]*", more)
+        of_words = until.group() if until else ""
+        return f"{self.words}{of_words}{f', {self.unit}' if self.unit else ''}{more[len(of_words) :]}."
 
 
 FILE, FOLDER = "FILE", "FOLDER"

@@ -88,6 +88,8 @@ def test_a_unit_stands_in_the_words():
     load = {"--load": Word("Mass at the flange", float, "kg")}
     said = {text: option("--load", text, float) for text in ("Mass at the flange, kg.", "Mass at the flange, g.")}
     assert load["--load"].text(" that is known") == "Mass at the flange that is known, kg."
+    assert load["--load"].text(" of it; 0 if not given") == "Mass at the flange of it, kg; 0 if not given."
+    assert load["--load"].text() == "Mass at the flange, kg."
     assert [len(faults("--load", {"simulate": param}, load)) for param in said.values()] == [0, 1]
 
 
