@@ -65,6 +65,10 @@ RULES = (
 )
 
 
+LAW = "pd-gravity"
+"""The law that is judged where none is named."""
+
+
 @click.command("margins")
 @robot_options
 def command(robot: str, loading: Loading, **given: Any) -> None:
@@ -73,6 +77,7 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
 
     Speeds, friction, torque limits and stops are left out.
     """
+    given["controller"] = given["controller"] or LAW
     law = split_name(given["controller"])[0]
     CONTROLLERS_OPTIONS.refuse_unused(law)
     TASKS.refuse_unused(given["task"] or "")
