@@ -10,6 +10,7 @@ from lwr_dyn.checks.urdf.document import UrdfRecord
 from lwr_dyn.checks.urdf.lint import LintReport, lint_file
 from lwr_dyn.checks.urdf.reports import report_text
 from lwr_dyn.cli.options import Loading, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in
@@ -18,7 +19,7 @@ from lwr_dyn.foundation.progress import progress
 
 @click.command("check")
 @robot_options
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(robot: str, loading: Loading, as_json: bool) -> None:
     """Check a model: identities of the equations of motion, agreement of engines, feasibility; exit 1 if one fails.
 

@@ -66,7 +66,7 @@ OWN = [
     shared("--html"),
     option("--replay", "Write a page that replays any two of the runs side by side.", str, metavar="FILE"),
     option("--markdown", "One table in Markdown, plants down and controllers across: RMS, mm."),
-    option("--json", "One JSON object."),
+    shared("--json"),
 ]
 OF_FILES = ("targets", "labels", "html", "replay", "markdown", "json")
 """What run files can be compared with; the rest is for a robot."""

@@ -15,6 +15,7 @@ from lwr_dyn.checks.conventions.ranking import DecisionRecord, RankedReadings, r
 from lwr_dyn.checks.conventions.ranking_text import judged_rankings, ranking_text
 from lwr_dyn.checks.datasheet.datasheet import ZeroReadings, ZeroRecord, zero_readings, zero_text
 from lwr_dyn.cli.options import show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import ends_in
@@ -34,7 +35,7 @@ class ZeroFound(TypedDict):
 @click.command("conventions")
 @click.argument("robot")
 @click.option("--evidence", help="TOML file: what the source publishes beside its table.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(robot: str, evidence: str | None, as_json: bool) -> None:
     """Read a table whose conventions are not stated: every reading, ranked, and what decides it.
 

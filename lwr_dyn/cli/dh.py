@@ -23,9 +23,9 @@ from lwr_dyn.model.spatial import Pose, to_rpy
 
 @click.command("dh")
 @robot_options
-@click.option("--convention", type=OneOf([c.value for c in Convention]), help="One convention; both if not given.")
+@with_shared("--convention", "; both if not given", kind=OneOf([c.value for c in Convention]))
 @with_shared("--out", " a .toml: the arm as a data file, with bodies, limits, rotors, friction (standard)")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(robot: str, loading: Loading, convention: str | None, out: str | None, as_json: bool) -> None:
     """ROBOT as a Denavit-Hartenberg table, computed from its joint axes, with what rows cannot carry."""
     arm = loading.arm(robot, KINEMATICS if out is None else ALL)

@@ -28,7 +28,7 @@ from lwr_dyn.model.spatial import to_rpy
 @click.option("--axes-deg", type=NAMED_AXES, help="Joint positions by name, A1=0,A2=-90 in deg; 0 if not named.")
 @click.option("--point", type=NUMBERS, default=(0.0, 0.0, 0.0), help="A point in the flange or tool frame, x,y,z in m.")
 @click.option("--symbolic", is_flag=True, help="Print A_1 ... A_n in symbols and the position by two routes.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(
     robot: str, loading: Loading, point: tuple[float, ...], symbolic: bool, as_json: bool, **given: Any
 ) -> None:

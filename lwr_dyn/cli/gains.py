@@ -70,7 +70,7 @@ HEADINGS = (
 @with_shared("--task", ", with --margin: at its poses, not over the joint box", kind=OneOf(TASKS))
 @click.option("--elastic", metavar="K|file", help=f"With --margin: {ELASTIC_HELP[0].lower()}{ELASTIC_HELP[1:]}")
 @with_shared("--encoders", ", with --elastic", ENCODERS[0], kind=OneOf(ENCODERS))
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(
     robot: str, loading: Loading, omega_n: float, xi: float, rate: float, delay: int, as_json: bool, **given: Any
 ) -> None:

@@ -40,7 +40,7 @@ MANY = 32
 @click.option("--arm-angle-deg", type=float, help="Arm angle of an S-R-S arm; the safest on each branch if not given.")
 @click.option("--solver", type=OneOf(IK_SOLVERS.names), help="The first that recognises the arm if not given.")
 @click.option("--all", "every", is_flag=True, help="Print all: whole-turn copies too where there are many.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(
     robot: str, loading: Loading, arm_angle_deg: float | None, every: bool, as_json: bool, **given: Any
 ) -> None:

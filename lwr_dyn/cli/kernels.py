@@ -48,7 +48,7 @@ class WhereWritten:
 @click.option("--inputs", default="", help="Inputs of the kernel: inertia,payload,gravity,friction.")
 @click.option("--own-friction", is_flag=True, help="With the friction of the arm's file, as constants.")
 @click.option("--dtype", default="float64", show_default=True, help="float64 or float32.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(
     robot: str,
     loading: Loading,

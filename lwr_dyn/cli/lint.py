@@ -20,6 +20,7 @@ from lwr_dyn.checks.urdf.document import UrdfRecord
 from lwr_dyn.checks.urdf.lint import explanation
 from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
 from lwr_dyn.cli.options import show, trust_option
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_text
@@ -46,7 +47,7 @@ def _explain(context: click.Context, _: click.Parameter, code: str | None) -> No
 
 @click.command("lint")
 @click.argument("files", nargs=-1, required=True, metavar="FILE|FOLDER|ROBOT...")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 @click.option("--sarif", metavar="FILE", help="URDF: also write the findings as SARIF 2.1.0, for code scanning.")
 @click.option("--github", is_flag=True, help="URDF: findings as annotations of GitHub's workflow log.")
 @click.option("--ignore", multiple=True, metavar="CODE", help="URDF: leave out the findings of a rule.")

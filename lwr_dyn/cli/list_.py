@@ -8,6 +8,7 @@ import click
 from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.options import show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Note, Section
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.caveats import Caveats
@@ -15,7 +16,7 @@ from lwr_dyn.model.caveats import Caveats
 
 @click.command("list")
 @click.argument("robot", required=False)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object with every column's page and kind.")
+@with_shared("--json as_json", " with every column's page and kind")
 def command(robot: str | None, as_json: bool) -> None:
     """The robots and their readings; of one ROBOT (a name or a .toml) where its numbers come from.
 

@@ -48,7 +48,7 @@ OUT = [
     option("--limit", "Of |S_ii|; exit 1 where it is given and not kept.", float, LIMIT),
     option("--plot", PICTURE, str, metavar="NAME|FILE.png", multiple=True),
     option("--map-joints", MAPPED, NUMBERS, metavar="I,J"),
-    option("--json", "One JSON object."),
+    shared("--json"),
 ]
 
 

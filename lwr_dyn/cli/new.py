@@ -10,10 +10,12 @@ import click
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli.main import RegistryGroup
-from lwr_dyn.cli.options import option
+from lwr_dyn.cli.options import OneOf, option
+from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.model.chain import Convention
 from lwr_dyn.studies.sweep.study_template import study_template
 
 KINDS: Registry[click.Command] = Registry(
@@ -35,7 +37,7 @@ def command() -> None:
 
 
 JOINTS = option("--joints", "R (turning) or P (sliding) per joint, base outward.", str, "RRRRRR")
-CONVENTION = option("--convention", "DH convention: standard or modified.", str, "standard")
+CONVENTION = shared("--convention", default="standard", kind=OneOf([c.value for c in Convention]))
 
 
 @click.command("arm", params=[JOINTS, CONVENTION])

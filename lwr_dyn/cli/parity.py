@@ -26,7 +26,7 @@ from lwr_dyn.model.arm import Arm
 @click.command("parity")
 @robot_options
 @click.option("--only", "engines", multiple=True, type=OneOf(ENGINES.names), help="Only this engine. Repeatable.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 @with_shared("--markdown as_markdown", ", a row a feature and a column an engine")
 def command(robot: str, loading: Loading, engines: tuple[str, ...], as_json: bool, as_markdown: bool) -> None:
     """What engines ignore or misread of ROBOT's URDF, measured by loading it, and which file or option restores it.

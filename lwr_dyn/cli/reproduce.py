@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lwr_dyn.cli.options import show
+from lwr_dyn.cli.options import OneOf, show
 from lwr_dyn.cli.vocabulary import FOLDER, with_shared
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
@@ -20,7 +20,8 @@ def _options() -> list[click.Parameter]:
         papers = takers(keyword)
         option = next(iter(papers.values()))
         about = f"{', '.join(papers)}: {option.about}."
-        out.append(click.Option([f"--{option.name}"], is_flag=not option.values, help=about))
+        kind = {"type": OneOf(option.values)} if option.values else {"is_flag": True}
+        out.append(click.Option([f"--{option.name}"], help=about, **kind))
     return out
 
 
@@ -32,7 +33,7 @@ exit 1 when a number that the paper lets recompute differs, or a check or a proo
 )
 @click.argument("paper")
 @with_shared("--out", " the results: out/PAPER if not given (of a file its name), out for all", form=FOLDER)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object instead of the tables.")
+@with_shared("--json as_json", " instead of the tables")
 def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
     """Recompute a paper into a folder; the options are those of the studies."""
     from lwr_dyn.reproduction.reproduce import reproduce

@@ -21,7 +21,7 @@ from lwr_dyn.model.arm import Arm
 @with_shared("--task", "; by default the first robot's first", kind=OneOf([*study_tasks(), JOINT_MOVE.name]))
 @click.option("--rate", type=float, default=1000.0, show_default=True, help="Samples a second of the simulations.")
 @with_shared("--poses", ", at which gravity torques are compared", POSES)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, as_json: bool) -> None:
     """What depends on the reading: g, max B_ii, gains, tracking errors, and which conclusions of the paper survive.
 

@@ -153,7 +153,7 @@ LOOP = [
         multiple=True,
     ),
     options.option("--full", "All errors of the joints: means, extremes, velocities."),
-    options.option("--json", "One JSON object."),
+    shared("--json"),
 ]
 
 RULES = (

@@ -35,7 +35,7 @@ from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
 @click.option("--runs", type=int, metavar="N", help="Runs of each controller, in place of the study's.")
 @click.option("--no-report", is_flag=True, help="Only the files of results: no figures, no page, no worst runs.")
 @click.option("--no-code", is_flag=True, help=NO_CODE.help)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(
     study: str,
     out: str,

@@ -50,7 +50,7 @@ OPTIONS = [
     *(option(NAMES.get(one.name, f"--{one.name}"), SIZES[one.name], int, one.default) for one in fields(SearchSize)),
     shared("--jobs", default=1),
     NO_CODE,
-    option("--json as_json", "One JSON object."),
+    shared("--json as_json"),
 ]
 
 

@@ -3,6 +3,7 @@
 A test reads all commands: a name that two of them explain differently has a row here, with which both agree.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -31,8 +32,10 @@ class Word:
     repeatable: bool = False
 
     def text(self, more: str = "") -> str:
-        """The line of the help: the words, what a command adds, the unit."""
-        return f"{self.words}{more}{f', {self.unit}' if self.unit else ''}."
+        """The line of the help: the words and what a command adds, with the unit before its first `;` or `:`."""
+        until = re.match(r"[^;:]*", more)
+        of_words = until.group() if until else ""
+        return f"{self.words}{of_words}{f', {self.unit}' if self.unit else ''}{more[len(of_words) :]}."
 
 
 FILE, FOLDER = "FILE", "FOLDER"
@@ -48,6 +51,7 @@ VOCABULARY = {
     "--all": Word("Print all", bool),
     "--arm-angle-deg": Word("Arm angle", float),
     "--browser": Word("Open the page", bool),
+    "--convention": Word("DH convention", OneOf),
     "--cutoff": Word("Of the filter on positions", float, "Hz"),
     "--delay": Word("Delay from a command to its torque", int, "samples"),
     "--deviation": Word("How far the arm may be from its table", SHARE),
@@ -70,6 +74,7 @@ VOCABULARY = {
     "--q": Word("Joint positions, rad (m for sliding joints)", NUMBERS),
     "--q-deg": Word("Joint positions, deg (m for sliding joints)", NUMBERS),
     "--rate": Word("Samples a second", float),
+    "--reading": Word("How to read the tables"),
     "--robot": Word("With KUKA's axes"),
     "--runs": Word("Runs of each controller", int, forms=("N", None)),
     "--seed": Word("Seed of", int),
@@ -78,6 +83,7 @@ VOCABULARY = {
     "--speed": Word("Largest speed of the tip", float, "m/s"),
     "--speed-share": Word("Share of the speed limits", float),
     "--task": Word("What the arm does", OneOf),
+    "--timing": Word("Motion profile along the path", OneOf),
     "--torque-share": Word("Share of the torque limits", float),
     "--velocity-cutoff": Word("Cut-off of the velocity filter", float, "Hz"),
     "--xi": Word("Damping ratio", float),

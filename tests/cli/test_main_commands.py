@@ -26,7 +26,7 @@ BAD = {
     "new with odd joints": (("new", "arm", "arm.toml", "--joints", "RX"), "joints: 'RX'; allowed: R or P per joint"),
     "new in another convention": (
         ("new", "arm", "arm.toml", "--convention", "x"),
-        "convention: 'x'; allowed: standard, modified",
+        "'--convention': 'x' is not one of 'standard', 'modified'",
     ),
     "urdf into a folder that is not there": (
         ("urdf", "lwr4", "--out", "none/x.urdf"),

@@ -84,7 +84,9 @@ def test_the_paper_is_reproduced_as_it_stands(joints, convention, printed, folde
 
 def test_a_paper_with_odd_joints_is_refused(refused):
     assert "joints: 'RX'; allowed: R or P per joint" in refused("new", "paper", "first.toml", "--joints", "RX")
-    assert "convention: 'x'; allowed: standard, modified" in refused("new", "paper", "first.toml", "--convention", "x")
+    assert "'--convention': 'x' is not one of 'standard', 'modified'" in refused(
+        "new", "paper", "first.toml", "--convention", "x"
+    )
 
 
 @pytest.mark.parametrize("robot", ["kr30ha", "arms/own.urdf"])

@@ -19,7 +19,7 @@ def test_reproduce_into_a_folder_that_cannot_be_made(refused, tmp_path):
     said = refused("reproduce", "lwr4", "--out", str(tmp_path / "file" / "x"))
     assert "allowed: a directory that exists or can be made, and can be written" in said
     said = refused("reproduce", "lwr4plus", "--timing", "slow", "--out", str(tmp_path / "x"))
-    assert "timing: 'slow'; allowed: constant, quintic, smooth" in said
+    assert "'--timing': 'slow' is not one of 'constant', 'quintic', 'smooth'" in said
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
 
 

@@ -17,8 +17,6 @@ from tests.custody.test_help_text import SINGLE
 
 EXCEPTIONS = {
     "--controller": "a law by its name (simulate, margins), or one of the study's with its options (tune)",
-    "--convention": "one of two names (dh), or a text (new arm, new paper)",
-    "--timing": "of one paper's runs, a text (reproduce), or an option of tasks",
 }
 """Option -> why its name still has two meanings; one that has one meaning must go from here."""
 
@@ -90,6 +88,8 @@ def test_a_unit_stands_in_the_words():
     load = {"--load": Word("Mass at the flange", float, "kg")}
     said = {text: option("--load", text, float) for text in ("Mass at the flange, kg.", "Mass at the flange, g.")}
     assert load["--load"].text(" that is known") == "Mass at the flange that is known, kg."
+    assert load["--load"].text(" of it; 0 if not given") == "Mass at the flange of it, kg; 0 if not given."
+    assert load["--load"].text() == "Mass at the flange, kg."
     assert [len(faults("--load", {"simulate": param}, load)) for param in said.values()] == [0, 1]
 
 
@@ -120,8 +120,8 @@ def test_joint_positions_are_given_in_either_unit_everywhere():
         given_positions(wam, (0.0,) * 7, (0.0,) * 7)
 
 
-BY_NAME = {"list", "conventions"}
-"""Commands of a table by its name, from which no arm is made."""
+BY_NAME = {"list", "conventions", "new study"}
+"""Commands of a table or a file that names the robot: no arm is loaded for more than its name and reading."""
 
 
 def test_a_robot_is_the_first_argument_with_all_options_that_load_it():

@@ -47,7 +47,7 @@ STOPPED = 130
 @click.option("--keep", default=KEPT, show_default=True, help="Distance from floor, column and own links, m.")
 @click.option("--out", metavar="FILE", help="Write the motion there: .csv, .parquet, or .npz as a run.")
 @click.option("--rate", default=100.0, show_default=True, help="Samples a second of --out.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def command(robot: str, loading: Loading, **given: Any) -> None:
     """Design a motion of ROBOT that shows its inertial and friction parameters best, to be run and logged.
 

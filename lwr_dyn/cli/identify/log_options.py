@@ -9,6 +9,7 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.options import NUMBERS, OptionRule, refuse_unused
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.column_files import SUFFIXES
 from lwr_dyn.foundation.errors import LogError, LwrDynError, OptionError
 from lwr_dyn.identification.log_faults.found_faults import log_faults, prepared_logs
@@ -26,7 +27,7 @@ RUN = ".npz"
 def log_options(command: F) -> F:
     """LOG..., --units, --columns and --json."""
     for option in (
-        click.option("--json", "as_json", is_flag=True, help="One JSON object."),
+        with_shared("--json as_json"),
         click.option(
             "--columns",
             metavar="MAP",

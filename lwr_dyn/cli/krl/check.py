@@ -9,6 +9,7 @@ import click
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
 from lwr_dyn.cli.options import show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.progress import progress
@@ -24,7 +25,7 @@ from lwr_dyn.krl.running.program_run import check_program
 @click.argument("file")
 @shared_options
 @click.option("--no-motion", is_flag=True, help="Language and types only.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> None:
     """Diagnose FILE.src with the .dat beside it, or each file of a FOLDER; exit 1 when there is an error.
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, TypedDict
 import click
 
 from lwr_dyn.cli.options import show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.krl.comparing import CodeLine, FileComparison, PointChange, ValueChange, compare
@@ -16,7 +17,7 @@ from lwr_dyn.krl.comparing import CodeLine, FileComparison, PointChange, ValueCh
 @click.command("diff")
 @click.argument("before")
 @click.argument("after")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def diff(before: str, after: str, as_json: bool) -> None:
     """Compare two files (a .src with its .dat) or two backups: points moved, values, logic; exit 1 where they differ.
 

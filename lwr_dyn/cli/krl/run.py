@@ -145,7 +145,7 @@ def _assumed(run: ProgramRun) -> str:
 @shared_options
 @with_shared("--out", " the run file, .npz")
 @with_shared("--html", ": the replay of the run beside the program")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object.")
+@with_shared("--json as_json")
 def run(file: str, shared: SharedOptions, out: str | None, html: str | None, as_json: bool) -> None:
     """Run FILE.src on the model: cycle time, a line for each motion, peak speeds, static and dynamic torque."""
     for path, ending in ((out, ".npz"), (html, ".html")):

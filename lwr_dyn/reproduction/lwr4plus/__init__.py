@@ -16,7 +16,9 @@ STUDY = Study(
     formulas="lwr_dyn.reproduction.lwr4plus.formulas:FORMULAS",
     proofs="lwr_dyn.reproduction.lwr4plus.proofs:PROOFS",
     options=(
-        StudyOption("timing", f"of the runs that are replayed: {', '.join(TIMINGS)} (the last if not given)", TIMINGS),
+        StudyOption(
+            "timing", "motion profile along the path in runs that are replayed; the last if not given", TIMINGS
+        ),
         StudyOption("fit-arm-angle", "also fit the arm angle to Table VIII"),
         SENSITIVITY,
     ),
