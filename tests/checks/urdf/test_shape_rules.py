@@ -81,7 +81,7 @@ def wrist(axis: str):
     origin = '<origin xyz="0 -0.12 0" rpy="1.5708 0 0"/>'
     limit = f'<axis xyz="{axis}"/><limit lower="-1" upper="1" effort="9" velocity="2"/></joint>'
     bodies = f'<link name="a">{piece.format(0.01)}<link name="b">{piece.format(-0.01)}'
-    return document_of(f'<robot name="r">{bodies}{joint}{limit}</robot>', "f")
+    return document_of(f'<robot name="r">{bodies}{joint}{origin}{limit}</robot>', "f")
 
 
 def test_an_origin_anywhere_on_an_axis_through_its_parent_is_a_note():
