@@ -106,11 +106,11 @@ class NameOrFile(options.OneOf):
 
 
 TASK = options.option("--task", options.TASK_HELP, options.OneOf(REFERENCES.names))
-AROUND = (
-    f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}. If not given, the first of "
-    f"{', '.join(LAWS)} that is stable at this rate."
-)
-CONTROLLER = options.option("--controller", AROUND, NameOrFile(CONTROLLERS.names))
+AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
+CONTROLLER = options.option("--controller", AROUND, NameOrFile(CONTROLLERS.names), LAWS[0])
+"""Of a command that judges one law."""
+USUAL = f"{AROUND} If not given, the first of {', '.join(LAWS)} that is stable at this rate."
+CHOSEN_CONTROLLER = options.option("--controller", USUAL, NameOrFile(CONTROLLERS.names))
 PLANT = [
     options.option("--plant-reading", "Simulate another reading than the controller's.", str),
     options.option("--plant-scale", "Factor on all masses of the plant.", float, 1.0),
@@ -203,11 +203,19 @@ def _note(lines: list[str]) -> None:
     click.echo("".join(f"{line}\n" for line in lines), nl=False, err=True)
 
 
-OWN = [*command.params, TASK, CONTROLLER, options.NO_CODE, *PLANT, *LOOP]
+OWN = [*command.params, TASK, CHOSEN_CONTROLLER, options.NO_CODE, *PLANT, *LOOP]
 TASK_OPTIONS = options.row_options(REFERENCES, "task", OWN)
 OF_TASK = TASK_OPTIONS.click_options()
 CONTROLLER_OPTIONS = options.row_options(CONTROLLERS, "controller", [*OWN, *OF_TASK])
-command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options(), options.NO_CODE, *PLANT, *LOOP]
+command.params += [
+    TASK,
+    *OF_TASK,
+    CHOSEN_CONTROLLER,
+    *CONTROLLER_OPTIONS.click_options(),
+    options.NO_CODE,
+    *PLANT,
+    *LOOP,
+]
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:

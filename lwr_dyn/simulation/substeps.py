@@ -68,7 +68,7 @@ def friction_substeps(setup: Setup) -> int:
     need = SPARE * setup.friction_rate / setup.loop.rate / STABLE
     if need > MOST:
         found = f"brakes at up to {setup.friction_rate:.4g} 1/s, which needs {ceil(need)} RK4 steps a sample"
-        raise OptionError("friction", found, f"--substeps {ceil(need)}, a higher --rate, --method dop853")
+        raise OptionError("friction", found, f"substeps from {ceil(need)} on, a higher rate, method dop853")
     return int(2 ** ceil(log2(max(need, 1.0))))
 
 
