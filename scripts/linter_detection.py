@@ -27,7 +27,7 @@ from tests.checks.urdf.fault_plants import fault_kinds  # noqa: E402
 from tests.checks.urdf.judged_arms import ARMS_FOLDER, JudgedArm, judged_arms  # noqa: E402
 from tests.checks.urdf.plant_site import sites  # noqa: E402
 
-HALVES = ("tuning", "unused", "fresh", "latest", "newest")
+HALVES = ("tuning", "unused", "fresh", "latest", "newest", "last")
 KEPT = ROOT / "out" / "linter_detection"
 SOURCES = ("lwr_dyn/checks/urdf/*.py", "tests/checks/urdf/*.py", "tests/checks/urdf/*.toml")
 

@@ -1,4 +1,4 @@
-"""The public arms of `arms.toml` and `newest_arms.toml`, judged by hand: where their files lie here, their URDF texts.
+"""The public arms of three files, judged by hand: where their files lie on this machine, and their URDF texts.
 
 An arm comes from an installed package (`example-robot-data==6.0.0`) or from a commit of a repository, whose checkout is
 looked for as `OWNER+NAME/` in the folder that the environment variable LWR_DYN_ARMS names. The arms are not committed.
@@ -18,7 +18,7 @@ from pathlib import Path
 from lwr_dyn.arms.urdf.xacro_files import expand_xacro
 from lwr_dyn.checks.urdf.hulls import mesh_path
 
-ARMS_FILES = tuple(Path(__file__).parent / name for name in ("arms.toml", "newest_arms.toml"))
+ARMS_FILES = tuple(Path(__file__).parent / name for name in ("arms.toml", "newest_arms.toml", "last_arms.toml"))
 ARMS_FOLDER = "LWR_DYN_ARMS"
 _MESH = re.compile(r"""(<mesh\b[^>]*?\bfilename\s*=\s*["'])([^"']+)(["'])""")
 _NAME = re.compile(r"<name>\s*([^<\s]+)")
@@ -26,7 +26,7 @@ _NAME = re.compile(r"<name>\s*([^<\s]+)")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedArm:
-    """A row of `arms.toml` or `newest_arms.toml`."""
+    """A row of one of the files."""
 
     name: str
     source: str
@@ -35,7 +35,7 @@ class JudgedArm:
     """Of a xacro."""
     sha256: str
     half: str
-    """tuning | unused | fresh | latest | newest."""
+    """tuning | unused | fresh | latest | newest | last."""
     judgement: str
     """good | faulty."""
     moving: int
@@ -74,7 +74,7 @@ def _with_full_paths(text: str, path: Path) -> str:
 
 
 def judged_arms() -> tuple[JudgedArm, ...]:
-    """The arms of both files."""
+    """The arms of all files."""
     return tuple(
         JudgedArm(
             row["name"], row["source"], row["file"], row.get("arguments", {}), row["sha256"], row["half"],
@@ -85,7 +85,7 @@ def judged_arms() -> tuple[JudgedArm, ...]:
 
 
 def arm_rows() -> list[dict]:
-    """The rows of both files, as they stand there."""
+    """The rows of all files, as they stand there."""
     return [row for file in ARMS_FILES for row in tomllib.loads(file.read_text(encoding="utf-8"))["arm"]]
 
 
