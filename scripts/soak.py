@@ -25,6 +25,7 @@ LINES = {
     "core": "suite:core",
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",
+    "default_arms": "surveys:default_arms",
     "elastic": "elastic:elastic",
     "elastic_ist": "elastic:elastic_ist",
     "elastic_plant": "elastic_plant:elastic_plant",

@@ -18,8 +18,8 @@ from lwr_dyn.cli.options import (
     row_options,
     show,
     stands_on,
-    task_of,
 )  # fmt: skip
+from lwr_dyn.cli.simulate import task_of
 from lwr_dyn.cli.vocabulary import FOLDER, shared
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction

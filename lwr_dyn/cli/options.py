@@ -6,7 +6,7 @@ All options of a registry's rows are accepted on the command line; those of othe
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import wraps
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 import numpy as np
@@ -23,9 +23,6 @@ from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, op
 from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.model.arm import Arm, caveats_of, si_value
 from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, ROTOR_OPTION
-
-if TYPE_CHECKING:
-    from lwr_dyn.design.defaults import UsualTask
 
 
 class OneOf(click.Choice):  # type: ignore[type-arg] # generic only since click 8.2
@@ -300,21 +297,6 @@ class RowOptions:
             elif flag.rows[row].default is REQUIRED:
                 raise OptionError(f"--{flag.name}", "not given", _needed(flag, row, arm))
         return values
-
-
-def task_of(tasks: RowOptions, given: Given, arm: Arm) -> "UsualTask":
-    """The task that is asked for, or the usual one of the arm; raises as `usual_task`, `RowOptions`, its factory."""
-    from lwr_dyn.design.defaults import UsualTask, move_words, usual_task
-
-    name = given["task"]
-    if name is None:
-        usual = usual_task(arm)
-        tasks.refuse_unused(usual.name)
-        if not any(flag.is_typed for flag in tasks.flags):
-            return usual
-        name = usual.name
-    reference = tasks.registry.make(name, arm, **tasks.values(name, given, arm))
-    return UsualTask(name, reference, move_words(arm, reference) if name == "move" else "")
 
 
 def row_options(registry: Registry[Any], chooser: str, others: Iterable[click.Parameter] = ()) -> RowOptions:

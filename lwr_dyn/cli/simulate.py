@@ -4,7 +4,7 @@ The run as a document: errors joint by joint, limits, audit, friction.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Annotated, Any, TypedDict
 
 import click
@@ -14,7 +14,7 @@ from lwr_dyn.cli import options
 from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.control.controllers import CONTROLLERS, WRAPPERS, faults_in, make_controller, split_name
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.design.defaults import LAWS, UsualLaw, usual_law
+from lwr_dyn.design.defaults import LAWS, UsualLaw, UsualTask, move_words, usual_law, usual_task
 from lwr_dyn.design.loop_judgement import sampled_notes
 from lwr_dyn.design.sampled_stability import StabilityRecord
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
@@ -33,9 +33,10 @@ from lwr_dyn.simulation.audit import audit_lines
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.metrics import MetricsRecord, metrics
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import ENCODERS, METHODS, Loop, RunRecord, Setup, prepare
+from lwr_dyn.simulation.setup import ENCODERS, METHODS, MOST_SUBSTEPS, Loop, RunRecord, Setup, prepare
 from lwr_dyn.simulation.simulate import LOOPS, run_setup
 from lwr_dyn.simulation.step_and_chirp import response_parts
+from lwr_dyn.simulation.substeps import applies, enough_steps, friction_substeps, with_substeps
 from lwr_dyn.trajectory.references.references import REFERENCES
 
 
@@ -82,6 +83,9 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
         for e in (e for e in run.events if e.kind == ACTIVE_FRICTION and e.joint == joint):
             lines.append(f"warning: friction of {name} feeds energy in from {e.t:g} s on, at {e.value:.4g} rad/s (m/s)")
     return lines
+
+
+SUBSTEPS = options.Flag("substeps", int)
 
 
 class NameOrFile(options.OneOf):
@@ -132,7 +136,9 @@ LOOP = [
     options.option("--delay", "Delay from a command to its torque, samples.", int, 0),
     options.option("--continuous", "The controller runs at every moment, not at samples."),
     options.option("--method", "Method of integration.", options.OneOf(METHODS), METHODS[0]),
-    options.option("--substeps", "RK4 steps a sample.", int, 1),
+    options.option(
+        "--substeps", "RK4 steps a sample; more are taken if not given and they move the tip by 1e-6 m.", int, 1
+    ),
     options.option(
         "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
     ),
@@ -182,6 +188,7 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     sampled = sampled_notes(setup)
     _note([] if given["json"] else [*setup.record()["note"].get("chosen", ()), *sampled.before])
     run = _simulated(setup, given["controller"] or "", out, [] if given["json"] else sampled.once_begun)
+    _note([] if given["json"] else [x for x in run.meta["note"].get("chosen", ()) if x.startswith("substeps")])
     others = [*filter(None, [given["csv"]])]
     for path in others:
         run.save(path)
@@ -204,7 +211,7 @@ command.params += [TASK, *OF_TASK, CONTROLLER, *CONTROLLER_OPTIONS.click_options
 
 
 def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
-    payload, task = given["payload"], options.task_of(TASK_OPTIONS, given, arm)
+    payload, task = given["payload"], task_of(TASK_OPTIONS, given, arm)
     model = arm_with_payload(arm, payload) if given["payload_known"] else arm
     dynamics = dynamics_of(model, given["engine"])
     law = _law(model, dynamics, task.reference, given)
@@ -229,7 +236,31 @@ def _setup(arm: Arm, robot: str, given: dict[str, Any]) -> Setup:
             meta={"task": getattr(task.reference, "about", {}).get("task", task.name), **_plant_note(given), **note,
                   **({"chosen": words} if words else {})},
         )  # fmt: skip
-        return prepare(arm, law.controller, task.reference, loop)
+        return _prepared(arm, law.controller, task.reference, loop)
+
+
+def task_of(tasks: options.RowOptions, given: options.Given, arm: Arm) -> UsualTask:
+    """The task that is asked for, or the usual one of the arm; raises as `usual_task`, `RowOptions`, its factory."""
+    name = given["task"]
+    if name is None:
+        usual = usual_task(arm)
+        tasks.refuse_unused(usual.name)
+        if not any(flag.is_typed for flag in tasks.flags):
+            return usual
+        name = usual.name
+    reference = tasks.registry.make(name, arm, **tasks.values(name, given, arm))
+    return UsualTask(name, reference, move_words(arm, reference) if name == "move" else "")
+
+
+def _prepared(arm: Arm, controller: Controller, reference: Reference, loop: Loop) -> Setup:
+    """The setup; where no substeps were typed, with as many as RK4 needs to follow the plant's friction."""
+    try:
+        return prepare(arm, controller, reference, loop)
+    except OptionError as fault:
+        if fault.name != "friction" or SUBSTEPS.is_typed or loop.method != "rk4":
+            raise
+    setup = prepare(arm, controller, reference, replace(loop, substeps=MOST_SUBSTEPS))
+    return with_substeps(setup, friction_substeps(setup))
 
 
 def _law(model: Arm, dynamics: Dynamics, reference: Reference, given: dict[str, Any]) -> UsualLaw:
@@ -273,6 +304,9 @@ def _simulated(setup: Setup, controller: str, out: str | None, notes: list[str])
     try:
         with progress("simulating") as report, faults_in(controller):
             run = run_setup(setup, report)
+            if not SUBSTEPS.is_typed and applies(setup):
+                found = enough_steps(run, lambda steps: run_setup(with_substeps(setup, steps), report))
+                run = _with_words(found.run, found.words)
     except DivergenceError as fault:
         _note(notes)
         if out is not None and isinstance(fault.run, Run):
@@ -283,6 +317,14 @@ def _simulated(setup: Setup, controller: str, out: str | None, notes: list[str])
     if out is not None:
         run.save(out)
     return run
+
+
+def _with_words(run: Run, words: str) -> Run:
+    """The run with a line of what was chosen for it."""
+    if not words:
+        return run
+    note = run.meta["note"]
+    return replace(run, meta={**run.meta, "note": {**note, "chosen": [*note.get("chosen", ()), words]}})
 
 
 def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[str, Any]]:

@@ -24,7 +24,7 @@ from lwr_dyn.arms.papers.schema import RESULT, RUN, Paper
 from lwr_dyn.checks.tables import arithmetic
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, PaperError
-from lwr_dyn.foundation.fields import Fields, parse_toml
+from lwr_dyn.foundation.fields import LARGEST, Fields, parse_toml
 from lwr_dyn.foundation.files import read_text
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
@@ -115,8 +115,8 @@ def _result(fields: Fields, paper: Paper, runs: OwnRuns) -> OwnResult:
         "given": given, "errata": errata, "note": fields.text("note", default=""),
         "needs": list(fields.texts("assumed", default=())), "range_of": [COLUMN],
     }  # fmt: skip
-    if isinstance(texts, str):
-        block["rows"] = [name]
+    if not isinstance(cells[0], list):
+        block["rows"] = [name] if isinstance(texts, str) else [f"{name}[{i + 1}]" for i in range(len(cells))]
     spans = fields.take("range", list, default=None)
     if spans is not None:
         block |= {"form": "figure", "ranges": {COLUMN: [spans] if isinstance(texts, str) else spans}}
@@ -197,6 +197,8 @@ def _number(fields: Fields, place: str, text: Any) -> str:
     if number is None:
         found = f"{text!r}, a number without its digits" if isinstance(text, int | float) else repr(text)
         raise fields.refuse(place, found, 'a number as printed, in quotation marks: "2.924"')
+    if abs(number.value) > LARGEST or number.half < 1.0 / LARGEST:
+        raise fields.refuse(place, repr(text), f"a number up to {LARGEST:g}, its last digit down to {1 / LARGEST:g}")
     return number.text
 
 

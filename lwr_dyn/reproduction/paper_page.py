@@ -189,9 +189,9 @@ def number_table(verdicts: Verdicts, entries: Sequence[LedgerEntry]) -> Table:
 
 
 def _named(number: ComparedNumber) -> str:
-    """The id of a result of one number; of several with the place, counted from 1."""
+    """The id of a result; of an entry of several with its place, counted from 1."""
     block, row = number.block, number.cell.row
-    return block.name if row == block.name else f"{block.name}[{row}]"
+    return row if row.partition("[")[0] == block.name else f"{block.name}[{row}]"
 
 
 def verdict_words(number: ComparedNumber) -> str:
@@ -251,11 +251,12 @@ def paper_page(
 
 
 def _tables(numbers: Sequence[ComparedNumber]) -> list[content.ReportTable]:
-    """A table for each block, in the order of the paper; results of one number are rows of one table a place."""
-    blocks: dict[str, list[ComparedNumber]] = {}
+    """A table for each block, in the order of the paper; rows that bear its name share a table a place."""
+    blocks: dict[tuple[bool, str], list[ComparedNumber]] = {}
     for number in numbers:
-        alone = number.cell.row == number.block.name
-        blocks.setdefault(_title(number.block) if alone else number.block.name, []).append(number)
+        named = number.cell.row.partition("[")[0] == number.block.name  # of a user's own paper, see `own_paper`
+        key = named, _title(number.block) if named else number.block.name
+        blocks.setdefault(key, []).append(number)
     return list(map(_table, blocks.values()))
 
 

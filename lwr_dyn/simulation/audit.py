@@ -135,7 +135,7 @@ def other_road(run: Run, most: int = JUDGED) -> OtherRoad | None:
     rows = plain[np.unique(np.linspace(0, plain.size - 1, min(most, plain.size)).astype(int))]
     if not rows.size:
         return None
-    judge = _Intervals(run, rows, dynamics_of(run.setup.plant.arm, engine))
+    judge = Intervals(run, rows, dynamics_of(run.setup.plant.arm, engine))
     residual, gap = judge.residuals()
     intervals = len(run.t) - 1
     return OtherRoad(
@@ -164,7 +164,7 @@ def uneventful(run: Run, continuous: bool) -> Rows:
     return np.flatnonzero(good)
 
 
-class _Intervals:
+class Intervals:
     """Some intervals of a run, by their first samples `rows` (k,), under another engine."""
 
     def __init__(self, run: Run, rows: Rows, dynamics: Dynamics) -> None:

@@ -28,6 +28,17 @@ def foreign_lint() -> tuple[str, bool, str]:
     return f"{words}; longest {longest:.1f} s", not BAD_KINDS & set(kinds), table(outcomes)
 
 
+def default_arms() -> tuple[str, bool, str]:
+    """`simulate` without an option on 40 public arms: a tenth refused at most, none diverges."""
+    from default_arms import BAD_KINDS, RAN, listed_arms, survey, table, words
+
+    arms = listed_arms()
+    outcomes = survey([arm for arm in arms if arm.path.is_file()], processes=2)
+    ran = sum(one.kind == RAN for one in outcomes)
+    holds = ran >= 0.9 * len(outcomes) and not BAD_KINDS & {one.kind for one in outcomes}
+    return words(arms, outcomes), holds, table(outcomes)
+
+
 def data_mutants() -> tuple[str, bool]:
     """Every numeric cell of every data file changed in four ways, one at a time; survivors: scripts/data_mutants.py."""
     from data_mutants import surveyed

@@ -223,3 +223,14 @@ def test_options_of_a_task_and_a_law_keep_to_what_was_chosen(recorded, refused):
     assert "--timing: would do nothing here; allowed: with --task ist" in refused(
         "simulate", "kr30ha", "--timing", "smooth"
     )
+
+
+def test_steps_are_chosen_where_none_are_typed_and_they_matter(recorded):
+    task = ("--task", "point-to-point", "--from-deg", "0,0,0,0,0,0,0", "--to-deg", "60,60,60,60,60,60,60")
+    coarse = (*task, "--duration", "0.6", "--rate", "40", "--controller", "inverse-dynamics", "--omega-n", "10")
+    chosen = recorded("simulate", "lwr4plus", *coarse)["meta"]
+    assert chosen["options"]["substeps"] > 1
+    assert chosen["note"]["chosen"][-1].startswith(f"substeps: {chosen['options']['substeps']}, chosen for this run")
+    typed = recorded("simulate", "lwr4plus", *coarse, "--substeps", "1")["meta"]
+    assert typed["options"]["substeps"] == 1
+    assert "chosen" not in typed["note"]

@@ -66,6 +66,18 @@ def urdf(folder: Path, rng: random.Random) -> None:
     _posed(written(folder, "x.urdf", changed(rng.choice(_urdfs()), rng)))
 
 
+@functools.cache
+def _mjcf() -> str:
+    from lwr_dyn.arms.export.mjcf import mjcf_text
+
+    return mjcf_text(_kuka())
+
+
+def mjcf(folder: Path, rng: random.Random) -> None:
+    """An MJCF that this package wrote."""
+    _posed(written(folder, "x.xml", changed(_mjcf(), rng)))
+
+
 def urdf_judged(folder: Path, rng: random.Random) -> None:
     """A URDF judged link by link."""
     from lwr_dyn.checks.urdf.lint import lint_file
@@ -213,10 +225,11 @@ def _command(*words: str) -> int:
 
 
 READERS: dict[str, Reader] = {
-    "robot TOML": robot_file, "URDF": urdf, "URDF judged": urdf_judged, "xacro": xacro, "CSV log": log_csv,
-    "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file, "KRL and --set": krl, "KRL cell": cell,
-    "lint sheet": sheet, "evidence": evidence, "tool and mount": tool, "study": study,
-    "command line": command_line, "bag": bag, "machine.dat": machine_data, "sweep folder": sweep_folder,
+    "robot TOML": robot_file, "URDF": urdf, "MJCF": mjcf, "URDF judged": urdf_judged, "xacro": xacro,
+    "CSV log": log_csv, "CSV motion": motion_csv, "Parquet log": log_parquet, "run npz": run_file,
+    "KRL and --set": krl, "KRL cell": cell, "lint sheet": sheet, "evidence": evidence, "tool and mount": tool,
+    "study": study, "command line": command_line, "bag": bag, "machine.dat": machine_data,
+    "sweep folder": sweep_folder,
 }  # fmt: skip
 
 

@@ -183,6 +183,12 @@ BAD = {
     "dq that it does not take": (Q, f"{Q}\ndq = [0, 0]", "mass_matrix[1,1] does not take it"),
     "printed is no number": ('"0.930"', '"0,930"', "b11.printed: '0,930'; allowed: a number as printed"),
     "printed without digits": ('"0.930"', "0.930", "b11.printed: 0.93, a number without its digits"),
+    "a number too large": ('"0.930"', '"1e31"', "b11.printed: '1e31'; allowed: a number up to 1e+30"),
+    "a digit too small": (
+        '"0.930"',
+        '"1e-300"',
+        "b11.printed: '1e-300'; allowed: a number up to 1e+30, its last digit",
+    ),
     "a list for one number": ('"0.930"', '["0.930"]', "b11.printed: ['0.930']; allowed: a number as printed"),
     "one number for a list": ('["15.21", "2.94"]', '"15.21"', "a list of 2 for gravity; one number is gravity[1]"),
     "unknown column": (SHARE, "limits.efort[1]", "no quantity or column 'limits.efort' (did you mean limits.effort?)"),

@@ -168,10 +168,10 @@ def test_the_table_of_an_own_paper(own):
     assert f"erratum {unproven.erratum.id}: nothing shows it" in paper_page.number_table(own, (unproven,)).text()
 
 
-def test_results_of_one_number_share_the_table_of_their_place(own):
+def test_results_of_one_place_share_its_table(own):
     tables = {table.title: table for table in paper_page._tables(own.numbers)}
     assert list(tables) == ["Table IV", "section 3", "conclusion"]
     assert [row.label for row in tables["Table IV"].rows] == ["b11", "mass"]
-    assert [row.label for row in tables["section 3"].rows] == ["1", "2"]
+    assert [row.label for row in tables["section 3"].rows] == ["holding[1]", "holding[2]"]
     assert tables["Table IV"].unit == "kg m^2, kg"
     assert len({table.id for table in tables.values()}) == 3

@@ -54,13 +54,13 @@ def test_an_unknown_paper(tmp_path):
 def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
     made = []
 
-    def one(paper, folder, *_):
-        made.append((paper, folder.name))
+    def one(study, folder, *_):
+        made.append((study.name, folder.name))
         verdicts = {"all": 2, "reproduced": 1, "after erratum": 1, "differs": 0}
         kinds = {"all": 9, "differs": 0, "not reproducible": 0, "under assumed conditions": {"all": 3, "near": 1}}
         kinds |= dict.fromkeys(("computed", "structural", "repeated in print"), verdicts)
         counts = {"printed": kinds, "derived": kinds, "errata": {"all": 1, "proven": 1, "proofs that hold": 1}}
-        return Reproduction(paper != "wam7", study_document(counts=counts))
+        return Reproduction(study.name != "wam7", study_document(counts=counts))
 
     monkeypatch.setattr(reproduce, "ProcessPoolExecutor", lambda *_, **__: ThreadPoolExecutor(1))
     monkeypatch.setattr(reproduce, "_one", one)

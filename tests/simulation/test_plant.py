@@ -161,7 +161,7 @@ def test_a_push_that_grows_moves_joints_that_friction_held():
 
 
 def test_an_other_road_that_forgets_it_does_not_close(monkeypatch):
-    monkeypatch.setattr(audit._Intervals, "external", lambda self, x, v, s: np.zeros_like(x))
+    monkeypatch.setattr(audit.Intervals, "external", lambda self, x, v, s: np.zeros_like(x))
     assert pushed().audit["inverse_dynamics"]["residual"] > 1.0
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from lwr_dyn.checks.urdf.document import TURNING, FindingSeverity, Sureness, UrdfDocument, UrdfFinding, vector_text
 from lwr_dyn.checks.urdf.elements import JointElement
 from lwr_dyn.checks.urdf.judgement import NAMED, NOTED, Judgement, judgements
-from lwr_dyn.checks.urdf.undoings import Undoing, off_centre
+from lwr_dyn.checks.urdf.undoings import Undoing, off_centre, outside, spread_ratios
 from lwr_dyn.checks.urdf.xml_tree import Place
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.number_text import number_text
@@ -188,6 +188,8 @@ def _times(low: float, high: float) -> str:
 
 def _spread_severity(found: Judgement) -> FindingSeverity | None:
     low, middle, high = found.ratios
+    if high > WIDE and fits_welded(found):
+        return "note"
     if high > WIDEST or high < NARROWEST:
         return "error"
     return "warning" if high > WIDE or low < NARROW or middle < NARROW_MIDDLE else None
@@ -205,7 +207,8 @@ def bound(document: UrdfDocument) -> Iterable[UrdfFinding]:
         if found.bound > BOUND_WARNING and quiet and not _shape_is_off(found):
             what = f"its inertia needs {found.bound:.2g} times the variance that its shape allows"
             why = "along one direction, with half the mass at either end of the body"
-            yield _of_tensor(found, what, why, "error" if found.bound > BOUND_ERROR else "warning")
+            severity: FindingSeverity = "error" if found.bound > BOUND_ERROR else "warning"
+            yield _of_tensor(found, what, why, "note" if fits_welded(found) else severity)
 
 
 def slip(document: UrdfDocument) -> Iterable[UrdfFinding]:
@@ -258,14 +261,17 @@ def density(document: UrdfDocument) -> Iterable[UrdfFinding]:
     Good arms: 250 to 3 030 kg/m^3 (covers 13, a display 68), those of other makers 166 to 3 240 (a bellows 24). Error
     below 5 and above 12 000, warning below 60, above 5 000, and for 6 times or a sixth of the median over the file's
     links above 50 g (a note between 100 and 3 000). Parts below 0.2 kg may be of solid steel: up to 8 000. A factor of
-    1000 in the mass, or of 1000^3 in the volume (a mesh in mm), is named.
+    1000 in the mass, or of 1000^3 in the volume (a mesh in mm), is named. Where most of the body is drawn at links that
+    are fixed to it, which have less than half its mass, and mass, centre and tensor fit all of it: a note, as in the
+    rules of centre and spread.
     """
     for found in judgements(document):
         if not _density_is_odd(found):
             continue
         rho = found.density
         impossible = rho < EMPTY or rho > SOLID
-        severity: FindingSeverity = "error" if impossible else "note" if SPARSE < rho < DENSE else "warning"
+        noted = SPARSE < rho < DENSE or fits_welded(found)
+        severity: FindingSeverity = "note" if noted else "error" if impossible else "warning"
         named = mass_slip(found)
         what = f"mass over volume is {rho:.3g} kg/m^3"
         why = f"mass {found.point.mass:.4g} kg, hull {found.hull.volume:.3g} m^3; the file's usual is {found.usual:.0f}"
@@ -298,6 +304,14 @@ def mass_fit(document: UrdfDocument) -> Iterable[UrdfFinding]:
         )  # fmt: skip
 
 
+def fits_welded(found: Judgement) -> bool:
+    """Whether mass, centre and tensor fit the body that is drawn at the links fixed to it."""
+    hull, point = found.welded, found.point
+    if hull is None or not LIGHT < point.mass / hull.volume < HEAVY or outside(point.com, hull) > 0.0:
+        return False
+    return bool(spread_ratios(point.inertia, point.mass, hull)[2] < WIDE)
+
+
 def _density_is_odd(found: Judgement) -> bool:
     rho, relative = found.density, found.density / found.usual
     if found.point.mass < SMALL_PART and HEAVY < rho <= STEEL:
@@ -321,6 +335,7 @@ def centre(document: UrdfDocument) -> Iterable[UrdfFinding]:
         if not _is_off_centre(found) or _shape_is_off(found):
             continue
         severity: FindingSeverity = "error" if found.outside > OUTSIDE_ERROR else "warning"
+        severity = "note" if fits_welded(found) else severity
         lies = "outside the hull of its shapes" if found.outside > 0.0 else "far from the middle of its shapes"
         what = f"the centre of mass lies {lies}"
         why = f"{max(found.outside, 0.0):.2g} diameters outside, {found.off:.2g} standard deviations off the middle"

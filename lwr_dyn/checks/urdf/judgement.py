@@ -162,6 +162,8 @@ NOTED, NAMED = 0.6, 0.8
 an exchange of moments at most 0.55, rpy 0.67 (prior 0.2), about the link frame 0.23 (one 0.93), signs of products 1.5
 (prior 0.75)."""
 
+LARGER, LESS = 4.0, 0.5
+"""Volume of a link with those fixed to it over its own, and their mass over its own, where its body is drawn there."""
 _USUAL_REST = 1.8
 """A slip explains a tensor when no more distance than this is left: 98 of 100 good links have at most 1.7."""
 CENTRE_NAMED = 0.55
@@ -187,6 +189,7 @@ class Judgement:
     tensor_slip: Undoing | None = None  # whose undoing explains the tensor
     cut: float = 0.0  # by how much that shortens the distance, its prior taken off
     centre_slip: Undoing | None = None  # whose undoing explains the centre
+    welded: Hull | None = None  # of the link with those fixed to it, where its body is drawn there
 
 
 @lru_cache(maxsize=4)
@@ -196,7 +199,8 @@ def judgements(document: UrdfDocument) -> tuple[Judgement, ...]:
     density = float(np.median([x.density for x in found if x.point.mass > _LIGHT] or [USUAL_DENSITY]))
     usual = density if 100.0 < density < 5000.0 else USUAL_DENSITY
     spread = float(np.median([x.spread for x in found] or [0.0]))
-    explained = [_explained(replace(x, usual=usual, usual_spread=spread), document) for x in found]
+    found = [replace(x, usual=usual, usual_spread=spread, welded=_welded(x, document)) for x in found]
+    explained = [_explained(x, document) for x in found]
     return tuple(_base_frame(explained, document))
 
 
@@ -211,6 +215,24 @@ def _measured(body: LinkBody) -> Judgement | None:
         float(np.log(np.maximum(ratios, 1e-12)).mean()), undoings.bound_ratio(point, hull),
         undoings.outside(point.com, hull), undoings.off_centre(point.com, hull),
     )  # fmt: skip
+
+
+def _welded(found: Judgement, document: UrdfDocument) -> Hull | None:
+    """The hull of a link and those fixed to it, in its frame; None unless most of the body is drawn at those.
+
+    That is so where the hull is four times as large as the link's own, and those links have less than half its mass.
+    """
+    name, poses = found.body.link.name, link_poses(document)
+    others = [x for x in document.carried_by(name, through_moving=False) if x != name and x in poses]
+    drawn = [(x, hull) for x in others if (hull := bodies_of(document)[x].hull) is not None]
+    if name not in poses or not drawn or document.mass_beyond(name, through_moving=False) > LESS * found.point.mass:
+        return None
+    points, from_root = [found.hull.vertices], np.linalg.inv(poses[name][0])
+    for other, hull in drawn:
+        pose = from_root @ poses[other][0]
+        points.append(hull.vertices @ pose[:3, :3].T + pose[:3, 3])
+    whole = solid_hull(np.vstack(points))
+    return whole if whole is not None and whole.volume > LARGER * found.hull.volume else None
 
 
 def _explained(found: Judgement, document: UrdfDocument) -> Judgement:

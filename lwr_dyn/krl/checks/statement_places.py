@@ -16,6 +16,8 @@ from lwr_dyn.krl.project.project import Project
 SELECTORS = frozenset({"INT", "CHAR", "BOOL", UNKNOWN.name})
 """Types after SWITCH beside enumerations. BOOL is not in KUKA's list, but may work."""
 MOST_INTERRUPTS = 128
+TRIGGER = "a trigger"
+"""It may leave its priority to the controller, with -1."""
 AUTOMATIC = range(40, 81)
 """Priorities that the controller gives to triggers by itself."""
 
@@ -122,14 +124,14 @@ def declared_interrupts(project: Project) -> tuple[set[int], bool]:
     return numbers, others
 
 
-def check_priority(scope: Scope, x: e.Expression) -> None:
-    """Report the priority of an interrupt that the controller does not take, or gives by itself."""
+def check_priority(scope: Scope, x: e.Expression, of: str = "an interrupt") -> None:
+    """Report the priority of an interrupt or a trigger that the controller does not take, or gives by itself."""
     number = e.number_of(x)
     allowed = f"1 to {AUTOMATIC[0] - 1}, or {AUTOMATIC[-1] + 1} to {MOST_INTERRUPTS}"
-    if number is None:
+    if number is None or (number == -1 and of == TRIGGER):
         return
     if not 1 <= number <= MOST_INTERRUPTS:
-        scope.report(x.column, "interrupt", f"the priority {number:g} of an interrupt", allowed)
+        scope.report(x.column, "interrupt", f"the priority {number:g} of {of}", allowed)
     elif number in AUTOMATIC:
         message = f"the priority {number:g} is one of those that the controller gives to triggers"
         scope.report(x.column, "interrupt", message, allowed, "warning")

@@ -8,7 +8,7 @@ from typing import Any
 
 from lwr_dyn.krl.checks.constant_values import check_value, place_of
 from lwr_dyn.krl.checks.global_names import repeated_globals
-from lwr_dyn.krl.checks.statement_places import check_interrupt_declared, check_places, check_priority
+from lwr_dyn.krl.checks.statement_places import TRIGGER, check_interrupt_declared, check_places, check_priority
 from lwr_dyn.krl.checks.type_check import check_assignable, check_compared, shape_of, type_in
 from lwr_dyn.krl.checks.written_places import check_text, check_written
 from lwr_dyn.krl.diagnostics import SEVERITIES, Diagnostic, has_no_error, sorted_diagnostics
@@ -186,6 +186,9 @@ def _interrupt_switch(scope: Scope, x: s.InterruptSwitch) -> None:
 def _trigger(scope: Scope, x: s.Trigger) -> None:
     for value in (x.value, x.delay):
         check_assignable(scope, REAL, value, "TRIGGER")
+    if x.priority is not None:
+        check_assignable(scope, INT, x.priority, "PRIO")
+        check_priority(scope, x.priority, TRIGGER)
     _CHECKS[type(x.action)](scope, x.action)
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 from lwr_dyn.checks.urdf import inertia_shape_rules as rules
+from lwr_dyn.checks.urdf.document import document_of
 from lwr_dyn.checks.urdf.judgement import judgements
 from lwr_dyn.checks.urdf.undoings import log_distance
 from tests.checks.urdf.box_arm import BoxArm
@@ -93,3 +94,30 @@ def test_a_centre_inside_the_body_with_the_wrong_sign():
     assert [(f.cause, f.instead) for f in found] == [
         ("signs of centres of mass", '<origin xyz="0 0 0.05" rpy="0 0 0"/>')
     ]
+
+
+def drawn_at_a_cover(cover_mass, cover_size="0.1 0.16 0.5", com="0.02 0 0.23"):
+    """The second link as a thin shaft with the mass of the whole body, which is drawn at a cover fixed to it."""
+    shaft = '<visual><geometry><cylinder radius="0.015" length="0.1"/></geometry></visual>\n'
+    centre = tuple(float(v) for v in com.split())
+    text = ARM.with_link(1, shapes=shaft, com=centre).text()
+    inertial = f'<inertial><mass value="{cover_mass}"/><inertia ixx="1e-2" iyy="1e-2" izz="1e-2"/></inertial>'
+    body = f'<visual><origin xyz="0.02 0 0.23"/><geometry><box size="{cover_size}"/></geometry></visual>'
+    joint = '<joint name="weld" type="fixed"><parent link="l1"/><child link="cover"/></joint>'
+    cover = f'<link name="cover">{inertial if cover_mass else ""}{body}</link>{joint}'
+    return document_of(text.replace("</robot>", cover + "</robot>"), "f")
+
+
+def severities(document):
+    return {(f.subject, f.severity) for rule in RULES for f in rule(document) if f.subject == "link l1"}
+
+
+def test_a_body_that_is_drawn_at_a_link_fixed_to_it_is_no_fault():
+    assert severities(drawn_at_a_cover(0)) == {("link l1", "note")}
+    assert severities(drawn_at_a_cover(0.4 * MASS)) == {("link l1", "note")}
+
+
+def test_a_fault_stays_one_where_the_link_fixed_to_it_does_not_explain_it():
+    assert ("link l1", "error") in severities(drawn_at_a_cover(0.6 * MASS))  # it has a mass of its own
+    assert ("link l1", "error") in severities(drawn_at_a_cover(0, "0.02 0.02 0.5"))  # too small
+    assert ("link l1", "error") in severities(drawn_at_a_cover(0, com="0.2 0 0.23"))  # the centre is beside it

@@ -77,12 +77,11 @@ def test_a_sign_is_named_where_the_bodies_still_meet_and_where_they_do_not():
 def wrist(axis: str):
     """Two equal elbow pieces, the second turned by a quarter about x, whose joint's origin lies beside the first."""
     piece = '<visual><origin xyz="0 {} -0.05"/><geometry><box size="0.072 0.095 0.16"/></geometry></visual></link>'
-    joint = (
-        '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0 -0.12 0" rpy="1.5708 0 0"/>'
-    )
+    joint = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>'
+    origin = '<origin xyz="0 -0.12 0" rpy="1.5708 0 0"/>'
     limit = f'<axis xyz="{axis}"/><limit lower="-1" upper="1" effort="9" velocity="2"/></joint>'
     bodies = f'<link name="a">{piece.format(0.01)}<link name="b">{piece.format(-0.01)}'
-    return document_of(f'<robot name="r">{bodies}{joint}{limit}</robot>', "f")
+    return document_of(f'<robot name="r">{bodies}{joint}{origin}{limit}</robot>', "f")
 
 
 def test_an_origin_anywhere_on_an_axis_through_its_parent_is_a_note():

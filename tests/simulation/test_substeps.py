@@ -1,0 +1,79 @@
+"""Steps a sample: one is kept bit for bit where it is enough, more are found where it is not, friction asks too."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.simulation.setup import Loop, prepare
+from lwr_dyn.simulation.simulate import run_setup
+from lwr_dyn.simulation.substeps import (
+    ENOUGH,
+    applies,
+    change_bound,
+    enough_steps,
+    friction_substeps,
+    tip_change,
+    with_substeps,
+)
+
+ARM = lwr_dyn.load("lwr4plus")
+FAST = lwr_dyn.reference("point-to-point", ARM, start=[0.0] * 7, end=[1.0] * 7, duration=0.6)
+
+
+def setup_of(rate=1000.0, **options):
+    law = lwr_dyn.controller("inverse-dynamics", ARM, omega_n=20.0)
+    return prepare(ARM, law, FAST, Loop(rate=rate, saturate=False, **options))
+
+
+def test_a_run_whose_bound_is_small_is_kept_as_it_is_and_the_bound_is_one():
+    setup = setup_of()
+    run = run_setup(setup)
+    found = enough_steps(run, lambda steps: pytest.fail("no further run is needed"))
+    assert found.run is run
+    assert (found.substeps, found.words) == (1, "")
+    true = tip_change(run, run_setup(with_substeps(setup, 2)))
+    assert 0.0 < true < found.change < ENOUGH
+
+
+def test_a_coarse_run_gets_the_fewest_steps_whose_doubling_no_longer_moves_the_tip():
+    setup = setup_of(rate=40.0)
+    runs = {steps: run_setup(with_substeps(setup, steps)) for steps in (1, 2, 4, 8, 16)}
+    assert change_bound(runs[1]) > ENOUGH
+    changes = {steps: tip_change(runs[steps], runs[2 * steps]) for steps in (1, 2, 4, 8)}
+    fewest = next(steps for steps, change in changes.items() if change < ENOUGH)
+    found = enough_steps(runs[1], runs.__getitem__)
+    assert (found.substeps, found.change) == (fewest, changes[fewest])
+    assert fewest > 1
+    assert f"substeps: {fewest}, chosen for this run: twice as many change the tip by" in found.words
+
+
+def test_where_doubling_does_not_help_it_ends_and_says_so():
+    setup = setup_of(rate=40.0)
+    run, noise = run_setup(setup), np.random.default_rng(0)
+
+    def again(steps):
+        other = run_setup(setup)
+        return replace(other, q=other.q + noise.normal(0.0, 1e-3, other.q.shape))
+
+    found = enough_steps(run, again)
+    assert found.run is run
+    assert found.words.endswith("and more steps do not leave less")
+
+
+def test_friction_asks_for_a_power_of_two_with_something_to_spare_or_is_refused():
+    setup = setup_of()
+    assert friction_substeps(setup) == 1
+    assert friction_substeps(replace(setup, friction_rate=2700.0)) == 2
+    assert friction_substeps(replace(setup, friction_rate=14670.0)) == 16
+    with pytest.raises(OptionError, match="needs 167 RK4 steps a sample; allowed: --substeps 167"):
+        friction_substeps(replace(setup, friction_rate=3e5))
+
+
+def test_steps_are_chosen_for_sampled_rk4_alone():
+    assert applies(setup_of())
+    assert not applies(setup_of(method="dop853"))
+    assert not applies(setup_of(continuous=True))
+    assert not applies(setup_of(loop="compiled"))
