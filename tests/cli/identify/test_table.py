@@ -38,6 +38,18 @@ def test_a_right_table_meets_the_logs(printed, logs: list[str]) -> None:
     assert "no motion shows: m1, c1x, c1y, c1z, I1xx, I1xy, I1xz, I1yz, I1zz, c2y" in out
 
 
+def test_logs_of_an_arm_on_a_wall(lwr_dyn_command: Command, tmp_path: Path) -> None:
+    """With --mount the table meets them; without, gravity pulls another way."""
+    arm, rng = lwr_dyn.load("lwr4plus", "physical", mount="wall"), np.random.default_rng(2)
+    plant = perturbed_plant(TorqueColumns(arm.chain), arm, rng, 0.01)
+    log = simulated_log(plant, random_motion(arm, 12.0, rng, rate=500.0), 0.1, rng, encoder=1e-5)
+    write_log(tmp_path / "wall.csv", log)
+    line = ("identify", "table", "lwr4plus", str(tmp_path / "wall.csv"), "--reading", "physical")
+    code, out, err = lwr_dyn_command(*line, "--mount", "wall")
+    assert (code, out.startswith("the table meets the log")) == (0, True), err
+    assert lwr_dyn_command(*line)[0] != 0
+
+
 def test_a_table_with_a_copied_cell_is_named(lwr_dyn_command: Command, logs: list[str], tmp_path: Path) -> None:
     source = Path(lwr_dyn.__file__).parent / "arms" / "papers" / "lwr4plus.toml"
     text = source.read_text(encoding="utf-8")
