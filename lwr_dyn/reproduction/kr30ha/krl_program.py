@@ -188,7 +188,6 @@ PROGRAM: dict[str, Prove] = {
     "krl-missing-type": partial(diagnosed, codes=("missing-type",), lines=DECLARATIONS),
     "krl-initialiser": partial(diagnosed, codes=("initialiser-in-src",), lines=DECLARATIONS),
     "krl-undeclared": partial(diagnosed, codes=("undeclared",), lines=(20,)),
-    "krl-no-velocity": partial(diagnosed, codes=("no-velocity",), lines=(20,)),
     "krl-status-turn": status_turn,
     "krl-mastering-cartesian": mastering_cartesian,
     "loop-in-text": no_loop,
