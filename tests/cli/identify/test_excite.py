@@ -103,7 +103,7 @@ def test_ctrl_c_leaves_the_best_motion_so_far_whole(count, interrupted, lwr_dyn_
 @pytest.mark.slow
 def test_seconds_leave_the_best_motion_so_far_whole(recorded, tmp_path):
     file = tmp_path / "e.csv"
-    record = recorded("excite", "lwr4plus", "--starts", "900", "--seconds", "4", "--out", str(file))
+    record = recorded("excite", "lwr4plus", "--starts", "900", "--search-seconds", "4", "--out", str(file))
     assert record["ended"] == "seconds"
     assert record["may_be_run"] is True
     assert record["seconds"] < 8.0
@@ -173,8 +173,8 @@ def test_only_joints_without_friction_are_named():
         (("--margin-deg", "-1"), "--margin-deg: -1.0; allowed: 0 or more, in deg"),
         (("--floor", "5"), "joint_4 and the floor overlap at best by 4.67 m; 0.05 m is to be kept; allowed: less"),
         (("--keep", "5"), "link_5 and the column are at best 0.243 m apart; 5 m is to be kept; allowed: less"),
-        (("--seconds", "0"), "seconds: 0.0; allowed: above 0, in s; inf for no limit"),
-        (("--seconds", "nan"), "seconds: nan; allowed: above 0, in s; inf for no limit"),
+        (("--search-seconds", "0"), "seconds: 0.0; allowed: above 0, in s; inf for no limit"),
+        (("--search-seconds", "nan"), "seconds: nan; allowed: above 0, in s; inf for no limit"),
         (("--column", "5"), "column: 5.0; allowed: a radius in m that does not hold the whole arm"),
         (("--duration", "1e9"), "duration: 1000000000.0; allowed: a time above 0 s, at most 3600 s"),
         (("--starts", "100000"), "starts: 100000; allowed: a whole number from 1 to 1000"),
