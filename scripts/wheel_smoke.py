@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-LEFT_OUT = ("sensitivity", "reproduce", "gains")
+LEFT_OUT = ("sensitivity", "reproduce", "gains", "new paper")
 """Slow commands, of which only the help is tried."""
 FACTS = """
 import json, lwr_dyn

@@ -19,4 +19,5 @@ def test_a_file_belongs_to_the_module_with_the_longest_name_and_a_row_adds_other
 
 
 def test_the_table_is_read():
-    assert own_tests("dynamics/newton_euler") == [TESTS / "agreement/test_conventions.py"]
+    rows = ("laws/test_dynamics_laws.py", "agreement/test_engines_agree.py", "agreement/test_conventions.py")
+    assert own_tests("dynamics/newton_euler") == [TESTS / row for row in rows]

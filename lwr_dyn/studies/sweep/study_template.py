@@ -132,7 +132,8 @@ def _friction(arm: Arm, dynamics: Dynamics, move: JointReference) -> _StudyFrict
         return _StudyFriction(own if law else 1, law, False, "torque limits are unknown, of which it is a share")
     varied = _steps(dynamics, poses, FRICTION * arm.effort / WIDTH)
     if max(varied, own) > MOST_STEPS:
-        why = f"{100 * FRICTION:g} % of the torque limits would need {varied} RK4 steps a sample, without rotor inertia"
+        what = f"{100 * FRICTION:g} % of the torque limits" if varied > MOST_STEPS else "the arm's own friction"
+        why = f"{what} would need {max(varied, own)} RK4 steps a sample, without rotor inertia"
         return _StudyFriction(own if law else 1, law, False, why)
     return _StudyFriction(max(varied, own), True, True)
 

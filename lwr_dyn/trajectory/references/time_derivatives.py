@@ -137,6 +137,7 @@ def jump_of(
 def _sharpest(times: Array, values: Array) -> tuple[float, float]:
     """The interval whose change differs most from those of its neighbours, with these: a jump may lie on its edge."""
     steps = np.diff(values)
-    padded = np.pad(steps, 1, mode="edge")
+    ends = 3.0 * steps[[1, -2]] - 2.0 * steps[[2, -3]]  # so that the first and last are held against a line, too
+    padded = np.concatenate([ends[:1], steps, ends[1:]])
     k = int(np.argmax(np.abs(steps - (padded[:-2] + padded[2:]) / 2.0)))
     return float(times[max(k - 1, 0)]), float(times[min(k + 2, len(steps))])

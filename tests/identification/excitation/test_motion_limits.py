@@ -142,7 +142,7 @@ def test_an_unknown_speed_limit_is_asked_for_and_an_unknown_travel_is_a_turn(wam
     bare = dataclasses.replace(
         wam, limits=(dataclasses.replace(wam.limits[0], velocity=None, lower=None, upper=None), *wam.limits[1:])
     )
-    with pytest.raises(OptionError, match=r"speed limit of .*unknown.*--speed"):
+    with pytest.raises(OptionError, match=r"speed limit of .*unknown.*--joint-speed"):
         motion_limits.MotionLimits.of(bare)
     limits = motion_limits.MotionLimits.of(bare, 0.1, 0.5, unknown_speed=2.0)
     assert limits.speed[0] == 1.0

@@ -18,6 +18,7 @@ from lwr_dyn.studies.sweep.sweep_study import references_of_study
 ROBOTS = Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
 URDF = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
 PANDA = ROBOTS / "panda_description/urdf/panda.urdf"
+XARM = ROBOTS / "xarm_description/urdf/xarm7.urdf"
 
 OF_THE_LWR = """robot = "lwr4plus"          # a robot, or a .toml or .urdf beside this file
 reading = "physical"        # how its tables are read
@@ -53,7 +54,7 @@ def test_what_an_arm_does_not_give_is_left_out_and_said():
     assert "# no saturated_s: torque limits are unknown" in text
     assert "# no friction.coulomb: torque limits are unknown, of which it is a share" in text
     assert "friction.coulomb" not in [one.path for one in read("kr30ha", arm).parameters]
-    light = study_template("x.toml", "x", str(PANDA), lwr_dyn.load(PANDA))
+    light = study_template("x.toml", "x", str(XARM), lwr_dyn.load(XARM))
     assert "# no friction.coulomb: 2 % of the torque limits would need" in light
     assert "without rotor inertia" in light
 

@@ -8,6 +8,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import LwrDynError, OptionError, PathLimitError, ShapeError
 from lwr_dyn.trajectory.references.function_reference import FunctionReference
+from tests.optional import need
 
 W = np.arange(1.0, 8.0)
 
@@ -145,13 +146,13 @@ def test_kinks_are_allowed_where_derivatives_are_given_and_limits_can_be_left(ar
 def test_a_plain_function_names_the_road(arm):
     with pytest.raises(OptionError, match=r"the function wave; allowed: lwr_dyn.reference\(function, arm, duration"):
         lwr_dyn.simulate(arm, lwr_dyn.controller("pid", arm), wave)
-    pytest.importorskip("numba")
+    need("numba")
     with pytest.raises(OptionError, match=r"the function wave; allowed: lwr_dyn.reference"):
         lwr_dyn.rollouts(arm, "pid", [wave], runs=2)
 
 
 def test_rollouts_follow_it_as_simulate_does(arm):
-    pytest.importorskip("numba")
+    need("numba")
     reference = lwr_dyn.reference(wave, arm, duration=0.05)
     rolls = lwr_dyn.rollouts(arm, "inverse-dynamics", reference, runs=1, record=1)
     run = lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), reference, friction="none")
