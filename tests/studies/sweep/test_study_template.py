@@ -17,7 +17,6 @@ from lwr_dyn.studies.sweep.sweep_study import references_of_study
 
 ROBOTS = Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
 URDF = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
-PANDA = ROBOTS / "panda_description/urdf/panda.urdf"
 XARM = ROBOTS / "xarm_description/urdf/xarm7.urdf"
 
 OF_THE_LWR = """robot = "lwr4plus"          # a robot, or a .toml or .urdf beside this file
