@@ -27,7 +27,7 @@ def run_file(folder, two_runs):
 @pytest.mark.slow
 def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, printed, folder, run_file):
     out = printed("show", "lwr4plus", "--html", "x.html", "--q-deg", "10,20,30,-40,50,60,70")
-    assert out.startswith("wrote x.html (0.")
+    assert out.startswith("wrote x.html (1.")
     assert "open it: " in out
     assert "lwrExplorer" in (folder / "x.html").read_text(encoding="utf-8")
     code, out, _ = lwr_dyn_command("show", str(SHARE / FOREIGN["panda"]), "--tip", "panda_link8")

@@ -49,7 +49,7 @@ def test_a_loop_that_is_stable_everywhere_or_not_judged_gets_no_line(options, lw
         (("--plant-scale", "0.5"), 1860),
         (("--plant-scale", "0.5", "--continuous"), None),
         (("--plant-scale", "0.5", "--controller", "inverse-dynamics"), None),
-        (("--rate", "700"), 957),
+        (("--rate", "700", "--controller", "pd-gravity"), 957),
         (("--rate", "700", "--plant-scale", "2"), None),
         (("--delay", "1"), 1930),
         (("--rate", "930", "--payload", "3"), None),

@@ -25,7 +25,7 @@ from lwr_dyn.reproduction.paper_study import paper_study
 
 KINDS = ("sign", "times ten", "neighbour", "one percent")
 REFUSED, VERDICT, UNSEEN = "refused", "verdict", "unseen"
-NEVER = ("schema", "unit", "rows", "symbols")
+NEVER = ("source", "schema", "unit", "rows", "symbols")
 """Keys of numbers that are no data: versions, the unit "1", labels."""
 Path = tuple[str | int, ...]
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")

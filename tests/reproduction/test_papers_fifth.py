@@ -152,7 +152,7 @@ def test_it_is_reproduced_with_its_option(command):
 
 def test_it_is_offered_beside_the_others_and_its_option_only_there(command):
     text = " ".join(command("reproduce", "--help")[1].stdout.split())
-    assert "(lwr4plus, lwr4, wam7, kr30ha, fifth, or all)" in text
+    assert "(lwr4plus, lwr4, wam7, kr30ha, fifth, all, or yo" in text
     assert "--loudly fifth: in capital letters." in text
     refused = command("reproduce", "lwr4", "--loudly")[1]
     assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)

@@ -6,7 +6,6 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.rollouts.substeps import ENOUGH, MOST, Steps, enough_steps, evenly, steps
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.simulation.plant import Encoder
 
 ARM = lwr_dyn.load("lwr4plus")
 LAW = lwr_dyn.controller("inverse-dynamics", ARM)
@@ -28,12 +27,6 @@ def test_the_steps_that_are_chosen_leave_less_than_is_allowed_and_half_as_many_l
     left, more = (np.abs(one.q - finest.q).max() for one in (done, half))
     assert left < 1.2 * done.setup["step_error"] < ENOUGH < more
     assert "step error 3e-08 rad (estimated)" in repr(done)
-
-
-@pytest.mark.slow
-def test_counts_and_noise_of_an_encoder_are_no_error_of_the_step():
-    exact, noisy = (rolled(encoder=Encoder(*numbers)).setup for numbers in ((0.0, 0.0), (1e-4, 1e-4)))
-    assert 0.0 < noisy["step_error"] == exact["step_error"] < ENOUGH
 
 
 def test_substeps_that_are_given_or_without_friction_are_not_chosen():

@@ -38,7 +38,7 @@ def test_an_arm_becomes_a_file_and_says_how_to_open_it(folder):
     page = lwr_dyn.show(lwr_dyn.load("lwr4plus"))
     assert page.path.as_posix() == "lwr_dyn_pages/lwr4plus.html"
     assert (folder / page.path).read_text(encoding="utf-8").startswith("<!doctype html>")
-    assert repr(page).startswith("wrote lwr_dyn_pages/lwr4plus.html (0.")
+    assert repr(page).startswith("wrote lwr_dyn_pages/lwr4plus.html (1.")
     assert "open it: " in repr(page)
 
 

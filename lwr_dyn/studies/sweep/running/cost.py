@@ -119,7 +119,7 @@ class SweepCost:
             Heading("a run", "ms", ".3g", "run_ms", "Processor time a run, ms."),
             Heading("by", says="What computes the runs."),
             Heading("measured on", "runs", "d", "measured", "Runs on which it was measured."),
-            Heading("step error", "rad", ".1g", "step_error",
+            Heading("step error" if any(one.steps for one in self.controllers) else "", "rad", ".1g", "step_error",
                     "Of positions by the step of smooth friction, estimated; null without it, and for simulate.",
                     kind=float | None),
         )  # fmt: skip
