@@ -27,7 +27,7 @@ from lwr_dyn.trajectory.cartesian.tracking import PathStopError, Tracked, is_ins
 from lwr_dyn.trajectory.motion_files import WaypointError, Waypoints
 from lwr_dyn.trajectory.motion_profile import MotionProfile, quintic
 from lwr_dyn.trajectory.pose_path import PoseCurve, steps_between, straight, through
-from lwr_dyn.trajectory.references.references import largest_violation
+from lwr_dyn.trajectory.references.position_limits import largest_violation
 
 OFF_CURVE = 1e-8
 """How far the tip may be off its curve between the positions that were found [m and rad]."""

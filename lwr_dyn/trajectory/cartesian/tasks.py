@@ -20,7 +20,8 @@ from lwr_dyn.trajectory.cartesian import legs
 from lwr_dyn.trajectory.motion_files import read_waypoints
 from lwr_dyn.trajectory.motion_profile import positive_number
 from lwr_dyn.trajectory.pose_path import straight
-from lwr_dyn.trajectory.references.references import Start, StartIfGiven, largest_violation
+from lwr_dyn.trajectory.references.position_limits import largest_violation
+from lwr_dyn.trajectory.references.references import Start, StartIfGiven
 
 SPEED = 0.25
 """[m/s] The reduced speed of ISO 10218-1 for a person near the arm."""

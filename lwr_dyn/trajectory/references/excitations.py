@@ -22,7 +22,8 @@ from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.references import Start, largest_violation
+from lwr_dyn.trajectory.references.position_limits import largest_violation
+from lwr_dyn.trajectory.references.references import Start
 
 BEFORE = 0.05
 """[s] At rest before the first step."""

@@ -15,7 +15,7 @@ from lwr_dyn.foundation.errors import OptionError, PathLimitError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Motion, short_repr
-from lwr_dyn.trajectory.references.references import largest_violation
+from lwr_dyn.trajectory.references.position_limits import largest_violation
 from lwr_dyn.trajectory.references.time_derivatives import Function, TimeFunction, jump_of, time_function
 
 SHORTEST, LONGEST = 1e-3, 1e5

@@ -13,7 +13,8 @@ from lwr_dyn.foundation.registry import Option
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.motion_profile import MotionProfile, lspb, positive_number, quintic
-from lwr_dyn.trajectory.references.references import Duration, End, Start, largest_violation
+from lwr_dyn.trajectory.references.position_limits import largest_violation
+from lwr_dyn.trajectory.references.references import Duration, End, Start
 
 
 @dataclass(frozen=True, slots=True, eq=False)

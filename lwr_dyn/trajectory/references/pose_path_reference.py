@@ -21,7 +21,7 @@ from lwr_dyn.kinematics.srs import arm_triangle, closed_form, follow
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.pose_path import TimedPosePath
-from lwr_dyn.trajectory.references.references import LimitMargin, largest_violation, limit_margin
+from lwr_dyn.trajectory.references.position_limits import LimitMargin, largest_violation, limit_margin
 
 PLACES = 1401
 """Places on the path at which the arm angle is chosen: 1 mm apart on IST."""

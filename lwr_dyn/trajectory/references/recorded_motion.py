@@ -25,7 +25,8 @@ from lwr_dyn.model.run import Motion, short_repr
 from lwr_dyn.trajectory.cartesian.tracking import onto_pose
 from lwr_dyn.trajectory.motion_files import MotionFileError, RecordedMotion, read_motion
 from lwr_dyn.trajectory.motion_profile import positive_number
-from lwr_dyn.trajectory.references.references import LimitViolation, StartIfGiven, largest_violation
+from lwr_dyn.trajectory.references.position_limits import LimitViolation, largest_violation
+from lwr_dyn.trajectory.references.references import StartIfGiven
 
 STARTS = 8
 """Joint positions of the first pose that are tried where no start is given."""

@@ -6,7 +6,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.trajectory.references.joint_moves import hold
-from lwr_dyn.trajectory.references.references import REFERENCES, largest_violation, limit_margin, reference
+from lwr_dyn.trajectory.references.position_limits import largest_violation, limit_margin
+from lwr_dyn.trajectory.references.references import REFERENCES, reference
 
 
 @pytest.fixture(scope="module")
