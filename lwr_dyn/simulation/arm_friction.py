@@ -192,6 +192,20 @@ def chosen_friction(arm: Arm, option: FrictionOption = None) -> ArmFriction:
     return set_valued
 
 
+def braking_rate(B: Array, slope: Array) -> Array:
+    """Fastest rates at which friction brakes [1/s], (...,): the largest eigenvalue of B^-1 diag(slope).
+
+    Parameters
+    ----------
+    B : (..., n, n) array
+        Mass matrices.
+    slope : (..., n) array
+        Of the friction torque over the speed, 0 or more [N m s/rad].
+    """
+    brakes = np.linalg.solve(B, slope[..., None, :] * np.eye(slope.shape[-1]))
+    return np.asarray(np.linalg.eigvals(brakes).real.max(axis=-1))
+
+
 def _numbers(d: Direction) -> tuple[float, ...]:
     """Coulomb, viscous, Stribeck drop, sharpness, and what holds at rest."""
     if d.stribeck_velocity is None:

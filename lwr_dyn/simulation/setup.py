@@ -19,7 +19,7 @@ from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Motion, Reference, reference_argument, short_repr
 from lwr_dyn.model.transmission import JointElasticity, chosen_elasticity
-from lwr_dyn.simulation.arm_friction import FrictionOption, chosen_friction
+from lwr_dyn.simulation.arm_friction import FrictionOption, braking_rate, chosen_friction
 from lwr_dyn.simulation.audit import AuditRecord
 from lwr_dyn.simulation.integrators import Integrator, dop853, rk4
 from lwr_dyn.simulation.plant import Encoder, ExternalTorque, Plant, Sensor, checked_external, plant_of
@@ -191,7 +191,7 @@ def friction_rate(plant: Plant, q: Array, loop: Loop) -> float:
     form, slope = plant.friction.form, plant.friction.slope
     if not slope.any():
         return 0.0
-    rate = float(np.linalg.eigvals(np.linalg.solve(plant.ungated.mass_matrix(q), np.diag(slope))).real.max())
+    rate = float(braking_rate(plant.ungated.mass_matrix(q), slope))
     step = 1.0 / (loop.rate * loop.substeps)
     if loop.method == "rk4" and rate * step > STABLE:
         need = ceil(rate / loop.rate / STABLE)

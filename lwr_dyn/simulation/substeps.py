@@ -7,6 +7,7 @@ where this bound is 1e-6 m or more, runs with more steps are made and compared.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from math import ceil, log2
 
 import numpy as np
@@ -30,6 +31,37 @@ INTERVALS, SAMPLES = 100, 1000
 
 SPARE = 1.5
 """Factor on the steps that friction needs where a run begins, since the mass matrix changes."""
+
+
+def power_of_two(need: float) -> int:
+    """The least power of two from `need` on, 1 at least.
+
+    >>> power_of_two(0.3), power_of_two(2.0), power_of_two(2.1)
+    (1, 2, 4)
+    """
+    return int(2 ** ceil(log2(max(need, 1.0))))
+
+
+def doubled(change: Callable[[int], float], first: int, enough: float) -> tuple[int, float]:
+    """The fewest substeps (`first`, twice, four times, ... up to 64) that twice as many change by less than `enough`.
+
+    Doubling ends before, where it no longer halves the change: a loop that amplifies differences is not computed better
+    by smaller steps.
+
+    Parameters
+    ----------
+    change : callable
+        Substeps -> what twice as many change.
+    first : int
+        Where the search begins.
+    """
+    substeps, found = first, change(first)
+    while found >= enough and substeps < MOST:
+        finer = change(2 * substeps)
+        if finer > found / 2:
+            break
+        substeps, found = 2 * substeps, finer
+    return substeps, found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +101,7 @@ def friction_substeps(setup: Setup) -> int:
     if need > MOST:
         found = f"brakes at up to {setup.friction_rate:.4g} 1/s, which needs {ceil(need)} RK4 steps a sample"
         raise OptionError("friction", found, f"substeps from {ceil(need)} on, a higher rate, method dop853")
-    return int(2 ** ceil(log2(max(need, 1.0))))
+    return power_of_two(need)
 
 
 def with_substeps(setup: Setup, substeps: int) -> Setup:
@@ -78,10 +110,7 @@ def with_substeps(setup: Setup, substeps: int) -> Setup:
 
 
 def enough_steps(run: Run, again: Callable[[int], Run]) -> SteppedRun:
-    """The run, or one with twice the steps, four times, ... up to 64, until twice as many change its tip by < 1e-6 m.
-
-    It ends before, where doubling no longer halves the change: a loop that amplifies differences is not computed better
-    by smaller steps.
+    """The run, or one with more steps until twice as many change its tip by less than 1e-6 m (see `doubled`).
 
     Parameters
     ----------
@@ -94,15 +123,9 @@ def enough_steps(run: Run, again: Callable[[int], Run]) -> SteppedRun:
     bound = change_bound(run)
     if bound < ENOUGH:  # not where it is NaN
         return SteppedRun(run, substeps, bound, True)
-    found, finer = run, again(2 * substeps)
-    change = tip_change(found, finer)
-    while change >= ENOUGH and 2 * substeps < MOST:
-        finest = again(4 * substeps)
-        smaller = tip_change(finer, finest)
-        if smaller > change / 2:
-            break
-        found, finer, change, substeps = finer, finest, smaller, 2 * substeps
-    return SteppedRun(found, substeps, change, False)
+    made = cache(lambda steps: run if steps == substeps else again(steps))
+    chosen, change = doubled(lambda steps: tip_change(made(steps), made(2 * steps)), substeps, ENOUGH)
+    return SteppedRun(made(chosen), chosen, change, False)
 
 
 def change_bound(run: Run) -> float:

@@ -6,7 +6,7 @@ seen is about 3. The difference of two runs is taken as it is: extrapolation wou
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from math import ceil, log2
+from functools import cache
 
 import numpy as np
 
@@ -16,12 +16,10 @@ from lwr_dyn.codegen.rollouts.law_forms import LawForm
 from lwr_dyn.codegen.rollouts.loop_setup import LoopSetup, check_smooth_friction
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.setup import MOST_SUBSTEPS, STABLE
+from lwr_dyn.simulation.substeps import MOST, doubled, power_of_two
 
 ENOUGH = 1e-6
 """[rad or m] Of a joint's position: the error that may be left."""
-
-MOST = 64
-"""Substeps that are chosen at most."""
 
 RUNS = 64
 """That an estimate looks at, evenly over all."""
@@ -53,18 +51,9 @@ def steps(positions: Positions, substeps: int) -> Steps:
 
 
 def enough_steps(positions: Positions, first: int) -> Steps:
-    """The fewest substeps (`first`, twice, four times, ... up to 64) whose error is below 1e-6.
-
-    Doubling ends before, where it no longer halves the error: a loop that amplifies differences is not computed better
-    by smaller steps.
-    """
-    found = steps(positions, first)
-    while found.error >= ENOUGH and found.substeps < MOST:
-        finer = steps(positions, 2 * found.substeps)
-        if finer.error > found.error / 2:
-            break
-        found = finer
-    return found
+    """The fewest substeps from `first` on whose error is below 1e-6, or the best that were found (see `doubled`)."""
+    known = cache(positions)
+    return Steps(*doubled(lambda substeps: steps(known, substeps).error, first, ENOUGH))
 
 
 def chosen_steps(setup: LoopSetup, form: LawForm, given: Mapping[str, Array], count: int) -> Steps:
@@ -83,18 +72,11 @@ def chosen_steps(setup: LoopSetup, form: LawForm, given: Mapping[str, Array], co
         Friction needs more than 64 to come to rest.
     """
     rate = check_smooth_friction(with_substeps(setup, MOST_SUBSTEPS), given)
-    least = min(2 ** ceil(log2(max(rate / setup.loop.rate / STABLE, 1.0))), MOST)
+    least = min(power_of_two(rate / setup.loop.rate / STABLE), MOST)
     check_smooth_friction(with_substeps(setup, least), given)
     chosen = evenly(count)
     rows = {name: np.ascontiguousarray(array[chosen]) for name, array in given.items()}
-    kept: dict[int, Array] = {}
-
-    def positions(substeps: int) -> Array:
-        if substeps not in kept:
-            kept[substeps] = _positions(with_substeps(setup, substeps), form, rows, chosen.size)
-        return kept[substeps]
-
-    return enough_steps(positions, least)
+    return enough_steps(lambda k: _positions(with_substeps(setup, k), form, rows, chosen.size), least)
 
 
 def evenly(count: int) -> Array:

@@ -29,6 +29,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import ZERO, Vector, Z, add, multiply
+from lwr_dyn.simulation.arm_friction import braking_rate
 from lwr_dyn.simulation.integrators import WEIGHTS
 from lwr_dyn.simulation.setup import STABLE
 
@@ -214,14 +215,13 @@ def check_friction(B: Array, tables: Array, width: float, rate: float, substeps:
     coulomb, viscous = (np.maximum(tables[..., i, :], tables[..., i + 2, :]) for i in range(2))
     if (tables[..., (0, 2), :] < 0.0).any():
         raise OptionError("friction", f"a Coulomb level of {tables[..., (0, 2), :].min():.4g}", "0 or more")
-    root = np.sqrt(np.maximum(viscous + coulomb / width, 0.0))
-    rates = np.atleast_1d(np.linalg.eigvalsh(root[..., :, None] * np.linalg.inv(B) * root[..., None, :])[..., -1])
+    rates = np.atleast_1d(braking_rate(B, np.maximum(viscous + coulomb / width, 0.0)))
     worst, step = int(np.argmax(rates)), 1.0 / (rate * substeps)
     if rates[worst] * step > STABLE:
         need = ceil(rates[worst] / rate / STABLE)
         fault = f"smooth, brakes at up to {rates[worst]:.4g} 1/s (run {worst}), too fast for RK4 steps of {step:.3g} s"
         raise OptionError("friction", fault, f"substeps from {need} on, or a larger friction_width")
-    return np.asarray(rates)
+    return rates
 
 
 class Moved(NamedTuple):

@@ -7,7 +7,6 @@ that the study varies, a load of a tenth of what moves, and friction where its s
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from math import ceil
 from textwrap import wrap
 
 import numpy as np
@@ -20,8 +19,9 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import JointKind
-from lwr_dyn.model.friction import FRICTIONLESS
+from lwr_dyn.simulation.arm_friction import ArmFriction, braking_rate
 from lwr_dyn.simulation.setup import STABLE
+from lwr_dyn.simulation.substeps import MOST, SPARE, power_of_two
 from lwr_dyn.studies.sweep.vocabulary import OPTION, PATHS
 from lwr_dyn.trajectory.references.chosen_move import chosen_move
 from lwr_dyn.trajectory.references.joint_moves import JointReference
@@ -34,9 +34,6 @@ LAWS, MOST_LAWS = ("inverse-dynamics", "pd-gravity", "pid", "robust:omega-n=50")
 
 FRICTION, WIDTH = 0.02, 0.02
 """Share of the torque limit, and the speed [rad/s] over which the smooth law turns round."""
-
-SPARE, MOST_STEPS = 1.5, 64
-"""Factor on the steps that friction needs, since masses vary; above so many the study has no friction."""
 
 LOAD = 0.1
 """Largest load as a share of the mass that moves."""
@@ -125,33 +122,23 @@ class _StudyFriction:
 
 def _friction(arm: Arm, dynamics: Dynamics, move: JointReference) -> _StudyFriction:
     poses = move.sample(np.linspace(0.0, move.duration, 21)).q
-    coulomb, viscous = _levels(arm)
-    own = _steps(dynamics, poses, viscous + coulomb / WIDTH)
-    law = not arm.has_friction or own <= MOST_STEPS
+    levels = ArmFriction.of(arm.friction_models())
+    own = _steps(dynamics, poses, levels.viscous.max(axis=0) + levels.coulomb.max(axis=0) / WIDTH)
+    law = not arm.has_friction or own <= MOST
     if not np.isfinite(arm.effort).all():
         return _StudyFriction(own if law else 1, law, False, "torque limits are unknown, of which it is a share")
     varied = _steps(dynamics, poses, FRICTION * arm.effort / WIDTH)
-    if max(varied, own) > MOST_STEPS:
-        what = f"{100 * FRICTION:g} % of the torque limits" if varied > MOST_STEPS else "the arm's own friction"
+    if max(varied, own) > MOST:
+        what = f"{100 * FRICTION:g} % of the torque limits" if varied > MOST else "the arm's own friction"
         why = f"{what} would need {max(varied, own)} RK4 steps a sample, without rotor inertia"
         return _StudyFriction(own if law else 1, law, False, why)
     return _StudyFriction(max(varied, own), True, True)
 
 
-def _levels(arm: Arm) -> tuple[Array, Array]:
-    """The arm's own Coulomb [N m] and viscous [N m s/rad] friction (n,), the larger direction; 0 where unknown."""
-    sides = [(one.positive, one.negative) for one in (model or FRICTIONLESS for model in arm.friction_models())]
-    levels = [[(side.coulomb, side.viscous) for side in pair] for pair in sides]
-    coulomb, viscous = np.array(levels).max(axis=1).T
-    return coulomb, viscous
-
-
 def _steps(dynamics: Dynamics, poses: Array, slope: Array) -> int:
     """RK4 steps a sample that friction with these slopes (n,) [N m s/rad] needs, a power of two."""
-    root = np.sqrt(np.maximum(slope, 0.0))
-    B = dynamics.mass_matrix(poses)
-    rate = float(np.linalg.eigvalsh(root[:, None] * np.linalg.inv(B) * root).max())
-    return int(2 ** ceil(np.log2(max(SPARE * rate / RATE / STABLE, 1.0))))
+    rates = braking_rate(dynamics.mass_matrix(poses), np.maximum(slope, 0.0))
+    return power_of_two(SPARE * float(rates.max()) / RATE / STABLE)
 
 
 def _stable_laws(arm: Arm, dynamics: Dynamics, move: JointReference) -> list[str]:
