@@ -9,7 +9,7 @@ from lwr_dyn.reproduction.compare import compare_numbers
 from lwr_dyn.reproduction.own_paper import own_study
 from lwr_dyn.reproduction.reproduce import reproduce
 from tests.reproduction.pages import lost
-from tests.reproduction.two_links import RESULTS, TEXT
+from tests.reproduction.two_links import RESULTS, TEXT, writer
 
 LOST_POINT = """
 [[erratum]]
@@ -32,17 +32,7 @@ errata = ["mass-2"]
 
 @pytest.fixture
 def written(tmp_path):
-    """Writes the paper, with texts replaced and others added, and returns its path."""
-
-    def write(*replaced, more=""):
-        text = TEXT + RESULTS + more
-        for old, new in replaced:
-            assert old in text
-            text = text.replace(old, new, 1)
-        (tmp_path / "two.toml").write_text(text, encoding="utf-8")
-        return str(tmp_path / "two.toml")
-
-    return write
+    return writer(tmp_path, TEXT + RESULTS)
 
 
 def verdicts(path):

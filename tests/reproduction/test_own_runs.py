@@ -14,7 +14,7 @@ from lwr_dyn.reproduction.reproduce import reproduce
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.studies.sweep.vocabulary import METRICS as OF_STUDIES
 from tests.reproduction.pages import lost
-from tests.reproduction.two_links import TEXT
+from tests.reproduction.two_links import TEXT, writer
 
 MOVE = """
 [run.move]
@@ -47,15 +47,7 @@ RESULTS = (
 
 @pytest.fixture
 def written(tmp_path):
-    def write(*replaced):
-        text = TEXT + MOVE + RESULTS
-        for old, new in replaced:
-            assert old in text
-            text = text.replace(old, new, 1)
-        (tmp_path / "two.toml").write_text(text, encoding="utf-8")
-        return str(tmp_path / "two.toml")
-
-    return write
+    return writer(tmp_path, TEXT + MOVE + RESULTS)
 
 
 def simulated(path, payload=0.5):

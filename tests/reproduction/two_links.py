@@ -1,5 +1,23 @@
 """A small paper for tests: two links in a vertical plane, with results that follow by hand."""
 
+from collections.abc import Callable
+from pathlib import Path
+
+
+def writer(folder: Path, text: str) -> Callable[..., str]:
+    """Writes a paper there, with texts replaced once and others added, and gives its path."""
+
+    def write(*replaced: tuple[str, str], more: str = "") -> str:
+        whole = text + more
+        for old, new in replaced:
+            assert old in whole
+            whole = whole.replace(old, new, 1)
+        (folder / "two.toml").write_text(whole, encoding="utf-8")
+        return str(folder / "two.toml")
+
+    return write
+
+
 TEXT = """
 schema = 1
 name = "two_links"

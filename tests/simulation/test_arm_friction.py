@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
-from lwr_dyn.simulation.arm_friction import boxed_lcp, chosen_friction
+from lwr_dyn.simulation.arm_friction import boxed_lcp, braking_rate, chosen_friction
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.flow import FastStep
 from lwr_dyn.simulation.simulate import no_torque, simulate
@@ -208,3 +208,13 @@ def test_on_the_border_the_start_decides():
     assert boxed_lcp(np.eye(1), one, -one, one).sides.tolist() == [0]
     assert boxed_lcp(np.eye(1), one, -one, one, np.array([1])).sides.tolist() == [1]
     assert boxed_lcp(np.eye(1), 0.9 * one, -one, one, np.array([1])).sides.tolist() == [0]
+
+
+def test_friction_brakes_as_fast_as_the_fastest_motion_of_the_linear_equation():
+    """B dv/dt = -diag(slope) v: the fastest of its motions, of one arm and of several."""
+    B = np.array([[[2.0, 0.0], [0.0, 0.5]], [[2.0, 0.6], [0.6, 0.5]]])
+    slope = np.array([3.0, 1.0])
+    trace, det = 3.0 * 0.5 + 1.0 * 2.0, 2.0 * 0.5 - 0.6**2  # s^2 det B - s trace + 3 = 0
+    coupled = (trace + np.sqrt(trace**2 - 4.0 * 3.0 * det)) / (2.0 * det)
+    np.testing.assert_allclose(braking_rate(B, slope), [2.0, coupled], rtol=1e-12)
+    assert braking_rate(B[1], slope) == pytest.approx(coupled, rel=1e-12)
