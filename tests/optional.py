@@ -97,4 +97,13 @@ def pytest_runtest_makereport(item, call):
 def pytest_make_collect_report(collector):
     report = (yield).get_result()
     excinfo = report.call.excinfo if hasattr(report, "call") else None
-    _as_skipped(report, excinfo and excinfo.value, getattr(collector, "path", Path()), 1)
+    path = getattr(collector, "path", Path())
+    if report.failed:
+        _forget(path)
+    _as_skipped(report, excinfo and excinfo.value, path, 1)
+
+
+def _forget(path: Path) -> None:
+    """Takes out the half of a module that pytest leaves where its import fails: others that import it fail as it did."""
+    for name in [name for name, module in sys.modules.items() if getattr(module, "__file__", None) == str(path)]:
+        del sys.modules[name]

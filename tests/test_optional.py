@@ -68,6 +68,19 @@ def test_what_lacks_a_package_is_skipped_with_its_name(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+def test_what_imports_from_such_a_module_is_skipped_too(tmp_path, monkeypatch):
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{ROOT}")
+    lacks = "raise ModuleNotFoundError('no sympy', name='sympy')\nVALUE = 1\n"
+    (tmp_path / "test_first.py").write_text(lacks, encoding="utf-8")
+    (tmp_path / "test_second.py").write_text("from test_first import VALUE\n", encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-rs", "-p", "tests.optional", "--import-mode=importlib"]
+    done = subprocess.run([*command, str(tmp_path), f"--rootdir={tmp_path}"], cwd=ROOT, capture_output=True, text=True)
+    assert done.stdout.count("sympy not installed: pip install '.[dev]'") == 2, done.stdout
+    assert "error" not in done.stdout.lower()
+
+
+@pytest.mark.slow
 def test_in_ci_it_fails(tmp_path, monkeypatch):
     assert outcomes(tmp_path, monkeypatch, ci=True).startswith("FEEFF.")
 
