@@ -104,6 +104,6 @@ def pytest_make_collect_report(collector):
 
 
 def _forget(path: Path) -> None:
-    """Takes out the half of a module that pytest leaves where its import fails: others that import it fail as it did."""
+    """Takes out the half of a module that pytest leaves where its import fails: others then fail to import it too."""
     for name in [name for name, module in sys.modules.items() if getattr(module, "__file__", None) == str(path)]:
         del sys.modules[name]
