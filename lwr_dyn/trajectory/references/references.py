@@ -65,6 +65,7 @@ def reference(name: str | Callable[[Any], Any], arm: Arm, **options: Any) -> Ref
     as functions where they are known, `limits=False` to leave the limits (see `function_reference`). Raises
     `UnknownNameError`, `OptionError`, and the factory's own (`PathLimitError`: the path leaves the limits).
 
+    >>> import numpy as np
     >>> import lwr_dyn
     >>> arm = lwr_dyn.load("lwr4plus")
     >>> reference("point-to-point", arm, start=[0] * 7, end=[1] * 7, duration=3.0).duration
