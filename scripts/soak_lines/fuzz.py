@@ -1,6 +1,7 @@
 """Fuzzed inputs of every reader, made from good ones by `tests/hostile/`: exceptions, CPU time and memory.
 
-LWR_DYN_FUZZ is how many a reader (25 500, together 306 000), LWR_DYN_FUZZ_READERS which, separated by commas.
+LWR_DYN_FUZZ is how many a reader (55 600, together a million), LWR_DYN_FUZZ_SEED another draw of them,
+LWR_DYN_FUZZ_READERS which readers, separated by commas.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from typing import Any
 
 from tests.hostile.readers import READERS
 
-COUNT, SEED, BATCH = int(os.environ.get("LWR_DYN_FUZZ", "25500")), 24, 5000
+COUNT, BATCH = int(os.environ.get("LWR_DYN_FUZZ", "55600")), 5000
+SEED = int(os.environ.get("LWR_DYN_FUZZ_SEED", "24"))
 SHARE = 0.25
 """Of each reader's inputs that it must read: else only its first checks are tried."""
 LARGEST = 1_000_000_000
