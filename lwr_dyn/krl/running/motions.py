@@ -150,6 +150,19 @@ class Motions:
         """[s] From the start of the program to the end of the motions that are planned."""
         return self.idle + self.timeline.duration
 
+    @property
+    def fixed(self) -> float:
+        """[s] Until when the motions can no longer change: the last one may still pass into the next."""
+        if self.blend_now() is None or not self.timeline.items:
+            return self.now
+        return self.idle + self.timeline.items[-1].begin
+
+    def axes_at(self, time: float) -> Array | None:
+        """Where the arm is at a time [s] (n,) [rad]; None before it stands anywhere."""
+        if not self.timeline.items:
+            return None
+        return np.asarray(self.timeline.sample(np.array([time - self.idle])).q[0])
+
     def wait(self, seconds: float, position: SourcePosition, kind: str = "WAIT") -> None:
         """Add a pause; raises `ExecutionError` for one that is too long."""
         self.stop_advance()
