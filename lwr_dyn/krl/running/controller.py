@@ -295,8 +295,11 @@ class ControllerState:
 
     def pose_at(self, q: Array) -> StructValue:
         """The tool at q (n,) [rad] in the base, with Status and Turn."""
-        T = np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool)
-        return v.pose_value(T, "E6POS", {"S": status(self.arm, q), "T": turn(q)})
+        return v.pose_value(self.tcp_in_base(q), "E6POS", {"S": status(self.arm, q), "T": turn(q)})
+
+    def tcp_in_base(self, q: Array) -> Array:
+        """The tool centre point at q (n,) [rad] in the active base (4, 4) [m]."""
+        return np.asarray(np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool))
 
     @property
     def base(self) -> Array:

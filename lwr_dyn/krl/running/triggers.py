@@ -184,9 +184,9 @@ def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | 
     stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, begin + part.duration, items, later)
     m.controller.assume("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
     m.timeline.add_at(slowed, time)
-    m.executed[index:] = [replace(m.executed[index], end=time, q=now.q[0])]
+    m.executed[index:] = [replace(m.executed[index], end=time, q=now.q[0], tcp=m.controller.tcp_in_base(now.q[0]))]
     item, m.controller.q = m.timeline.items[-1], slowed.axes(np.array([slowed.duration])).q[0]
-    m.executed.append(ExecutedMotion(position, "BRAKE", item.begin, item.end, m.controller.q))
+    m.note(position, "BRAKE", item.begin, item.end, m.controller.q)
     m.blend, m.advance = None, False
     return stopped
 
