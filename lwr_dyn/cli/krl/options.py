@@ -56,6 +56,11 @@ class SharedOptions:
         data = program.project.nearest(program.module, "$machine.dat")
         return load(self.robot or self.cell.robot or data or ROBOT)
 
+    @property
+    def names_robot(self) -> bool:
+        """Whether `--robot` or the cell names the robot; else it is that of the program's files."""
+        return bool(self.robot or self.cell.robot)
+
     def machine(self, arm: Arm) -> MachineData:
         """Assumed machine data and bounds; without `--ramp` the seconds to rated speed of the arm's machine data."""
         data = MachineData(steps=self.steps, seconds=self.seconds)
