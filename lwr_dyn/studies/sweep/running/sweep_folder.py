@@ -157,7 +157,7 @@ class SweepManifest:
         return max((one.runs for one in self.controllers), default=0)
 
     def refuse_other(self, folder: str, here: SweepManifest) -> None:
-        """Raise `OtherSweepError` where this one, found in a folder, is not the sweep asked for, or fewer runs of it."""
+        """Raise `OtherSweepError` where this one, found in a folder, is not the sweep asked for or fewer runs of it."""
         for name in sorted({*self.versions, *here.versions}):
             found, now = self.versions.get(name, "none"), here.versions.get(name, "none")
             if found != now:
