@@ -154,8 +154,16 @@ trust_option = click.option(
 )
 
 
+tip_option = click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given.")
+
+
 def robot_options(command: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT, and as one `loading` all others: of a .urdf --tip, of a .xacro --xacro-arg and --trust-xacro."""
+    """ROBOT, and as one `loading` all options that load it."""
+    return click.argument("robot", shell_complete=_robots)(loading_options(command))
+
+
+def loading_options(command: Callable[..., None]) -> Callable[..., None]:
+    """As one `loading` all options that load a robot: of a .urdf --tip, of a .xacro --xacro-arg and --trust-xacro."""
 
     @wraps(command)
     def with_loading(reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
@@ -169,9 +177,8 @@ def robot_options(command: Callable[..., None]) -> Callable[..., None]:
         *(click.option(*names, multiple=True, metavar=metavar, help=f"{text} Repeatable.")
           for *names, metavar, text in REPEATED),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
-        click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given."),
+        tip_option,
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
-        click.argument("robot", shell_complete=_robots),
     ):  # fmt: skip
         with_loading = option(with_loading)
     return with_loading

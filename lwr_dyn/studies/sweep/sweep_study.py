@@ -41,6 +41,8 @@ class SweepStudy:
     ----------
     robot, reading : str
         As `lwr_dyn.load` takes them, a file in its full path; "" for the paper's default reading.
+    tip : str or None
+        Last link of the chain of a `.urdf`.
     controllers : tuple of str
         As `lwr-dyn compare` takes them: "adaptive:omega_n=30", "mine.py" beside the study's file.
     task_options : mapping
@@ -97,6 +99,7 @@ class SweepStudy:
     text: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
+    tip: str | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -187,7 +190,7 @@ class SweepStudy:
             sorted(self.sources.items()), Path(self.robot).name, self.reading, self.controllers, self.task,
             _plain(self.task_options), _plain(self.loop), self.cutoff_hz, self.assumed_friction, self.method,
             self.runs if self.method == HYPERCUBE else None, self.seed, self.chunk, drawn, self.tolerance,
-            self.quantiles,
+            self.quantiles, self.tip,
         ]  # fmt: skip
         return sha256(json.dumps(record).encode()).hexdigest()
 
@@ -224,7 +227,7 @@ MOST_REFERENCES = 64
 def arm_of_study(study: SweepStudy, reading: str | None = None) -> Arm:
     """The arm as the controllers know it, or as another reading has it; raises as `lwr_dyn.load`."""
     content = study.sources.get(Path(study.robot).name, "")
-    return _arm(study.robot, study.reading if reading is None else reading, study.assumed_friction, content)
+    return _arm(study.robot, study.reading if reading is None else reading, study.assumed_friction, content, study.tip)
 
 
 def study_caveats(study: SweepStudy) -> tuple[str, ...]:
@@ -233,9 +236,9 @@ def study_caveats(study: SweepStudy) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=8)
-def _arm(robot: str, reading: str, share: float | None, content: str) -> Arm:
+def _arm(robot: str, reading: str, share: float | None, content: str, tip: str | None) -> Arm:
     """`content` makes a file that has changed another arm."""
-    arm, _ = load_with_paper(robot, reading or None)
+    arm, _ = load_with_paper(robot, reading or None, tip=tip)
     return arm if share is None else arm_with_friction(arm, share)
 
 
