@@ -40,7 +40,7 @@ def test_a_robot_of_a_program_is_loaded_as_elsewhere(printed):
 
 def test_the_same_options_stand_in_krl_write(folder, refused):
     (folder / "axes.csv").write_text("A1,A2,A3,A4,A5,A6\n0,-90,90,0,30,0\n5,-90,90,0,30,0\n")
-    assert "joint of kr30ha: A9" in refused("krl", "write", "axes.csv", "--rotor", "A9=1")
+    assert "no joint of kr30ha named 'A9'" in refused("krl", "write", "axes.csv", "--rotor", "A9=1")
 
 
 @pytest.mark.parametrize(
