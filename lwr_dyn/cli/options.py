@@ -103,21 +103,22 @@ class Loading:
     locks: tuple[str, ...] = ()
     further: Mapping[str, Any] = field(default_factory=dict)
 
-    def arm(self, robot: str, used: Collection[str] = DYNAMICS) -> Arm:
+    def arm(self, robot: str, used: Collection[str] | None = DYNAMICS) -> Arm:
         """The arm, with its notes on stderr; raises as `lwr_dyn.load`.
 
-        What must be known before those of its numbers that are `used` is the first line of what `show` prints.
+        What must be known before those of its numbers that are `used` is the first line of what `show` prints;
+        None for nothing.
         """
         arm, _ = self.arm_and_paper(robot, used)
         for note in arm.notes:
             click.echo(f"note: {note}", err=True)
         return arm
 
-    def arm_and_paper(self, robot: str, used: Collection[str] = DYNAMICS) -> tuple[Arm, Paper | None]:
+    def arm_and_paper(self, robot: str, used: Collection[str] | None = DYNAMICS) -> tuple[Arm, Paper | None]:
         """The arm and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
         locks = dict(map(_lock, self.locks))
         arm, paper = load_with_paper(robot, self.reading, tip=self.tip, lock=locks, **self.further)
-        return stands_on(arm, used), paper
+        return (arm if used is None else stands_on(arm, used)), paper
 
     def refuse_changes(self, allowed: str, mount: bool = False) -> None:
         """Raise `OptionError` for --lock, --tool, --rotor, and --mount unless it is allowed: they change the arm."""

@@ -38,7 +38,7 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
         return
     program = shared.program(file)
     with progress(f"checking {file}"):
-        arm = None if no_motion else shared.arm(program, ())
+        arm = None if no_motion else shared.arm(program, None)
         machine = None if arm is None else shared.machine(arm)
         diagnostics = check_program(program, arm, machine, shared.inputs, shared.cell)
     folder, whole = Path(file).parent, f"{file}: {summary(diagnostics)}"

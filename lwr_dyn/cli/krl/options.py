@@ -34,7 +34,7 @@ SHARED_OPTIONS = (
 )
 
 
-def arm_at_flange(loading: Loading, robot: str, used: Collection[str] = DYNAMICS) -> Arm:
+def arm_at_flange(loading: Loading, robot: str, used: Collection[str] | None = DYNAMICS) -> Arm:
     """A robot from its base to its flange, on which the frames of a program stand ($WORLD, $TOOL).
 
     Of --tool the mass counts, and of --mount the direction of gravity. Raises as `lwr_dyn.load`.
@@ -65,7 +65,7 @@ class SharedOptions:
         """That of `--cell`, else an empty one."""
         return RobotCell() if self.cell_file is None else read_cell(self.cell_file)
 
-    def arm(self, program: Program, used: Collection[str] = DYNAMICS) -> Arm:
+    def arm(self, program: Program, used: Collection[str] | None = DYNAMICS) -> Arm:
         """The robot of `--robot`, else of the cell, else of the machine data of the program's files, else the usual.
 
         As `arm_at_flange`.

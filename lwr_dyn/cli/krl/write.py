@@ -87,9 +87,9 @@ def write(source: str, robot: str | None, out: str | None, loading: Loading, **g
 def _arm(source: str, robot: str | None, loading: Loading) -> Arm:
     """The robot that is given, else that of a run, else the usual; as `arm_at_flange`."""
     if robot is not None or not ends_in(source, ".npz"):
-        return arm_at_flange(loading, robot or ROBOT, ())
+        return arm_at_flange(loading, robot or ROBOT, None)
     about = Run.load(source).meta
-    return arm_at_flange(loading, str(about.get("file") or about.get("robot") or ROBOT), ())
+    return arm_at_flange(loading, str(about.get("file") or about.get("robot") or ROBOT), None)
 
 
 def _written(source: str, arm: Arm, name: str, given: dict[str, Any]) -> WrittenPath:
