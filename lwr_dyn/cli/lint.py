@@ -22,7 +22,7 @@ from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
 from lwr_dyn.cli.options import show, trust_option
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Section
-from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.tables import log_line
 
@@ -115,6 +115,8 @@ def _document(files: Sequence[str], records: list[Any], holds: bool, remarks: Ma
 
 def _sheets(name: str) -> tuple[Sheet, ...]:
     """A file; or of a robot, its data file and the printed results of its paper."""
+    if ends_in(name, ".xml"):
+        raise FileAccessError(name, "MJCF, which has no rules here", f"`lwr-dyn check {name}`, or lint of its .urdf")
     if Path(name).suffix.lower() in (".toml", ".csv") or "/" in name:
         return (sheet_of_file(name),)
     if name not in robots():

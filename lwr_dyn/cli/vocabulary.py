@@ -51,6 +51,7 @@ VOCABULARY = {
     "--all": Word("Print all", bool),
     "--arm-angle-deg": Word("Arm angle", float),
     "--browser": Word("Open the page", bool),
+    "--controller": Word("A name, or a file of your own", OneOf),
     "--convention": Word("DH convention", OneOf),
     "--cutoff": Word("Of the filter on positions", float, "Hz"),
     "--delay": Word("Delay from a command to its torque", int, "samples"),

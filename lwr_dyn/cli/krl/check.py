@@ -40,7 +40,7 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
     unplanned: list[Diagnostic] = []
     with progress(f"checking {file}"):
         try:
-            arm = None if no_motion else shared.arm(program)
+            arm = None if no_motion else shared.arm(program, None)
         except PaperError as fault:
             if shared.names_robot:
                 raise

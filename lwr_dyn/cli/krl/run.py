@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 from lwr_dyn.cli.krl.options import SharedOptions, shared_options
-from lwr_dyn.cli.options import show, stands_on
+from lwr_dyn.cli.options import show
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
 from lwr_dyn.foundation.errors import FileAccessError
@@ -190,7 +190,7 @@ def run(file: str, shared: SharedOptions, flange: bool, out: str | None, html: s
                 raise FileAccessError(path, f"does not end in {ending}", f"a path that ends in {ending}")
             check_writable(path)
     program = shared.program(file)
-    arm = stands_on(shared.arm(program))
+    arm = shared.arm(program)
     with progress(f"running {file}"):
         result = run_program(program, arm, shared.machine(arm), shared.inputs, shared.cell)
         others: list[RampRecord] = []
