@@ -141,5 +141,5 @@ def unstable_words(found: SampledStability) -> str:
     """At how many poses of a task a loop is unstable, and from which rate on it holds."""
     where = f"{found.unstable} of {found.poses} poses of this task"
     least = f"{rate_text(found.least_rate)}{' on' if found.least_rate is not None else ''}"
-    holds = f"it holds from {least}" if found.least_rate is not None else f"{least} makes it hold"
+    holds = f"it is stable from {least}" if found.least_rate is not None else f"{least} makes it stable"
     return f"is unstable at rest at {where} ({holds})"

@@ -89,6 +89,8 @@ def replayed_runs(
         A run that is empty, not finite, or has other joints than its arm.
     """
     arm_of = [arms] * len(runs) if isinstance(arms, Arm) else list(arms)
+    if isinstance(labels, str):
+        raise OptionError("labels", repr(labels), "a list of names, one per run")
     names = _labels(runs) if labels is None else [str(label) for label in labels]
     if not runs:
         raise OptionError("runs", "none", "one or more")

@@ -78,8 +78,7 @@ class RunComparison:
             Note("* the smallest of its plant", several),
             Note("! unstable: a torque goes from one limit to the other again and again; it is not ranked",
                  any(one.shakes for one in self.runs)),
-            Note([f"{one.controller}, {one.plant}: limits {one.figures.limits}"
-                  for one in self.runs if one.figures.within_limits is not True]),
+            Note(_limits(self.runs)),
             Note([f"{one.controller}, {one.plant}: unstable, bounded by the torque limits alone: {one.cuts}"
                   for one in self.runs if one.shakes]),
             Note([f"{name}: omega_n {one.omega_n:.3g} rad/s, where |S_ii| reaches {one.peak:.3g} of {one.limit:g} "
@@ -165,6 +164,18 @@ COLUMNS = (
             kind=list[Literal["tip_rms_mm", "tip_max_mm"]]),
     Heading(key="metrics", says="Errors and uses of limits.", kind=MetricsRecord),
 )  # fmt: skip
+
+
+def _limits(runs: Sequence[ComparedRun]) -> list[str]:
+    """The limits that runs did not keep, or that are unknown; one line where it is the same for all runs."""
+    said = {one.figures.limits for one in runs}
+    if len(said) == 1 and len(runs) > 1:
+        return [f"limits of all runs: {words}" for words in said if runs[0].figures.within_limits is not True]
+    return [
+        f"{one.controller}, {one.plant}: limits: {one.figures.limits}"
+        for one in runs
+        if one.figures.within_limits is not True
+    ]
 
 
 def compare(*runs: Run | str | Path, labels: Sequence[str] | None = None) -> RunComparison:

@@ -110,6 +110,8 @@ def test_misfits_are_refused(arm, two_runs):
         replayed_runs(two_runs, [arm])
     with pytest.raises(OptionError, match="labels: 1 for 2 runs; allowed: one per run"):
         replayed_runs(two_runs, arm, ["a"])
+    with pytest.raises(OptionError, match="labels: 'ab'; allowed: a list of names, one per run"):
+        replayed_runs(two_runs, arm, "ab")
     for name in ("tau_applied", "q"):
         with pytest.raises(ShapeError, match=rf"{name} of pd-gravity: shape \(3001, 6\); allowed: \(3001, 7\)"):
             replayed_runs([replace(run, **{name: getattr(run, name)[:, :6]})], arm)
