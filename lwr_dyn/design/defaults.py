@@ -77,7 +77,7 @@ def move_words(arm: Arm, reference: Reference) -> str:
     known = [f"{100 * use:.0f} % of a {name} limit" for name, use in named if use is not None]
     unknown = [name for name, use in named if use is None]
     parts = [f"at most {' and '.join(known)}"] if known else []
-    parts += [f"no {' and '.join(unknown)} limits known"] if unknown else []
+    parts += [f"{' and '.join(unknown)} limits unknown"] if unknown else []
     about = f"{ends[0]} to {ends[1]} in {reference.duration:g} s; {'; '.join(parts)}"
     return f"task: point-to-point, chosen for this arm (--task move): {about}"
 

@@ -116,10 +116,10 @@ def summary_text(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool
     if assumed := printed[ASSUMED]["all"]:
         near, far = (printed[ASSUMED][key] for key in ("near", "not near"))
         parts.append(
-            f"{assumed} are recomputed under assumed conditions ({_missing(verdicts, ASSUMED)} not printed):"
+            f"{_are(assumed)} recomputed under assumed conditions ({_missing(verdicts, ASSUMED)} not printed):"
             f" {near} near, {far} not near ({NEARNESS})."
         )
-        parts += [f"Why {far} are not near is not explained."] if far else []
+        parts += [f"It is not explained why {_are(far)} not near."] if far else []
     if derived["all"]:
         parts.append(f"Of {derived['all']} derived numbers {_are(derived[COMPUTED]['all'])} computed.")
     if counted["errata"]["all"]:
@@ -136,7 +136,8 @@ def _are(count: int) -> str:
 
 def errata_words(counted: Mapping[str, int]) -> list[str]:
     """How many errata are proven, what they change, and how many are contradictions; from `counts`."""
-    out = [f"Of {counted['all']} errata {_are(counted['proofs that hold'])} proven."]
+    word = "erratum" if counted["all"] == 1 else "errata"
+    out = [f"Of {counted['all']} {word} {_are(counted['proofs that hold'])} proven."]
     if counted["proven"]:
         model, text = counted["model"], counted["text"]
         slips = f"{_are(text)} {'a slip' if text == 1 else 'slips'} of the text"
