@@ -304,9 +304,10 @@ def _worst(report: MarginReport) -> list[Fact | Note | Table]:
         Fact("poles", np.column_stack([worst.poles.real, worst.poles.imag]),
              "Eigenvalues of that step: real and imaginary part, the largest first."),
         Table("", columns, [*rows], columnwise=True, when=stable),
-        Fact("all_up", worst.all_up, "The same for the torques of all joints.", "gain of all torques together, up to", "",
+        Fact("all_up", worst.all_up, "The same for the torques of all joints.", "gain of all torques together, up to",
+             "", _factor),
+        Fact("all_down", worst.all_down, "And down to which.", "gain of all torques together, down to", "",
              _factor),
-        Fact("all_down", worst.all_down, "And down to which.", "gain of all torques together, down to", "", _factor),
         Fact("delay_margin", worst.delay_margin, "s.", "delay of all torques together, up to", "", _later),
     ]  # fmt: skip
 

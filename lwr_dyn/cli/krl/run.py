@@ -135,9 +135,8 @@ def _axes(run: ProgramRun) -> Table:
 def _assumed(run: ProgramRun) -> str:
     ramps = ", ".join(f"{x:g}" for x in run.machine.ramps or (run.machine.ramp,))
     source = "$RAISE_TIME of its machine data" if run.machine.ramps else "assumed"
-    known = f"masses of {run.arm.name} as its data file has them"
-    masses = "masses unknown, so no torques" if run.torque is None else known
-    return f"{source}: {ramps} s to rated speed; {masses}"
+    masses = "; masses unknown, so no torques" if run.torque is None else ""
+    return f"{source}: {ramps} s to rated speed{masses}"
 
 
 @click.command("run")
