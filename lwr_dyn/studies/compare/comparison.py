@@ -143,6 +143,13 @@ class RunComparison:
     _repr_html_ = repr_html
 
 
+def _percent(share: float) -> str:
+    """A share of a torque limit in percent; rounding errors are 0."""
+    return "0 %" if share < ROUNDING else f"{100 * share:.3g} %"
+
+
+ROUNDING = 1e-9
+"""Share of a torque limit below which a torque is a rounding error."""
 COLUMNS = (
     Heading("controller", key="controller", says="Label of the controller."),
     Heading(key="typed", says="The controller as typed; its label in runs that do not say."),
@@ -150,7 +157,7 @@ COLUMNS = (
     Heading("tip RMS", "mm", ".4g", "tip_rms_mm", "RMS error of the tip, mm.", float),
     Heading("max", "mm", ".4g", "tip_max_mm", "Largest error of the tip, mm.", float),
     Heading("peak torque", "N m", ".4g", "peak_torque", "Largest torque of any joint, N m (N)."),
-    Heading("of limit", "", lambda share: UNKNOWN if np.isnan(share) else f"{100 * share:.3g} %", "torque_share",
+    Heading("of limit", "", lambda share: UNKNOWN if np.isnan(share) else _percent(share), "torque_share",
             "Largest share of a torque limit; null where none is known."),
     Heading(key="torque_cut_share",
             says="Share of the time in which the torque of one joint is cut at its limit, of the worst joint."),
