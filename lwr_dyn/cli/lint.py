@@ -74,8 +74,8 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     No code of a .xacro runs: what its expressions hold beyond numbers, names and listed functions is refused.
 
     In tables: means outside their extremes, cells or columns exchanged, powers of ten, copied neighbours, shifted rows,
-    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong. Of a
-    robot's data file also what `lwr-dyn check` of it refuses or fails.
+    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong. In
+    a robot's data file also what `lwr-dyn check` refuses, and checks that fail.
     """
     urdfs = [name for name in files if is_urdf(name)]
     if not urdfs:
@@ -137,4 +137,6 @@ def _summary(counted: Sequence[Finding], notes: int, sheets: Sequence[Sheet]) ->
     total = sum(n is not None for column in columns for n in column.numbers)
     known = sum(bool(f.known) for f in counted)
     errata = f", {known} of them known as errata" if known else ""
-    return f"{total} numbers looked at: {len(counted)} found{errata}" + (f"; {notes} notes" if notes else "")
+    return f"{total} numbers looked at: {len(counted)} found{errata}" + (
+        f"; {notes} note{'s' * (notes > 1)}" if notes else ""
+    )

@@ -24,7 +24,7 @@ def test_before_the_run_the_box_and_the_reference_are_judged(lwr_dyn_command):
     first, second = err.splitlines()
     assert code == 0
     assert first.startswith("note: sampled at 1000 Hz, this loop is unstable at rest in 22.9 +- 0.9 % of the joint box")
-    assert first.endswith("from 6920 Hz on it holds in all of them")
+    assert first.endswith("from 6920 Hz on it is stable in all of them")
     assert second == "note: at the poses of this reference (51 of them) it is stable"
 
 
@@ -60,7 +60,7 @@ def test_the_reference_is_judged_on_the_simulated_plant(options, rate, lwr_dyn_c
     code, _, err = lwr_dyn_command("simulate", *AUTHORS, *HOLD, *options)
     unstable = [line for line in notes(err) if "poses of this reference it is unstable" in line]
     assert code == 0
-    assert [f"from {rate} Hz on it holds there" in line for line in unstable] == ([True] if rate else [])
+    assert [f"from {rate} Hz on it is stable there" in line for line in unstable] == ([True] if rate else [])
 
 
 @pytest.mark.slow
@@ -83,8 +83,10 @@ def test_the_words_of_a_sampling():
 def test_gains_that_hold_at_no_rate_and_slow_growth_are_said(lwr_dyn_command):
     hold = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.01")
     box, path = notes(lwr_dyn_command("simulate", *AUTHORS, *hold, "--omega-n", "1", "--payload", "20")[2])
-    assert box.endswith("; no rate up to 1e+06 Hz makes it hold in all of them")
-    assert path.endswith("where a deviation grows by 0.33 % a sample; no rate up to 1e+06 Hz makes it hold there")
+    assert box.endswith("; no rate up to 1e+06 Hz makes it stable in all of them")
+    assert path.endswith(
+        "where a deviation grows by 0.33 % with each sample; no rate up to 1e+06 Hz makes it stable there"
+    )
 
 
 def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_command, tmp_path):

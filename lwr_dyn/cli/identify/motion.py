@@ -43,7 +43,7 @@ INSTRUMENT_RULES = tuple(
 @with_shared("--html", ": the motion in 3D, links before and after, torques, friction, checks")
 @with_shared("--out", " the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars")
 @click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
-              help="Of the filter on positions, Hz.")  # fmt: skip
+              help="Cut-off of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
               f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
 @with_shared(

@@ -170,9 +170,8 @@ def _assumed(run: ProgramRun, others: Sequence[RampRecord]) -> str:
     source = "$RAISE_TIME of its machine data" if run.machine.ramps else "assumed"
     timed = ", ".join("-" if (x := each["duration"]) is None else f"{x:.3f} s with {each['ramp']:g}" for each in others)
     ramps += f" s to rated speed ({timed})" if others else " s to rated speed"
-    known = f"masses of {run.arm.name} as its data file has them"
-    masses = "masses unknown, so no torques" if run.torque is None else known
-    return f"{source}: {ramps}; {masses}"
+    masses = "; masses unknown, so no torques" if run.torque is None else ""
+    return f"{source}: {ramps}{masses}"
 
 
 @click.command("run")

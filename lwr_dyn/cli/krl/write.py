@@ -34,19 +34,28 @@ FRAME = "X,Y,Z,A,B,C"
 @click.command("write")
 @click.argument("source")
 @click.option("--robot", help=f"With KUKA's axes.  [default: that of the run, {ROBOT}]")
-@click.option("--tolerance-mm", "tolerance", type=float, default=0.1, show_default=True, help="Of the path, mm.")
+@click.option(
+    "--tolerance-mm",
+    "tolerance",
+    type=float,
+    default=0.1,
+    show_default=True,
+    help="Largest distance from the path, mm.",
+)
 @click.option(
     "--angle-tolerance-deg",
     "angle_tolerance",
     type=float,
     default=0.1,
     show_default=True,
-    help="Of the orientation, deg.",
+    help="Largest angle from the orientation, deg.",
 )
 @click.option("--motions", default=",".join(USUAL), show_default=True, help="Kinds it may use; SPL too, or SPTP alone.")
 @click.option("--stop", is_flag=True, help="Stop at each point: no C_DIS, no C_PTP.")
 @with_shared("--speed", " ($VEL.CP); that of the run if not given, 0.25 without times")
-@click.option("--percent", type=click.IntRange(1, 100), help="Of the axes' speeds, for PTP; that of the run.")
+@click.option(
+    "--percent", type=click.IntRange(1, 100), help="Percent of the axes' speeds, for PTP; that of the run if not given."
+)
 @click.option("--tool-data", "tool_data", type=NUMBERS, metavar=FRAME, help="The tool in the flange, mm and deg.")
 @click.option("--tool-number", type=click.IntRange(1, 128), help="Use TOOL_DATA; its lines are printed.")
 @click.option(
