@@ -1,13 +1,16 @@
 """What `simulate` says of a sampled loop: before the run, of the simulated plant, nothing if it is stable."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.design.loop_judgement import sampled_loops, sampling_text, stability_lines
 from lwr_dyn.design.sampled_loop import Sampling
+from lwr_dyn.model.arm import JointGains
 from tests.simulation.sample_runs import lwr, one_joint
 
 AUTHORS = ("lwr4plus", "--reading", "computed")
@@ -166,6 +169,13 @@ def test_bad_sampling_gets_one_line(options, fault, lwr_dyn_command):
     code, out, err = lwr_dyn_command("gains", *AUTHORS, *options)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert fault in err
+
+
+def test_gains_of_the_file_are_judged_as_they_are():
+    arm = replace(one_joint(mass=2.0), gains=JointGains(np.array([1.0]), np.array([5000.0])))
+    judged = sampled_loops(arm, second_order_gains([2.0], 50.0, 1.0), Sampling(1000.0))
+    assert judged["pd-gravity"].share == 0.0  # T 2 xi omega_n = 0.1
+    assert judged["pd-gravity --own-gains"].share == 1.0  # T Kd / m = 2.5
 
 
 def test_a_slider_of_unknown_limits_is_judged_within_a_metre():

@@ -261,6 +261,8 @@ def test_numeric_search_distinguishes_reach_from_limits():
     result = inverse_kinematics(SIX, bent, starts=16)
     assert (result.status, result.joint) == ("outside limits", "joint_4")
     assert result.excess >= 2.3 - np.radians(120) - 1e-9
+    facts = result.document.record()
+    assert [facts[name] for name in ("status", "joint", "excess")] == [result.status, "joint_4", result.excess]
 
 
 def test_an_arm_of_four_joints_meets_a_position_and_says_how_far_the_orientation_is_off(tmp_path):

@@ -1,6 +1,7 @@
 """The sidecar: every attribute has quantities with cells or a word, and what a URDF cannot hold is in SI."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -31,6 +32,11 @@ def test_an_arm_that_was_built_in_code_has_no_source():
     mass = sidecar["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]
     assert mass["word"] == UNSOURCED
     assert sidecar["quantities"]["link_1.mass"] == []
+
+
+def test_a_title_is_written_as_it_reads():
+    arm = replace(random_arm(3, "RP"), title="Größe")
+    assert '"title": "Größe"' in provenance_text(arm)
 
 
 def test_a_standard_dh_row_is_all_after_the_motion():

@@ -106,6 +106,9 @@ def test_a_link_welded_on_adds_its_body(tmp_path):
     assert found.mass == 4.0
     assert close(found.com, expected.com)
     assert close(found.inertia_com, expected.inertia_com)
+    how = [[(x.cell, x.conversion) for x in arm.sources["b.mass"]] for arm in (light, heavy)]
+    b, c = (f"/robot/link[@name='{name}']/inertial" for name in "bc")
+    assert how == [[(b, "as written")], [(b, "welded to b"), (c, "welded to b")]]
 
 
 def test_the_inertial_frame_may_be_turned(tmp_path):
