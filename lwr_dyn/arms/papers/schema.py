@@ -79,6 +79,10 @@ RESULT, RUN = "result", "run"
 UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
+FRAMES = ("dh",)
+"""Frames of a published set: those of the DH table that its reading uses, the set's own where it brings one."""
+TABLES_OF_A_SET = ("base", "dh", "flange", "limits", "inertial", "rotors", "transmission", "friction")
+"""Tables that a published set may bring; each takes the place of the file's whole table."""
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
 
@@ -240,6 +244,7 @@ class Erratum:
     status: str
     patches: tuple[Patch, ...]
     severity: str = ""  # one of `SEVERITIES`; empty where not given
+    set_name: str = ""  # the published set whose tables it is about; empty for those of the file itself
 
     @property
     def changes_arm(self) -> bool:
@@ -250,18 +255,37 @@ class Erratum:
         """The patches of printed results."""
         return tuple(p for p in self.patches if p.at.startswith(RESULTS))
 
+    def tables(self) -> set[str]:
+        """The file's tables that its patches change."""
+        return {p.at.partition(".")[0] for p in self.of_tables()}
+
     def of_tables(self) -> tuple[Patch, ...]:
         """The patches of the file's own cells."""
         return tuple(p for p in self.patches if not p.at.startswith(RESULTS))
 
 
 @dataclass(frozen=True, slots=True)
+class PublishedSet:
+    """One published set of a robot's numbers, whose tables take the place of those of the file."""
+
+    name: str
+    about: str
+    where: str
+    frames: str
+    """One of `FRAMES`."""
+    tables: Mapping[str, Any]
+    """Table -> its columns, as printed."""
+
+
+@dataclass(frozen=True, slots=True)
 class Reading:
-    """One way to read the tables: the errata it applies."""
+    """One way to read the tables: the published set it takes, and the errata it applies on top."""
 
     name: str
     about: str
     errata: tuple[str, ...]
+    set_name: str = ""
+    """Empty for the tables of the file itself."""
 
 
 DOCUMENT_KINDS = ("paper", "maker's sheet", "exercise", "course report", "software")
@@ -283,12 +307,14 @@ class Paper:
     reading: Reading
     readings: Mapping[str, Reading]
     default_reading: str
+    sets: Mapping[str, PublishedSet]
+    """Published sets by name, beside the tables of the file itself."""
     errata: tuple[Erratum, ...]
     joints: tuple[str, ...]
     kinds: tuple[JointKind, ...]
     convention: Convention
     printed: Mapping[str, Any]
-    """The parsed tables as printed, without any erratum."""
+    """The parsed tables as printed, without any erratum: those of the reading's set in place of the file's."""
     columns: Mapping[str, Column]
     inertia_about: str
     inertia_products: tuple[str, ...]
@@ -318,8 +344,13 @@ class Paper:
 
     def left_in_place(self, reading: str = "") -> tuple[str, ...]:
         """Ids of the proven errata that change the arm, and that a reading, this one if not named, does not apply."""
-        applied = (self.readings[reading] if reading else self.reading).errata
-        return tuple(e.id for e in self.errata if e.changes_arm and e.id not in applied)
+        read = self.readings[reading] if reading else self.reading
+        return tuple(e.id for e in self.errata_of(read.set_name) if e.changes_arm and e.id not in read.errata)
+
+    def errata_of(self, set_name: str) -> tuple[Erratum, ...]:
+        """The errata about tables that a reading of a published set uses; "" for one of the file's own tables."""
+        brought = self.sets[set_name].tables.keys() if set_name else set()
+        return tuple(e for e in self.errata if e.set_name == set_name or not (e.set_name or e.tables() & brought))
 
     def __repr__(self) -> str:
         return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"
