@@ -157,13 +157,16 @@ def paper_of_tables(
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)
     convention = top.choice_at("dh.convention", tables["dh"].pop("convention", None), [c.value for c in Convention])
     about, products = _inertia_conventions(tables, len(joints), file)
+    seen = tables.get("friction", {}).pop("side", "joint")
+    side = Fields({}, file, "friction").choice_at("side", seen, schema.FRICTION_SIDES)
     solids = _solids(tables, len(joints), file)
     columns = read_columns(tables, len(joints), touched, file)
     check_plausibility(columns, joints, kinds, file)
     return Paper(
         name=name, title=title, file=file, document=document, sources=sources, reading=chosen, readings=readings,
         default_reading=default, sets=sets, errata=errata, joints=joints, kinds=kinds,
-        convention=Convention(convention), printed=printed, columns=columns, inertia_about=about, inertia_products=products, digest=digest, solids=solids,
+        convention=Convention(convention), printed=printed, columns=columns, inertia_about=about,
+        inertia_products=products, friction_side=side, digest=digest, solids=solids,
     )  # fmt: skip
 
 
@@ -237,7 +240,8 @@ def _inertia_conventions(tables: dict[str, Any], n: int, file: str) -> tuple[str
         return "com", ("tensor",) * n
     fields = Fields({}, file, "inertial.inertia")
     about = fields.choice_at("about", inertia.pop("about", None), schema.ABOUT)
-    fields.choice_at("axes", inertia.pop("axes", None), ("frame",))
+    turned = "rpy" in tables["inertial"]
+    fields.choice_at("axes", inertia.pop("axes", None), ("rpy",) if turned else ("frame",))
     products = inertia.pop("products", None)
     signs = [products] * n if not isinstance(products, list) else products
     if len(signs) != n:

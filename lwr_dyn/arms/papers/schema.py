@@ -79,10 +79,12 @@ RESULT, RUN = "result", "run"
 UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
-FRAMES = ("dh",)
-"""Frames of a published set: those of the DH table that its reading uses, the set's own where it brings one."""
-TABLES_OF_A_SET = ("base", "dh", "flange", "limits", "inertial", "rotors", "transmission", "friction")
+FRAMES = ("dh", "urdf")
+"""Frames of a set: those of the DH table of its reading, or of a URDF whose joints its table `origins` places."""
+ORIGINS = "origins"
+TABLES_OF_A_SET = ("base", "dh", "flange", "limits", "inertial", ORIGINS, "rotors", "transmission", "friction")
 """Tables that a published set may bring; each takes the place of the file's whole table."""
+FRICTION_SIDES = ("joint", "motor")
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
 
@@ -120,6 +122,11 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "sign": ColumnRule((), ("number",)),
     },
     "frames": {"origin": ColumnRule((3,), ("length",))},
+    ORIGINS: {
+        "xyz": ColumnRule((3,), ("length",), required=True),
+        "rpy": ColumnRule((3,), ("angle",), required=True),
+        "axis": ColumnRule((3,), ("number",)),
+    },
     "flange": _POSE,
     "limits": {
         "zero": ColumnRule((), ("angle", "length")),
@@ -145,6 +152,7 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "mass": ColumnRule((), ("mass",), required=True, may_be_unknown=True),
         "com": ColumnRule((3,), ("length",), required=True, may_be_unknown=True),
         "inertia": ColumnRule((3, 3), ("inertia",), required=True, may_be_unknown=True),
+        "rpy": ColumnRule((3,), ("angle",)),
     },
     "rotors": {
         "gear_ratio": ColumnRule((), ("number",), may_be_unknown=True),
@@ -152,9 +160,10 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "armature": ColumnRule((), ("inertia", "mass"), may_be_unknown=True),
     },
     "transmission": {
-        "ratio": ColumnRule((), ("number",), required=True),
+        "ratio": ColumnRule((), ("number",)),
         "stage": ColumnRule((), ("number",)),
-        "signs": ColumnRule((PER_JOINT,), ("number",), required=True),
+        "signs": ColumnRule((PER_JOINT,), ("number",)),
+        "matrix": ColumnRule((PER_JOINT,), ("number",)),
     },
     "gains": {
         "kp": ColumnRule((), _SPRING, required=True),
@@ -174,12 +183,16 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
 }
 """Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
 
-`base.xyz` and `base.rpy` place DH frame 0 in the base. `rotors` gives gear ratio and inertia of the rotor, or
-`armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j.
+`base.xyz` and `base.rpy` place DH frame 0 in the base. `inertial.rpy` turns each tensor's own axes, as the origin of a
+URDF's inertial does. `origins` places each joint of a URDF in the one before, as `<origin>` does at q = 0, with its
+`axis` (z if not given): `inertial` is then in these frames. `rotors` gives gear ratio and inertia of the rotor, or
+`armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j, or
+T is printed as `matrix`, a row a motor.
 `elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
-per direction that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base:
-joint positions of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in
-both, and each joint's axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
+per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors. `poses`
+is a second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
+flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
+values of the whole arm (`mass` includes the base).
 """
 
 
@@ -318,6 +331,8 @@ class Paper:
     columns: Mapping[str, Column]
     inertia_about: str
     inertia_products: tuple[str, ...]
+    friction_side: str
+    """Where `friction` is seen, one of `FRICTION_SIDES`."""
     digest: str
     """SHA-256 of the file's text."""
     solids: Solids | None = None

@@ -6,7 +6,7 @@ A reading names a set, and errata on top of it. A set states its frames; an erra
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from lwr_dyn.arms.papers.schema import FRAMES, TABLES_OF_A_SET, Erratum, PublishedSet
+from lwr_dyn.arms.papers.schema import FRAMES, ORIGINS, TABLES_OF_A_SET, Erratum, PublishedSet
 from lwr_dyn.foundation.fields import Fields
 
 
@@ -20,6 +20,9 @@ def read_sets(top: Fields) -> dict[str, PublishedSet]:
         fields.refuse_unknown()
         if name in out:
             raise fields.refuse("name", f"{name!r} twice", "each name once")
+        if (frames == "urdf") != (ORIGINS in tables):
+            found = "with origins" if ORIGINS in tables else "without origins"
+            raise fields.refuse("frames", f"{frames!r} {found}", "dh, or urdf with a table origins of its joints")
         if not tables:
             raise fields.refuse("", "no table", f"one or more of {', '.join(TABLES_OF_A_SET)}")
         out[name] = PublishedSet(name, about, where, frames, tables)
