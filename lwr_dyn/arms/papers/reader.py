@@ -145,7 +145,7 @@ def paper_of_tables(
     chosen = readings[reading or default]
     if errata_read is not None:
         chosen = replace(chosen, errata=tuple(e for e in ids if e in errata_read), set_name="")
-    joints, kinds = _joints(top.table("joints"))
+    joints, kinds, torques = _joints(top.table("joints"))
     own = {key: top.take(key, dict) for key in schema.TABLES if key in raw}
     printed = tables_under(own, sets.get(chosen.set_name))
     if "dh" not in printed:
@@ -164,7 +164,7 @@ def paper_of_tables(
     check_plausibility(columns, joints, kinds, file)
     return Paper(
         name=name, title=title, file=file, document=document, sources=sources, reading=chosen, readings=readings,
-        default_reading=default, sets=sets, errata=errata, joints=joints, kinds=kinds,
+        default_reading=default, sets=sets, errata=errata, joints=joints, kinds=kinds, torques=torques,
         convention=Convention(convention), printed=printed, columns=columns, inertia_about=about,
         inertia_products=products, friction_side=side, digest=digest, solids=solids,
     )  # fmt: skip
@@ -177,17 +177,19 @@ def _source(fields: Fields) -> dict[str, str]:
     return found
 
 
-def _joints(fields: Fields) -> tuple[tuple[str, ...], tuple[JointKind, ...]]:
+def _joints(fields: Fields) -> tuple[tuple[str, ...], tuple[JointKind, ...], str]:
     kinds = fields.take("kinds", list)
     if not kinds:
         raise fields.refuse("kinds", "an empty list", "one of revolute, prismatic per joint")
     for i, kind in enumerate(kinds):
         fields.choice_at(f"kinds[{i}]", kind, [k.value for k in JointKind])
     names = fields.take("names", list, default=[f"joint_{i + 1}" for i in range(len(kinds))])
+    torques = fields.choice("torques", schema.TORQUES, default="")
     fields.refuse_unknown()
     if not all(isinstance(x, str) for x in names) or len(names) != len(kinds) or len(set(names)) != len(names):
         raise fields.refuse("names", f"{names}", f"{len(kinds)} different names")
-    return tuple(_printable(fields, f"names[{i}]", x) for i, x in enumerate(names)), tuple(map(JointKind, kinds))
+    printable = tuple(_printable(fields, f"names[{i}]", x) for i, x in enumerate(names))
+    return printable, tuple(map(JointKind, kinds)), torques
 
 
 def _printable(fields: Fields, place: str, name: str) -> str:

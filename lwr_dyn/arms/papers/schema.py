@@ -84,6 +84,8 @@ FRAMES = ("dh", "urdf")
 ORIGINS = "origins"
 TABLES_OF_A_SET = ("base", "dh", "flange", "limits", "inertial", ORIGINS, "rotors", "transmission", "friction")
 """Tables that a published set may bring; each takes the place of the file's whole table."""
+TORQUES = ("motor", "link")
+"""Where torques are measured: before the gears, or by sensors behind them, where rotors are no part of them."""
 FRICTION_SIDES = ("joint", "motor")
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
@@ -325,6 +327,8 @@ class Paper:
     errata: tuple[Erratum, ...]
     joints: tuple[str, ...]
     kinds: tuple[JointKind, ...]
+    torques: str
+    """Where the robot's own torques are measured, one of `TORQUES`; empty where the file does not say."""
     convention: Convention
     printed: Mapping[str, Any]
     """The parsed tables as printed, without any erratum: those of the reading's set in place of the file's."""
