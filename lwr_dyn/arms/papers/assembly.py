@@ -200,7 +200,7 @@ def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
 
 OWN_AXES = ("inertial.rpy", f"{ORIGINS}.xyz")
 """Columns that give bodies in other axes or frames than those of the DH table."""
-BEYOND_DH = ("base.xyz", "base.rpy", "dh.beta", *OWN_AXES)
+BEYOND_DH = ("base.xyz", "base.rpy", "dh.beta", f"{ORIGINS}.xyz")
 
 
 def require_plain_dh(paper: Paper, needed_for: str) -> None:
