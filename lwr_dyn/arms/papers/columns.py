@@ -189,7 +189,10 @@ def _rotors(columns: Mapping[str, Column]) -> Iterator[Fault]:
 
 def _friction(columns: Mapping[str, Column]) -> Iterator[Fault]:
     """Columns for both directions or for each; static friction is not below Coulomb friction."""
-    directed = [name for name in columns if name.startswith("friction.") and name.count("_")]
+    directed = [name for name in columns if name.startswith(tuple(f"friction.{side}_" for side in SIDES))]
+    sigmoid = {name for name in ("level", "slope", "shift") if f"friction.sigmoid_{name}" in columns}
+    if sigmoid not in (set(), {"level", "slope", "shift"}):
+        yield "friction", f"sigmoid_{' and sigmoid_'.join(sorted(sigmoid))}", "level, slope and shift of a sigmoid"
     both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
     if directed and both_ways:
         yield both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"

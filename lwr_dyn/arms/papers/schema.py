@@ -40,6 +40,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "N s/m": ("damping", 1.0),
     "N/m": ("stiffness", 1.0),
     "N/(m s)": ("integral gain", 1.0),
+    "s/rad": ("slope of a sigmoid", 1.0),
     "1": ("number", 1.0),
 }
 """Unit -> (quantity, factor to SI)."""
@@ -180,6 +181,9 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         **{f"{s}_{x}": ColumnRule((), quantities) for s in SIDES for x, quantities in FRICTION_OF_A_SIDE.items()},
         "offset": ColumnRule((), _FORCE),
         "covered": ColumnRule((), _SPEED),
+        "sigmoid_level": ColumnRule((), _FORCE),
+        "sigmoid_slope": ColumnRule((), ("slope of a sigmoid",)),
+        "sigmoid_shift": ColumnRule((), _SPEED),
     },
     "drawing": {"pedestal": ColumnRule((), ("length",), per_joint=False), "radius": ColumnRule((), ("length",))},
 }
@@ -191,7 +195,8 @@ URDF's inertial does. `origins` places each joint of a URDF in the one before, a
 `armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j, or
 T is printed as `matrix`, a row a motor.
 `elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
-per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors. `poses`
+per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors; or
+a sigmoid, level/(1 + exp(-slope (dq + shift))) less its value at rest, which is kept and as yet used nowhere. `poses`
 is a second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
 flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
 values of the whole arm (`mass` includes the base).

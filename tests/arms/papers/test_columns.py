@@ -64,6 +64,7 @@ def test_what_is_just_allowed_passes():
     check(
         limits__lower=(0.0, -1.0), limits__upper=(1e-9, 1.0), friction__coulomb=(0.0, 0.0), dh__sign=(-1.0, 1.0),
         base__gravity=((0.0, 0.0, -1000.0),), transmission__signs=((1.0, -1.0), (0.0, 1.0)),
+        transmission__ratio=(2.0, 3.0),
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import data_files, open_paper, published, readings
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.checks.arm.run_checks import check_arm
+from lwr_dyn.checks.conventions.printed_table import printed_table
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.spatial import principal_moments
 from tests.tolerances import EXACT
@@ -281,3 +282,9 @@ def test_the_tensor_of_link_7_of_iiwa_stack_is_a_stand_in():
     np.testing.assert_allclose(one.inertia_com, 0.001 * np.eye(3), atol=1e-15)
     assert one.mass * 0.05**2 < 0.001
     assert 3.0 < 0.001 / other.inertia_com[0, 0] < 6.0
+
+
+def test_tensors_in_their_own_axes_are_turned_for_the_search_of_conventions():
+    table = printed_table(open_paper("ur10"))
+    bodies = arm_of("ur10", "maker").chain.bodies
+    np.testing.assert_allclose(table.inertia, [body.inertia_com for body in bodies], atol=1e-15)

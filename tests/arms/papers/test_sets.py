@@ -242,6 +242,29 @@ def test_one_pair_of_friction_at_the_motors_is_that_of_the_joints_too():
     np.testing.assert_allclose(limits, [(20.0, 1000.0), (2.0, 40.0)], rtol=1e-14)
 
 
+SIGMOID = """[set.friction]
+sigmoid_level = { values = [0.5, 0.9], unit = "N m", where = "p", kind = "printed" }
+sigmoid_slope = { values = [5, 9], unit = "s/rad", where = "p", kind = "printed" }
+sigmoid_shift = { values = [0.04, -0.03], unit = "rad/s", where = "p", kind = "printed" }
+"""
+
+
+def test_a_sigmoid_of_friction_is_kept_whole_or_refused():
+    text = OWN + SET.replace("[[erratum]]", SIGMOID + "[[erratum]]", 1)
+    paper = parse_paper(text, "own.toml", "maker")
+    assert paper.numbers("friction.sigmoid_slope") == (5.0, 9.0)
+    with pytest.raises(PaperError, match="sigmoid_level and sigmoid_slope; allowed: level, slope and shift"):
+        parse_paper(text.replace("sigmoid_shift", "# "), "own.toml", "maker")
+
+
+def test_where_torques_are_measured_can_be_said():
+    assert read("printed").torques == ""
+    said = OWN.replace('kinds = ["revolute", "revolute"]', 'kinds = ["revolute", "revolute"]\ntorques = "link"')
+    assert parse_paper(said, "own.toml").torques == "link"
+    with pytest.raises(PaperError, match=r"joints.torques: 'both'; allowed: one of motor, link"):
+        parse_paper(said.replace('"link"', '"both"'), "own.toml")
+
+
 def test_friction_at_motors_without_gear_ratios_is_refused():
     text = OWN + SET.replace("[[erratum]]", MOTORS[MOTORS.index("[set.friction]") :] + "[[erratum]]", 1)
     with pytest.raises(PaperError, match=r"friction.side: 'motor' without gear ratios"):
