@@ -23,6 +23,8 @@ EDGE = 0.5
 """[s] cut off at both ends of a recording, where the filter lacks rows."""
 LEAST_ROWS = 40
 """Of a recording after that: fewer say nothing of the friction."""
+EVEN = 0.01
+"""Share of a step that times may miss an even clock by, as rounded ones do."""
 NYQUIST = 0.99
 """Largest cut-off as a share of half the rate."""
 
@@ -103,10 +105,12 @@ def _parts(log: JointLog, rule: FilterRule) -> Iterator[tuple[Array, ...]]:
         if t.size < LEAST_ROWS:
             continue
         step = float(np.median(np.diff(t)))
-        grid = np.arange(t[0], t[-1], step)
+        mean = float(t[-1] - t[0]) / (t.size - 1)
+        even = bool(np.abs(t - t[0] - mean * np.arange(t.size)).max() <= EVEN * mean)
+        step, grid = (mean, t) if even else (step, np.arange(t[0], t[-1], step))
         sos = butter(ORDER, min(rule.cutoff * 2.0 * step, NYQUIST), output="sos")
         q, tau = (
-            sosfiltfilt(sos, np.column_stack([np.interp(grid, t, column) for column in of[piece].T]), axis=0)
+            sosfiltfilt(sos, np.column_stack([x if even else np.interp(grid, t, x) for x in of[piece].T]), axis=0)
             for of in (log.q, log.tau)
         )
         dq = np.gradient(q, step, axis=0)

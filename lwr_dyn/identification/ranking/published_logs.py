@@ -1,11 +1,11 @@
 """Logs of real robots by address and digest, two of them here in small form; the others are fetched by the user.
 
-A file is recognised by its SHA-256, whatever its name. What a log is, is written in `logs.toml`: who published it, under
+A file is recognised by its SHA-256, whatever its name. `logs.toml` says who published a log, under
 which licence, what its columns are, what load was on, and whether its torques were measured or computed.
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
@@ -46,8 +46,8 @@ class LogFile:
 class PublishedLog:
     """A log by its address; the fields are those of `logs.toml`.
 
-    `step` [s] is that of its even clock, `cutoff` [Hz] and `spacing` [s] are of the filter under which sets are compared
-    on it. `factors` (n,) take its torque columns to N m; `ratios` (n, n) and `home` (n,) [rad] take motors to joints.
+    `step` [s] is that of its even clock; `cutoff` [Hz] and `spacing` [s] are of the filter under which sets are
+    compared on it. `factors` (n,) take its torque columns to N m; `ratios` (n, n) and `home` (n,) [rad] take motors to joints.
     """
 
     name: str
@@ -180,7 +180,7 @@ def published_log(name: str, folder: str | Path | None = None) -> tuple[Publishe
         folder = place.parent
     small = place is None and folder is None and log.committed
     if small or (place is not None and digest_of_file(place) == log.sha256):
-        return log, read_log(str(_FOLDER / "logs" / log.committed))
+        return log, replace(read_log(str(_FOLDER / "logs" / log.committed)), source=log.name)
     return log, _read(log, _found(log, Path("." if folder is None else folder)))
 
 

@@ -6,7 +6,8 @@ with a free load before a set is called wrong.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -14,80 +15,23 @@ import numpy as np
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import readings, robots
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.document import Document
-from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.identification.logs.joint_log import JointLog, check_arm, read_log
 from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
 from lwr_dyn.identification.ranking.filtered_log import FilteredLog, FilterRule, filtered_log, trained_and_tested
 from lwr_dyn.identification.ranking.published_logs import PublishedLog, published_log, published_logs, recognised
-from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, Fit, Torques, fit_set, floor_of
+from lwr_dyn.identification.ranking.ranking_result import AHEAD, BLOCK, Ranking, SetScore, rms_of
+from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, Torques, fit_set, floor_of
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, is_physical
 from lwr_dyn.model.spatial import principal_moments
 
-BLOCK = 1.0
-"""[s] of the blocks that are drawn again for an interval: what is left is alike for tenths of a second."""
 DRAWS, LEVEL = 2000, 0.95
 FEWEST_BLOCKS = 5
 EXPLAINED = 1e-3
 """Share of the torques below which what is left says that they were computed from the set: no real robot is so."""
 FILES = (".urdf", ".xacro", ".xml", ".toml", ".dat")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SetScore:
-    """One set: `fits` as published, then with more freed, one added to those before; `alone` with each freed alone.
-
-    `intervals` (low, high) [N m] of each fit's total, `ahead` the share of draws of blocks in which it leaves less than
-    the set that follows it (as published); `not_bodies` are links that no body can have, each with by how much.
-    """
-
-    name: str
-    arm: Arm
-    fits: tuple[Fit, ...]
-    alone: tuple[Fit, ...]
-    intervals: tuple[tuple[float, float], ...]
-    not_bodies: tuple[str, ...]
-    ahead: float | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Ranking:
-    """Sets from the one that leaves least, as published; `floors` (k, n) are what least squares leave, by what is free.
-
-    `train` and `test` are the rows, `tested_on` the name of the log that tests (that of the log where its end does).
-    """
-
-    robot: str
-    log: JointLog
-    published: PublishedLog | None
-    tested_on: str
-    rule: FilterRule
-    free: tuple[tuple[str, ...], ...]
-    scores: tuple[SetScore, ...]
-    floors: tuple[Array, ...]
-    train: FilteredLog
-    test: FilteredLog
-
-    def floor(self, which: int = 0) -> float:
-        """What least squares leave over all joints [N m or N]."""
-        return _rms(self.floors[which])
-
-    def of(self, name: str) -> SetScore:
-        """The score of a set by its name; raises `KeyError`."""
-        return {one.name: one for one in self.scores}[name]
-
-    def document(self, page: bool = False) -> Document:
-        """For people and programs; of a page with the torques drawn."""
-        from lwr_dyn.identification.ranking.ranking_page import ranking_document
-
-        return ranking_document(self, page)
-
-    def _repr_html_(self) -> str:
-        from lwr_dyn.pages.document import notebook_html
-
-        return notebook_html(self.document())
 
 
 def rank(
@@ -146,9 +90,11 @@ def rank(
     torques, blocks = Torques(train, tested), _blocks(tested)
     scores = sorted((_scored(torques, name, arm, steps, blocks) for name, arm in arms), key=lambda x: x.fits[0].total)
     _refuse_computed(measured, scores, tested)
-    scores = [replace(a, ahead=_ahead(a, b, blocks)) for a, b in zip(scores, scores[1:], strict=False)] + scores[-1:]
+    scores = [replace(a, ahead=_ahead(a, b, blocks)) for a, b in pairwise(scores)] + scores[-1:]
     floors = tuple(floor_of(torques, arms[0][1], one) for one in steps)
-    return Ranking(robot, measured, first, tested_on, rule, steps, tuple(scores), floors, train, tested)
+    return Ranking(
+        robot, measured, first, tested_on, rule, steps, tuple(scores), floors, train, tested, _with_load(scores, blocks)
+    )
 
 
 def named_sets(robot: str, sets: Sequence[str | Arm] = ()) -> list[tuple[str, Arm]]:
@@ -202,7 +148,7 @@ def _log(
 
 def _refuse_computed(log: JointLog, scores: Sequence[SetScore], tested: FilteredLog) -> None:
     """Raise `LogError` where a set explains the torques to `EXPLAINED`."""
-    share = scores[0].fits[0].total / _rms(tested.tau)
+    share = scores[0].fits[0].total / rms_of(tested.tau)
     if share < EXPLAINED:
         found = f"computed, not measured: {scores[0].name} leaves {share:.1g} of them"
         raise LogError(log.source, "torques", found, "a log of measured torques or currents")
@@ -248,10 +194,14 @@ def _interval(left: Array, blocks: Array) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def _with_load(scores: Sequence[SetScore], blocks: Array) -> str:
+    """The set that leaves least with a free load, where it is ahead of the first by more than chance; else the first."""
+    best = min(scores, key=lambda one: one.alone[0].total)
+    one, other = (_drawn(x.alone[0].left, blocks) for x in (best, scores[0]))
+    turned = one is not None and other is not None and np.mean(one < other) >= AHEAD
+    return best.name if turned else scores[0].name
+
+
 def _ahead(a: SetScore, b: SetScore, blocks: Array) -> float | None:
     one, other = _drawn(a.fits[0].left, blocks), _drawn(b.fits[0].left, blocks)
     return None if one is None or other is None else float(np.mean(one < other))
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))

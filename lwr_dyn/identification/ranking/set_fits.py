@@ -3,8 +3,8 @@
     tau_j = gain_j (model_j + Y_j load) + friction_j + armature_j ddq_j
 
 Friction of a joint: a Coulomb level of each direction (beyond `SLOW`), viscous, and an offset. A coupled motor adds its
-friction and rotor on the speeds of the other joints that it turns with. `load` are the ten inertial parameters of a body
-on the last link. All is least squares on the rows that train; what counts is what is left of the rows that test.
+friction and rotor on the speeds of the other joints that it turns with. `load` are the ten inertial parameters of a
+body on the last link. All is least squares on the rows that train; what counts is what is left of the rows that test.
 """
 
 from collections.abc import Collection
@@ -27,6 +27,8 @@ LOAD_CUT, FLOOR_CUT = 1e-5, 1e-4
 """Singular values, as shares of the largest, below which directions of the parameters are left out."""
 PASSES = 3
 """Passes of the least squares in which joints are weighted by what the pass before left of them."""
+UNSURE = 0.1
+"""Standard error of a gain, by residuals taken as white, beyond which it is not said."""
 TURNS, SETTLED = 200, 1e-10
 """Passes between gains and load at most; relative change of the squares at which they end."""
 
@@ -44,9 +46,9 @@ class Modelled:
 class Fit:
     """What was found beside a set on the rows that train.
 
-    `left` (k, n) is what it leaves of the torques of the rows that test, `predicted` of all rows of both; `gains` (n,)
-    are the torques of the log over those of the model, `rotors` (n,) [kg m^2], `load` (10,) [kg, kg m, kg m^2]; None
-    where not fitted.
+    `left` (k, n) is what it leaves of the torques of the rows that test, `predicted` those of train and test. `gains`
+    (n,) are torques of the log over those of the model, NaN where uncertain by more than `UNSURE`; `rotors` (n,)
+    [kg m^2], `load` (10,) [kg, kg m, kg m^2]; None where not fitted.
     """
 
     free: tuple[str, ...]
@@ -87,7 +89,9 @@ class Torques:
     def bodies(self, arm: Arm) -> tuple[Array, Array]:
         """Columns (k, n, 10 n) of the ten parameters of each link, train and test."""
         chain = arm.chain
-        places = [x for link in chain.links for pose in (link.before, link.after) for x in (pose.rotation, pose.position)]
+        places = [
+            x for link in chain.links for pose in (link.before, link.after) for x in (pose.rotation, pose.position)
+        ]
         key = b"".join(np.ascontiguousarray(x).tobytes() for x in (*places, chain.gravity))
         if key not in self._bodies:
             Y, count = Regressor(chain), len(INERTIAL) * chain.n
@@ -128,7 +132,7 @@ def fit_set(both: tuple[Modelled, Modelled], free: tuple[str, ...], transmission
     ]  # fmt: skip
     return Fit(
         free, test.log.tau - predicted[1], (predicted[0], predicted[1]),
-        gains=found.gains if GAIN in free else None,
+        gains=_sure(train, X, found) if GAIN in free else None,
         rotors=np.array([own[4] for own in found.own]) if ROTOR in free else None,
         load=found.load if LOAD in free else None,
     )  # fmt: skip
@@ -143,11 +147,24 @@ class _Found:
     own: list[Array]
 
 
+def _sure(train: Modelled, X: list[Array], found: _Found) -> Array:
+    """Gains (n,), NaN where the model's torque differs too little from the joint's own columns."""
+    out = found.gains.copy()
+    for j, columns in enumerate(X):
+        model = train.model[:, j] + train.body[:, j] @ found.load
+        apart = model - columns @ _squares(columns, model)
+        left = train.log.tau[:, j] - found.gains[j] * model - columns @ found.own[j]
+        if not UNSURE**2 * np.sum(np.square(apart)) > np.mean(np.square(left)):
+            out[j] = np.nan
+    return out
+
+
 def _joint_by_joint(train: Modelled, X: list[Array], gain: bool) -> _Found:
     gains, own = np.ones(len(X)), []
     for j, columns in enumerate(X):
         if gain:
-            *found, gains[j] = _squares(np.column_stack([columns, train.model[:, j]]), train.log.tau[:, j])
+            both = np.column_stack([columns, train.model[:, j]])
+            *found, gains[j] = _squares(both, train.log.tau[:, j])
             own.append(np.array(found))
         else:
             own.append(_squares(columns, train.log.tau[:, j] - train.model[:, j]))
