@@ -34,8 +34,8 @@ NAMES = Separated("names", lambda text: tuple(part.strip() for part in text.spli
 def command(robot: str, log: str, as_json: bool, **given: Any) -> None:
     """Rank published sets of ROBOT on a log of the real one, by held-out torques.
 
-    Every set gets the same filter, rows and friction. A log of computed torques is refused: it would rank first the table
-    that it was computed from. Look at the column of a free load before a set is called wrong.
+    Every set gets the same filter, rows and friction. A log of computed torques is refused: it would rank first the
+    table that it was computed from. Look at the column of a free load before a set is called wrong.
     """
     if given["html"] is not None:
         check_report_path(given["html"])

@@ -47,7 +47,8 @@ class PublishedLog:
     """A log by its address; the fields are those of `logs.toml`.
 
     `step` [s] is that of its even clock; `cutoff` [Hz] and `spacing` [s] are of the filter under which sets are
-    compared on it. `factors` (n,) take its torque columns to N m; `ratios` (n, n) and `home` (n,) [rad] take motors to joints.
+    compared on it. `factors` (n,) take its torque columns to N m; `ratios` (n, n) and `home` (n,) [rad] take motors to
+    joints.
     """
 
     name: str
@@ -99,18 +100,16 @@ def _log(of: Fields) -> PublishedLog:
     texts = {key: of.text(key) for key in ("name", "robot", "about", "address", "commit", "licence", "gains", "load")}
     optional = {key: of.text(key, "") for key in ("committed", "sha256")}
     numbers = {key: of.number(key, above=0.0) for key in ("step", "cutoff")}
-    arrays: dict[str, Array] = {}
-    factors = of.numbers("factors", ())
-    if factors:
-        arrays["factors"] = np.array(factors)
-    motors = of.table("motors", {})
+    factors, motors = of.numbers("factors", ()), of.table("motors", {})
+    ratios, home = None, None
     if motors.unread():
         ratios = np.array(motors.take("ratios", list), dtype=np.float64)
-        arrays |= {"ratios": ratios, "home": np.radians(motors.row("home_deg", len(ratios)))}
+        home = np.radians(motors.row("home_deg", len(ratios)))
     out = PublishedLog(
-        **texts, **optional, **numbers, **arrays, torques=of.choice("torques", (MEASURED, COMPUTED)),
+        **texts, **optional, **numbers, torques=of.choice("torques", (MEASURED, COMPUTED)),
         rows=of.take("rows", int), files=tuple(_file(one) for one in of.tables("files")),
-        spacing=of.number("spacing", 0.01, above=0.0),
+        spacing=of.number("spacing", 0.01, above=0.0), factors=np.array(factors) if factors else None,
+        ratios=ratios, home=home,
     )  # fmt: skip
     of.refuse_unknown()
     return out
@@ -204,15 +203,15 @@ def _read(log: PublishedLog, digests: Mapping[str, Path]) -> JointLog:
     for one in log.files:
         columns |= _FORMS[one.form](one, digests[one.sha256])
     q, tau = columns["q"], columns["tau"]
-    if log.ratios is not None:
+    if log.ratios is not None and log.home is not None:
         q, tau = np.linalg.solve(log.ratios, q.T).T + log.home, tau @ log.ratios
     if log.factors is not None:
         tau = tau * log.factors
     t = columns.get("time", np.arange(len(q))[:, None] * log.step)[:, 0]
     rises = np.concatenate([[True], np.diff(t) > 0.0])
     clock = np.arange(t[0], t[-1], log.step)
-    even = (np.column_stack([np.interp(clock, t[rises], x) for x in of[rises].T]) for of in (q, tau))
-    return JointLog(log.name, tuple(range(1, q.shape[1] + 1)), clock - clock[0], *even)
+    q, tau = (np.column_stack([np.interp(clock, t[rises], x) for x in of[rises].T]) for of in (q, tau))
+    return JointLog(log.name, tuple(range(1, q.shape[1] + 1)), clock - clock[0], q, tau)
 
 
 def _numbers(one: LogFile, path: Path) -> dict[str, Array]:

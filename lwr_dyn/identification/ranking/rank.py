@@ -166,14 +166,14 @@ def _scored(torques: Torques, name: str, arm: Arm, steps: Sequence[tuple[str, ..
 def _excess(body: Body) -> str:
     small, middle, large = principal_moments(body.inertia_com)
     if small + middle > 0.0 and small >= 0.0 and body.mass > 0.0:
-        return f"largest moment {100.0 * (large / (small + middle) - 1.0):.3g} % over the sum of the others"
+        return f"the smaller two moments sum to {100.0 * (1.0 - (small + middle) / large):.3g} % less than the largest"
     return "a mass or moment that is not above 0"
 
 
 def _blocks(log: FilteredLog) -> Array:
     """Number of the block of each row, (k,)."""
     count = int((log.t[-1] - log.t[0]) / BLOCK)
-    return np.minimum(np.floor((log.t - log.t[0]) / BLOCK), max(count - 1, 0))
+    return np.asarray(np.minimum(np.floor((log.t - log.t[0]) / BLOCK), max(count - 1, 0)))
 
 
 def _drawn(left: Array, blocks: Array) -> Array | None:
@@ -195,7 +195,7 @@ def _interval(left: Array, blocks: Array) -> tuple[float, float]:
 
 
 def _with_load(scores: Sequence[SetScore], blocks: Array) -> str:
-    """The set that leaves least with a free load, where it is ahead of the first by more than chance; else the first."""
+    """The set that leaves least with a free load, where it is ahead of the first by more than chance; else that."""
     best = min(scores, key=lambda one: one.alone[0].total)
     one, other = (_drawn(x.alone[0].left, blocks) for x in (best, scores[0]))
     turned = one is not None and other is not None and np.mean(one < other) >= AHEAD
