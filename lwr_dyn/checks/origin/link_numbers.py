@@ -1,4 +1,4 @@
-"""Masses, centres of mass and tensors of links, of a model file as written and of every published set of the package."""
+"""Masses, centres of mass and tensors of links, of a model file as written and of every published set here."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
-"""Copies of published sets as URDFs, with digits changed, frames moved and units exchanged, and arms that copy nothing."""
+"""Copies of published sets as URDFs: digits changed, frames moved, units exchanged; and arms that copy nothing."""
 
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def urdf_of(links, rng, frames="kept", units=(1.0, 1.0), digits=9, share=0.0):
     names = [link[0] for link in links]
     joints = "".join(
         f'<joint name="{b}_joint" type="continuous"><parent link="{a}"/><child link="{b}"/><axis xyz="0 0 1"/></joint>'
-        for a, b in zip(names, names[1:], strict=False)
+        for a, b in pairwise(names)
     )
     return f'<robot name="planted">{"".join(out)}{joints}</robot>'
 
