@@ -6,14 +6,14 @@ from hypothesis import given
 
 import lwr_dyn
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.catalog import open_paper, template
+from lwr_dyn.arms.papers.catalog import open_paper, studied, template
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.checks.arm.model_laws import mass_matrix_rate, potential_gradient, random_states, relative, swing_verdict
 from lwr_dyn.checks.arm.run_checks import check_arm
 from tests.random_arms import arms, random_arm
 from tests.tolerances import RANDOM_ARM
 
-PAPER_ARMS = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+PAPER_ARMS = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 CONTRADICTED = {
     ("kr30ha", "printed"): {
         "axes at zero - the maker's",

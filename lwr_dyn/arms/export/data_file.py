@@ -145,7 +145,6 @@ def _notes(arm: Arm) -> dict[str, str]:
     lacks = ["shapes, names of links and frames, transmissions, which joints are continuous"] if arm.layout else []
     lacks += [f"limits of {name}: {x.lower} to {x.upper}" for name, x in _without_range(arm).items()]
     lacks += ["drawn cylinders"] if arm.drawing.cylinders else []
-    lacks += ["the motor map"] if arm.transmission is not None and not _motors(arm.transmission.matrix) else []
     return out | ({"lacks": "; ".join(lacks)} if lacks else {})
 
 
@@ -236,10 +235,10 @@ def _values(arm: Arm) -> dict[str, Columns]:
 
 
 def _motors(T: Array) -> Columns:
-    """The motor map as one ratio a joint and signs; empty where a joint's motors have several ratios."""
+    """The motor map as one ratio a joint and signs, or as a matrix where a joint's motors have several ratios."""
     ratio = np.abs(T).max(axis=0)
     plain = bool(np.isin(T / ratio, (-1.0, 0.0, 1.0)).all())
-    return {"ratio": ratio.tolist(), "signs": (T / ratio).tolist()} if plain else {}
+    return {"ratio": ratio.tolist(), "signs": (T / ratio).tolist()} if plain else {"matrix": T.tolist()}
 
 
 def _rotors(arm: Arm) -> Columns:

@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper, studied
 from lwr_dyn.arms.papers.columns import check_plausibility
 from lwr_dyn.arms.papers.schema import Column
 from lwr_dyn.foundation.errors import PaperError
@@ -67,7 +67,7 @@ def test_what_is_just_allowed_passes():
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("robot", lwr_dyn.robots())
+@pytest.mark.parametrize("robot", studied())
 def test_the_papers_pass_under_every_reading(robot):
     for reading in lwr_dyn.readings(robot):
         paper = open_paper(robot, reading)

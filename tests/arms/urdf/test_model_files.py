@@ -5,6 +5,7 @@ import json
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.model_files import (
     UNSOURCED,
     provenance_text,
@@ -15,7 +16,7 @@ from lwr_dyn.arms.urdf.model_files import (
 from tests.random_arms import random_arm
 
 
-@pytest.mark.parametrize("robot", lwr_dyn.robots())
+@pytest.mark.parametrize("robot", studied())
 def test_every_attribute_names_cells_that_are_listed_or_has_a_word(robot):
     arm = lwr_dyn.load(robot)
     sidecar = json.loads(provenance_text(arm))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
@@ -38,7 +39,7 @@ def same_dynamics(a, b):
     )
 
 
-CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+CASES = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 
 
 @pytest.mark.slow
