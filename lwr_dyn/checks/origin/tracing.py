@@ -46,7 +46,7 @@ class CellDifference:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KindTrace:
-    """One kind of number (of `CELLS`): in how many of the paired links it agrees, how it was compared, its power of ten.
+    """One kind of number (of `CELLS`): in how many paired links it agrees, how it was compared, its power of ten.
 
     `elsewhere` are other sets with the same numbers.
     """
