@@ -13,6 +13,8 @@ def test_a_copy_is_named_and_what_copies_nothing_is_exit_1(lwr_dyn_command, tmp_
     copy.write_text(lwr_dyn.urdf_text(lwr_dyn.load("panda", "fr3")))
     own.write_text(foreign_arm(np.random.default_rng(1)))
     code, out, _ = lwr_dyn_command("origin", str(copy), "--json")
-    assert code == 0 and json.loads(out)["origin"] == "panda:fr3"
+    assert code == 0
+    assert json.loads(out)["origin"] == "panda:fr3"
     code, out, _ = lwr_dyn_command("origin", str(own))
-    assert code == 1 and "no published set" in out
+    assert code == 1
+    assert "no published set" in out

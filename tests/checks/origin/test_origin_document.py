@@ -8,7 +8,10 @@ from lwr_dyn.checks.origin.tracing import trace_origin
 def test_a_copy_and_none():
     links = known_set("ur10e", "maker").links
     document = origin_document("a.urdf", links, trace_origin(links))
-    assert document.verdict.startswith("a.urdf: numbers of ur10e:maker") and "ur10:maker" in document.text()
-    assert document.record()["origin"] == "ur10e:maker" and len(document.record()["links"]) == 6
+    assert document.verdict.startswith("a.urdf: numbers of ur10e:maker")
+    assert "ur10:maker" in document.text()
+    assert document.record()["origin"] == "ur10e:maker"
+    assert len(document.record()["links"]) == 6
     none = origin_document("a.urdf", links, None)
-    assert none.verdict == "a.urdf: the numbers of no published set here" and none.record()["origin"] is None
+    assert none.verdict == "a.urdf: the numbers of no published set here"
+    assert none.record()["origin"] is None

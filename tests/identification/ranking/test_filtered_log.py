@@ -46,7 +46,9 @@ def test_a_gap_splits_a_log():
 def test_the_first_rows_train_and_the_others_test():
     whole = filtered_log(log(np.arange(0.0, 5.0, 0.01)), FilterRule())
     train, test = trained_and_tested(whole, 0.6)
-    assert len(train) == int(0.6 * len(whole)) and train.t[-1] < test.t[0] and len(train) + len(test) == len(whole)
+    assert len(train) == int(0.6 * len(whole))
+    assert train.t[-1] < test.t[0]
+    assert len(train) + len(test) == len(whole)
 
 
 def test_too_short_a_log_and_numbers_that_cannot_be_are_refused():

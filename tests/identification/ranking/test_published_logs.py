@@ -24,7 +24,10 @@ LOGS = published_logs()
 def test_each_log_states_its_source_and_is_of_a_robot_here(name):
     log = LOGS[name]
     assert log.robot in robots()
-    assert len(log.commit) == 40 and log.licence and log.load and log.gains
+    assert len(log.commit) == 40
+    assert log.licence
+    assert log.load
+    assert log.gains
     assert all(len(one.sha256) == 64 for one in log.files)
 
 
@@ -33,7 +36,8 @@ def test_only_logs_under_a_licence_that_allows_it_are_here():
     assert here | {"NOTICE"} == {path.name for path in FOLDER.iterdir()}
     assert all(log.licence.startswith("BSD-3") for log in LOGS.values() if log.committed)
     notice = (FOLDER / "NOTICE").read_text()
-    assert "Copyright (c) 2025, Automatic Control Group (UNISA)" in notice and all(name in notice for name in here)
+    assert "Copyright (c) 2025, Automatic Control Group (UNISA)" in notice
+    assert all(name in notice for name in here)
 
 
 @pytest.mark.parametrize("name", ["panda_salerno", "ur10_salerno"])

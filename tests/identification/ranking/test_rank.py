@@ -1,5 +1,7 @@
 """Rankings: the figures of the trial on the logs that are here, planted sets, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,8 +44,8 @@ def test_the_small_form_of_the_ur10_keeps_the_numbers():
     assert found.floor(1) == pytest.approx(2.366, rel=0.01)
 
 
-def of_motion(seed, **given):
-    log = measured(motion(seed, 400), **given)
+def of_motion(seed, count=400, step=0.02, **given):
+    log = measured(motion(seed, count, step), **given)
     return JointLog(f"log {seed}", tuple(range(1, 7)), log.t, log.q, log.tau)
 
 
@@ -51,22 +53,23 @@ def test_the_set_that_made_a_log_is_first_and_another_log_tests():
     light = lwr_dyn.load("ur10e")
     found = rank("ur10", of_motion(5, noise=2.0), [ARM, light], test=of_motion(6, noise=2.0))
     assert [one.name for one in found.scores] == ["ur10", "ur10e"]
-    assert found.tested_on == "log 6" and found.scores[0].ahead > 0.99
+    assert found.tested_on == "log 6"
+    assert found.scores[0].ahead > 0.99
 
 
+@pytest.mark.slow
 def test_a_load_that_turns_the_ranking_round_is_said():
     heavy = loaded()
-    wrong = ARM.with_chain(heavy.chain)
+    wrong = replace(ARM.with_chain(heavy.chain), name="loaded")
     found = rank("ur10", of_motion(7, noise=0.5), [ARM, wrong])
     assert found.with_load == found.scores[0].name
     assert "turns the ranking" not in found.document.text()
-    gaz = rank("panda", "panda_salerno", ["fer"])
-    assert gaz.with_load == "fer"
+    assert "turns the ranking" in replace(found, with_load=found.scores[1].name).document.text()
 
 
 def test_computed_torques_are_refused():
     with pytest.raises(LogError, match="computed, not measured"):
-        rank("ur10", of_motion(5), [ARM])
+        rank("ur10", of_motion(5, 2000, 0.004, friction=False), [ARM], cutoff=50.0)
     with pytest.raises(LogError, match="computed, not measured"):
         rank("ur10e", "ur10e_30s_target")
     with pytest.raises(LogError, match="simulated run"):

@@ -11,7 +11,8 @@ def test_the_document_says_source_filter_load_and_what_is_no_body():
         assert words in text
     record = found.document.record()
     assert [row["set"] for row in record["sets"]] == ["gaz", "fer", "least squares"]
-    assert record["free"] == ["load"] and len(record["sets"][0]["left"]) == 2
+    assert record["free"] == ["load"]
+    assert len(record["sets"][0]["left"]) == 2
     assert repr(found).startswith("Ranking(gaz leaves")
     assert "gaz leaves" in found._repr_html_()
 
@@ -19,4 +20,5 @@ def test_the_document_says_source_filter_load_and_what_is_no_body():
 def test_gains_that_the_log_does_not_show_are_question_marks():
     text = rank("ur10", "ur10_salerno", ["maker"], free=["rotor", "gain"]).document.text()
     line = next(line for line in text.splitlines() if "over those of the log" in line)
-    assert " ? " in f"{line} " and "1.0" in line
+    assert " ? " in f"{line} "
+    assert "1.0" in line
