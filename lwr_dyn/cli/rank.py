@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from lwr_dyn.cli.identify.log_options import columns_option
 from lwr_dyn.cli.options import Separated, show, with_caveats
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.files import write_file
@@ -18,7 +19,7 @@ NAMES = Separated("names", lambda text: tuple(part.strip() for part in text.spli
 
 
 @click.command("rank")
-@click.argument("robot")
+@click.argument("sets_of", metavar="ROBOT")
 @click.option("--log", required=True, metavar="LOG", help="A published log by name, a fetched file of one, or yours.")
 @click.option("--sets", type=NAMES, default=(), metavar="SET,...",
               help="Readings of ROBOT, ROBOT:READING of another, files; all readings if not given.")  # fmt: skip
@@ -27,11 +28,11 @@ NAMES = Separated("names", lambda text: tuple(part.strip() for part in text.spli
 @click.option("--test", metavar="LOG", help="The log that tests; the last 40 % of --log if not given.")
 @click.option("--logs-in", metavar="FOLDER", help="Where fetched logs lie, recognised by their digests.")
 @with_shared("--cutoff", " and torques; that of a published log, or 10, if not given")
-@click.option("--columns", metavar="MAP", help="What your log calls its columns, as `identify` takes it.")
+@columns_option
 @click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m.")
 @with_shared("--html", ": tables, and the torques of each set against measurement")
 @with_shared("--json as_json")
-def command(robot: str, log: str, as_json: bool, **given: Any) -> None:
+def command(sets_of: str, log: str, as_json: bool, **given: Any) -> None:
     """Rank published sets of ROBOT on a log of the real one, by held-out torques.
 
     Every set gets the same filter, rows and friction. A log of computed torques is refused: it would rank first the
@@ -42,7 +43,7 @@ def command(robot: str, log: str, as_json: bool, **given: Any) -> None:
     units = dict(declared_units(given["units"]))
     with progress("ranking"):
         found = rank(
-            robot, log, given["sets"], free=given["free"], test=given["test"], cutoff=given["cutoff"],
+            sets_of, log, given["sets"], free=given["free"], test=given["test"], cutoff=given["cutoff"],
             folder=given["logs_in"], columns=column_map(given["columns"]), units=units,
         )  # fmt: skip
     show(found.document, as_json)

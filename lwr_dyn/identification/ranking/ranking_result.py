@@ -19,7 +19,7 @@ from lwr_dyn.model.run import repr_html
 BLOCK = 1.0
 """[s] of the blocks that are drawn again for an interval: what is left is alike for tenths of a second."""
 AHEAD = 0.95
-"""Share of draws in which a set must leave less than the next, to be told from it."""
+"""Share of draws in which a set must leave less than the next, to be ahead of it beyond chance."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,7 +148,7 @@ def _notes(found: Ranking) -> Iterator[Note]:
     load = "unknown: what one set lacks another may have absorbed" if found.published is None else found.published.load
     yield Note(f"Load on the robot when it was logged: {load}.")
     close = [a.name for a in found.scores if a.ahead is not None and a.ahead < 0.95]
-    yield Note(f"Not told from the next one by this log: {', '.join(close)}.", bool(close))
+    yield Note(f"Not ahead of the next one beyond chance: {', '.join(close)}.", bool(close))
     if _turns(found):
         best = found.of(found.with_load)
         load_of = best.alone[0].load
