@@ -64,6 +64,7 @@ LINES = {
     "long_log": "identification:long_log",
     "million_rows": "identification_fits:million_rows",
     "mutants": "mutants:mutants",
+    "origins": "origins:origins",
     "parity": "checks:parity",
     "passivity": "compliance:passivity",
     "poses": "poses:poses",

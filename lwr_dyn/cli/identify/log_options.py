@@ -24,15 +24,18 @@ F = TypeVar("F", bound=Callable[..., Any])
 RUN = ".npz"
 
 
+columns_option = click.option(
+    "--columns",
+    metavar="MAP",
+    help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
+)
+
+
 def log_options(command: F) -> F:
     """LOG..., --units, --columns and --json."""
     for option in (
         with_shared("--json as_json"),
-        click.option(
-            "--columns",
-            metavar="MAP",
-            help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
-        ),
+        columns_option,
         click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m."),
         click.argument("logs", nargs=-1, required=True, metavar="LOG..."),
     ):
