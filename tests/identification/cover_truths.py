@@ -71,7 +71,9 @@ def cover_motion(name: str, number: int, unseen: bool = False) -> Motion:
     """The motion of a log, or the one its fit is judged on: Fourier series inside 2 rad, 2.2 rad/s and the limits."""
     arm, seconds = cover_arm(name), UNSEEN if unseen else SECONDS
     rng = np.random.default_rng((950 if unseen else 50) + number)
-    lower, upper = (np.where(np.isfinite(x), np.clip(x, -2.0, 2.0), s) for x, s in ((arm.lower, -2.0), (arm.upper, 2.0)))
+    lower, upper = (
+        np.where(np.isfinite(x), np.clip(x, -2.0, 2.0), s) for x, s in ((arm.lower, -2.0), (arm.upper, 2.0))
+    )
     fastest = np.where(np.isfinite(arm.velocity), np.minimum(arm.velocity, 2.2), 2.2)
     a, b = rng.normal(size=(2, arm.n, HARMONICS))
     t = np.arange(EDGE, seconds - EDGE, 1.0 / RATE)
