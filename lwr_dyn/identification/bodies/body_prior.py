@@ -33,7 +33,8 @@ FRICTION_DEVIATION, OFFSET_DEVIATION, LEAST_SPREAD = 0.3, 0.1, 1.0
 and never less than `LEAST_SPREAD` [N m, N m s/rad].
 """
 UNKNOWN_ROTOR = 0.1
-"""Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
+"""Guess for a rotor the table lacks, as share of the geometric mean of the mean moment of inertia of the bodies from its
+link outward and that of all links: motors of a wrist are larger than its load asks for."""
 _KINDS = (
     ("viscous", "viscous", FRICTION_DEVIATION),
     ("coulomb", "coulomb", FRICTION_DEVIATION),
@@ -156,7 +157,8 @@ def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:
     own = np.concatenate([filled.ravel(), table[columns.bodies :]])
     unknown = ~(own[rotors] > 0.0)
     moments = filled[:, [4, 7, 9]].mean(axis=1)[::-1].cumsum()[::-1]
-    own[rotors] = np.where(unknown, UNKNOWN_ROTOR * moments, own[rotors])
+    guess = UNKNOWN_ROTOR * np.sqrt(moments * moments.mean())
+    own[rotors] = np.where(unknown, guess, own[rotors])
     lifted = tuple(int(i) + 1 for i in np.flatnonzero(~good))
     return BodyPrior(own, columns.bodies, rotors, unknown, lifted, _friction_spreads(columns, table))
 

@@ -66,14 +66,13 @@ def identify_motion(
     consistent = None
     if arm.chain.bodies is not None or rule.known:
         arm.require_dynamics()
-        consistent = consistent_fit(information, own, weight=rule.weight, constraints=constraints)
+        consistent = consistent_fit(information, own, deviation=rule.deviation, constraints=constraints)
     of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
 
     def again(found: Information) -> Array:
         assert consistent is not None
-        weights = {"weight": consistent.weight, "rotor_weight": consistent.rotor_weight}
-        return consistent_fit(found, own, **weights, constraints=constraints).parameters
+        return consistent_fit(found, own, like=consistent, constraints=constraints).parameters
 
     refit = None if consistent is None else again
     unseen = () if seen.folds is None else validation.cross_validation(seen.folds, information, own, refit)
@@ -105,15 +104,24 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     columns = columns if search is None else search.columns
     known = samples_of(logs, rule.samples.taking_all()).used
     folds = validation.Folds.of(samples, columns, rule.folds, known)
-    information = folds.information()
-    _check_enough(logs, information, samples, rule.samples)
-    residuals = validation.residuals_of(samples, columns, information.values)
-    whiteness = validation.whiteness_of(residuals, samples.recording)
-    information = widened(information, validation.inflation_of(whiteness, arm.n))
+    _check_enough(logs, folds.information(), samples, rule.samples)
+    information, whiteness = said_by(folds)
     if search is None or columns.stribeck_velocity is None:
         return _SeenLogs(samples, information, folds, whiteness, search)
     information, sigma = with_unknown_speeds(samples, information)
     return _SeenLogs(samples, information, folds, whiteness, search, sigma)
+
+
+def said_by(folds: validation.Folds) -> tuple[Information, tuple[validation.Whiteness, ...]]:
+    """What folds of a log say together, its errors widened by all that lasts longer than an instant.
+
+    By the correlation of residuals, joint by joint, and then by what leaving a fold out moves.
+    """
+    samples, columns, information = folds.samples, folds.columns, folds.information()
+    residuals = validation.residuals_of(samples, columns, information.values)
+    whiteness = validation.whiteness_of(residuals, samples.recording, information.paid)
+    information = widened(information, validation.inflation_of(whiteness, columns.n))
+    return widened(information, np.full(columns.n, folds.inflation(information))), whiteness
 
 
 def _check_enough(logs: Sequence[JointLog], information: Information, samples: Samples, rule: SampleRule) -> None:

@@ -13,7 +13,6 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import LONGEST, BodyVerdict, body_lines, body_parts, short
 from lwr_dyn.identification.logs.joint_log import JointLog
@@ -80,11 +79,6 @@ class MotionRule:
         if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
             allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
             raise OptionError("deviation", self.deviation, allowed)
-
-    @property
-    def weight(self) -> float | None:
-        """Of the table in the consistent fit."""
-        return None if self.deviation is None else self.deviation**-2
 
 
 DEFAULT_MOTION = MotionRule()
@@ -162,10 +156,7 @@ class MotionIdentification:
         """Of each parameter of the consistent fit (p,): whether the log or the table says more of it."""
         if self.consistent is None:
             return ()
-        own = self.columns.own(self.arm)
-        prior = replace(body_prior(self.columns, own), rotor_weight=self.consistent.rotor_weight)
-        table_sigma = np.sqrt(np.diag(prior.covariance(self.consistent.weight)))
-        return identifiable.cell_origins(self.consistent.sigma, table_sigma)
+        return identifiable.cell_origins(self.consistent.sigma, self.consistent.table_sigma)
 
     def missing_motions(self) -> tuple[identifiable.MissingMotion, ...]:
         """Swings that would identify what this motion does not."""
