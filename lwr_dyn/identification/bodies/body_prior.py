@@ -226,10 +226,14 @@ class Constraints:
     def __post_init__(self) -> None:
         freeze_arrays(self, "matrix", "values")
 
+    def scaled(self, units: Array) -> "Constraints":
+        """The same equations, each with a left side of length 1 where parameters are counted in `units` (p,)."""
+        size = np.linalg.norm(self.matrix * units, axis=1)
+        return Constraints(self.names, self.matrix / size[:, None], self.values / size)
+
     def free(self, units: Array) -> Array:
         """Directions (p, f) in which parameters can move, orthonormal when parameters are counted in `units` (p,)."""
-        rows = self.matrix * units
-        return np.asarray(units[:, None] * null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True)))
+        return np.asarray(units[:, None] * null_space(self.scaled(units).matrix * units))
 
 
 def constraints_of(texts: Sequence[str], names: Sequence[str]) -> Constraints:

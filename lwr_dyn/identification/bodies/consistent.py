@@ -237,22 +237,23 @@ def consistent_fit(
     """
     if deviation is not None and not (np.isfinite(deviation) and deviation > 0.0):
         raise OptionError("deviation from the table", deviation, "a number above 0")
-    prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
+    start = prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
+    free = np.diag(prior.units)
     if constraints is not None:
-        prior = body_prior.constrained_prior(prior, constraints)
-    free = None if constraints is None else constraints.free(prior.units)
-    posterior = TablePosterior(information, prior, free)
+        start, free = body_prior.constrained_prior(prior, constraints), constraints.free(prior.units)
+    posterior = TablePosterior(information, prior, constraints)
     if deviation is None and like is None:
         logs = posterior.likeliest()
         belief = posterior.mixed(logs)
     else:
         logs = logs_of(Scales.of_deviation(deviation) if like is None else like.scales)  # type: ignore[arg-type]
-        posterior.local = posterior.local if like is None else like.local
+        if like is not None:
+            posterior.weigh(like.local)
         posterior.linearise(logs)
         belief = posterior.given(logs)
     sigma, J = np.sqrt(np.maximum(np.diag(belief.covariance), 0.0)), posterior.rotors
     sigma[prior.rotors] = J * np.expm1(np.minimum(sigma[prior.rotors] / J, _LARGEST_LOG))
-    parameters = bodies_of(belief, prior, posterior.free)
+    parameters = bodies_of(belief, start, free)
     return ConsistentFit(
         parameters, belief.covariance, sigma, posterior.table_sigma(logs), prior.bodies, scales_of(logs),
         posterior.local, deviation is None and like is None, Price.of(information, parameters), prior.lifted,

@@ -1,18 +1,20 @@
 """What a log and a table say together of links and rotors, with scales of their difference that the log finds.
 
-    b ~ N(G pi, Lambda^-1),   links ~ N(table, C(scales, local)),   log rotor ~ N(log of the table's, rotor^2)
+    y = A pi + unit noise,   links of pi ~ N(table, C(scales, local)),   log rotor ~ N(log of the table's, rotor^2)
 
-b and Lambda are base parameters of the log and their precision, G the grouping, C the covariance of `link_spreads`. A
-rotor that the table lacks has a guess for its size and a spread of a factor of seven. The scales have wide log-normal
-distributions of their own about `USUAL`. `local` are factors on the variances of single links and kinds, those of
-Student's t: one link far off does not make all doubtful. Given all these everything is normal, but for the rotors,
-whose logarithm is linear about a value that moves to where they are: mean, covariance and evidence are closed forms,
+y = R b and A = R G are the base parameters of the log in units of their noise: R^T R is their precision, G the
+grouping. C is the covariance of `link_spreads`. A rotor that the table lacks has a guess for its size and a spread of a
+factor of seven. The scales have wide log-normal distributions of their own about `USUAL`. `local` are factors on the
+variances of single links and kinds, those of Student's t: one link far off does not make all doubtful. Given all these
+everything is normal, but for the rotors, whose logarithm is linear about a value that moves to where they are. With
+d = y - A table and S = 1 + A C A^T
 
-    2 log p(b | scales) = -r^T Lambda r - e^T Q e + log det Q - log det(Lambda_pi + Q) + const,   Q = C^-1
+    2 log p(y | scales) = -d^T S^-1 d - log det S + const
+    mean = table + C A^T S^-1 d,   covariance = C - C A^T S^-1 A C
 
-with r and e what the mean leaves of the log and of the table. The likeliest scales are found by a climb along each; the
-mean and the covariance are those of a mixture over scales about them, weighted by evidence, so that errors count the
-doubt of the scales. Nothing here knows that links are bodies: see `consistent`.
+The likeliest scales are found by a climb along each; the mean and the covariance are those of a mixture over scales
+about them, weighted by evidence, so that errors count the doubt of the scales. Nothing here knows that links are bodies:
+see `consistent`. What is known for certain counts as a measurement with next to no noise.
 
 References
 ----------
@@ -24,13 +26,15 @@ the t distribution (1989), section 3, for the factors.
 from dataclasses import astuple, dataclass
 
 import numpy as np
+from scipy.linalg import block_diag, solve_triangular
 from scipy.stats import norm, qmc
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
-from lwr_dyn.identification.bodies.body_prior import BodyPrior
+from lwr_dyn.identification.bodies.body_prior import BodyPrior, Constraints
 from lwr_dyn.identification.bodies.link_spreads import Scales, covariances, link_spreads
 from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.least_squares import Spectrum
 
 USUAL = Scales(shape=0.08, centre=0.01, tensor=0.15, mass=0.13, rotor=0.3)
 SPREAD = np.array([1.0, 1.0, 1.0, 0.4, 1.5])
@@ -53,9 +57,14 @@ MIXED, _WIDER, _CURVED = 63, 1.2, 0.3
 logs of scales over which it is taken."""
 _STEPS, _GAIN = (1.0, 0.5, 0.25), 1e-3
 """In the logs of scales, and the log evidence for which a step is made."""
-_RIDGE, _ROUNDING = 1e-9, 1e-13
-"""Added to matrices that are scaled to a diagonal of 1: to a link's covariance, and to a precision, as a log without
-noise is 1e16 times surer than a table."""
+_RIDGE = 1e-9
+"""Added to a link's covariance, scaled to a diagonal of 1, before it is inverted."""
+_SUREST = 1e6
+"""How much surer than the usual table a log counts at most: rounding takes what it knows better."""
+CERTAIN = 1e-5
+"""Noise of what is known, in units of the prior."""
+SECOND = slice(1, 3)
+"""Places of the kinds that have a part of second order: centre and tensor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,67 +80,88 @@ class Belief:
 
 
 class TablePosterior:
-    """What one log and one table say. `local` (n, 4) and `local_rotors` are the factors, `rotors` (r,) the inertias
-    about which their logarithm is linear; `free` (p, f) directions in which parameters may move from the table's.
+    """What one log and one table say.
+
+    `local` (n, 4) and `local_rotors` (r,) are the factors, `rotors` (r,) the inertias about which their logarithm is
+    linear.
     """
 
-    def __init__(self, information: Information, prior: BodyPrior, free: Array | None = None) -> None:
-        self.prior, self.free = prior, np.diag(prior.units) if free is None else free
-        self._grouping, self._precision, self._values = (
-            information.base.grouping, information.precision, information.values,
-        )  # fmt: skip
-        weighted = self._grouping.T @ self._precision
-        self._curvature, self._pull = weighted @ self._grouping, weighted @ self._values
+    def __init__(self, information: Information, prior: BodyPrior, known: Constraints | None = None) -> None:
+        self.prior, table = prior, prior.table
         self.links = prior.bodies // TEN
-        self._spreads = link_spreads(prior.table[: prior.bodies].reshape(self.links, TEN))
-        self.rotors = self._guess = prior.table[prior.rotors]
+        self._spreads = link_spreads(table[: prior.bodies].reshape(self.links, TEN))
+        self.rotors = self._guess = table[prior.rotors]
         self.local, self.local_rotors = np.ones((self.links, DIMENSIONS.size)), np.ones(self.rotors.size)
         self.varied = [0, 1, 2, 3] + ([4] if prior.known_rotors.size else [])
         """Places of the scales that this table has."""
+        self._A, self._y = _measured(information, None if known is None else known.scaled(prior.units))
+        usual = np.sqrt(np.einsum("ia,ab,ib->i", self._A, self._covariance(logs_of(USUAL)), self._A))
+        louder = np.maximum(usual / _SUREST, 1.0)
+        self._A, self._y = self._A / louder[:, None], self._y / louder
+        self._summed = self._sums()
+
+    def _sums(self) -> Array:
+        """A C A^T for a unit of every kind, (6, y, y): the four kinds, and the second order of centre and tensor."""
+        A = self._A[:, : self.prior.bodies].reshape(len(self._A), self.links, TEN)
+        local = np.hstack([self.local, np.square(self.local[:, SECOND])])
+        return np.array([
+            sum(local[i, k] * A[:, i] @ self._spreads[i, k] @ A[:, i].T for i in range(self.links))
+            for k in range(local.shape[1])
+        ])  # fmt: skip
+
+    def _rest(self, logs: Array) -> Array:
+        """Variances (p,) of rotors and friction; 0 of links."""
+        prior = self.prior
+        out = np.square(prior.spread)
+        out[: prior.bodies] = 0.0
+        known = np.exp(logs[4]) * np.sqrt(self.local_rotors)
+        out[prior.rotors] = np.square(np.where(prior.unknown_rotors, UNKNOWN_SPREAD, known) * self.rotors)
+        return out
+
+    def _covariance(self, logs: Array) -> Array:
+        """C (p, p)."""
+        return block_diag(*covariances(self._spreads, scales_of(logs), self.local), self._diagonal(logs))
+
+    def _diagonal(self, logs: Array) -> Array:
+        return np.diag(self._rest(logs)[self.prior.bodies :])
+
+    def _seen(self, logs: Array) -> tuple[Array, Array, float]:
+        """The root L of S (y, y), L^-1 d (y,), and the log evidence."""
+        squares = np.exp(2.0 * logs[:4])
+        S = np.tensordot(np.hstack([squares, np.square(squares[SECOND])]), self._summed, 1)
+        S += (self._A * self._rest(logs)) @ self._A.T + np.eye(len(S))
+        root = np.linalg.cholesky(S)
+        d = solve_triangular(root, self._y - self._A @ self._table(), lower=True)
+        usual = (logs - logs_of(USUAL)) / SPREAD
+        return root, d, float(-0.5 * (d @ d + usual @ usual) - np.log(np.diag(root)).sum())
+
+    def _table(self) -> Array:
+        """Its parameters (p,); of rotors, where the line of the log about `rotors` has the table's or the guess."""
+        table = self.prior.table.copy()
+        table[self.prior.rotors] = self.rotors * (1.0 + np.log(self._guess / self.rotors))
+        return table
 
     def given(self, logs: Array) -> Belief:
         """The belief under scales of these logs (5,)."""
-        Q, log_det = self._table_precision(logs)
-        table = self.prior.table.copy()
-        table[self.prior.rotors] = self.rotors * (1.0 + np.log(self._guess / self.rotors))
-        H = self.free.T @ (self._curvature + Q) @ self.free
-        scale = 1.0 / np.sqrt(np.diag(H))
-        root = np.linalg.cholesky(H * np.outer(scale, scale) + _ROUNDING * np.eye(scale.size))
-        inverse = (np.linalg.inv(root) * scale).T
-        ways = self.free @ inverse
-        start = self.prior.table
-        pull = self._pull - self._curvature @ start + Q @ (table - start)
-        mean = start + ways @ (ways.T @ pull)
-        r, e = self._grouping @ mean - self._values, mean - table
-        usual = (logs - logs_of(USUAL)) / SPREAD
-        half = np.log(np.diag(root)).sum() - np.log(scale).sum()
-        squares = r @ self._precision @ r + e @ Q @ e + usual @ usual
-        return Belief(mean, ways @ ways.T, float(0.5 * (log_det - squares) - half))
+        C, (root, d, evidence) = self._covariance(logs), self._seen(logs)
+        W = solve_triangular(root, self._A @ C, lower=True)
+        return Belief(self._table() + W.T @ d, C - W.T @ W, evidence)
+
+    def evidence(self, logs: Array) -> float:
+        """Its log evidence alone."""
+        return self._seen(logs)[2]
 
     def table_sigma(self, logs: Array) -> Array:
         """Standard errors (p,) that the table alone has."""
-        Q, _ = self._table_precision(logs)
-        scale = 1.0 / np.sqrt(np.diag(Q))
-        return np.asarray(scale * np.sqrt(np.diag(np.linalg.inv(Q * np.outer(scale, scale)))))
-
-    def _table_precision(self, logs: Array) -> tuple[Array, float]:
-        """Q (p, p) and log det Q less what no scale changes."""
-        inverse, log_det = _inverses(covariances(self._spreads, scales_of(logs), self.local))
-        Q = np.zeros((self.prior.table.size,) * 2)
-        for i, block in enumerate(inverse):
-            ten = slice(TEN * i, TEN * (i + 1))
-            Q[ten, ten] = block
-        known = np.exp(logs[4]) * np.sqrt(self.local_rotors)
-        spread = np.where(self.prior.unknown_rotors, UNKNOWN_SPREAD, known) * self.rotors
-        rotors, friction = self.prior.rotors, self.prior.friction
-        Q[rotors, rotors], Q[friction, friction] = spread**-2.0, self.prior.spread[friction] ** -2.0
-        return Q, log_det - 2.0 * float(np.log(spread).sum())
+        return np.sqrt(np.diag(self._covariance(logs)))
 
     def linearise(self, logs: Array) -> None:
         """Move the rotors to where their mean is, by Newton's method in their logs."""
         for _ in range(40):
-            step = np.clip(self.given(logs).mean[self.prior.rotors] / self.rotors - 1.0, -1.0, 1.5)
-            before = self.rotors
+            root, d, _ = self._seen(logs)
+            at, before = self.prior.rotors, self.rotors
+            mean = self._table()[at] + self._rest(logs)[at] * (self._A[:, at].T @ solve_triangular(root.T, d))
+            step = np.clip(mean / before - 1.0, -1.0, 1.5)
             least, most = self._guess * np.exp(-_FARTHEST), self._guess * np.exp(_FARTHEST)
             self.rotors = np.clip(before * np.exp(step), least, most)
             if np.abs(self.rotors / before - 1.0).max(initial=0.0) < 1e-3:
@@ -148,16 +178,21 @@ class TablePosterior:
             self.linearise(logs)
         return logs
 
+    def weigh(self, local: Array) -> None:
+        """Take the factors (n, 4) of another fit."""
+        self.local = np.array(local)
+        self._summed = self._sums()
+
     def _climbed(self, logs: Array) -> Array:
         """Along one scale after the other, in ever shorter steps."""
-        best = self.given(logs).evidence
+        best = self.evidence(logs)
         for k in self.varied:
             for step in _STEPS:
                 for sign in (1.0, -1.0):
                     while True:
                         there = logs.copy()
                         there[k] = np.clip(logs[k] + sign * step, _LOW[k], _HIGH[k])
-                        evidence = self.given(there).evidence
+                        evidence = self.evidence(there)
                         if evidence <= best + _GAIN:
                             break
                         logs, best = there, evidence
@@ -169,7 +204,7 @@ class TablePosterior:
         The part of kind k is C_k C^-1 e given the difference e = sum of the parts.
         """
         belief, kinds = self.given(logs), np.exp(2.0 * logs[:4])
-        inverse, _ = _inverses(covariances(self._spreads, scales_of(logs), self.local))
+        inverse = _inverses(covariances(self._spreads, scales_of(logs), self.local))
         away = belief.mean - self.prior.table
         for i in range(self.links):
             ten = slice(TEN * i, TEN * (i + 1))
@@ -181,6 +216,7 @@ class TablePosterior:
                 self.local[i, k] = np.clip(found, _LEAST_FACTOR, _LARGEST_FACTOR)
         rotors = self.prior.rotors
         off = np.log(self.rotors / self._guess) ** 2 + belief.covariance[rotors, rotors] / self.rotors**2
+        self._summed = self._sums()
         self.local_rotors = (FREEDOM + off * np.exp(-2.0 * logs[4])) / (FREEDOM + 1.0)
 
     def mixed(self, logs: Array) -> Belief:
@@ -207,7 +243,7 @@ class TablePosterior:
         ways = _CURVED * np.eye(logs.size)[self.varied]
 
         def at(*moves: Array) -> float:
-            return self.given(np.sum([logs, *moves], axis=0)).evidence
+            return self.evidence(np.sum([logs, *moves], axis=0))
 
         curvature, best = np.zeros((len(ways),) * 2), at()
         for a, u in enumerate(ways):
@@ -229,10 +265,18 @@ def logs_of(scales: Scales) -> Array:
     return np.log(astuple(scales))
 
 
-def _inverses(matrices: Array) -> tuple[Array, float]:
-    """Of covariances (n, 10, 10) whose entries differ in unit, and the sum of the log dets of the inverses."""
+def _measured(information: Information, known: Constraints | None) -> tuple[Array, Array]:
+    """A (y, p) and y: the base parameters in the directions that the log shows, and what is known."""
+    spectrum = Spectrum.of(information.precision)
+    R = (np.sqrt(spectrum.lengths) * spectrum.axes).T[spectrum.shown] * spectrum.scale
+    A, y = R @ information.base.grouping, R @ information.values
+    if known is None:
+        return A, y
+    return np.vstack([A, known.matrix / CERTAIN]), np.concatenate([y, known.values / CERTAIN])
+
+
+def _inverses(matrices: Array) -> Array:
+    """Of covariances (n, 10, 10) whose entries differ in unit."""
     s = np.sqrt(np.einsum("naa->na", matrices))
     scale = s[:, :, None] * s[:, None, :]
-    even = matrices / scale + _RIDGE * np.eye(s.shape[1])
-    log_det = np.linalg.slogdet(even)[1].sum() + 2.0 * np.log(s).sum()
-    return np.linalg.inv(even) / scale, -float(log_det)
+    return np.asarray(np.linalg.inv(matrices / scale + _RIDGE * np.eye(s.shape[1])) / scale)
