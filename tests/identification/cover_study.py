@@ -1,4 +1,4 @@
-"""How often a plus-minus of bodies, rotors and friction holds the truth, arm by arm: a cell is an arm, a truth, a noise.
+"""How often a plus-minus of bodies, rotors and friction holds the truth: a cell is an arm, a truth, a noise.
 
 Logs have exact states; their torques go the whole way of `identify motion`, from folds to errors under coloured noise.
 """
@@ -73,7 +73,7 @@ def rms(values: Array) -> float:
 
 def cover_cell(arm: str, truth: str, noise: str, runs: Iterable[int]) -> Cell:
     """Fits of one arm's logs, a truth and a noise a run."""
-    columns, table = _case(arm)
+    columns, _ = _case(arm)
     rows = [_run(arm, truth, noise, run) for run in runs]
     misses, sigma, base, held_out, seconds, pulls, refused = (list(x) for x in zip(*rows, strict=True))
     return Cell(tuple(columns.names), np.array(misses), np.array(sigma), np.array(base), np.array(held_out),

@@ -33,8 +33,8 @@ FRICTION_DEVIATION, OFFSET_DEVIATION, LEAST_SPREAD = 0.3, 0.1, 1.0
 and never less than `LEAST_SPREAD` [N m, N m s/rad].
 """
 UNKNOWN_ROTOR = 0.1
-"""Guess for a rotor the table lacks, as share of the geometric mean of the mean moment of inertia of the bodies from its
-link outward and that of all links: motors of a wrist are larger than its load asks for."""
+"""Guess for a rotor the table lacks: share of the geometric mean of the mean moment of inertia of the bodies from its
+link outward, and the mean of that over all links. Motors of a wrist are larger than its load asks for."""
 _KINDS = (
     ("viscous", "viscous", FRICTION_DEVIATION),
     ("coulomb", "coulomb", FRICTION_DEVIATION),

@@ -2,9 +2,9 @@
 
     min over pi   1/2 (pi - mean)^T C^-1 (pi - mean) + w sum_i D(P_i, P0_i),   w falling
 
-Mean and covariance C are those of `table_posterior`, D is the log-det distance to bodies P0 (`body_prior`). It is convex
-and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and every link of what it gives
-is a body. The errors are those of C: a thin link at the edge of what bodies can be is not known better for it.
+Mean and covariance C are those of `table_posterior`, D is the log-det distance to bodies P0 (`body_prior`). It is
+convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and every link of what it
+gives is a body. The errors are those of C: a thin link at the edge of what bodies can be is not known better for it.
 
 What is found is held against the least squares of the log, which know no bodies: `Price` says whether chance explains
 the difference.
@@ -158,7 +158,8 @@ class Price:
     @classmethod
     def of(cls, information: Information, parameters: Array) -> "Price":
         """Of parameters (p,)."""
-        off, normal, seen = information.base.of(parameters) - information.values, information.normal, information.determined
+        off, normal = information.base.of(parameters) - information.values, information.normal
+        seen = information.determined
         squares = np.einsum("b,jbc,c->j", off, normal.matrices, off)
         rms = np.sqrt(np.maximum(squares, 0.0) / np.maximum(normal.equations, 1))
         chi2 = float(off @ information.precision @ off)
@@ -238,7 +239,7 @@ def consistent_fit(
     if deviation is not None and not (np.isfinite(deviation) and deviation > 0.0):
         raise OptionError("deviation from the table", deviation, "a number above 0")
     start = prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
-    free = np.diag(prior.units)
+    free = None
     if constraints is not None:
         start, free = body_prior.constrained_prior(prior, constraints), constraints.free(prior.units)
     posterior = TablePosterior(information, prior, constraints)
@@ -261,13 +262,13 @@ def consistent_fit(
     )  # fmt: skip
 
 
-def bodies_of(belief: Belief, prior: body_prior.BodyPrior, free: Array) -> Array:
-    """The bodies (p,) nearest to a mean in the metric of its covariance, among parameters in `free` directions (p, f).
+def bodies_of(belief: Belief, prior: body_prior.BodyPrior, free: Array | None) -> Array:
+    """The bodies (p,) nearest to a mean in the metric of its covariance; `free` (p, f) as in `nearest_bodies`.
 
-    From the table's bodies along a falling weight of the distance to them: straight from the table Newton's steps stall.
-    The last steps are held to the bodies that were reached, which is a barrier without a pull.
+    From the table's bodies along a falling weight of the distance to them: straight from the table Newton's steps
+    stall. The last steps are held to the bodies that were reached, which is a barrier without a pull.
     """
-    read = np.linalg.pinv(free)
+    read = np.eye(len(belief.mean)) if free is None else np.linalg.pinv(free)
     precision = body_prior.scaled_inverse(read @ belief.covariance @ read.T, _ROUNDING)
     target = Target(read @ belief.mean, (precision + precision.T) / 2.0, read)
     alike = {"unknown_rotors": np.zeros_like(prior.unknown_rotors), "spread": np.full(prior.spread.shape, np.inf)}

@@ -13,8 +13,8 @@ d = y - A table and S = 1 + A C A^T
     mean = table + C A^T S^-1 d,   covariance = C - C A^T S^-1 A C
 
 The likeliest scales are found by a climb along each; the mean and the covariance are those of a mixture over scales
-about them, weighted by evidence, so that errors count the doubt of the scales. Nothing here knows that links are bodies:
-see `consistent`. What is known for certain counts as a measurement with next to no noise.
+about them, weighted by evidence, so that errors count the doubt of the scales. Nothing here knows that links are
+bodies: see `consistent`. What is known for certain counts as a measurement with next to no noise.
 
 References
 ----------
@@ -252,7 +252,6 @@ class TablePosterior:
                 curvature[a, b] = curvature[b, a] = (at(u, -v) + at(-u, v) - at(u, v) - at(-u, -v)) / 4.0
         values, vectors = np.linalg.eigh(curvature / _CURVED**2)
         return np.asarray(vectors * np.sqrt(_WIDER / np.maximum(values, 0.5)))
-
 
 
 def scales_of(logs: Array) -> Scales:
