@@ -26,7 +26,7 @@ from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.bodies import body_prior
 from lwr_dyn.identification.bodies.link_spreads import Scales
 from lwr_dyn.identification.bodies.possible_bodies import are_bodies
-from lwr_dyn.identification.bodies.table_posterior import Belief, TablePosterior, logs_of, scales_of
+from lwr_dyn.identification.bodies.table_posterior import TablePosterior, logs_of, scales_of
 from lwr_dyn.identification.regression.information import Information
 
 _ROUNDS, _SETTLED, _ARMIJO, _SHORTEST = 60, 1e-9, 1e-4, 1e-10
@@ -238,10 +238,9 @@ def consistent_fit(
     """
     if deviation is not None and not (np.isfinite(deviation) and deviation > 0.0):
         raise OptionError("deviation from the table", deviation, "a number above 0")
-    start = prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
-    free = None
+    constrained = prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
     if constraints is not None:
-        start, free = body_prior.constrained_prior(prior, constraints), constraints.free(prior.units)
+        constrained = body_prior.constrained_prior(prior, constraints)
     posterior = TablePosterior(information, prior, constraints)
     if deviation is None and like is None:
         logs = posterior.likeliest()
@@ -252,25 +251,26 @@ def consistent_fit(
             posterior.weigh(like.local)
         posterior.linearise(logs)
         belief = posterior.given(logs)
-    sigma, J = np.sqrt(np.maximum(np.diag(belief.covariance), 0.0)), posterior.rotors
+    free = np.diag(prior.units) if constraints is None else constraints.free(prior.units)
+    read = (free / np.square(prior.units)[:, None]).T  # read @ free = 1
+    covariance = free @ (read @ belief.covariance @ read.T) @ free.T
+    sigma, J = np.sqrt(np.maximum(np.diag(covariance), 0.0)), posterior.rotors
     sigma[prior.rotors] = J * np.expm1(np.minimum(sigma[prior.rotors] / J, _LARGEST_LOG))
-    parameters = bodies_of(belief, start, free)
+    target = Target(read @ belief.mean, body_prior.scaled_inverse(read @ covariance @ read.T, _ROUNDING), read)
+    parameters = bodies_of(target, constrained, None if constraints is None else free)
     return ConsistentFit(
-        parameters, belief.covariance, sigma, posterior.table_sigma(logs), prior.bodies, scales_of(logs),
+        parameters, covariance, sigma, posterior.table_sigma(logs), prior.bodies, scales_of(logs),
         posterior.local, deviation is None and like is None, Price.of(information, parameters), prior.lifted,
         () if constraints is None else constraints.names,
     )  # fmt: skip
 
 
-def bodies_of(belief: Belief, prior: body_prior.BodyPrior, free: Array | None) -> Array:
-    """The bodies (p,) nearest to a mean in the metric of its covariance; `free` (p, f) as in `nearest_bodies`.
+def bodies_of(target: Target, prior: body_prior.BodyPrior, free: Array | None) -> Array:
+    """The bodies (p,) nearest to a target, whatever the table; `free` (p, f) as in `nearest_bodies`.
 
     From the table's bodies along a falling weight of the distance to them: straight from the table Newton's steps
     stall. The last steps are held to the bodies that were reached, which is a barrier without a pull.
     """
-    read = np.eye(len(belief.mean)) if free is None else np.linalg.pinv(free)
-    precision = body_prior.scaled_inverse(read @ belief.covariance @ read.T, _ROUNDING)
-    target = Target(read @ belief.mean, (precision + precision.T) / 2.0, read)
     alike = {"unknown_rotors": np.zeros_like(prior.unknown_rotors), "spread": np.full(prior.spread.shape, np.inf)}
     held, here = replace(prior, rotor_weight=None, **alike), prior.table
     for weight in PATH:

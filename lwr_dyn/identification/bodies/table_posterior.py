@@ -14,7 +14,8 @@ d = y - A table and S = 1 + A C A^T
 
 The likeliest scales are found by a climb along each; the mean and the covariance are those of a mixture over scales
 about them, weighted by evidence, so that errors count the doubt of the scales. Nothing here knows that links are
-bodies: see `consistent`. What is known for certain counts as a measurement with next to no noise.
+bodies: see `consistent`. What is known for certain counts as a measurement with next to no noise, and the evidence is
+that of the log given it: a mass that was read off the table says nothing of the scales.
 
 References
 ----------
@@ -95,6 +96,8 @@ class TablePosterior:
         self.varied = [0, 1, 2, 3] + ([4] if prior.known_rotors.size else [])
         """Places of the scales that this table has."""
         self._A, self._y = _measured(information, None if known is None else known.scaled(prior.units))
+        self._given = 0 if known is None else len(known.names)
+        """Rows that are known, the first ones."""
         usual = np.sqrt(np.einsum("ia,ab,ib->i", self._A, self._covariance(logs_of(USUAL)), self._A))
         louder = np.maximum(usual / _SUREST, 1.0)
         self._A, self._y = self._A / louder[:, None], self._y / louder
@@ -133,7 +136,8 @@ class TablePosterior:
         root = np.linalg.cholesky(S)
         d = solve_triangular(root, self._y - self._A @ self._table(), lower=True)
         usual = (logs - logs_of(USUAL)) / SPREAD
-        return root, d, float(-0.5 * (d @ d + usual @ usual) - np.log(np.diag(root)).sum())
+        seen, sizes = d[self._given :], np.diag(root)[self._given :]
+        return root, d, float(-0.5 * (seen @ seen + usual @ usual) - np.log(sizes).sum())
 
     def _table(self) -> Array:
         """Its parameters (p,); of rotors, where the line of the log about `rotors` has the table's or the guess."""
@@ -265,13 +269,13 @@ def logs_of(scales: Scales) -> Array:
 
 
 def _measured(information: Information, known: Constraints | None) -> tuple[Array, Array]:
-    """A (y, p) and y: the base parameters in the directions that the log shows, and what is known."""
+    """A (y, p) and y: what is known, then the base parameters in the directions that the log shows."""
     spectrum = Spectrum.of(information.precision)
     R = (np.sqrt(spectrum.lengths) * spectrum.axes).T[spectrum.shown] * spectrum.scale
     A, y = R @ information.base.grouping, R @ information.values
     if known is None:
         return A, y
-    return np.vstack([A, known.matrix / CERTAIN]), np.concatenate([y, known.values / CERTAIN])
+    return np.vstack([known.matrix / CERTAIN, A]), np.concatenate([known.values / CERTAIN, y])
 
 
 def _inverses(matrices: Array) -> Array:
