@@ -180,8 +180,8 @@ class ConsistentFit:
     """With the doubt of the scales; being a body takes nothing off it."""
     sigma: Array
     """Standard errors (p,). That of a rotor is one of its log."""
-    table_sigma: Array
-    """Those of the table alone."""
+    left: Array
+    """(p,) share of the table's standard errors that the log leaves, at the likeliest scales."""
     bodies: int
     """Inertial columns: the first ones, ten a link."""
     scales: Scales
@@ -196,7 +196,7 @@ class ConsistentFit:
     constraints: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "parameters", "covariance", "sigma", "table_sigma", "local")
+        freeze_arrays(self, "parameters", "covariance", "sigma", "left", "local")
 
     @property
     def physical(self) -> NDArray[np.bool_]:
@@ -253,13 +253,16 @@ def consistent_fit(
         belief = posterior.given(logs)
     free = np.diag(prior.units) if constraints is None else constraints.free(prior.units)
     read = (free / np.square(prior.units)[:, None]).T  # read @ free = 1
-    covariance = free @ (read @ belief.covariance @ read.T) @ free.T
+    covariance, alone = (
+        free @ (read @ x @ read.T) @ free.T for x in (belief.covariance, posterior.given(logs).covariance)
+    )
+    left = np.sqrt(np.maximum(np.diag(alone), 0.0)) / posterior.table_sigma(logs)
     sigma, J = np.sqrt(np.maximum(np.diag(covariance), 0.0)), posterior.rotors
     sigma[prior.rotors] = J * np.expm1(np.minimum(sigma[prior.rotors] / J, _LARGEST_LOG))
     target = Target(read @ belief.mean, body_prior.scaled_inverse(read @ covariance @ read.T, _ROUNDING), read)
     parameters = bodies_of(target, constrained, None if constraints is None else free)
     return ConsistentFit(
-        parameters, covariance, sigma, posterior.table_sigma(logs), prior.bodies, scales_of(logs),
+        parameters, covariance, sigma, left, prior.bodies, scales_of(logs),
         posterior.local, deviation is None and like is None, Price.of(information, parameters), prior.lifted,
         () if constraints is None else constraints.names,
     )  # fmt: skip

@@ -271,7 +271,7 @@ def logs_of(scales: Scales) -> Array:
 def _measured(information: Information, known: Constraints | None) -> tuple[Array, Array]:
     """A (y, p) and y: what is known, then the base parameters in the directions that the log shows."""
     spectrum = Spectrum.of(information.precision)
-    R = (np.sqrt(spectrum.lengths) * spectrum.axes).T[spectrum.shown] * spectrum.scale
+    R = (np.sqrt(np.maximum(spectrum.lengths, 0.0)) * spectrum.axes).T[spectrum.shown] * spectrum.scale
     A, y = R @ information.base.grouping, R @ information.values
     if known is None:
         return A, y

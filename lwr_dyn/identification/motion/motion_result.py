@@ -160,7 +160,7 @@ class MotionIdentification:
         """Of each parameter of the consistent fit (p,): whether the log or the table says more of it."""
         if self.consistent is None:
             return ()
-        return identifiable.cell_origins(self.consistent.sigma, self.consistent.table_sigma)
+        return identifiable.cell_origins(self.consistent.left)
 
     @property
     def contradiction(self) -> str:
