@@ -36,9 +36,8 @@ def fits_cover() -> tuple[str, bool, str]:
             cells = [cover_cell(arm, truth, noise, range(of.RUNS)) for noise in of.NOISES]
             for noise, cell in zip(of.NOISES, cells, strict=True):
                 held = float(np.median(cell.held_out))
-                lines.append(
-                    f"| {arm}, {truth}, {noise} | {cell.row()} | {100 * cell.inside:.1f} | {held:.4f} | {cell.refused} |"
-                )
+                judged = f"{100 * cell.inside:.1f} | {held:.4f} | {cell.refused}"
+                lines.append(f"| {arm}, {truth}, {noise} | {cell.row()} | {judged} |")
             if truth in of.TRUTHS:
                 inside.append(float(np.mean([cell.inside for cell in cells])))
                 spread += [cell.of_kind(kind)[0] for cell in cells for kind in KINDS]
@@ -48,7 +47,7 @@ def fits_cover() -> tuple[str, bool, str]:
         f"at least {min(inside):.1%} inside 3 sigma; rms z {z.min():.2f} to {z.max():.2f}, {usual:.0%} of {z.size} "
         "cells in 0.7 to 1.3"
     )
-    good = min(inside) >= 0.97 and usual >= 0.95 and 0.5 <= z.min() and z.max() <= 1.5
+    good = min(inside) >= 0.97 and usual >= 0.95 and z.min() >= 0.5 and z.max() <= 1.5
     return said, good, "\n".join(lines)
 
 

@@ -83,8 +83,8 @@ def command(
     motors = of_logs.chosen_motors(arm, given)
     cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
     samples = of_logs.sample_rule(cutoff, float(slowest), motors)
-    fit = (given[name] for name in ("friction", "stribeck", "folds", "deviation", "known"))
-    rule = motion_result.MotionRule(samples, *fit, CUTOFFS if given["cutoff"] is None else ())
+    fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known")}
+    rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)
     read = (given["columns"], given["as_logged"])
     with progress("reading and fitting the logs"):

@@ -274,8 +274,8 @@ def bodies_of(target: Target, prior: body_prior.BodyPrior, free: Array | None) -
     From the table's bodies along a falling weight of the distance to them: straight from the table Newton's steps
     stall. The last steps are held to the bodies that were reached, which is a barrier without a pull.
     """
-    alike = {"unknown_rotors": np.zeros_like(prior.unknown_rotors), "spread": np.full(prior.spread.shape, np.inf)}
-    held, here = replace(prior, rotor_weight=None, **alike), prior.table
+    alike, loose = np.zeros_like(prior.unknown_rotors), np.full(prior.spread.shape, np.inf)
+    held, here = replace(prior, rotor_weight=None, unknown_rotors=alike, spread=loose), prior.table
     for weight in PATH:
         here = nearest_bodies(target, held, weight, here, free).parameters
     for weight in INWARD:
