@@ -101,7 +101,7 @@ def test_residuals_are_white_where_the_noise_is_and_not_where_friction_is_missin
 
 def test_the_filter_is_the_log_s_likeliest(lwr, recorded):
     """A clean log keeps the highest; positions in coarse steps ask for a lower one, or for the log's own speeds."""
-    rule, log = MotionRule(cutoffs=(20.0, 10.0, 5.0)), recorded(noise=0.02)
+    rule, log = MotionRule(cutoffs=(20.0, 10.0, 5.0)), recorded(encoder=0.0)
     assert likeliest_samples([log], lwr, rule).cutoff == 20.0
     q = np.round(log.q / 1e-3) * 1e-3
     coarse = JointLog("log", log.joints, log.t, q, log.tau)
