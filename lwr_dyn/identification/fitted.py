@@ -65,9 +65,8 @@ class Fitted(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedValues:
-    """What a fit says of an arm of n joints, SI; tensors about the origins of the links' frames, in their axes.
-
-    Standard errors are NaN, written `unknown`, where the number is the table's and no torque shows it.
+    """What a fit says of an arm of n joints, SI; tensors about the origins of the links' frames, in their axes. Errors
+    are NaN, written `unknown`, where no torque shows a number.
 
     `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,); `friction`, one model a joint, with
     `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there is none;
@@ -373,7 +372,7 @@ def check_fitted_path(path: str | Path, paper: Paper | None) -> None:
 
 
 def write_fitted(path: str | Path, result: MotionIdentification, paper: Paper | None) -> tuple[Path, ...]:
-    """Write the arm of an identification.
+    """Write the arm of an identification; the files are returned.
 
     Parameters
     ----------
@@ -381,11 +380,6 @@ def write_fitted(path: str | Path, result: MotionIdentification, paper: Paper | 
         Ends in .toml (a data file, for an arm from a data file) or .urdf (with sidecars, for any arm).
     paper : Paper or None
         The arm's data file under its reading; None for an arm from a URDF.
-
-    Returns
-    -------
-    tuple of Path
-        The files.
 
     Raises
     ------
