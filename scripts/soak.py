@@ -17,6 +17,7 @@ Line = Callable[[], tuple[str, bool] | tuple[str, bool, str]]
 
 LINES = {
     "adaptation": "adaptation:adaptation",
+    "base_fits": "identification_fits:base_fits",
     "branches": "branches:branches",
     "checks": "checks:checks",
     "cluster_kills": "sweeps:cluster_kills",

@@ -19,11 +19,12 @@ ESTIMATES = st.lists(
 ).map(tuple)
 
 
-@given(IDS, ESTIMATES)
-def test_words_are_read_back(left, estimates):
-    said = Caveats(left, estimates)
+@given(IDS, ESTIMATES, st.sampled_from(("", "m_7 is 5.2 sigma off, chi^2 92")))
+def test_words_are_read_back(left, estimates, contradicted):
+    said = Caveats(left, estimates, contradicted=contradicted)
     read = caveats_of_words(said.words())
     assert (read.left_in_place, set(read.estimates)) == (left, set(estimates))
+    assert read.contradicted == contradicted
     assert read.words() == said.words()
 
 

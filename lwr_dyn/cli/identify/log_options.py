@@ -125,7 +125,7 @@ def chosen_motors(arm: Arm, given: Mapping[str, Any]) -> MotorMap | None:
     return motor_map(arm, given["torque_constant"], given["motor_home"]) if given["motor_side"] else None
 
 
-def sample_rule(cutoff: float, slowest: float, motors: MotorMap | None) -> SampleRule:
+def sample_rule(cutoff: float | None, slowest: float, motors: MotorMap | None) -> SampleRule:
     """How instants are taken; of motors' logs none at which a motor is slower than where its joints have that speed."""
     if motors is None:
         return SampleRule(cutoff, slowest=slowest)
