@@ -4,7 +4,7 @@
 
     near      each link's P is L exp(S) L^T, S 10 %; rotors 10 %
     natural   masses and tensors 15 % (log-normal), centres 10 mm in every direction, axes turned .1 rad; rotors 15 %
-    rotors    natural, with large rotors: .6 to .06 kg m^2 where the table has none, a hundredth or ten times the table's
+    rotors    natural, with large rotors: .6 to .06 kg m^2 where the table has none, .01 or 10 times the table's
     one link  natural with 5 %, 3 mm; but one link, drawn, with 40 % and 40 mm            (off the model of the fit)
     all far   natural with 30 % and 30 mm                                                 (off it too)
 

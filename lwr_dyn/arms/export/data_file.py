@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
-from lwr_dyn.arms.papers.assembly import LEFT_IN_PLACE, sort_of
+from lwr_dyn.arms.papers.assembly import CONTRADICTED, LEFT_IN_PLACE, sort_of
 from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -139,6 +139,8 @@ def _notes(arm: Arm) -> dict[str, str]:
     out: dict[str, str] = {}
     if arm.caveats.left_in_place:
         out[LEFT_IN_PLACE] = " ".join(arm.caveats.left_in_place)
+    if arm.caveats.contradicted:
+        out[CONTRADICTED] = arm.caveats.contradicted
     out["links"] = ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))
     if arm.loaded_with:
         out["loaded_with"] = "; ".join(f"{key} {value}" for key, value in arm.loaded_with.items())

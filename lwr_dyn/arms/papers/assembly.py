@@ -95,6 +95,8 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
 
 LEFT_IN_PLACE = "left_in_place"
 """In `[document]` of a file that was written from an arm: proven errors that its reading leaves in place."""
+CONTRADICTED = "contradicted"
+"""In `[document]` of a fitted arm: by what its log contradicts its bodies."""
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """Gravity [m/s^2] when the file gives none."""
 _RATINGS = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
@@ -143,7 +145,7 @@ def caveats_of(paper: Paper) -> Caveats:
             estimates |= {StandIn(what, kind, column.how): None for kind in _kinds(paper, column) if kind in GUESSED}
     left = (*paper.left_in_place(), *paper.document.get(LEFT_IN_PLACE, "").split())
     likely = (e.id for e in paper.errata if e.id in paper.reading.errata and e.status == "likely")
-    return Caveats(left, tuple(estimates), tuple(likely))
+    return Caveats(left, tuple(estimates), tuple(likely), paper.document.get(CONTRADICTED, ""))
 
 
 def _kinds(paper: Paper, column: Column) -> tuple[str, ...]:

@@ -7,4 +7,6 @@ consistent       The physically consistent fit: bodies that explain the torques 
 link_spreads     How links may differ from a table, kind by kind: shape, centre, tensor, mass
 possible_bodies  Whether bodies exist that have the identified base parameters: two tests, each of which proves that
                  none do
+table_posterior  What a log and a table say together of links and rotors, with scales of their difference that the log
+                 finds
 """

@@ -93,9 +93,7 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(known)))) if known.size else float("nan")
 
 
-def whiteness_of(
-    residuals: Array, recording: NDArray[np.intp], paid: Array | float = 0.0
-) -> tuple[Whiteness, ...]:
+def whiteness_of(residuals: Array, recording: NDArray[np.intp], paid: Array | float = 0.0) -> tuple[Whiteness, ...]:
     """Of residuals (k, n), NaN where not used, in recordings (k,); a joint without any is left out.
 
     `paid` (n,) are the parameters that each joint's equations paid for (`Information.paid`).
