@@ -95,9 +95,9 @@ class TableStudy:
         full[self.columns.bodies - 10 : self.columns.bodies] += load_shift(self.arm.chain.flange) @ load
         joints = tuple(range(1, self.arm.n + 1))
         logs = [
-            JointLog(name, joints, motion.t, motion.q,
+            JointLog(source, joints, motion.t, motion.q,
                      torques(self.columns, each, motion) + cover_noise(motion.q.shape, "white", rng))
-            for name, each in (("loaded", full), ("bare", truth))
+            for source, each in (("loaded", full), ("bare", truth))
         ]  # fmt: skip
         return logs[0], load, logs[1]
 

@@ -115,6 +115,17 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     return _SeenLogs(samples, information, folds, whiteness, search, sigma)
 
 
+def motion_information(
+    logs: Sequence[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION
+) -> tuple[Information, SampleRule]:
+    """What logs say of the base parameters, as `identify_motion` takes it, and how instants were taken.
+
+    Raises `LogError` for uneven or too few rows.
+    """
+    samples = likeliest_samples(logs, arm, rule) if rule.cutoffs else rule.samples
+    return _filtered(logs, arm, replace(rule, samples=samples)).information, samples
+
+
 TRIED = 2000
 """Instants on which filters are tried, about: noise is known to 2 % then."""
 GAIN = 0.02

@@ -7,7 +7,6 @@ import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.identification.slips.printed_cells import Cell, link_discrepancies, printed_cells
-from tests.identification.plants import pseudo_inertia
 
 READINGS = [("lwr4plus", "printed"), ("lwr4plus", "physical"), ("wam7", None), ("kr30ha", None)]
 
