@@ -178,7 +178,7 @@ class LoadIdentification:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether residuals are not noise alone: some joint's, or those of all together that tell how far the arm is."""
+        """Whether residuals are not noise alone: some joint's, or by those of all the arm is further off."""
         return bool(self.systematic) or self.share > LEAST_SHARE
 
     @property

@@ -136,9 +136,9 @@ class Hypothesis:
         return self.chi2 <= self.log.limit(len(self.freed)) and largest_pull(self).within
 
     def possible(self, printed: PrintedCells) -> bool:
-        """Whether bodies have what the repairs say of links: of those that had one as printed, and of each touched alone.
+        """Whether bodies have what the repairs say of links: of those that are some as printed, and of each touched.
 
-        A slip of a whole column may leave a link that is none, as printed, as it is.
+        A slip of a whole column may leave a link that is no body, as printed, as it is.
         """
         bad = impossible_links(self.table)
         alone = {c.link for r in self.repairs if len({c.link for c in r.cells}) < printed.n for c in r.cells}
