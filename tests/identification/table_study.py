@@ -86,7 +86,7 @@ class TableStudy:
         return as_printed(log_evidence(self.log(off, noise, run), self.cells, deviation), self.cells)
 
     def loaded(self, off: str, run: int) -> tuple[JointLog, Array, JointLog]:
-        """A log of such an arm with a drawn load of 2 kg, the load (10,) about the flange's origin, a log without it."""
+        """A log of such an arm with a drawn load of 2 kg, the load (10,) about the flange, a log without it."""
         rng = np.random.default_rng([run, *map(ord, self.name + off + "load")])
         motion, truth = self.motions[run % len(self.motions)], self.truth(off, rng)
         x, y, z = rng.uniform(0.004, 0.01, 3)  # second moments about its centre: any are a body's

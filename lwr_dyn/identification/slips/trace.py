@@ -239,9 +239,8 @@ def trace_cells(
     if explained:
         shown = printed_cells.shown_cells(information, explained[0].table)
     factor, pull = None if printed.fits else common_factor(printed), hypotheses.largest_pull(printed)
-    return SlipReport(
-        printed, explained, min(tried, key=_evidence), shown, printed.log.limit(), deviation, pull, factor
-    )
+    nearest, limit = min(tried, key=_evidence), printed.log.limit()
+    return SlipReport(printed, explained, nearest, shown, limit, deviation, pull, factor)
 
 
 def _says_less(one: Hypothesis, other: Hypothesis) -> bool:
