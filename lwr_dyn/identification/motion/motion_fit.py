@@ -14,6 +14,7 @@ from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.bodies.body_prior import constraints_of
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.possible_bodies import judge_bodies
+from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.identification.motion.identifiable import correlated_groups
@@ -35,7 +36,7 @@ def identify_motion(
     Parameters
     ----------
     logs : iterable of JointLog
-        Evenly sampled.
+        Uneven rows are brought to an even clock.
     arm : Arm
         Gives the geometry; its masses are what the consistent fit stays near, where the logs do not say otherwise.
     instruments : sequence of JointLog, optional
@@ -53,7 +54,7 @@ def identify_motion(
     MissingDataError
         Something is known of the bodies of an arm without masses.
     """
-    several = list(logs)
+    several = [on_even_clock(log) for log in logs]
     if rule.cutoffs and not instruments:
         rule = replace(rule, samples=likeliest_samples(several, arm, rule))
     if instruments:

@@ -201,17 +201,21 @@ def _verdict(report: SlipReport) -> str:
 
 def _repairs(report: SlipReport, paper: Paper | None) -> list[str]:
     if not report.explanations:
-        return [f"nearest: {r.text}" for r in report.nearest.repairs] if not report.fits else []
+        return [f"nearest: {r.text}{_known(r, paper)}" for r in report.nearest.repairs] if not report.fits else []
     best, lines = report.explanations[0], []
     for k, repair in enumerate(best.repairs):
-        known = f" (erratum {', '.join(names)})" if (names := _errata(repair, paper)) else ""
-        lines.append(f"- {repair.text}{known}")
+        lines.append(f"- {repair.text}{_known(repair, paper)}")
         others = list(dict.fromkeys(other.text for other in _instead(report, k)))
         lines += [f"  or {text}" for text in others[:OTHERS]]
         if len(others) > OTHERS:
             lines.append(f"  or one of {len(others) - OTHERS} more")
     lines.append(f"chi^2 with them: {best.chi2:.4g}")
     return lines
+
+
+def _known(repair: Repair, paper: Paper | None) -> str:
+    names = _errata(repair, paper)
+    return f" (erratum {', '.join(names)})" if names else ""
 
 
 def _instead(report: SlipReport, k: int) -> list[Repair]:

@@ -159,11 +159,12 @@ def test_a_log_of_too_few_rows_is_refused(wam, fourier):
         identify_motion([fourier(wam, wam.friction, seconds=0.3)], wam, MotionRule(samples=SampleRule(cutoff=40.0)))
 
 
-def test_uneven_rows_have_no_accelerations(wam, fourier):
+def test_times_that_stand_still_are_refused_in_a_sentence(wam, fourier):
     log = fourier(wam, wam.friction, seconds=3.0)
     t = log.t.copy()
-    t[50:] += 0.004
-    with pytest.raises(LogError, match=r"fourier: rows 50 and 51: 0.014 s apart, 0.01 s as a rule; needed: evenly"):
+    t[[50, 70]] = t[[49, 69]]
+    said = r"fourier: row 51, column time: 0.49 s after 0.49 s \(2 such rows\); needed: times that rise"
+    with pytest.raises(LogError, match=said):
         identify_motion([JointLog("fourier", log.joints, t, log.q, log.tau)], wam)
 
 
