@@ -38,7 +38,7 @@ def slips() -> tuple[str, bool, str]:
 
 RUNS, LOADS = 20, 16
 REFUSED = 2
-"""Of 640 right tables: chance gives 1.3 of two tests at .1 %."""
+"""Of 960 right tables: chance gives 1.9, of two tests at .1 %."""
 
 
 def right_tables() -> tuple[str, bool, str]:
@@ -63,7 +63,7 @@ def right_tables() -> tuple[str, bool, str]:
 
 
 def loads_cover() -> tuple[str, bool, str]:
-    """2 kg in the hands of eight arms 5 % off their tables: rms and largest of the pulls, and how many within 3 sigma."""
+    """2 kg in the hands of eight arms 5 % off their tables: rms and largest of the pulls, how many within 3 sigma."""
     from tests.identification.cover_truths import NEW, TUNED
     from tests.identification.table_study import TableStudy
 

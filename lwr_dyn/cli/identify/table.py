@@ -2,7 +2,14 @@
 
 import click
 
-from lwr_dyn.cli.identify.log_options import check_option, check_robot, end, log_options, readable_logs
+from lwr_dyn.cli.identify.log_options import (
+    check_option,
+    check_robot,
+    end,
+    link_side_option,
+    log_options,
+    readable_logs,
+)
 from lwr_dyn.cli.options import Loading, robot_options, show
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.files import write_file
@@ -29,9 +36,10 @@ from lwr_dyn.pages.document import page_html
               f"{', '.join(f'{x:g}' for x in CUTOFFS)}, on positions or the log's own speeds]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
+@link_side_option
 def command(
     robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, columns: str | None, deviation: float,
-    cutoff: float | None, slowest: float, html: str | None, as_json: bool, as_logged: bool,
+    cutoff: float | None, slowest: float, link_side: bool, html: str | None, as_json: bool, as_logged: bool,
 ) -> None:  # fmt: skip
     """Masses, centres, tensors and rotors of the table of ROBOT against logs; which cells are wrong, and how.
 
@@ -39,7 +47,7 @@ def command(
     conventions are tried, and any other value of one cell. Exit 1 when the table does not meet the logs.
     """
     share, declared = checked_deviation(deviation), declared_units(units)
-    samples = SampleRule(DEFAULT_SAMPLES.cutoff if cutoff is None else cutoff, slowest=slowest)
+    samples = SampleRule(DEFAULT_SAMPLES.cutoff if cutoff is None else cutoff, slowest=slowest, link_side=link_side)
     rule = MotionRule(samples, cutoffs=CUTOFFS if cutoff is None else ())
     check_robot(robot)
     arm, paper = loading.arm_and_paper(robot)

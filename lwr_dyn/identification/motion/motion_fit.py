@@ -59,7 +59,7 @@ def identify_motion(
         rule = replace(rule, samples=likeliest_samples(several, arm, rule))
     if instruments:
         slowest = float(np.max(rule.samples.slowest))
-        columns = TorqueColumns(arm.chain, rule.friction)
+        columns = TorqueColumns(arm.chain, rule.friction, link_side=rule.samples.link_side)
         information, along = instrumental_information(several, instruments, columns, slowest)
         seen = _SeenLogs(along, information)
     else:
@@ -71,6 +71,10 @@ def identify_motion(
     if arm.chain.bodies is not None or rule.known:
         arm.require_dynamics()
         consistent = consistent_fit(information, own, deviation=rule.deviation, constraints=constraints)
+        if columns.link_side:  # no torque shows rotors: they stay the table's, or none
+            parameters = consistent.parameters.copy()
+            parameters[columns.rotor_indices] = own[columns.rotor_indices]
+            consistent = replace(consistent, parameters=parameters)
     of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
 
@@ -103,7 +107,7 @@ class _SeenLogs:
 
 def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
     samples = samples_of(logs, rule.samples)
-    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
+    columns = rule.columns(arm)
     search = stribeck_search(samples, columns) if rule.stribeck else None
     columns = columns if search is None else search.columns
     known = samples_of(logs, rule.samples.taking_all()).used
@@ -145,7 +149,7 @@ def likeliest_samples(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> S
     ----------
     Fuller, Measurement Error Models (1987), section 1.1, for the shrinking.
     """
-    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
+    columns = rule.columns(arm)
     seconds = sum(float(log.t[-1] - log.t[0]) for log in logs if log.t.size)
     spacing = max(rule.samples.spacing, seconds / TRIED)
     sources = (False, True) if all(log.dq is not None for log in logs) else (False,)

@@ -240,7 +240,8 @@ def _identified(
 ) -> LoadIdentification:
     loaded = samples_of(logs, rule)
     form: FrictionForm = "symmetric" if friction == "symmetric" else "directions"
-    columns = TorqueColumns(arm.chain, form, transmission=None if friction == "own" else rule.transmission)
+    transmission = None if friction == "own" else rule.transmission
+    columns = TorqueColumns(arm.chain, form, transmission=transmission, link_side=rule.link_side)
     own = columns.own(arm)
     if empty:
         beside, known = columns.base().kept, np.zeros(columns.count)

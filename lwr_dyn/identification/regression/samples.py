@@ -63,6 +63,8 @@ class SampleRule:
         The motor map dq_m = T dq of columns with friction at the motors: `slowest` is then a speed of motors, and a
         joint's equation needs all motors that drive it to be faster.
 
+    link_side : bool
+        Whether torques are those of sensors behind the gears: columns that follow this rule have no rotors.
     own_speeds : bool
         Whether dq is the log's own where it has one, and ddq comes from it.
     reach : float
@@ -80,6 +82,7 @@ class SampleRule:
     transmission: Transmission | None = None
     reach: float = REACH
     own_speeds: bool = False
+    link_side: bool = False
 
     def __post_init__(self) -> None:
         if self.cutoff is not None and not (isfinite(self.cutoff) and self.cutoff > 0.0):
