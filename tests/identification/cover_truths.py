@@ -91,7 +91,7 @@ def cover_seed(arm: str, truth: str, noise: str, run: int) -> np.random.Generato
 
 
 @dataclass(frozen=True, slots=True)
-class _Natural:
+class Natural:
     """How far: log-normal share of masses and tensors, [m] of centres, [rad] of axes."""
 
     share: float
@@ -100,10 +100,10 @@ class _Natural:
 
 
 _NATURAL = {
-    "natural": _Natural(0.15, 0.01), "rotors": _Natural(0.15, 0.01), "all far": _Natural(0.3, 0.03),
-    "one link": _Natural(0.05, 0.003),
+    "natural": Natural(0.15, 0.01), "rotors": Natural(0.15, 0.01), "all far": Natural(0.3, 0.03),
+    "one link": Natural(0.05, 0.003),
 }  # fmt: skip
-_FAR = _Natural(0.4, 0.04)
+_FAR = Natural(0.4, 0.04)
 
 
 def cover_truth(arm: Arm, columns: TorqueColumns, table: Array, truth: str, rng: np.random.Generator) -> Array:
@@ -113,7 +113,7 @@ def cover_truth(arm: Arm, columns: TorqueColumns, table: Array, truth: str, rng:
     for i in range(arm.n):
         ten = slice(10 * i, 10 * i + 10)
         kind = _FAR if i == far else _NATURAL.get(truth)
-        out[ten] = _congruent(table[ten], rng) if kind is None else _moved(table[ten], kind, rng)
+        out[ten] = congruent(table[ten], rng) if kind is None else moved(table[ten], kind, rng)
     known, n = own[rotors] > 0.0, arm.n
     if truth == "rotors":
         off = rng.choice([0.01, 10.0]) * np.exp(rng.normal(0.0, 0.2, n))
@@ -130,13 +130,13 @@ def cover_truth(arm: Arm, columns: TorqueColumns, table: Array, truth: str, rng:
     return out
 
 
-def _congruent(link: Array, rng: np.random.Generator, level: float = 0.1) -> Array:
+def congruent(link: Array, rng: np.random.Generator, level: float = 0.1) -> Array:
     L = np.linalg.cholesky(pseudo_inertias(link))
     S = rng.normal(0.0, level / np.sqrt(2.0), (4, 4))
     return inertial_parameters(L @ expm((S + S.T) / np.sqrt(2.0)) @ L.T)
 
 
-def _moved(link: Array, kind: _Natural, rng: np.random.Generator) -> Array:
+def moved(link: Array, kind: Natural, rng: np.random.Generator) -> Array:
     P = pseudo_inertias(link)
     m, c = P[3, 3], P[:3, 3] / P[3, 3]
     second = (P[:3, :3] - m * np.outer(c, c)) * np.exp(rng.normal(0.0, kind.share))

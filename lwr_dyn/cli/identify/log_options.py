@@ -99,9 +99,12 @@ def end(faults: Iterable[LwrDynError]) -> None:
     sys.exit(2 if several else 0)
 
 
-MOTOR_RULES = tuple(
-    OptionRule(option, lambda given: given["motor_side"], "with --motor-side")
-    for option in ("torque-constant", "motor-home")
+MOTOR_RULES = (
+    *(
+        OptionRule(option, lambda given: given["motor_side"], "with --motor-side")
+        for option in ("torque-constant", "motor-home")
+    ),
+    OptionRule("link-side", lambda given: not given["motor_side"], "without --motor-side"),
 )
 """Options that need logs of motors."""
 
@@ -125,10 +128,16 @@ def chosen_motors(arm: Arm, given: Mapping[str, Any]) -> MotorMap | None:
     return motor_map(arm, given["torque_constant"], given["motor_home"]) if given["motor_side"] else None
 
 
-def sample_rule(cutoff: float | None, slowest: float, motors: MotorMap | None) -> SampleRule:
+def link_side_option(command: F) -> F:
+    """--link-side, for commands that fit torques of any motion."""
+    text = "Torques are those of sensors behind the gears: no rotor is in them."
+    return click.option("--link-side", is_flag=True, help=text)(command)
+
+
+def sample_rule(cutoff: float | None, slowest: float, motors: MotorMap | None, link_side: bool = False) -> SampleRule:
     """How instants are taken; of motors' logs none at which a motor is slower than where its joints have that speed."""
     if motors is None:
-        return SampleRule(cutoff, slowest=slowest)
+        return SampleRule(cutoff, slowest=slowest, link_side=link_side)
     speeds = slowest * np.linalg.norm(motors.transmission.matrix, axis=1)
     return SampleRule(cutoff, slowest=speeds, transmission=motors.transmission)
 

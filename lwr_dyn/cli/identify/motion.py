@@ -65,6 +65,7 @@ ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
               help="The motion that was commanded (.csv of `excite`, or a run), one for each LOG: instrumental "
               "variables on unfiltered rows, for logs that no filter suits.")  # fmt: skip
 @click.option("--validate", multiple=True, metavar="LOG", help="A log to predict and not to fit. Repeatable.")
+@of_logs.link_side_option
 @of_logs.motor_options
 def command(
     robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
@@ -82,7 +83,7 @@ def command(
     (arm, paper), declared = loading.arm_and_paper(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
     cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
-    samples = of_logs.sample_rule(cutoff, float(slowest), motors)
+    samples = of_logs.sample_rule(cutoff, float(slowest), motors, given["link_side"])
     fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known")}
     rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)

@@ -27,6 +27,7 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
               f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
+@of_logs.link_side_option
 @of_logs.motor_options
 def command(
     robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, as_json: bool, **given: Any
@@ -39,7 +40,7 @@ def command(
     of_logs.check_robot(robot)
     arm, declared = loading.arm(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
-    rules = [of_logs.sample_rule(cutoff, given["slowest"], motors) for cutoff in cutoffs]
+    rules = [of_logs.sample_rule(cutoff, given["slowest"], motors, given["link_side"]) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):
         usable, faults = of_logs.joint_logs(logs, declared, arm, motors, given["columns"], True)
         empty, more = of_logs.joint_logs(given["without"], declared, arm, motors, given["columns"], True)

@@ -193,7 +193,7 @@ class FittedRecord(TypedDict):
 
     value: Annotated[float, "Against the motion."]
     standard_error: Annotated[float, "Null where there are as many cruises as parameters."]
-    three_sigma: Annotated[float, "Half width of the interval of 99.73 %, by Student's t."]
+    three_sigma: Annotated[float, "Half width of the interval of 99.73 %, by Student's t: what the text shows."]
     unit: Annotated[str, "Of the value."]
     bias_of_averaging: Annotated[
         float | None, "What the mean of B ddq + C dq puts on it where that is left in; null without a model."
@@ -243,10 +243,13 @@ def _table(result: FrictionIdentification) -> Table:
     rows = []
     for fit in result.fits:
         e = fit.estimate
-        shown = [with_error(v, s) for v, s in zip(e.values, e.standard_errors, strict=True)]
+        shown = [with_error(v, s) for v, s in zip(e.values, e.half_widths, strict=True)]
         rows.append((fit.joint, "positive" if fit.sign > 0 else "negative", *shown, _parameters(fit), e.rms,
                      [fit.slowest, fit.fastest], int(e.residuals.size), e.dof))  # fmt: skip
-    note = "value +- standard error; magnitudes against the motion; an offset raises one way, lowers the other"
+    note = (
+        "value +- half of the interval of 99.73 % (Student's t of cruises less parameters); magnitudes against the "
+        "motion; an offset raises one way, lowers the other"
+    )
     return Table("", columns, rows, note, "fits", "One for each joint and direction.")
 
 

@@ -28,7 +28,7 @@ from lwr_dyn.identification.regression.samples import SampleRule, Samples, sampl
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
 
-FaultKind = Literal["saturated", "still", "silent", "sign", "order", "unit"]
+FaultKind = Literal["saturated", "stop", "still", "silent", "sign", "order", "unit"]
 
 
 @dataclass(frozen=True, slots=True)

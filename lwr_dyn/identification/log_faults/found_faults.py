@@ -5,6 +5,13 @@ joint, or a level at which the recorded torque itself is cut off: its largest va
 to it. A torque that never changes while its joint moves (a sensor that is off, a column never written, always a bound)
 measures nothing; so does one cut off below the friction of its joint, at one bound or the other all the time.
 
+A joint that runs into its mechanical stop loses its speed at an end of its range faster than its drive ever changes it:
+
+    |dq after - dq before| > 3 times what is usual away from the ends, from outward to less than 0.3 of it
+
+The stop's torque is in no column of a model, so all torques are cut out while the joint is there, and for a while about
+it, where a filter smears the blow.
+
 Torques in the wrong unit are a thousand times too large or too small beside the gravity of the arm's table:
 
     tau_j = a_j g_j(q) + friction and offset of joint j
@@ -26,7 +33,7 @@ from lwr_dyn.identification.friction.friction_map import position_noise
 from lwr_dyn.identification.log_faults.column_trials import LogFault, column_faults, not_tried, trial_samples
 from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
-from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
+from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap, recordings
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
@@ -80,6 +87,73 @@ def cut_saturated(log: JointLog, arm: Arm | None = None) -> tuple[JointLog, tupl
         needed, joint = "torques below the bound: a slower or shorter motion", int(log.joints[j])
         faults.append(LogFault("saturated", (joint,), f"{log.source}: column tau{joint}", found, needed))
     tau = np.where(rows, np.nan, log.tau)
+    return replace(log, tau=tau, notes=(*log.notes, *map(str, faults))), tuple(faults)
+
+
+STOP_WINDOW = 0.02
+"""[s] Over half of which a speed is taken on both sides of an instant."""
+OUTWARD, LOST = 0.05, 0.3
+"""Speed before a stop, at least [rad/s or m/s], and the share of it that may be left."""
+USUAL, FASTER = 0.999, 3.0
+"""Quantile of the changes of speed away from the ends, and times it that a stop's is at least."""
+AT_END, LEAST_END = 0.005, 2e-4
+"""Share of a joint's range, and [rad or m], within which it is at its end."""
+SMEARED = 0.2
+"""[s] Before and after a stop, cut out: four periods of a 20 Hz filter."""
+
+
+def stop_rows(log: JointLog) -> NDArray[np.bool_]:
+    """Rows (k, n) at which a joint stands against a stop that it has run into, in each recording of an even log.
+
+    A recording that begins with a step of speed hides them: that step is then usual.
+    """
+    out = np.zeros(log.q.shape, dtype=bool)
+    for piece in recordings(log.t):
+        t, half = log.t[piece], 0
+        if t.size > 2:
+            half = max(1, round(STOP_WINDOW / 2.0 / float(np.median(np.diff(t)))))
+        if t.size > 4 * half > 0:
+            for j in range(log.q.shape[1]):
+                out[piece, j] = _at_stop(t, log.q[piece, j], half)
+    return out
+
+
+def _at_stop(t: Array, q: Array, half: int) -> NDArray[np.bool_]:
+    out, travel, span = np.zeros(q.size, dtype=bool), float(np.ptp(q)), half * float(np.median(np.diff(t)))
+    if not travel > LEAST:
+        return out
+    before, after = (q[half:-half] - q[: -2 * half]) / span, (q[2 * half :] - q[half:-half]) / span
+    change, close = np.abs(after - before), max(AT_END * travel, LEAST_END)
+    for sign, end in ((1.0, q.max()), (-1.0, q.min())):
+        at = np.abs(q - end) < close
+        near = at[half:-half]
+        usual = float(np.quantile(change[~near], USUAL)) if (~near).any() else 0.0
+        fast = (change > FASTER * usual) & (sign * before > OUTWARD) & (sign * after < LOST * sign * before)
+        hits = np.flatnonzero(near & fast) + half
+        stays = np.cumsum(np.diff(at.astype(np.intp), prepend=0) != 0)  # of the same number from one change to the next
+        out |= at & np.isin(stays, stays[hits])
+    return out
+
+
+def cut_stops(log: JointLog) -> tuple[JointLog, tuple[LogFault, ...]]:
+    """The log with NaN for all torques while a joint stands against a stop and `SMEARED` about it, and what was cut."""
+    rows = stop_rows(log)
+    if not rows.any():
+        return log, ()
+    cut, faults = np.zeros(len(log.t), dtype=bool), []
+    for j in np.flatnonzero(rows.any(axis=0)):
+        times = log.t[rows[:, j]]
+        nearest = np.searchsorted(times, log.t)
+        away = [np.abs(log.t - times[np.clip(nearest - k, 0, times.size - 1)]) for k in (0, 1)]
+        own = np.minimum(*away) <= SMEARED
+        cut |= own
+        joint, end = int(log.joints[j]), float(log.q[int(np.argmax(rows[:, j])), j])
+        found = (
+            f"joint {joint} runs into a stop at {end:.4g} rad or m, first at {times[0]:.4g} s: {own.sum()} rows cut out"
+        )
+        needed = "a motion inside the joint's mechanical range"
+        faults.append(LogFault("stop", (joint,), f"{log.source}: column q{joint}", found, needed))
+    tau = np.where(cut[:, None], np.nan, log.tau)
     return replace(log, tau=tau, notes=(*log.notes, *map(str, faults))), tuple(faults)
 
 
@@ -196,7 +270,7 @@ def _slope(samples: Samples, columns: TorqueColumns, predicted: Array, joint: in
 
 @dataclass(frozen=True, slots=True)
 class PreparedLogs:
-    """Logs on even clocks without saturated torques, the `faults` cut out of them, and `errors`: files left out."""
+    """Logs on even clocks without saturated torques and stops, the `faults` cut out, and `errors`: files left out."""
 
     logs: tuple[JointLog, ...]
     faults: tuple[LogFault, ...]
@@ -212,7 +286,7 @@ def prepared_logs(
     paths: Iterable[str | Path], units: Mapping[str, str] | None = None, arm: Arm | None = None,
     columns: ColumnMap = NO_MAP, needs: Sequence[str] = ("q", "tau"), also: Sequence[str] = ("dq",),
 ) -> PreparedLogs:  # fmt: skip
-    """Logs of files (as `read_log` takes them), resampled where their clock is uneven, saturated torques cut out.
+    """Logs of files (as `read_log` takes them), on even clocks, saturated torques and joint stops cut out.
 
     An error of one file leaves that file out; its fault is in the result. So is a second log of the same rows.
     """
@@ -222,11 +296,12 @@ def prepared_logs(
     for path in paths:
         try:
             log, cut = cut_saturated(read_log(path, units, arm, columns, needs, also), arm)
-            logs.append(on_even_clock(log))
+            log, stops = cut_stops(on_even_clock(log))
         except LwrDynError as error:
             errors.append(error)
             continue
-        faults += cut
+        logs.append(log)
+        faults += [*cut, *stops]
     single, repeats = apart_from(logs)
     return PreparedLogs(tuple(single), tuple(faults), (*errors, *repeats))
 

@@ -101,14 +101,19 @@ def on_even_clock(log: JointLog) -> JointLog:
     Raises
     ------
     LogError
-        Neither the times of the rows nor an even clock explains the positions, or the times jump all the time; with
-        figures.
+        Times that do not rise; neither the times of the rows nor an even clock explains the positions, or the times
+        jump all the time; with figures.
     """
     steps = np.diff(log.t)
     gaps = int(np.sum(steps > GAP * np.median(steps)))
-    if gaps > GAPS * steps.size:
+    if gaps > GAPS * steps.size and np.median(steps) > 0.0:
         found = f"{gaps} of {steps.size} steps are gaps (median {np.median(steps):.3g} s, mean {steps.mean():.3g} s)"
         raise LogError(log.source, "column time", found, "times of measurement, not those of writing in blocks")
+    still = np.flatnonzero(~(steps > 0.0))
+    if still.size:
+        row, several = int(still[0]) + 2, f" ({still.size} such rows)" if still.size > 1 else ""
+        found = f"{log.t[row - 1]:.10g} s after {log.t[row - 2]:.10g} s{several}"
+        raise LogError(log.source, f"row {row}, column time", found, "times that rise from row to row")
     notes, parts = [], []
     for rows in recordings(log.t):
         clock = clock_of(log.t[rows]) if rows.stop - rows.start >= LEAST_ROWS else None

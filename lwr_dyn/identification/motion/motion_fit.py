@@ -14,6 +14,7 @@ from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.bodies.body_prior import constraints_of
 from lwr_dyn.identification.bodies.consistent import consistent_fit
 from lwr_dyn.identification.bodies.possible_bodies import judge_bodies
+from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.identification.motion.identifiable import correlated_groups
@@ -35,7 +36,7 @@ def identify_motion(
     Parameters
     ----------
     logs : iterable of JointLog
-        Evenly sampled.
+        Uneven rows are brought to an even clock.
     arm : Arm
         Gives the geometry; its masses are what the consistent fit stays near, where the logs do not say otherwise.
     instruments : sequence of JointLog, optional
@@ -53,12 +54,12 @@ def identify_motion(
     MissingDataError
         Something is known of the bodies of an arm without masses.
     """
-    several = list(logs)
+    several = [on_even_clock(log) for log in logs]
     if rule.cutoffs and not instruments:
         rule = replace(rule, samples=likeliest_samples(several, arm, rule))
     if instruments:
         slowest = float(np.max(rule.samples.slowest))
-        columns = TorqueColumns(arm.chain, rule.friction)
+        columns = TorqueColumns(arm.chain, rule.friction, link_side=rule.samples.link_side)
         information, along = instrumental_information(several, instruments, columns, slowest)
         seen = _SeenLogs(along, information)
     else:
@@ -70,6 +71,10 @@ def identify_motion(
     if arm.chain.bodies is not None or rule.known:
         arm.require_dynamics()
         consistent = consistent_fit(information, own, deviation=rule.deviation, constraints=constraints)
+        if columns.link_side:  # no torque shows rotors: they stay the table's, or none
+            parameters = consistent.parameters.copy()
+            parameters[columns.rotor_indices] = own[columns.rotor_indices]
+            consistent = replace(consistent, parameters=parameters)
     of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
 
@@ -102,7 +107,7 @@ class _SeenLogs:
 
 def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
     samples = samples_of(logs, rule.samples)
-    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
+    columns = rule.columns(arm)
     search = stribeck_search(samples, columns) if rule.stribeck else None
     columns = columns if search is None else search.columns
     known = samples_of(logs, rule.samples.taking_all()).used
@@ -113,6 +118,17 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
         return _SeenLogs(samples, information, folds, whiteness, search)
     information, sigma = with_unknown_speeds(samples, information)
     return _SeenLogs(samples, information, folds, whiteness, search, sigma)
+
+
+def motion_information(
+    logs: Sequence[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION
+) -> tuple[Information, SampleRule]:
+    """What logs say of the base parameters, as `identify_motion` takes it, and how instants were taken.
+
+    Raises `LogError` for uneven or too few rows.
+    """
+    samples = likeliest_samples(logs, arm, rule) if rule.cutoffs else rule.samples
+    return _filtered(logs, arm, replace(rule, samples=samples)).information, samples
 
 
 TRIED = 2000
@@ -133,7 +149,7 @@ def likeliest_samples(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> S
     ----------
     Fuller, Measurement Error Models (1987), section 1.1, for the shrinking.
     """
-    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
+    columns = rule.columns(arm)
     seconds = sum(float(log.t[-1] - log.t[0]) for log in logs if log.t.size)
     spacing = max(rule.samples.spacing, seconds / TRIED)
     sources = (False, True) if all(log.dq is not None for log in logs) else (False,)

@@ -84,6 +84,11 @@ class MotionRule:
             allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
             raise OptionError("deviation", self.deviation, allowed)
 
+    def columns(self, arm: Arm) -> TorqueColumns:
+        """Of an arm, without Stribeck speeds."""
+        rule = self.samples
+        return TorqueColumns(arm.chain, self.friction, transmission=rule.transmission, link_side=rule.link_side)
+
 
 DEFAULT_MOTION = MotionRule()
 

@@ -4,8 +4,10 @@ What errors of the arm's own table do to a load that is fitted on it:
 
     y = X b + Y d + e,   d ~ N(0, t^2 C0),   b^ - b = (X^T W X)^-1 X^T W (Y d + e)
 
-b are the load and the friction, Y d the torques of what the table has wrong of bodies and rotors. Their share t is the
-one whose expected residual squares are those that neighbouring instants have in common.
+b are the load and the friction, Y d the torques of what the table has wrong of bodies and rotors, C0 the covariance of
+the kinds of `bodies.link_spreads` for a share of 1. The share t is the one whose expected residual squares are those
+that neighbouring instants have in common, and never below `LEAST_SHARE`: the columns of a load take up most of what a
+table has wrong of a wrist, so that what is left may look like noise where the load is 250 of its own errors off.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,11 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
+from lwr_dyn.identification.bodies.link_spreads import Scales, link_spreads
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.regression.information import BLOCK, GroupedEstimate, NormalEquations, equations_of, grouped
 from lwr_dyn.identification.regression.instrumental import WINDOW, window_sums
@@ -51,6 +55,8 @@ def body_of(parameters: Array) -> Body:
     return Body(m, com, symmetric_part(parameters[TENSOR] - steiner(m, com)))
 
 
+LEAST_SHARE = 0.03
+"""By which an arm is taken to be off its table, whatever its residuals look like."""
 SURE = 5.0
 """Standard errors by which the residuals of neighbours must be alike, in all joints together."""
 
@@ -91,18 +97,26 @@ def arm_doubt(
     Returns
     -------
     share : float
-        As the deviation of `consistent_fit`: 0.1 for an arm some 10 % off.
+        Of masses, tensors and rotors, half of it of shapes, and centres by as much of 5 cm; at least `LEAST_SHARE`.
     covariance : (fitted, fitted) array
     """
     matrix, _ = normal.weighted(noise)
-    prior = body_prior(columns, own).covariance(1.0)
-    prior = prior[np.ix_(columns.table_indices, columns.table_indices)]
+    prior = _table_covariance(columns, own)
     across = matrix[:fitted, fitted:]
     bias = Spectrum.of(matrix[:fitted, :fitted]).inverse() @ across
     left = matrix[fitted:, fitted:] - across.T @ bias
     seen = normal.equations > 0
-    share = float((normal.equations * wrong / noise**2)[seen].sum()) / max(float((prior * left).sum()), 1e-300)
-    return float(np.sqrt(share)), share * bias @ prior @ bias.T
+    square = float((normal.equations * wrong / noise**2)[seen].sum()) / max(float((prior * left).sum()), 1e-300)
+    square = max(square, LEAST_SHARE**2)
+    return float(np.sqrt(square)), square * bias @ prior @ bias.T
+
+
+def _table_covariance(columns: TorqueColumns, own: Array) -> Array:
+    """Of bodies and rotors about the table's for a share of 1, to first order, (11 n, 11 n)."""
+    one, table = Scales.of_deviation(1.0), body_prior(columns, own).table
+    kinds = np.square([one.shape, one.centre, one.tensor, one.mass])
+    links = np.einsum("k,nkab->nab", kinds, link_spreads(table[: columns.bodies].reshape(-1, TEN))[:, :4])
+    return np.asarray(block_diag(*links, np.diag(np.square(table[columns.rotor_indices]))))
 
 
 FRICTIONS = ("directions", "symmetric", "own")
@@ -140,7 +154,7 @@ class LoadIdentification:
     nuisance: tuple[str, ...]
     """What was fitted beside the load."""
     share: float = 0.0
-    """How far the arm seems off its table where residuals are not noise; its errors are in the covariance."""
+    """How far the arm is taken to be off its table, whose errors are in the covariance; 0 where the arm is fitted."""
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
@@ -161,6 +175,11 @@ class LoadIdentification:
         """How unlike noise the residuals are: largest |log| of slow over plain noise among the joints."""
         seen = self.equations > 0
         return float(np.abs(np.log(self.slow[seen] / self.noise[seen])).max())
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether residuals are not noise alone: some joint's, or by those of all the arm is further off."""
+        return bool(self.systematic) or self.share > LEAST_SHARE
 
     @property
     def systematic(self) -> tuple[int, ...]:
@@ -221,7 +240,8 @@ def _identified(
 ) -> LoadIdentification:
     loaded = samples_of(logs, rule)
     form: FrictionForm = "symmetric" if friction == "symmetric" else "directions"
-    columns = TorqueColumns(arm.chain, form, transmission=None if friction == "own" else rule.transmission)
+    transmission = None if friction == "own" else rule.transmission
+    columns = TorqueColumns(arm.chain, form, transmission=transmission, link_side=rule.link_side)
     own = columns.own(arm)
     if empty:
         beside, known = columns.base().kept, np.zeros(columns.count)
@@ -280,11 +300,9 @@ class _LoadProblem:
 
 
 def _doubted(found: LoadIdentification, fit: GroupedEstimate, problem: _LoadProblem) -> LoadIdentification:
-    """With the errors of the arm's table in the covariance, as large as the residuals say."""
+    """With the errors of the arm's table in the covariance, as large as the residuals say or a usual arm's are."""
     columns, samples = problem.columns, problem.samples
     wrong = model_squares(problem.residuals(fit.values), samples.used, samples.recording)
-    if not wrong.any():
-        return found
     whole = replace(problem, beside=np.concatenate([problem.beside, columns.table_indices])).equations()
     noise = np.where(np.isnan(fit.noise), 1.0, fit.noise)
     share, more = arm_doubt(whole, columns, columns.own(problem.arm), fit.values.size, noise, wrong)

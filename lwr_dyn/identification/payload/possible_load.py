@@ -171,9 +171,10 @@ def load_document(found: LoadIdentification, robot: str = "") -> Document:
         [*linear], key="least_squares", says="The ten linear parameters about the flange's origin.",
     )  # fmt: skip
     mass, sigma = (found.parameters, found.sigma) if load is None else (load.values, load.sigma)
-    wide = f", its errors widened for an arm {found.share:.0%} off its table" if found.share else ""
-    doubt = f"; IN DOUBT: residuals are not noise alone{wide}" if found.systematic or found.share else ""
-    kilograms = f"{with_error(float(mass[0]), float(sigma[0]))} kg{doubt}"
+    wide = f"its errors are those of an arm {found.share:.0%} off its table" if found.share else ""
+    doubt = "IN DOUBT: residuals are not noise alone" if found.in_doubt else ""
+    said = ", ".join(text for text in (doubt, wide) if text)
+    kilograms = f"{with_error(float(mass[0]), float(sigma[0]))} kg{'; ' * bool(said)}{said}"
     verdict = f"load of {kilograms}" if load else f"no load found: torques give {kilograms}"
     return Document("Load in the hand", verdict, [body, Section("Torques", [joints, least_squares])],
                     "lwr-dyn identify payload", facts=facts, caveats=())  # fmt: skip

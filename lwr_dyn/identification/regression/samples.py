@@ -21,6 +21,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LogError, OptionError
+from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import even_step, recordings
 from lwr_dyn.model.transmission import Transmission
@@ -62,6 +63,8 @@ class SampleRule:
         The motor map dq_m = T dq of columns with friction at the motors: `slowest` is then a speed of motors, and a
         joint's equation needs all motors that drive it to be faster.
 
+    link_side : bool
+        Whether torques are those of sensors behind the gears: columns that follow this rule have no rotors.
     own_speeds : bool
         Whether dq is the log's own where it has one, and ddq comes from it.
     reach : float
@@ -79,6 +82,7 @@ class SampleRule:
     transmission: Transmission | None = None
     reach: float = REACH
     own_speeds: bool = False
+    link_side: bool = False
 
     def __post_init__(self) -> None:
         if self.cutoff is not None and not (isfinite(self.cutoff) and self.cutoff > 0.0):
@@ -172,12 +176,13 @@ def samples_of(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -> 
     Parameters
     ----------
     logs : iterable of JointLog
-        Evenly sampled. A torque of NaN (cut out) is an equation that is not used.
+        Uneven rows are brought to an even clock (`on_even_clock`), as commands do. A torque of NaN (cut out) is an
+        equation that is not used.
 
     Raises
     ------
     LogError
-        Uneven rows, or no recording long enough for the filter.
+        Rows that no even clock fits, or no recording long enough for the filter.
     """
     parts = list(sample_parts(logs, rule))
     t, q, dq, ddq, tau = (np.concatenate([getattr(part, name) for part in parts]) for name in _STATES)
@@ -189,7 +194,7 @@ def sample_parts(logs: Iterable[JointLog], rule: SampleRule = DEFAULT_SAMPLES) -
     """The same a part at a time, so that a long log needs little memory; a part knows the sources up to its own."""
     sources: tuple[str, ...] = ()
     short = ("logs", 0)
-    for log in logs:
+    for log in map(on_even_clock, logs):
         for piece in recordings(log.t):
             count = len(sources)
             for t, q, dq, ddq, tau, clear in _piece(log, piece, rule):

@@ -40,6 +40,8 @@ class JointColumns:
     form : {"symmetric", "directions"}
     stribeck : tuple of float
         v_s [rad/s or m/s]: none, one, or several to choose from (`regression.stribeck`).
+    link_side : bool
+        Whether torques are measured behind the gears: no rotor reaches them, and the armature's column is 0.
 
     References
     ----------
@@ -48,6 +50,7 @@ class JointColumns:
 
     form: FrictionForm
     stribeck: tuple[float, ...] = ()
+    link_side: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -67,7 +70,7 @@ class JointColumns:
 
     def __call__(self, dq: Array, ddq: Array) -> Array:
         """(k, f) for dq, ddq (k,); at dq = 0 all friction but the offset is 0."""
-        sign = np.sign(dq)
+        sign, ddq = np.sign(dq), np.zeros_like(ddq) if self.link_side else ddq
         drop = [sign * np.exp(-np.square(dq / v)) for v in self.stribeck]
         if self.form == "symmetric":
             return np.column_stack([ddq, sign, dq, np.ones_like(dq), *drop])
@@ -141,6 +144,8 @@ class TorqueColumns:
     transmission : Transmission, optional
         The motor map dq_m = T dq: rotors and friction are those of the motors then, with their speeds, and act on the
         joints through T^T (v_s too is at the motor).
+    link_side : bool
+        As `JointColumns`.
 
     Raises
     ------
@@ -158,6 +163,7 @@ class TorqueColumns:
     friction: FrictionForm = "symmetric"
     stribeck_velocity: Any = None
     transmission: Transmission | None = None
+    link_side: bool = False
     joints: tuple[JointColumns, ...] = field(init=False)
     names: tuple[str, ...] = field(init=False)
     _kernel: BatchDynamics | None = field(init=False, repr=False)
@@ -170,7 +176,7 @@ class TorqueColumns:
         if self.transmission is not None and self.transmission.n != n:
             raise OptionError("transmission", f"of {self.transmission.n} motors", f"{n}, one per joint")
         speeds = _speeds(self.stribeck_velocity, n)
-        joints = tuple(JointColumns(self.friction, tuple(v[~np.isnan(v)].tolist())) for v in speeds)
+        joints = tuple(JointColumns(self.friction, tuple(v[~np.isnan(v)].tolist()), self.link_side) for v in speeds)
         links = [f"{name}_{i}" for i in range(1, n + 1) for name in INERTIAL]
         own = [f"{name}_{i}" for i, joint in enumerate(joints, 1) for name in joint.names]
         if self.stribeck_velocity is not None:

@@ -3,7 +3,9 @@
 With R^T R the precision of the base parameters beta that the log gave, and R in the coordinates in which friction and
 unknown parameters have no part, a table with parameters pi misses the log by r = K pi - y, whose covariance is the
 identity (the noise) plus K Sigma K^T (`link_discrepancies`). chi^2 = r^T V^-1 r has as many degrees of freedom as K has
-directions; freed cells are at their best values in it.
+directions; freed cells are at their best values in it. A table fits where chi^2 is within chance, and the pull of every
+cell, which is how many sigmas off it is if it alone is off, is within that of the largest of so many (Bonferroni): one
+cell 6 sigma off is lost in a chi^2 of 50 directions.
 
     -2 log p = r^T V^-1 r + log det V + 2 ln(COUNT) (repairs + bodies that cannot be)
     V = 1 + K Sigma K^T + sum s^2 u u^T over freed cells
@@ -17,6 +19,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 from scipy.linalg import qr
 
@@ -28,7 +31,7 @@ from lwr_dyn.identification.slips.repairs import Repair, SlipKind, repeats
 RANK = 1e-9
 """Share of the largest singular value below which a direction is not there."""
 CONFIDENCE = 0.999
-"""A table whose chi^2 is beyond this share of its distribution does not fit."""
+"""A table whose chi^2, or whose largest pull, is beyond this share of its distribution does not fit."""
 COUNT = 500.0
 """How many repairs a table has, by order of magnitude: what a repair, or a body that cannot be, must win."""
 WAYS: Mapping[SlipKind, float] = {
@@ -110,7 +113,7 @@ class Hypothesis:
     evidence: float
     """-2 log p up to a constant: the smallest is the likeliest."""
     parts: Array = field(repr=False)
-    """Each link's part of the discrepancy's covariance, delta^2 K Sigma K^T: (n, r, r)."""
+    """Each link's part of the discrepancy's covariance, K Sigma K^T: (n, r, r)."""
 
     @property
     def keys(self) -> tuple[Key, ...]:
@@ -129,8 +132,18 @@ class Hypothesis:
 
     @property
     def fits(self) -> bool:
-        """Whether the table with the repairs meets the log."""
-        return self.chi2 <= self.log.limit(len(self.freed))
+        """Whether the table with the repairs meets the log: as a whole, and in every cell."""
+        return self.chi2 <= self.log.limit(len(self.freed)) and largest_pull(self).within
+
+    def possible(self, printed: PrintedCells) -> bool:
+        """Whether bodies have what the repairs say of links: of those that are some as printed, and of each touched.
+
+        A slip of a whole column may leave a link that is no body, as printed, as it is.
+        """
+        bad = impossible_links(self.table)
+        alone = {c.link for r in self.repairs if len({c.link for c in r.cells}) < printed.n for c in r.cells}
+        made = bad & ~impossible_links(printed)
+        return not (made.any() or any(bad[i] for i in alone))
 
     def whitened(self, misfits: Array) -> Array:
         """Misfits (r, ...) that the discrepancy makes white too."""
@@ -154,10 +167,10 @@ def _with_parts(log: LogEvidence, table: PrintedCells, parts: Array, links: Iter
     """The parts with those of some links taken from the table."""
     if log.deviation == 0.0:
         return parts
-    out, spread = parts.copy(), link_discrepancies(table)
-    for i in links:
+    out, chosen = parts.copy(), list(links)
+    for i, spread in zip(chosen, link_discrepancies(table, log.deviation, chosen), strict=True):
         K = log.K[:, [*range(10 * i, 10 * i + 10), 10 * table.n + i]]
-        out[i] = log.deviation**2 * (K @ spread[i] @ K.T)
+        out[i] = K @ spread @ K.T
     return out
 
 
@@ -183,18 +196,18 @@ def _judged(
         weight += float(np.linalg.slogdet(np.eye(len(freed)) + sized.T @ sized)[1])
     left = np.linalg.solve(L, log.misfit(table))
     chi2 = float(left @ left)
-    weight += 2.0 * np.log(COUNT) * impossible_bodies(table)
+    weight += 2.0 * np.log(COUNT) * float(impossible_links(table).sum())
     ways = 2.0 * sum(np.log(WAYS.get(r.kind, COUNT)) for r in repairs)
     return Hypothesis(log, repairs, table, freed, chi2, chi2 + weight + ways, parts)
 
 
-def impossible_bodies(table: PrintedCells) -> int:
-    """How many links no body can have, beyond what rounding of printed digits explains."""
+def impossible_links(table: PrintedCells) -> NDArray[np.bool_]:
+    """Which links no body can have, beyond what rounding of printed digits explains, (n,)."""
     P = table.pseudo_inertias()
     diagonal = np.einsum("nii->ni", P)
     scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     least = np.linalg.eigvalsh(P * scale[:, :, None] * scale[:, None, :])[:, 0]
-    return int(np.sum((least < POSSIBLE) | (diagonal < 0.0).any(axis=1)))
+    return np.asarray((least < POSSIBLE) | (diagonal < 0.0).any(axis=1))
 
 
 class FreeCells(NamedTuple):
@@ -220,6 +233,39 @@ def free_cells(at: Hypothesis, cells: Sequence[Cell]) -> FreeCells:
     safe = np.where(shown, length, 1.0)
     along = np.where(shown, U.T @ r / safe, 0.0)
     return FreeCells(-along / safe, np.where(shown, 1.0 / safe, np.inf), float(r @ r) - np.square(along))
+
+
+class LargestPull(NamedTuple):
+    """Of the cell that is furthest off."""
+
+    sigmas: float
+    limit: float
+    """The most that chance gives in any of the cells (Bonferroni)."""
+    cell: Cell | None
+    """None where no motion shows any."""
+
+    @property
+    def within(self) -> bool:
+        """Whether chance explains it."""
+        return self.sigmas <= self.limit
+
+
+def largest_pull(at: Hypothesis) -> LargestPull:
+    """Sigmas by which the cell that is furthest off is off, each alone; freed cells do not count.
+
+    References
+    ----------
+    Dunn, Multiple comparisons among means (1961), for the limit of the largest of several.
+    """
+    cells = [c for c in at.table.cells if c not in at.freed]
+    free = free_cells(at, cells)
+    seen = np.isfinite(free.sigma)
+    if not seen.any():
+        return LargestPull(0.0, np.inf, None)
+    pulls = np.where(seen, np.abs(free.step) / free.sigma, 0.0)
+    worst = int(np.argmax(pulls))
+    limit = stats.norm.isf(0.5 * (1.0 - CONFIDENCE) / np.count_nonzero(seen))
+    return LargestPull(float(pulls[worst]), float(limit), cells[worst])
 
 
 def freed_repair(table: PrintedCells, cell: Cell, value: float) -> Repair:

@@ -5,12 +5,9 @@
 Products of inertia may be printed with either sign; a rotor counts as `rotor_factor` times its printed cell.
 
 Which of the cells a motion can show (none at all, only with others, alone) geometry decides, not a log. How far an arm
-may be from a table that has no slip is a covariance of its parameters about the table's: a body whose pseudo-inertia is
-L exp(S) L^T, P = L L^T being the table's and S a random symmetric matrix of size delta, is `delta` off. To first order
-
-    cov(pi_a, pi_b) = delta^2 tr(A_a P A_b P),   pi_a = tr(A_a P)
-
-which is delta^2 times the inverse Hessian of -log det P, and asks neither for axes nor for units.
+may be from a table that has no slip is a covariance of its parameters about the table's, that of the kinds of
+`bodies.link_spreads`: delta of shapes, in the log-det metric (which holds masses and tensors to it too), of tensors and
+rotors, half of it of masses alone, and centres off by delta of 5 cm, whatever the link's thickness.
 """
 
 from collections.abc import Sequence
@@ -22,12 +19,13 @@ from numpy.typing import NDArray
 
 from lwr_dyn.arms.papers.assembly import OWN_AXES, arm_from_paper
 from lwr_dyn.arms.papers.schema import Paper, to_si
-from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
+from lwr_dyn.dynamics.regressor import ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.bodies.link_spreads import CENTRE, Scales, covariances, link_spreads
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.inertial_parameters import pseudo_inertia_weights, pseudo_inertias
+from lwr_dyn.model.inertial_parameters import inertial_parameters, pseudo_inertias
 
 QUANTITIES = ("m", "cx", "cy", "cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz", "rotor")
 """The cells of a link: mass, centre of mass, tensor row by row, rotor."""
@@ -236,27 +234,30 @@ def _row_by_row(tensor: Array) -> Sequence[float]:
     return [float(tensor[a, b]) for a, b in ROW_BY_ROW]
 
 
-_READERS = pseudo_inertia_weights(np.eye(len(INERTIAL)))
-"""A (10, 4, 4): each inertial parameter as tr(A P)."""
+def link_discrepancies(table: PrintedCells, deviation: float, links: Sequence[int]) -> Array:
+    """Covariance of the ten parameters and the armature of some links about the table's, (links, 11, 11) [SI].
 
+    Where a table's body cannot be (a slip can do that), the magnitudes of its pseudo-inertia's eigenvalues are taken; a
+    link without a mass has none.
 
-def link_discrepancies(table: PrintedCells) -> Array:
-    """Covariance of each link's ten parameters and armature about the table's, for delta = 1: (n, 11, 11) [SI].
-
-    Where a table's body cannot be (a slip can do that), the magnitudes of its pseudo-inertia's eigenvalues are taken.
-
-    References
+    Parameters
     ----------
-    Lee, Wensing, Park, Geometric robot dynamic identification: a convex programming approach (2020), for the metric.
+    deviation : float
+        Share by which an arm may be off a right table of it.
+    links : sequence of int
+        From 0.
     """
-    P = table.pseudo_inertias()
+    chosen = np.asarray(links, dtype=np.intp)
+    P = table.pseudo_inertias()[chosen]
     values, vectors = np.linalg.eigh(P)
     if (values < 0.0).any():
         P = np.einsum("nij,nj,nkj->nik", vectors, np.abs(values), vectors)
-    read = np.einsum("aij,njk->naik", _READERS, P)
-    out = np.zeros((table.n, 11, 11))
-    out[:, :10, :10] = np.einsum("naij,nbji->nab", read, read)
-    out[:, 10, 10] = table.parameters()[10 * table.n :] ** 2
+    out = np.zeros((len(chosen), 11, 11))
+    heavy = np.flatnonzero(P[:, 3, 3] > 0.0)
+    scales = Scales(deviation, CENTRE * deviation, deviation, 0.5 * deviation, deviation)
+    if heavy.size:
+        out[heavy, :10, :10] = covariances(link_spreads(inertial_parameters(P[heavy])), scales)
+    out[:, 10, 10] = (deviation * table.parameters()[10 * table.n + chosen]) ** 2
     return out
 
 

@@ -149,6 +149,8 @@ def slip_document(
         Fact("fits", report.fits, "Whether the table meets the logs as printed."),
         Fact("chi2", report.printed.chi2, "Of the table as printed."),
         Fact("limit", report.limit, "Largest chi2 of a table that meets the logs."),
+        Fact("pull", report.pull.sigmas, "Sigmas by which the cell furthest off is off, if it alone is."),
+        Fact("pull_limit", report.pull.limit, "Largest of it by chance among all cells."),
         Fact("deviation", report.deviation, "How far the arm itself may be from a right table, as a share."),
         Fact("common_factor", factor,
              "Of all masses and tensors, with which the table as printed meets the logs too.", kind=float | None),
@@ -184,7 +186,11 @@ def best_table(report: SlipReport) -> Hypothesis:
 
 def _verdict(report: SlipReport) -> str:
     arm = f"itself {report.deviation:.3g} off a right table" if report.deviation else "exactly as a right table"
-    chi2 = f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g} with the arm {arm}"
+    cell = "" if report.pull.cell is None else f" ({report.pull.cell.name})"
+    chi2 = (
+        f"chi^2 {report.printed.chi2:.4g}, at most {report.limit:.4g}, furthest cell {report.pull.sigmas:.3g} sigma"
+        f"{cell}, at most {report.pull.limit:.2g}, with the arm {arm}"
+    )
     if report.fits:
         return f"the table meets the log: {chi2}"
     if not report.explanations:
@@ -195,17 +201,21 @@ def _verdict(report: SlipReport) -> str:
 
 def _repairs(report: SlipReport, paper: Paper | None) -> list[str]:
     if not report.explanations:
-        return [f"nearest: {r.text}" for r in report.nearest.repairs] if not report.fits else []
+        return [f"nearest: {r.text}{_known(r, paper)}" for r in report.nearest.repairs] if not report.fits else []
     best, lines = report.explanations[0], []
     for k, repair in enumerate(best.repairs):
-        known = f" (erratum {', '.join(names)})" if (names := _errata(repair, paper)) else ""
-        lines.append(f"- {repair.text}{known}")
+        lines.append(f"- {repair.text}{_known(repair, paper)}")
         others = list(dict.fromkeys(other.text for other in _instead(report, k)))
         lines += [f"  or {text}" for text in others[:OTHERS]]
         if len(others) > OTHERS:
             lines.append(f"  or one of {len(others) - OTHERS} more")
     lines.append(f"chi^2 with them: {best.chi2:.4g}")
     return lines
+
+
+def _known(repair: Repair, paper: Paper | None) -> str:
+    names = _errata(repair, paper)
+    return f" (erratum {', '.join(names)})" if names else ""
 
 
 def _instead(report: SlipReport, k: int) -> list[Repair]:

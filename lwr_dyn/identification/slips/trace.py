@@ -17,7 +17,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.slips import hypotheses, printed_cells
-from lwr_dyn.identification.slips.hypotheses import Hypothesis, Key, freed_repair
+from lwr_dyn.identification.slips.hypotheses import Hypothesis, Key, LargestPull, freed_repair
 from lwr_dyn.identification.slips.printed_cells import Cell, PrintedCells, ShownCells
 from lwr_dyn.identification.slips.repairs import Repair, exchanges, of_cells, of_columns, possible, repeats
 from lwr_dyn.model.arm import Arm
@@ -163,13 +163,15 @@ class SlipReport:
     limit: float
     """Largest chi^2 of a table that fits."""
     deviation: float
+    pull: LargestPull
+    """Of the cell of the table as printed that is furthest off, if it alone is."""
     common_factor: float | None = None
     """Of all masses and tensors, with which the table as printed meets the log too: then no cell need be wrong."""
 
     @property
     def fits(self) -> bool:
-        """Whether the table meets the log as printed."""
-        return self.printed.chi2 <= self.limit
+        """Whether the table meets the log as printed: as a whole, and in every cell."""
+        return self.printed.chi2 <= self.limit and self.pull.within
 
     @property
     def sure(self) -> tuple[Repair, ...]:
@@ -189,8 +191,8 @@ def trace_slips(
     """The slips of a table that a log shows.
 
     Repairs are tried one after the other, each on the likeliest tables of the step before, until a table fits; the
-    answer holds the explanations with the fewest repairs. A stated slip (a sign, an exchange) is likelier than a cell
-    of just any value, which is tried too.
+    answer holds the explanations with the fewest repairs, none of which makes a link that no body can be. A stated slip
+    (a sign, an exchange) is likelier than a cell of just any value, which is tried too.
 
     Parameters
     ----------
@@ -221,13 +223,14 @@ def trace_cells(
     if not printed.fits:
         for found in steps(printed, shown, most):
             tried += found
+    tried = [h for h in tried if not h.repairs or h.possible(table)]
     meeting = sorted((h for h in tried if h.repairs and h.fits and are_slips(h, table)), key=_evidence)
     likely = [_without_idle(printed, h) for h in meeting if h.evidence <= meeting[0].evidence + DOUBT][:SAID]
     tables = {h.table.about_origin.tobytes(): h.table for h in likely}
     same = {key: printed_cells.shown_cells(information, each) for key, each in tables.items()}
     partners = [p for h in likely for p in _partners(printed, h, same[h.table.about_origin.tobytes()])]
     every = each_once([*likely, *partners])
-    believed = [h for h in every if h.fits and h.evidence <= every[0].evidence + DOUBT]
+    believed = [h for h in every if h.evidence <= every[0].evidence + DOUBT and h.possible(table) and h.fits]
     plain: list[Hypothesis] = []
     for h in sorted(believed, key=_order):
         if not any(_says_less(h, other) for other in plain):
@@ -235,8 +238,9 @@ def trace_cells(
     explained = tuple(_with_values(h, table) for h in sorted(plain, key=_evidence))
     if explained:
         shown = printed_cells.shown_cells(information, explained[0].table)
-    factor = None if printed.fits else common_factor(printed)
-    return SlipReport(printed, explained, min(tried, key=_evidence), shown, printed.log.limit(), deviation, factor)
+    factor, pull = None if printed.fits else common_factor(printed), hypotheses.largest_pull(printed)
+    nearest, limit = min(tried, key=_evidence), printed.log.limit()
+    return SlipReport(printed, explained, nearest, shown, limit, deviation, pull, factor)
 
 
 def _says_less(one: Hypothesis, other: Hypothesis) -> bool:

@@ -90,3 +90,44 @@ def test_files_are_prepared_and_a_bad_one_is_left_out(log, lwr, tmp_path):
     assert {x.kind for x in found.faults} == {"saturated"}
     (error,) = found.errors
     assert "b.csv: columns" in str(error)
+
+
+def stopped(rng, limit=1.0):
+    """8 s of one joint that follows a sine beyond its stop, a spring and damper; positions of 1e-5 rad at 250 Hz."""
+    dt, k, c, inertia = 2e-4, 1e5 * rng.uniform(0.2, 3.0), rng.uniform(20.0, 400.0), rng.uniform(0.5, 2.0)
+    w, size, kept = rng.uniform(1.0, 3.0), rng.uniform(1.05, 1.3), []
+    x, v = 0.0, size * w
+    for i in range(int(8.0 / dt)):
+        angle = w * i * dt
+        u = inertia * (900.0 * (size * np.sin(angle) - x) + 60.0 * (size * w * np.cos(angle) - v))
+        u -= max(0.0, k * (x - limit) + c * v) if x > limit else 0.0
+        v += dt * u / inertia
+        x += dt * v
+        if i % 20 == 0:
+            kept.append((i * dt, x + rng.normal(0.0, 1e-5), u))
+    t, q, tau = np.array(kept).T
+    return JointLog("stop", (1, 2), t, np.column_stack([q, np.sin(t)]), np.column_stack([tau, np.cos(t)]))
+
+
+@pytest.mark.slow
+def test_a_joint_that_runs_into_its_stop_is_cut_out_there():
+    rng = np.random.default_rng(0)
+    for _ in range(6):
+        log = stopped(rng)
+        rows = found_faults.stop_rows(log)
+        assert rows[:, 0].any()
+        assert not rows[:, 1].any()
+        assert np.abs(log.q[rows[:, 0], 0] - 1.0).max() < 0.02
+        cut, (fault,) = found_faults.cut_stops(log)
+        gone = np.isnan(cut.tau)
+        assert (gone[:, 0] == gone[:, 1]).all()
+        assert gone[rows[:, 0]].all()
+        assert gone.mean() < 0.6
+        assert not (log.q[~gone[:, 0], 0] > 0.999).any()
+        assert (fault.kind, fault.joints) == ("stop", (1,))
+        assert "joint 1 runs into a stop at " in cut.notes[0]
+
+
+def test_motions_without_stops_keep_their_torques(log):
+    assert not found_faults.stop_rows(log).any()
+    assert found_faults.cut_stops(log) == (log, ())

@@ -7,7 +7,7 @@ import pytest
 
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.payload.identify_load import body_of, identify_load
+from lwr_dyn.identification.payload.identify_load import RULES, body_of, identify_load
 from lwr_dyn.identification.payload.possible_load import load_document, possible_load, states
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import is_physical, with_payload
@@ -35,7 +35,8 @@ def test_a_point_mass_without_noise_is_found_at_the_edge_of_what_bodies_are(know
     full = Plant(known.columns, known.parameters.copy())
     chain = with_payload(ARM.chain, 1.5, (0.0, 0.02, 0.06))
     full.parameters[60:70] += body_parameters(chain.links[-1].body) - body_parameters(ARM.chain.links[-1].body)
-    load = possible_load(identify_load(logs_of(full, 3, noise=0.0, encoder=0.0), ARM))
+    exact = {"noise": 0.0, "encoder": 0.0}
+    load = possible_load(identify_load(logs_of(full, 3, **exact), ARM, RULES[:1], unloaded=logs_of(known, 4, **exact)))
     assert load.body.mass == pytest.approx(1.5, abs=1e-4)
     assert load.body.com == pytest.approx([0.0, 0.02, 0.06], abs=1e-4)
     assert is_physical(load.body)

@@ -9,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.excitation.motion_limits import MotionLimits
 from lwr_dyn.identification.excitation.objectives import fourier_basis
+from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog, log_of_run
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.identification.regression import samples as module
@@ -145,11 +146,22 @@ def test_a_slow_log_lowers_the_cutoff():
     assert np.abs(found.dq - dq[at]).max() < 0.02
 
 
-def test_uneven_and_short_logs_are_refused():
+def test_rows_of_an_uneven_clock_are_those_of_the_even_one():
+    """In Python as at the command, which brings logs to an even clock when it reads them."""
+    log, *_ = sines(4.0)
+    t = log.t + np.random.default_rng(0).uniform(-3e-4, 3e-4, log.t.size)
+    stamped = JointLog("sines", (1, 2), t, log.q, log.tau)
+    found, even = samples_of([stamped]), samples_of([on_even_clock(stamped)])
+    np.testing.assert_array_equal(found.ddq, even.ddq)
+    true = samples_of([log])
+    assert np.abs(np.interp(true.t, found.t, found.q[:, 0]) - true.q[:, 0]).max() < 2e-3
+
+
+def test_logs_of_no_clock_and_short_ones_are_refused():
     log, *_ = sines(1.0)
     t = log.t.copy()
-    t[50:] += 0.0004
-    with pytest.raises(LogError, match=r"sines: rows 50 and 51: 0.0014 s apart, 0.001 s as a rule; needed: evenly"):
+    t[50] = t[49]
+    with pytest.raises(LogError, match=r"sines: row 51, column time: 0.049 s after 0.049 s; needed: times that rise"):
         samples_of([JointLog("sines", (1, 2), t, log.q, log.tau)])
     with pytest.raises(LogError, match=r"short: rows: 300 between gaps in time; needed: recordings longer"):
         samples_of([JointLog("short", (1, 2), log.t[:300], log.q[:300], log.tau[:300])])

@@ -152,3 +152,15 @@ def test_levels_that_noise_put_below_zero_are_zero():
 def test_columns_that_cannot_be(options, error, message):
     with pytest.raises(error, match=message):
         TorqueColumns(lwr_dyn.load("lwr4plus").chain, **options)
+
+
+def test_torques_behind_the_gears_have_no_rotors():
+    dq, ddq = np.linspace(-1.0, 1.0, 30), np.linspace(3.0, -2.0, 30)
+    for form in ("symmetric", "directions"):
+        behind, before = JointColumns(form, link_side=True)(dq, ddq), JointColumns(form)(dq, ddq)
+        assert not behind[:, 0].any()
+        np.testing.assert_array_equal(behind[:, 1:], before[:, 1:])
+    arm = lwr_dyn.load("lwr4plus", "physical")
+    columns = TorqueColumns(arm.chain, link_side=True)
+    assert not np.isin(columns.rotor_indices, columns.base().kept).any()
+    assert not columns.base().grouping[:, columns.rotor_indices].any()

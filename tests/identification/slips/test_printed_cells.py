@@ -7,7 +7,6 @@ import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.identification.slips.printed_cells import Cell, link_discrepancies, printed_cells
-from tests.identification.plants import pseudo_inertia
 
 READINGS = [("lwr4plus", "printed"), ("lwr4plus", "physical"), ("wam7", None), ("kr30ha", None)]
 
@@ -41,16 +40,28 @@ HIDDEN = ["m1", "c1x", "c1y", "c1z", "I1xx", "I1xy", "I1xz", "I1yz", "I1zz", "c2
 PAIRS = [["I1yy", "rotor1"], ["m2", "c2z"], ["I2yy", "rotor2"], ["c3z", "c4y"], ["c5z", "c6y"]]
 
 
-def test_the_discrepancy_is_the_inverse_hessian_of_the_log_det():
+def test_the_discrepancy_of_a_link_moves_its_centre_alike_in_all_directions():
+    """By 5 cm times the share and more, also where the link is thin; masses and rotors by the share."""
+    table, off = printed_cells(open_paper("lwr4plus", "physical")), 0.04
+    spread = link_discrepancies(table, off, range(table.n))
+    mass, rotors = table.values[:, 0], table.parameters()[70:]
+    for one in spread:
+        assert np.linalg.eigvalsh(one)[0] > -1e-12
+    # the part of the first moment that is not the mass's: of a centre that moves
+    moved = spread[:, 1:4, 1:4] - np.einsum("na,nb,n->nab", spread[:, 0, 1:4], spread[:, 0, 1:4], 1 / spread[:, 0, 0])
+    assert (np.linalg.eigvalsh(moved) >= (0.05 * off * mass[:, None]) ** 2 * (1.0 - 1e-9)).all()
+    assert (np.sqrt(spread[:, 0, 0]) >= off * mass).all()
+    np.testing.assert_allclose(np.sqrt(spread[:, 10, 10]), off * np.abs(rotors))
+
+
+def test_some_links_have_the_discrepancies_that_they_have_among_all():
     table = printed_cells(open_paper("lwr4plus", "physical"))
-    P, spread = table.pseudo_inertias(), link_discrepancies(table)
-    units = np.eye(77).reshape(77, 77)[: 10 * table.n]
-    for i in range(table.n):
-        E = np.array([pseudo_inertia(units[10 * i + a, 10 * i : 10 * i + 10]) for a in range(10)])
-        inverse = np.linalg.inv(P[i])
-        hessian = np.einsum("ij,ajk,kl,bli->ab", inverse, E, inverse, E)
-        np.testing.assert_allclose(spread[i, :10, :10] @ hessian, np.eye(10), atol=1e-8)
-        assert spread[i, 10, 10] == pytest.approx(table.parameters()[70 + i] ** 2)
+    every = link_discrepancies(table, 0.05, range(table.n))
+    np.testing.assert_array_equal(link_discrepancies(table, 0.05, [4, 1]), every[[4, 1]])
+    massless = table.with_values(np.where(np.arange(7)[:, None] == 2, 0.0, table.values))
+    assert not link_discrepancies(massless, 0.05, [2]).any()
+    slipped = table.with_cell(Cell(3, 9), -0.5)  # no body has it
+    assert np.isfinite(link_discrepancies(slipped, 0.05, [3])).all()
 
 
 def test_ten_cells_show_in_no_motion_and_ten_only_as_pairs(study):

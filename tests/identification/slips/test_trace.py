@@ -1,14 +1,18 @@
 """Slips of a table traced by a log: the cells and what they stand for, what motions show, planted slips found."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.identification.slips.hypotheses import as_printed, impossible_links, largest_pull, log_evidence
 from lwr_dyn.identification.slips.printed_cells import Cell, printed_cells
-from lwr_dyn.identification.slips.slip_tables import slip_document
+from lwr_dyn.identification.slips.slip_tables import slip_document, table_against_log
 from lwr_dyn.identification.slips.trace import trace_cells, trace_slips
 from tests.identification.slip_study import exchanged_faults, shares, single_faults
+from tests.identification.table_study import OFF, TableStudy
 
 
 @pytest.mark.parametrize("off", [0.0, 0.01, 0.05])
@@ -16,6 +20,45 @@ def test_a_right_table_meets_the_log(study, off):
     rng = np.random.default_rng(11)
     for _ in range(5):
         assert trace_cells(study.log(off, rng), study.table, deviation=2 * off).fits
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["ur5", "random6"])
+@pytest.mark.parametrize("off", OFF)
+def test_right_tables_of_other_arms_meet_their_logs(name, off):
+    """A seeded share of the soak line `right_tables`: centres are 3 mm off whatever the links' thickness."""
+    arm = TableStudy.of(name)
+    assert all(arm.printed(off, "white", run).fits for run in range(4))
+
+
+@pytest.mark.slow
+def test_one_cell_six_sigma_off_is_found(study):
+    """Within chi^2 of 50 directions, and yet not by chance."""
+    log, seen = study.log(0.0, np.random.default_rng(4)), []
+    for row in table_against_log(log, open_paper("lwr4plus", "physical"), deviation=0.05)[2::9]:
+        if np.isfinite(row.sigma) and not row.like:
+            wrong = study.table.with_cell(row.cell, row.value - 6.0 * row.sigma)
+            printed = as_printed(log_evidence(log, wrong, 0.05), wrong)
+            pull = largest_pull(printed)
+            assert not printed.fits
+            assert pull.sigmas > pull.limit
+            seen.append((printed.chi2 < printed.log.limit(), pull.cell == row.cell))
+    assert len(seen) > 3
+    assert np.mean(seen, axis=0).min() > 0.5
+
+
+def test_no_explanation_has_a_link_that_no_body_can_be(study):
+    """A log whose accelerations are noise asks for negative moments of inertia: no such table is an answer."""
+    table, log = study.table, study.log(0.0, np.random.default_rng(6))
+    own = log.columns.own(study.arm)
+    own[10 * 5 + 9] -= 3.0 * table.value(Cell(5, 9))  # Izz of link 6 of the arm: below 0
+    away = replace(log, values=log.values + log.base.of(own) - log.base.of(log.columns.own(study.arm)))
+    report = trace_cells(away, table, deviation=0.05, most=2)
+    assert not report.fits
+    asked = {row.cell.name: row.value for row in table_against_log(away, study.arm, deviation=0.05)}
+    assert asked["I6zz"] < 0.0  # what the log says of that cell alone, which is said
+    for one in (*report.explanations, report.nearest):
+        assert not (impossible_links(one.table) & ~impossible_links(table)).any()
 
 
 def test_without_deviation_an_arm_off_its_table_would_have_slips(study):
