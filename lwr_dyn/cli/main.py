@@ -160,7 +160,7 @@ class RegistryGroup(NamedGroup):
 def group() -> None:
     """From a robot paper's tables to a URDF, the arm's equations of motion, controllers and a replay, all checked.
 
-    ROBOT is a name from `lwr-dyn list`, or the path of your own .toml, .urdf, .xacro or .xml (our MJCF) file.
+    ROBOT is a name from `lwr-dyn list`, or the path of your own .toml, .urdf, .xacro or .xml (MJCF) file.
     """
 
 
