@@ -1,4 +1,4 @@
-"""`lwr-dyn fmu`: an arm as a plant, or a control law at samples, as an FMU for Simulink, Modelica tools and others."""
+"""`lwr-dyn fmu`: an arm as a plant, or a control law at samples, as an FMU for other tools."""
 
 from pathlib import Path
 
