@@ -23,7 +23,7 @@ import numpy as np
 
 from lwr_dyn.codegen.emit.c_file import c_files
 from lwr_dyn.codegen.emit.emission import EmittedArm, emitted_arm, identifier, provenance_lines
-from lwr_dyn.codegen.emit.fmu_description import Variable, build_description, model_description
+from lwr_dyn.codegen.emit.fmu_description import FmuVariable, build_description, model_description
 from lwr_dyn.codegen.emit.functions import EMITTED
 from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.control.controllers import make_controller
@@ -67,7 +67,7 @@ class Fmu:
     version: str
     files: Mapping[str, bytes]
     """Path in the archive -> content."""
-    variables: tuple[Variable, ...]
+    variables: tuple[FmuVariable, ...]
 
     def archive(self, binary: bool = False) -> bytes:
         """The `.fmu`, the same bytes at each writing; with a binary for this machine if asked, which a compiler makes.
@@ -147,18 +147,18 @@ def controller_fmu(arm: Arm, law: str, version: str = "3", rate: float = RATE) -
     function = f"{STEP}{law.replace('-', '_')}"
     emitted = emitted_arm(arm, [function], prefix=f"{identifier(arm.name)}_{function.removeprefix(STEP)}")
     form, arguments = law_form(make_controller(law, arm), arm), emitted.codes[0].function.arguments
-    values, rows = form.values(), list[Variable]()
+    values, rows = form.values(), list[FmuVariable]()
     for argument in arguments:
         name, kind = argument.name, _ARGUMENTS.get(argument.name)
         if kind:
             rows.append(_joint(arm, name, kind, "input", "discrete", np.zeros(arm.n), ""))
         elif name not in ("memory", "h"):
-            rows.append(Variable(name, "parameter", "tunable", np.ravel(values[name]), about=argument.unit))
+            rows.append(FmuVariable(name, "parameter", "tunable", np.ravel(values[name]), about=argument.unit))
     rows.append(_joint(arm, "tau", "tau", "output", "discrete", None, "joint torques, not limited"))
     memory = np.ravel(form.start())
     if form.memory:
         rows.append(
-            Variable("memory", "local", "discrete", memory, about="kept from sample to sample", calculated=True)
+            FmuVariable("memory", "local", "discrete", memory, about="kept from sample to sample", calculated=True)
         )
     places = {"h": "&h", "memory": "at(m, MEMORY_VALUE)"}
     call = ", ".join(places.get(a.name, f"at(m, {a.name.upper()}_VALUE)") for a in arguments)
@@ -169,7 +169,7 @@ def controller_fmu(arm: Arm, law: str, version: str = "3", rate: float = RATE) -
     return _fmu(emitted, version, tuple(rows), lines, 1.0 / rate)
 
 
-def _joint(arm: Arm, name: str, kind: str, causality: str, variability: str, start: object, about: str) -> Variable:
+def _joint(arm: Arm, name: str, kind: str, causality: str, variability: str, start: object, about: str) -> FmuVariable:
     """A variable with a number a joint; its unit where all joints are of a kind."""
     unit, turning = _JOINT[kind], arm.chain.turning
     if not turning.any():
@@ -178,19 +178,19 @@ def _joint(arm: Arm, name: str, kind: str, causality: str, variability: str, sta
         about = "; ".join(filter(None, [about, "unit of each joint: rad or m, N m or N"]))
         unit = ""
     values = np.zeros(arm.n) if start is None else np.asarray(start, dtype=np.float64)
-    return Variable(name, causality, variability, values, unit, about, calculated=start is None)
+    return FmuVariable(name, causality, variability, values, unit, about, calculated=start is None)
 
 
-def _plant_variables(arm: Arm) -> tuple[Variable, ...]:
+def _plant_variables(arm: Arm) -> tuple[FmuVariable, ...]:
     n = arm.n
     limit = np.where(np.isfinite(arm.effort), arm.effort, UNLIMITED)
     load = "of a load at the flange"
     rows = [
         _joint(arm, "tau", "tau", "input", "continuous", np.zeros(n), "joint torques"),
-        Variable("gravity", "parameter", "tunable", np.array(arm.chain.gravity), "m/s2", "in the base"),
-        Variable("payload_mass", "parameter", "tunable", np.zeros(1), "kg", load),
-        Variable("payload_com", "parameter", "tunable", np.zeros(3), "m", f"{load}, in the flange"),
-        Variable(
+        FmuVariable("gravity", "parameter", "tunable", np.array(arm.chain.gravity), "m/s2", "in the base"),
+        FmuVariable("payload_mass", "parameter", "tunable", np.zeros(1), "kg", load),
+        FmuVariable("payload_com", "parameter", "tunable", np.zeros(3), "m", f"{load}, in the flange"),
+        FmuVariable(
             "payload_inertia", "parameter", "tunable", np.zeros(6), "kg.m2",
             f"{load}: xx, xy, xz, yy, yz, zz about its centre of mass, axes of the flange",
         ),
@@ -200,13 +200,13 @@ def _plant_variables(arm: Arm) -> tuple[Variable, ...]:
         ),
         _joint(arm, "q_start", "q", "parameter", "fixed", _inside(arm), "positions at the start"),
         _joint(arm, "dq_start", "dq", "parameter", "fixed", np.zeros(n), "speeds at the start"),
-        Variable("step", "parameter", "fixed", np.array([LARGEST_STEP]), "s", "largest step in co-simulation"),
+        FmuVariable("step", "parameter", "fixed", np.array([LARGEST_STEP]), "s", "largest step in co-simulation"),
     ]  # fmt: skip
     if arm.has_friction:
         about = "its sign is tanh(dq / width)"
         rows += [
-            Variable("friction_width", "parameter", "fixed", np.array([FRICTION_WIDTH]), about=about),
-            Variable("friction_scale", "parameter", "tunable", np.ones(1), about="of the arm's friction; 0: none"),
+            FmuVariable("friction_width", "parameter", "fixed", np.array([FRICTION_WIDTH]), about=about),
+            FmuVariable("friction_scale", "parameter", "tunable", np.ones(1), about="of the arm's friction; 0: none"),
         ]
     return (
         *rows,
@@ -214,7 +214,7 @@ def _plant_variables(arm: Arm) -> tuple[Variable, ...]:
         _joint(arm, "dq", "dq", "output", "continuous", None, "speeds"),
         _joint(arm, "der_q", "dq", "local", "continuous", None, "derivative of q").derived_from("q"),
         _joint(arm, "ddq", "ddq", "output", "continuous", None, "accelerations").derived_from("dq"),
-        Variable(
+        FmuVariable(
             "tip", "output", "continuous", np.zeros(16), "", "pose of the flange in the base, row by row, m",
             calculated=True, shape=(4, 4),
         ),
@@ -227,7 +227,7 @@ def _inside(arm: Arm) -> np.ndarray:
 
 
 def _fmu(
-    emitted: EmittedArm, version: str, variables: tuple[Variable, ...], lines: list[str], sample: float | None
+    emitted: EmittedArm, version: str, variables: tuple[FmuVariable, ...], lines: list[str], sample: float | None
 ) -> Fmu:
     if version not in VERSIONS:
         raise OptionError("--fmi", repr(version), " or ".join(VERSIONS))
@@ -255,7 +255,7 @@ def _token(digest: str, version: str) -> str:
     return f"{{{digest}}}" if version == "2" else digest
 
 
-def _config(emitted: EmittedArm, version: str, variables: tuple[Variable, ...], lines: list[str]) -> str:
+def _config(emitted: EmittedArm, version: str, variables: tuple[FmuVariable, ...], lines: list[str]) -> str:
     """What fmu.c needs to know; blocks of a controller end in _VALUE, since gains may be called as C's macros."""
     widths = [x.start.size for x in variables]
     suffix = "" if "#define PLANT" in lines else "_VALUE"

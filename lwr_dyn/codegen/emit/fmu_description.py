@@ -25,7 +25,7 @@ _UNITS = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Variable:
+class FmuVariable:
     """A variable of an FMU: its numbers at the start (width,), in one unit."""
 
     name: str
@@ -71,7 +71,7 @@ def model_description(
     name: str,
     token: str,
     about: str,
-    variables: Sequence[Variable],
+    variables: Sequence[FmuVariable],
     sources: Sequence[str],
     sample: float | None,
 ) -> str:
@@ -119,7 +119,7 @@ def _interfaces(version: str, name: str, sources: Sequence[str], sample: float |
     yield f'<CoSimulation modelIdentifier="{name}" {steps} {can}>{inside}</CoSimulation>'
 
 
-def _arrays(variables: Sequence[Variable]) -> Iterator[str]:
+def _arrays(variables: Sequence[FmuVariable]) -> Iterator[str]:
     numbers = {x.name: k for k, x in enumerate(variables)}
     for k, x in enumerate(variables):
         text = f'<Float64 name="{x.name}" valueReference="{k}" {x.attributes()}'
@@ -133,13 +133,13 @@ def _arrays(variables: Sequence[Variable]) -> Iterator[str]:
     yield f'<Float64 name="time" {place} causality="independent" variability="continuous"/>'
 
 
-def _indices(variables: Sequence[Variable]) -> dict[str, list[int]]:
-    """Variable -> the indices of its numbers, from 1."""
+def _indices(variables: Sequence[FmuVariable]) -> dict[str, list[int]]:
+    """FmuVariable -> the indices of its numbers, from 1."""
     following = count(1)
     return {x.name: [next(following) for _ in x.start] for x in variables}
 
 
-def _scalars(variables: Sequence[Variable]) -> Iterator[str]:
+def _scalars(variables: Sequence[FmuVariable]) -> Iterator[str]:
     indices = _indices(variables)
     for k, x in enumerate(variables):
         for i, name in enumerate(x.scalar_names()):
@@ -150,7 +150,7 @@ def _scalars(variables: Sequence[Variable]) -> Iterator[str]:
             yield f"{head}<Real{real}/></ScalarVariable>"
 
 
-def _structure(variables: Sequence[Variable]) -> Iterator[str]:
+def _structure(variables: Sequence[FmuVariable]) -> Iterator[str]:
     given = {x.name: k for k, x in enumerate(variables) if x.causality == "output" or x.derivative_of}
     for k, x in enumerate(variables):
         if x.causality == "output":
@@ -162,7 +162,7 @@ def _structure(variables: Sequence[Variable]) -> Iterator[str]:
         yield f'<InitialUnknown valueReference="{k}"/>'
 
 
-def _structure_of_scalars(variables: Sequence[Variable]) -> Iterator[str]:
+def _structure_of_scalars(variables: Sequence[FmuVariable]) -> Iterator[str]:
     indices = _indices(variables)
     outputs = [i for x in variables if x.causality == "output" for i in indices[x.name]]
     derivatives = [i for x in variables if x.derivative_of for i in indices[x.name]]

@@ -4,13 +4,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from lwr_dyn.codegen.emit.fmu_description import PLACES, Variable, build_description, model_description
+from lwr_dyn.codegen.emit.fmu_description import PLACES, FmuVariable, build_description, model_description
 
 ROWS = (
-    Variable("u", "input", "continuous", np.zeros(1), "N.m"),
-    Variable("x", "output", "continuous", np.zeros(2), "rad", 'says <&> "much"', calculated=True),
-    Variable("rate", "local", "continuous", np.zeros(2), "rad/s", calculated=True).derived_from("x"),
-    Variable("pose", "output", "continuous", np.zeros(4), calculated=True, shape=(2, 2)),
+    FmuVariable("u", "input", "continuous", np.zeros(1), "N.m"),
+    FmuVariable("x", "output", "continuous", np.zeros(2), "rad", 'says <&> "much"', calculated=True),
+    FmuVariable("rate", "local", "continuous", np.zeros(2), "rad/s", calculated=True).derived_from("x"),
+    FmuVariable("pose", "output", "continuous", np.zeros(4), calculated=True, shape=(2, 2)),
 )
 
 
