@@ -26,6 +26,7 @@ _PLACES = {
     "load": "lwr_dyn.arms.loading",
     "margins": "lwr_dyn.design.margins",
     "plot": "lwr_dyn.pages.plotting.plots",
+    "rank": "lwr_dyn.identification.ranking.rank",
     "readings": "lwr_dyn.arms.papers.catalog",
     "reference": "lwr_dyn.trajectory.references.references",
     "replay": "lwr_dyn.pages.replay.replay_page",

@@ -10,6 +10,7 @@ from lwr_dyn.control.controllers import controller as controller
 from lwr_dyn.design.margins import margins as margins
 from lwr_dyn.dynamics.engines import dynamics_of as dynamics_of
 from lwr_dyn.dynamics.engines import engines as engines
+from lwr_dyn.identification.ranking.rank import rank as rank
 from lwr_dyn.kinematics.forward import forward_kinematics as forward_kinematics
 from lwr_dyn.kinematics.inverse import inverse_kinematics as inverse_kinematics
 from lwr_dyn.kinematics.pose_solver import ik_solver as ik_solver
@@ -37,6 +38,7 @@ __all__ = [
     "load",
     "margins",
     "plot",
+    "rank",
     "readings",
     "reference",
     "replay",

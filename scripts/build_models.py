@@ -1,5 +1,8 @@
 """Write models/ROBOT/ROBOT[_READING].* for every robot and reading, or check that they are fresh.
 
+Of a robot with published sets the default reading alone: the others differ from it in numbers only, and
+`lwr-dyn urdf ROBOT --reading NAME` writes them.
+
 python scripts/build_models.py            write
 python scripts/build_models.py --check    list stale, missing and surplus files; exit 1 when there are any
 """
@@ -11,6 +14,7 @@ import sys
 from pathlib import Path
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import published
 from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.foundation.files import write_folder
 
@@ -21,7 +25,7 @@ def all_files() -> dict[str, dict[str, str]]:
     """Robot -> file name -> text."""
     out: dict[str, dict[str, str]] = {}
     for robot in lwr_dyn.robots():
-        for reading in lwr_dyn.readings(robot):
+        for reading in lwr_dyn.readings(robot)[: 1 if robot in published() else None]:
             out.setdefault(robot, {}).update(model_files(lwr_dyn.load(robot, reading=reading)))
     return out
 

@@ -94,6 +94,15 @@ def elastic() -> Document:
     return elastic_document(identify_elastic([log], arm), arm, arm.name)
 
 
+def origin() -> Document:
+    """The origin of a URDF of ours with one cell changed."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "made.urdf"
+        text = lwr_dyn.urdf_text(lwr_dyn.load("panda", "fer"))
+        path.write_text(text.replace('mass value="2.7907"', 'mass value="2.8"'), encoding="utf-8")
+        return printed(f"origin {path}")()
+
+
 def friction() -> Document:
     """A fit to four cruises of one joint."""
     t = np.linspace(0.0, 4.0, 401)
@@ -177,6 +186,8 @@ EXAMPLES: Mapping[str, Callable[[], Document]] = {
     "krl run": krl_run,
     "lint": printed("lint wam7"),
     "list": printed("list"),
+    "origin": origin,
+    "rank": printed("rank panda --log panda_salerno --sets gaz,fer --free load"),
     "conventions": printed("conventions wam7"),
     "excite": printed("excite lwr4plus --reading physical --starts 1 --duration 5"),
     "gains": printed("gains lwr4plus"),

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.control.inertia.certificate import InertiaCertificate, inertia_certificate
 from lwr_dyn.control.inertia.worst_case import InertiaMaximum, worst_case_inertias
 from lwr_dyn.foundation.files import write_file
@@ -26,7 +27,7 @@ HEAD = (
 
 def arms() -> list[Arm]:
     """Every robot with inertias in every reading."""
-    found = [lwr_dyn.load(robot, reading=one) for robot in lwr_dyn.robots() for one in lwr_dyn.readings(robot)]
+    found = [lwr_dyn.load(robot, reading=one) for robot in studied() for one in lwr_dyn.readings(robot)]
     return [arm for arm in found if arm.chain.bodies is not None]
 
 

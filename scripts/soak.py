@@ -17,6 +17,7 @@ Line = Callable[[], tuple[str, bool] | tuple[str, bool, str]]
 
 LINES = {
     "adaptation": "adaptation:adaptation",
+    "base_fits": "identification_fits:base_fits",
     "branches": "branches:branches",
     "checks": "checks:checks",
     "cluster_kills": "sweeps:cluster_kills",
@@ -26,6 +27,9 @@ LINES = {
     "coverage": "identification:coverage",
     "data_mutants": "surveys:data_mutants",
     "default_arms": "surveys:default_arms",
+    "default_compare": "surveys:default_compare",
+    "default_gains": "surveys:default_gains",
+    "default_study": "surveys:default_study",
     "elastic": "elastic:elastic",
     "elastic_ist": "elastic:elastic_ist",
     "elastic_plant": "elastic_plant:elastic_plant",
@@ -62,6 +66,7 @@ LINES = {
     "million_rows": "identification_fits:million_rows",
     "mjcf": "mjcf:public_mjcf",
     "mutants": "mutants:mutants",
+    "origins": "origins:origins",
     "parity": "checks:parity",
     "passivity": "compliance:passivity",
     "poses": "poses:poses",

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper, studied
 
 FOLDER = "reports"
 
@@ -19,7 +18,7 @@ def report(root: Path, robot: str) -> Path:
 def reports_text(root: Path) -> str:
     """A table of the papers with links to the reports that are there."""
     lines = ["| robot | source | report |", "|---|---|---|"]
-    for robot in lwr_dyn.robots():
+    for robot in studied():
         title = open_paper(robot).title
         link = f"`lwr-dyn reproduce {robot}`"
         if report(root, robot).is_file():
@@ -31,7 +30,7 @@ def reports_text(root: Path) -> str:
 def copy_reports(app: Sphinx, error: Exception | None) -> None:
     """Put the reports beside the pages."""
     if error is None and app.builder.format == "html":
-        for robot in lwr_dyn.robots():
+        for robot in studied():
             source = report(Path(app.srcdir).parent, robot)
             if source.is_file():
                 target = Path(app.outdir) / FOLDER / f"{robot}.html"

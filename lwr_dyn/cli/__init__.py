@@ -23,8 +23,10 @@ margins      `lwr-dyn margins`: what sampling, delay and elastic joints leave of
 new          `lwr-dyn new`: commented files to start from, each kind a row of `KINDS`
 options      Parts of several subcommands: the ROBOT argument with its options, lists of numbers, JSON output, options
              of rows
+origin       `lwr-dyn origin`: which published set the numbers of a model file come from
 parity       `lwr-dyn parity`: what Pinocchio, MuJoCo, Drake, PyBullet and yourdfpy make of a model file
 renamed      Options that had another name: an old one is answered with the new one, for this version
+rank         `lwr-dyn rank`: published sets of one robot on a log of the real one
 replay       `lwr-dyn replay`: run files -> one HTML page, or a live meshcat on this machine
 reproduce    `lwr-dyn reproduce`: everything a paper prints, recomputed, into a folder
 sensitivity  `lwr-dyn sensitivity`: one task under all readings of a robot, controllers on one and plants on another

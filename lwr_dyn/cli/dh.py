@@ -80,7 +80,7 @@ def _parts(arm: Arm, table: DHTable) -> list[Table | Fact | Note]:
         _table(arm, table),
         Fact(None, f"DH frame 0 {_placed(table.base, 'in the base')}", head="base"),
         Fact(None, _placed(table.flange, f"in DH frame {arm.n}"), head="flange"),
-        Fact(None, f"{left.metres:.1e} m, {left.radians:.1e} rad", head="flange by the table against the model"),
+        Fact(None, f"{left.metres:.2g} m, {left.radians:.2g} rad", head="flange by the table against the model"),
         Note("beta, a turn about y after alpha: these axes are almost parallel, and DH alone would put their common "
              f"normal more than 100 m away; without beta {plain.metres:.1e} m, {plain.radians:.1e} rad", turned),
     ]  # fmt: skip

@@ -65,7 +65,7 @@ def with_help(command: click.Command, path: str) -> click.Command:
     if not isinstance(command, click.Group):
         command.format_options = partial(_format_options, command)  # type: ignore[method-assign]
     if "short" in help_texts().get(path, {}) and not any(HELP_ALL in param.opts for param in command.params):
-        words = "This, with every option in a sentence."
+        words = "This help, with a sentence on every option."
         command.params.append(click.Option(
             [HELP_ALL], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help=words
         ))  # fmt: skip

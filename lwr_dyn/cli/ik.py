@@ -46,7 +46,7 @@ def command(
 ) -> None:
     """Joint positions for a pose of the flange, every branch; exit 1 when out of reach or outside the limits.
 
-    Without an orientation: one solution for the position, near --from-deg, of mostly endlessly many.
+    Without an orientation: one solution for the position, near --from-deg; most arms have infinitely many.
     """
     arm = loading.arm(robot, KINEMATICS)
     pose, turned = _pose(arm, given)
@@ -200,7 +200,7 @@ def _without_copies(solutions: tuple[Solution, ...], turning: Array) -> tuple[So
 
 def _how_found(result: InverseResult) -> str:
     if result.position_only:
-        how = "one of mostly endlessly many solutions for the position"
+        how = "one of many solutions for the position (most arms have infinitely many)"
     elif result.complete or result.turns_left_out:
         how = "all branches"
     elif any(one.branch for one in (*result.solutions, *result.outside)):

@@ -22,7 +22,7 @@ from lwr_dyn.checks.urdf.reports import is_urdf, judge_all, print_reports
 from lwr_dyn.cli.options import show, trust_option
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Section
-from lwr_dyn.foundation.errors import OptionError, UnknownNameError
+from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
 from lwr_dyn.foundation.files import ends_in, read_text
 from lwr_dyn.foundation.tables import log_line
 
@@ -74,8 +74,8 @@ def command(files: tuple[str, ...], as_json: bool, **of_urdfs: Any) -> None:
     No code of a .xacro runs: what its expressions hold beyond numbers, names and listed functions is refused.
 
     In tables: means outside their extremes, cells or columns exchanged, powers of ten, copied neighbours, shifted rows,
-    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong. Of a
-    robot's data file also what `lwr-dyn check` of it refuses or fails.
+    sums that do not add up, tensors that are not symmetric, units of another quantity, arithmetic that is wrong. In
+    a robot's data file also what `lwr-dyn check` refuses, and checks that fail.
     """
     urdfs = [name for name in files if is_urdf(name)]
     if not urdfs:
@@ -115,6 +115,8 @@ def _document(files: Sequence[str], records: list[Any], holds: bool, remarks: Ma
 
 def _sheets(name: str) -> tuple[Sheet, ...]:
     """A file; or of a robot, its data file and the printed results of its paper."""
+    if ends_in(name, ".xml"):
+        raise FileAccessError(name, "MJCF, which has no rules here", f"`lwr-dyn check {name}`, or lint of its .urdf")
     if Path(name).suffix.lower() in (".toml", ".csv") or "/" in name:
         return (sheet_of_file(name),)
     if name not in robots():
@@ -135,4 +137,6 @@ def _summary(counted: Sequence[Finding], notes: int, sheets: Sequence[Sheet]) ->
     total = sum(n is not None for column in columns for n in column.numbers)
     known = sum(bool(f.known) for f in counted)
     errata = f", {known} of them known as errata" if known else ""
-    return f"{total} numbers looked at: {len(counted)} found{errata}" + (f"; {notes} notes" if notes else "")
+    return f"{total} numbers looked at: {len(counted)} found{errata}" + (
+        f"; {notes} note{'s' * (notes > 1)}" if notes else ""
+    )

@@ -111,6 +111,8 @@ COMMANDS: Registry[click.Command] = Registry(
             "A motion that shows an arm's parameters best.",
             "batch",
         ),
+        "rank": _row("rank", "Published sets of a robot on a log of the real one."),
+        "origin": _row("origin", "Whose numbers a URDF has: which published set, and where they differ."),
         "lint": _row("lint", "Faults in URDFs and tables, with place and reason."),
         "krl": _row("krl.group", "Write, check and run KRL programs on a robot's model.", "krl"),
         "conventions": _row("conventions", "The possible conventions of a table that states none."),

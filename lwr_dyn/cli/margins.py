@@ -45,7 +45,7 @@ BOX = [
 PICTURE = "Picture: bode, nyquist, sensitivity, map, or a file named after one. Repeatable."
 MAPPED = "Joints of the map, from 1; the two that count most if not given."
 OUT = [
-    option("--limit", "Of |S_ii|; exit 1 where it is given and not kept.", float, LIMIT),
+    option("--limit", "Largest |S_ii| allowed; exit 1 where it is given and not kept.", float, LIMIT),
     option("--plot", PICTURE, str, metavar="NAME|FILE.png", multiple=True),
     option("--map-joints", MAPPED, NUMBERS, metavar="I,J"),
     shared("--json"),

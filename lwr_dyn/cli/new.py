@@ -10,7 +10,7 @@ import click
 from lwr_dyn.arms.loading import load
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.cli.main import RegistryGroup
-from lwr_dyn.cli.options import OneOf, option
+from lwr_dyn.cli.options import OneOf, option, tip_option
 from lwr_dyn.cli.vocabulary import shared
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.files import ends_in, write_file
@@ -140,15 +140,17 @@ def new_file(file: str, ending: str) -> Path:
 @click.argument("file")
 @click.argument("robot", required=False)
 @click.option("--reading", help="How to read the tables of ROBOT; the paper's default if not given.")
-def study(file: str, robot: str | None, reading: str | None) -> None:
+@tip_option
+def study(file: str, robot: str | None, reading: str | None, tip: str | None) -> None:
     """Write a study: which loops, what varies, how many runs; `lwr-dyn sweep` runs it.
 
     For ROBOT: its task, its laws, its load and the steps of its friction fit it. For the LWR 4+ if none is given.
     """
     path = new_file(file, ".toml")
-    if robot is None and reading is not None:
-        raise OptionError("--reading", "would do nothing here", "with a robot behind FILE")
-    arm = None if robot is None else load(robot, reading)
+    for option_name, given in (("--reading", reading), ("--tip", tip)):
+        if robot is None and given is not None:
+            raise OptionError(option_name, "would do nothing here", "with a robot behind FILE")
+    arm = None if robot is None else load(robot, reading, tip=tip)
     write_file(path, study_template(file, path.stem, _named(robot, path), arm))
     click.echo(f"wrote {file}; next: edit it, then  lwr-dyn sweep {file} --out {path.stem}")
 

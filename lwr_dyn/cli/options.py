@@ -103,21 +103,22 @@ class Loading:
     locks: tuple[str, ...] = ()
     further: Mapping[str, Any] = field(default_factory=dict)
 
-    def arm(self, robot: str, used: Collection[str] = DYNAMICS) -> Arm:
+    def arm(self, robot: str, used: Collection[str] | None = DYNAMICS) -> Arm:
         """The arm, with its notes on stderr; raises as `lwr_dyn.load`.
 
-        What must be known before those of its numbers that are `used` is the first line of what `show` prints.
+        What must be known before those of its numbers that are `used` is the first line of what `show` prints;
+        None for nothing.
         """
         arm, _ = self.arm_and_paper(robot, used)
         for note in arm.notes:
             click.echo(f"note: {note}", err=True)
         return arm
 
-    def arm_and_paper(self, robot: str, used: Collection[str] = DYNAMICS) -> tuple[Arm, Paper | None]:
+    def arm_and_paper(self, robot: str, used: Collection[str] | None = DYNAMICS) -> tuple[Arm, Paper | None]:
         """The arm and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
         locks = dict(map(_lock, self.locks))
         arm, paper = load_with_paper(robot, self.reading, tip=self.tip, lock=locks, **self.further)
-        return stands_on(arm, used), paper
+        return (arm if used is None else stands_on(arm, used)), paper
 
     def refuse_changes(self, allowed: str, mount: bool = False) -> None:
         """Raise `OptionError` for --lock, --tool, --rotor, and --mount unless it is allowed: they change the arm."""
@@ -154,8 +155,16 @@ trust_option = click.option(
 )
 
 
+tip_option = click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given.")
+
+
 def robot_options(command: Callable[..., None]) -> Callable[..., None]:
-    """ROBOT, and as one `loading` all others: of a .urdf --tip, of a .xacro --xacro-arg and --trust-xacro."""
+    """ROBOT, and as one `loading` all options that load it."""
+    return click.argument("robot", shell_complete=_robots)(loading_options(command))
+
+
+def loading_options(command: Callable[..., None]) -> Callable[..., None]:
+    """As one `loading` all options that load a robot: of a .urdf --tip, of a .xacro --xacro-arg and --trust-xacro."""
 
     @wraps(command)
     def with_loading(reading: str | None, tip: str | None, locks: tuple[str, ...], **given: Any) -> None:
@@ -169,9 +178,8 @@ def robot_options(command: Callable[..., None]) -> Callable[..., None]:
         *(click.option(*names, multiple=True, metavar=metavar, help=f"{text} Repeatable.")
           for *names, metavar, text in REPEATED),
         click.option("--lock", "locks", multiple=True, metavar="JOINT=VALUE", help="Hold a joint, rad or m."),
-        click.option("--tip", help="Last link of the chain (of a .urdf); that of the obvious arm if not given."),
+        tip_option,
         click.option("--reading", help="How to read the tables; the paper's default if not given."),
-        click.argument("robot", shell_complete=_robots),
     ):  # fmt: skip
         with_loading = option(with_loading)
     return with_loading

@@ -24,14 +24,13 @@ RENAMED: Mapping[str, Mapping[str, str]] = {
     "kernels": {"--friction": "--own-friction, without a value"},
     "krl write": {
         "--angle-tolerance": "--angle-tolerance-deg", "--base": "--base-data", "--tolerance": "--tolerance-mm",
-        "--tool": "--tool-data",
     },
     "margins": _EFFORT,
     "parity": {"--engine": "--only"},
     "replay": {"--beside": "--side-by-side"},
     "simulate": _EFFORT,
     "sweep": {"--threads": "--jobs"},
-    "tune": {"--check": "--check-runs", "--threads": "--jobs"},
+    "tune": {"--check": "--check-runs", "--controller": "--law", "--threads": "--jobs"},
 }  # fmt: skip
 """Command path -> old option -> what takes its place."""
 

@@ -43,5 +43,6 @@ def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
         reproduction = reproduce(paper, folder, report, **options)
     show(reproduction.document, as_json)
     if not as_json:
-        click.echo(f"\nwrote {folder}")
+        page = "" if paper == ALL else f"; open it: xdg-open {Path(folder) / 'report.html'}"
+        click.echo(f"\nwrote {folder}{page}")
     sys.exit(0 if reproduction.holds else 1)

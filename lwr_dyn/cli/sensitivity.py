@@ -23,7 +23,7 @@ from lwr_dyn.model.arm import Arm
 @with_shared("--poses", ", at which gravity torques are compared", POSES)
 @with_shared("--json as_json")
 def command(robots: tuple[str, ...], task: str | None, rate: float, poses: int, as_json: bool) -> None:
-    """What depends on the reading: g, max B_ii, gains, tracking errors, and which conclusions of the paper survive.
+    """What depends on the reading: g, max B_ii, gains, tracking errors, and the conclusions that always hold.
 
     One ROBOT is taken under all its readings; several, and files of robots, are compared with each other, the
     first one setting the task. Every controller is simulated on every plant.

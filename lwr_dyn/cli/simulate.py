@@ -74,7 +74,7 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
     form = run.meta["friction_law"]["form"]
     if form == "none":
         return []
-    lines = [f"friction: {form}; accelerations computed {run.meta['evaluations']} times"]
+    lines = [f"friction: {form}"]
     for c in run.meta["note"].get("passive_refit", ()):
         before, after = (f"F_c {x['coulomb']:.4f}, sigma {x['viscous']:.4f}" for x in (c["before"], c["after"]))
         cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"
@@ -136,9 +136,7 @@ LOOP = [
     options.option("--delay", "Delay from a command to its torque, samples.", int, 0),
     options.option("--continuous", "The controller runs at every moment, not at samples."),
     options.option("--method", "Method of integration.", options.OneOf(METHODS), METHODS[0]),
-    options.option(
-        "--substeps", "RK4 steps a sample; more are taken if not given and they move the tip by 1e-6 m.", int, 1
-    ),
+    options.option("--substeps", "RK4 steps a sample; if not given, more where 1 is off by 1e-6 m at the tip.", int, 1),
     options.option(
         "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
     ),

@@ -32,7 +32,7 @@ from lwr_dyn.studies.sweep.sweep_study import SweepStudy, study_caveats
     "same path on every worker.",
 )
 @with_shared("--jobs", "; all processors if not given")
-@click.option("--runs", type=int, metavar="N", help="Runs of each controller, in place of the study's.")
+@with_shared("--runs", ", in place of the study's; more than its folder holds are added", form="N")
 @click.option("--no-report", is_flag=True, help="Only the files of results: no figures, no page, no worst runs.")
 @click.option("--no-code", is_flag=True, help=NO_CODE.help)
 @with_shared("--json as_json")

@@ -43,7 +43,7 @@ NAMES = {"check": "--check-runs check"}
 AIM_HELP = "The metric, and its quantile over the runs, that is to be small."
 BOUND_HELP = "Share of the torque limits that the same quantile of the largest command may have; inf for none."
 OPTIONS = [
-    option("--controller", "One of the study's; its first if not given.", str, metavar="NAME:OPTION=VALUE"),
+    option("--law law", "One of the study's controllers; its first if not given.", str, metavar="NAME:OPTION=VALUE"),
     option("--gain gains", GAIN_HELP, str, metavar="NAME=LOW:HIGH", multiple=True),
     option("--aim", AIM_HELP, str, "tip_max:0.99", metavar="METRIC:SHARE"),
     option("--torque-share", BOUND_HELP, float, 1.0),
@@ -57,7 +57,7 @@ OPTIONS = [
 @click.command("tune", params=[click.Argument(["study"], metavar="STUDY.toml"), *OPTIONS])
 def command(
     study: str,
-    controller: str | None,
+    law: str | None,
     gains: tuple[str, ...],
     aim: str,
     torque_share: float,
@@ -72,7 +72,7 @@ def command(
     not seen. Exit 1 where no candidate keeps the bound.
     """
     read, size = read_study(study, lambda path: check_code([path], no_code, typed=False)), SearchSize(**sizes)
-    text = read.controllers[0] if controller is None else controller
+    text = read.controllers[0] if law is None else law
     if text not in read.controllers:
         raise UnknownNameError(f"controller of {read.name}", text, read.controllers)
     spec = spec_of_study(read, text)

@@ -40,4 +40,4 @@ def command(robot: str, loading: Loading, out: str | None) -> None:
         click.echo(f"wrote {target.parent / name}")
     bare = weightless_links(arm)
     if bare:
-        click.echo(f"no {target.stem}.xml: MuJoCo refuses a moving link of mass 0, as {', '.join(bare)}")
+        click.echo(f"no {target.stem}.xml: MuJoCo refuses a moving link without mass, as {', '.join(bare)}")

@@ -77,7 +77,7 @@ def move_words(arm: Arm, reference: Reference) -> str:
     known = [f"{100 * use:.0f} % of a {name} limit" for name, use in named if use is not None]
     unknown = [name for name, use in named if use is None]
     parts = [f"at most {' and '.join(known)}"] if known else []
-    parts += [f"no {' and '.join(unknown)} limits known"] if unknown else []
+    parts += [f"{' and '.join(unknown)} limits unknown"] if unknown else []
     about = f"{ends[0]} to {ends[1]} in {reference.duration:g} s; {'; '.join(parts)}"
     return f"task: point-to-point, chosen for this arm (--task move): {about}"
 
@@ -141,5 +141,5 @@ def unstable_words(found: SampledStability) -> str:
     """At how many poses of a task a loop is unstable, and from which rate on it holds."""
     where = f"{found.unstable} of {found.poses} poses of this task"
     least = f"{rate_text(found.least_rate)}{' on' if found.least_rate is not None else ''}"
-    holds = f"it holds from {least}" if found.least_rate is not None else f"{least} makes it hold"
+    holds = f"it is stable from {least}" if found.least_rate is not None else f"{least} makes it stable"
     return f"is unstable at rest at {where} ({holds})"

@@ -350,7 +350,7 @@ def certified(arm: Arm, proven: Sequence[Any]) -> list[str]:
     """What is proven, in a line for all joints; one for each joint whose bound is not as near as asked."""
     closed = [x.gap for x in proven if x.holds]
     boxes = sum(x.boxes for x in proven)
-    words = f"more than {max(closed):.1e} above these values" if closed else "above the bounds that follow"
+    words = f"more than {100 * max(closed):.1e} % above these values" if closed else "above the bounds that follow"
     but = ", except:" if closed and len(closed) < len(proven) else ""
-    lines = [f"certified: nowhere in the joint box {words} ({boxes} boxes; rounding is in it){but}"]
+    lines = [f"certified: nowhere in the joint box {words} ({boxes} boxes; rounding errors included){but}"]
     return [*lines, *(f"  {arm.joint_names[x.joint]}: {x.statement()}" for x in proven if not x.holds)]

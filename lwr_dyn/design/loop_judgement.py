@@ -123,10 +123,12 @@ def sampling_text(sampling: Sampling) -> str:
     return f"{sampling.rate:g} Hz{late}"
 
 
-def unknown_text(found: SampledStability) -> str:
+def unknown_text(found: SampledStability, arm: Arm) -> str:
     """Which limits of the box are assumed; empty where all are known."""
-    names = ", ".join(found.unknown_limits)
-    return f"limits of {names} unknown: +-180 deg (sliding: +-1 m) taken" if names else ""
+    unknown = found.unknown_limits
+    names = "all joints" if len(unknown) == arm.n else ", ".join(unknown)
+    sliding = "" if arm.chain.turning.all() else " (sliding: +-1 m)"
+    return f"limits of {names} unknown: +-180 deg{sliding} taken" if unknown else ""
 
 
 def stability_table(arm: Arm, results: Mapping[str, SampledStability]) -> Table:
@@ -137,14 +139,14 @@ def stability_table(arm: Arm, results: Mapping[str, SampledStability]) -> Table:
         f" joint box (seed {stability.SEED}); linear, without friction and torque limits"
     )
     headings = (
-        "controller", "unstable", Heading("holds from", format=rate_text),
-        Heading("largest growth a sample", format=".4g"), "there",
+        "controller", "unstable", Heading("stable from", format=rate_text),
+        Heading("largest factor a sample", format=".4g"), "there",
     )  # fmt: skip
     rows = [
         (name, found.share_text, found.least_rate, found.radius, pose_text(found.worst, arm))
         for name, found in results.items()
     ]
-    return Table(title, headings, rows, unknown_text(first))
+    return Table(title, headings, rows, unknown_text(first, arm))
 
 
 def judged_setup(setup: Setup) -> dict[str, SampledStability] | None:
@@ -211,7 +213,7 @@ def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> 
         f" {_from_rate(box)} in all of them"
     ]
     if box.unknown_limits:
-        lines.append(f"note: {unknown_text(box)}")
+        lines.append(f"note: {unknown_text(box, arm)}")
     if path.holds:
         return [*lines, f"note: at the poses of this reference ({path.poses} of them) it is stable"]
     where = f"at {path.unstable} of {path.poses} poses of this reference it is unstable"
@@ -219,14 +221,14 @@ def stability_lines(arm: Arm, judged: Mapping[str, SampledStability] | None) -> 
 
 
 def _worst(arm: Arm, found: SampledStability) -> str:
-    growth = f"{found.radius:.3g}-fold" if found.radius >= 1.1 else f"by {100 * (found.radius - 1):.2g} %"
-    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {growth} a sample"
+    growth = f"{found.radius:.3g} times" if found.radius >= 1.1 else f"by {100 * (found.radius - 1):.2g} %"
+    return f"worst found at {pose_text(found.worst, arm)}, where a deviation grows {growth} with each sample"
 
 
 def _from_rate(found: SampledStability) -> str:
     if found.least_rate is None:
-        return f"{rate_text(None)} makes it hold"
-    return f"from {rate_text(found.least_rate)} on it holds"
+        return f"{rate_text(None)} makes it stable"
+    return f"from {rate_text(found.least_rate)} on it is stable"
 
 
 def sampled_loops(arm: Arm, gains: Gains, sampling: Sampling) -> dict[str, SampledStability]:

@@ -252,7 +252,7 @@ def _document(report: MarginReport) -> Document:
         Fact("least_rate_hz", found.least_rate,
              "From this rate on no pose looked at is unstable; null where none does it.", "stable from", "",
              rate_text, float),
-        Note(f"{rate_text(None)} makes it hold", found.least_rate is None),
+        Note(f"{rate_text(None)} makes it stable", found.least_rate is None),
         Fact("limit", report.limit, "Of |S_ii|."),
         Fact("above_limit_poses", report.peak_poses, "Poses at which |S_ii| was computed."),
         Fact("above_limit_share", above, "Of these, with |S_ii| above the limit.", f"|S_ii| above {report.limit:g}",
@@ -265,7 +265,7 @@ def _document(report: MarginReport) -> Document:
              "worst joint"),
         Fact("unknown_limits", list(found.unknown_limits),
              "Joints without limits, taken as half a turn to both sides.", kind=list[str]),
-        Note(unknown_text(found), bool(found.unknown_limits)),
+        Note(unknown_text(found, arm), bool(found.unknown_limits)),
         Note(report.notes, key="notes", says="What was left out or assumed.", before="note: "),
     ])  # fmt: skip
     detail = Section(
@@ -297,16 +297,18 @@ def _worst(report: MarginReport) -> list[Fact | Note | Table]:
     return [
         Fact("q", worst.q, "The pose, rad (m for sliding joints)."),
         Fact("radius", worst.radius, "Spectral radius of the step from sample to sample.",
-             "factor on a deviation a sample", format=".4g"),
+             "each sample multiplies a deviation by", format=".4g"),
         Fact("stable", stable, "Whether none grows."),
         Fact(None, None if stable else swing, "Half the rate: it changes its sign at each sample.",
              "unstable, no margins there; the fastest deviation swings at", "Hz", ".3g"),
         Fact("poles", np.column_stack([worst.poles.real, worst.poles.imag]),
              "Eigenvalues of that step: real and imaginary part, the largest first."),
         Table("", columns, [*rows], columnwise=True, when=stable),
-        Fact("all_up", worst.all_up, "The same for the torques of all joints.", "gain of all up to", "", _factor),
-        Fact("all_down", worst.all_down, "And down to which.", "gain of all down to", "", _factor),
-        Fact("delay_margin", worst.delay_margin, "s.", "all torques may come later by", "", _later),
+        Fact("all_up", worst.all_up, "The same for the torques of all joints.", "gain of all torques together, up to",
+             "", _factor),
+        Fact("all_down", worst.all_down, "And down to which.", "gain of all torques together, down to", "",
+             _factor),
+        Fact("delay_margin", worst.delay_margin, "s.", "delay of all torques together, up to", "", _later),
     ]  # fmt: skip
 
 

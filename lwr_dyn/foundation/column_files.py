@@ -151,12 +151,20 @@ def _pyarrow() -> tuple[Any, Any]:
     return pyarrow, parquet
 
 
-def table_bytes(names: Sequence[str], columns: Sequence[Array], suffix: str) -> bytes:
-    """Columns as the bytes of a CSV or Parquet file, every float to its last bit; raises `MissingPackageError`."""
+NOTES = "lwr_dyn.notes"
+"""Key in the metadata of a Parquet file: lines about its content."""
+
+
+def table_bytes(names: Sequence[str], columns: Sequence[Array], suffix: str, notes: Sequence[str] = ()) -> bytes:
+    """Columns as the bytes of a CSV or Parquet file, every float to its last bit; raises `MissingPackageError`.
+
+    `notes` stand in lines with `#` above the names, or under `NOTES` in the metadata of Parquet.
+    """
     if suffix == ".parquet":
         pyarrow, parquet = _pyarrow()
         sink = pyarrow.BufferOutputStream()
-        parquet.write_table(pyarrow.table(dict(zip(names, columns, strict=True))), sink)
+        table = pyarrow.table(dict(zip(names, columns, strict=True)))
+        parquet.write_table(table.replace_schema_metadata({NOTES: "\n".join(notes)} if notes else None), sink)
         return bytes(sink.getvalue().to_pybytes())
     rows = (",".join(map(repr, row)) for row in zip(*(c.tolist() for c in columns), strict=True))
-    return ("\n".join([",".join(names), *rows]) + "\n").encode()
+    return ("\n".join([*(f"# {note}" for note in notes), ",".join(names), *rows]) + "\n").encode()

@@ -28,6 +28,8 @@ class Heading:
     """Type of its values in the schema, such as `list[float]`, where the first row does not show it."""
     sigma: str = ""
     """Key of the column with its standard errors: shown as `value +- error`."""
+    without: str = ""
+    """What stands in place of `+- error` where the error is None."""
     page: bool = False
     """Shown on pages, not in text."""
     shade: Callable[[Any], float] | None = None
@@ -146,7 +148,7 @@ class Table:
         if not heading.sigma:
             return heading.cell(value)
         error = row[[h.key for h in self.columns].index(heading.sigma)]
-        return with_error(value, error)
+        return f"{value:.5g} {heading.without}".rstrip() if error is None else with_error(value, error)
 
     def shown(self, page: bool = False) -> "Table":
         """What people see of it, as `CellText`s: columns for people; in text, not those for pages, and few rows."""

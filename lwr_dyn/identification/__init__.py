@@ -10,6 +10,7 @@ log_faults      Faults of logs, recognised and named; logs made ready for a regr
 logs            Logs of a moving arm: read, checked, written, and taken from simulated runs
 motion          Inertial and friction parameters from any motion (`lwr-dyn identify motion`)
 payload         The ten inertial parameters of a load in an arm's hand (`lwr-dyn identify payload`)
+ranking         Published sets of one robot, ranked on a log of the real one (`lwr-dyn rank`)
 regression      Linear regression on the torques of an arm
 report          The report of an identification as one HTML page
 slips           Slips of a table, traced by a log

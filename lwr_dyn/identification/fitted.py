@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lwr_dyn.arms.export.data_file import ColumnText, literal, quoted, table_text
+from lwr_dyn.arms.papers.assembly import CONTRADICTED
 from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, TABLES, Column, ColumnRule, Paper
 from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.dynamics.regressor import INERTIAL
@@ -21,7 +22,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file, write_folder
 from lwr_dyn.foundation.version import VERSION
-from lwr_dyn.identification.motion.motion_result import MotionIdentification
+from lwr_dyn.identification.motion.motion_result import MotionIdentification, expected
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, ChainLink, JointKind, Rotor
 from lwr_dyn.model.friction import JointFriction
@@ -64,7 +65,8 @@ class Fitted(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FittedValues:
-    """What a fit says of an arm of n joints, SI; tensors about the origins of the links' frames, in their axes.
+    """What a fit says of an arm of n joints, SI; tensors about the origins of the links' frames, in their axes. Errors
+    are NaN, written `unknown`, where no torque shows a number.
 
     `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,); `friction`, one model a joint, with
     `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there is none;
@@ -83,6 +85,8 @@ class FittedValues:
     about: str
     """How they were fitted."""
     joints: bool = True
+    contradicted: str = ""
+    """By what the log contradicts the bodies; empty where it does not."""
 
     @property
     def where(self) -> str:
@@ -109,17 +113,19 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
     if fit is None:
         raise MissingDataError(result.arm.name, "masses", "a fitted model")
     n, ten, cov = result.arm.n, len(INERTIAL), fit.covariance
-    pi, sigma = (x[: columns.bodies].reshape(n, ten) for x in (fit.parameters, fit.sigma))
+    shown = np.array(result.shown_sigma, dtype=np.float64)
+    pi, sigma = (x[: columns.bodies].reshape(n, ten) for x in (fit.parameters, shown))
     com = pi[:, 1:4] / pi[:, :1]
     own = np.einsum("iaib->iab", cov[: columns.bodies, : columns.bodies].reshape(n, ten, n, ten))
     variance = np.diagonal(own, axis1=1, axis2=2)[:, 1:4] - 2.0 * com * own[:, 0, 1:4] + np.square(com) * own[:, 0, :1]
-    com_sigma = np.sqrt(np.maximum(variance, 0.0)) / pi[:, :1]
+    com_sigma = np.sqrt(np.maximum(variance, 0.0)) / pi[:, :1] + 0.0 * sigma[:, 1:4]
     rotors = columns.rotor_indices
     covered = np.where(result.samples.used, np.abs(result.samples.dq), 0.0).max(axis=0)
     return FittedValues(
         Fitted(pi[:, 0], sigma[:, 0]), Fitted(com, com_sigma), Fitted(pi[:, TENSOR], sigma[:, TENSOR]),
-        Fitted(fit.parameters[rotors], fit.sigma[rotors]), columns.friction_of(fit.parameters),
+        Fitted(fit.parameters[rotors], shown[rotors]), columns.friction_of(fit.parameters),
         _friction_sigma(result, cov), covered, tuple(log_digests(result)), _about(result), columns.transmission is None,
+        result.contradiction,
     )  # fmt: skip
 
 
@@ -160,15 +166,14 @@ def digest_of(path: Path) -> str:
 def _about(result: MotionIdentification) -> str:
     fit, rule = result.consistent, result.rule
     assert fit is not None
-    chosen = "of most evidence" if fit.chosen else "as given"
     motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
     terms = " with Stribeck terms" if rule.stribeck else ""
     return (
-        f"bodies near reading {result.arm.reading}, deviation {fit.deviation:.3g} ({chosen}), {result.equations} "
+        f"bodies near reading {result.arm.reading}, expected off it {expected(fit)}, {result.equations} "
         f"equations, {result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"
         f"{terms}, positions through {rule.samples.cutoff} Hz, price {np.nanmax(fit.price.rms):.2g} N m (N) RMS at the "
-        f"worst joint{known}{motors}; sigma: one standard error"
+        f"worst joint{known}{motors}; sigma: one standard error, unknown where the number is that of the table"
     )
 
 
@@ -180,7 +185,7 @@ def fitted_arm(arm: Arm, values: FittedValues) -> Arm:
     links = tuple(_link(link, values, i) for i, link in enumerate(arm.chain.links))
     fitted = replace(
         arm, chain=replace(arm.chain, links=links), reading=READING, sources={**arm.sources, **_sources(arm, values)},
-        errata=(),
+        errata=(), caveats=replace(arm.caveats, contradicted=values.contradicted),
     )  # fmt: skip
     if not values.joints:
         return fitted
@@ -253,6 +258,7 @@ def fitted_paper_text(paper: Paper, values: FittedValues) -> str:
         f"origin = {quoted(f'reading {paper.reading.name} of {paper.file or paper.name}, sha256 {paper.digest}')}",
         f"logs = {quoted('; '.join(log.text() for log in values.logs))}",
         f"fit = {quoted(values.about)}",
+        *([f"{CONTRADICTED} = {quoted(values.contradicted)}"] if values.contradicted else []),
         "",
         f"[reading.{READING}]",
         f"about = {quoted(f'{what} fitted to logs, the rest as reading {paper.reading.name}')}",
@@ -366,7 +372,7 @@ def check_fitted_path(path: str | Path, paper: Paper | None) -> None:
 
 
 def write_fitted(path: str | Path, result: MotionIdentification, paper: Paper | None) -> tuple[Path, ...]:
-    """Write the arm of an identification.
+    """Write the arm of an identification; the files are returned.
 
     Parameters
     ----------
@@ -374,11 +380,6 @@ def write_fitted(path: str | Path, result: MotionIdentification, paper: Paper | 
         Ends in .toml (a data file, for an arm from a data file) or .urdf (with sidecars, for any arm).
     paper : Paper or None
         The arm's data file under its reading; None for an arm from a URDF.
-
-    Returns
-    -------
-    tuple of Path
-        The files.
 
     Raises
     ------

@@ -85,11 +85,11 @@ def summary(diagnostics: Sequence[Diagnostic]) -> str:
     """The number of diagnostics of each severity.
 
     >>> summary([])
-    'nothing to say'
+    'no findings'
     """
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in SEVERITIES}
     parts = [f"{n} {severity}{'s' if n > 1 else ''}" for severity, n in counts.items() if n]
-    return ", ".join(parts) or "nothing to say"
+    return ", ".join(parts) or "no findings"
 
 
 def has_no_error(diagnostics: Sequence[Diagnostic]) -> bool:

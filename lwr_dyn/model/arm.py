@@ -18,7 +18,17 @@ from lwr_dyn.foundation.arrays import Array, fixed_array, joint_array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, ShapeError, UnknownNameError
 from lwr_dyn.foundation.registry import Option, Quantity
 from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, ROTOR_OPTION, Caveats, absent_rotors
-from lwr_dyn.model.chain import Body, Chain, Installation, JointKind, Tool, lock_joint, with_bodies, with_payload
+from lwr_dyn.model.chain import (
+    Body,
+    Chain,
+    Installation,
+    JointKind,
+    Tool,
+    lock_joint,
+    unphysical_links,
+    with_bodies,
+    with_payload,
+)
 from lwr_dyn.model.file_layout import Drawing, FileLayout
 from lwr_dyn.model.friction import JointFriction, symmetric
 from lwr_dyn.model.run import repr_html
@@ -152,7 +162,9 @@ class Arm:
         >>> lwr_dyn.load("lwr4plus", "computed").caveat(used=())
         'lwr4plus (computed): leaves rotor-inertia-power in place, a proven error'
         """
-        words = self.caveats.words(used)
+        bad = unphysical_links(self.chain) if "inertias" in used else ()
+        body = f"no body can have the inertia of {', '.join(bad)}" if bad else ""
+        words = "; ".join(filter(None, (self.caveats.words(used), body)))
         return f"{self.name} ({self.reading}): {words}" if words else ""
 
     @property

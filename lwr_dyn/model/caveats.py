@@ -1,4 +1,5 @@
-"""What stands before an arm's numbers: proven errors that its reading leaves in place, numbers estimated or assumed.
+"""What stands before an arm's numbers: proven errors that its reading leaves in place, numbers estimated or assumed,
+and that the log of a fitted arm contradicts its bodies.
 
 It is decided where an arm is loaded and carried by the arm; each first line, header, page and record takes its sentence
 from here.
@@ -19,6 +20,7 @@ ALL = (*DYNAMICS, "gear stiffness", "gear damping")
 ABSENT_ROTORS = "absent rotors"
 """What advice on gains and sample rates stands on beside them: that no rotor is missing."""
 
+_CONTRADICTED = "contradicted by the log it was fitted to: "
 _LEAVES = re.compile(r"leaves (.+) in place, (?:a proven error|proven errors)")
 _GUESSED = re.compile(rf"(.+?) ({'|'.join(GUESSED)})(?: (.+))?")
 
@@ -46,6 +48,8 @@ class Caveats:
     estimates: tuple[StandIn, ...] = ()
     likely: tuple[str, ...] = ()
     """Errata that the reading applies though they are likely, not proven."""
+    contradicted: str = ""
+    """By what the log of a fitted arm contradicts its bodies; empty where it does not."""
 
     def words(self, used: Collection[str] = ALL) -> str:
         """In a line, of the numbers that are `used`; empty where nothing is to be said.
@@ -54,7 +58,16 @@ class Caveats:
         >>> Caveats(("rotor-inertia-power",), tuple(solids)).words(DYNAMICS)
         'leaves rotor-inertia-power in place, a proven error; masses and inertias estimated from drawn solids'
         """
-        return "; ".join(filter(None, (self.of_reading, self.of_numbers(used))))
+        return "; ".join(filter(None, (self.of_fit, self.of_reading, self.of_numbers(used))))
+
+    @property
+    def of_fit(self) -> str:
+        """That the bodies of a fitted arm do not meet its log; empty where they do.
+
+        >>> Caveats(contradicted="m_7 is 5.2 sigma off").of_fit
+        'contradicted by the log it was fitted to: m_7 is 5.2 sigma off'
+        """
+        return _CONTRADICTED + self.contradicted if self.contradicted else ""
 
     @property
     def of_reading(self) -> str:
@@ -107,13 +120,15 @@ def caveats_of_words(words: str) -> Caveats:
     True
     """
     left: list[str] = []
-    estimates = []
+    estimates, contradicted = [], ""
     for clause in words.split("; "):
-        if found := _LEAVES.fullmatch(clause):
+        if clause.startswith(_CONTRADICTED):
+            contradicted = clause.removeprefix(_CONTRADICTED)
+        elif found := _LEAVES.fullmatch(clause):
             left += _names(found[1])
         elif found := _GUESSED.fullmatch(clause):
             estimates += [StandIn(what, found[2], found[3] or "") for what in _names(found[1]) if what in ALL]
-    return Caveats(tuple(left), tuple(estimates))
+    return Caveats(tuple(left), tuple(estimates), contradicted=contradicted)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.reader import apply_errata, apply_patch, paper_of_tables
 from lwr_dyn.arms.papers.schema import Erratum, Paper
+from lwr_dyn.arms.papers.sets import tables_under
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
@@ -150,8 +151,13 @@ class PaperData:
 
     def case(self, *errata: str, from_known_maxima: bool = False) -> PaperCase:
         """The case with exactly these errata (ids); raises `PaperError` when a patch finds another printed value."""
+        return self._case({*errata}, "", from_known_maxima)
+
+    def _case(self, errata: Collection[str], set_name: str, from_known_maxima: bool = False) -> PaperCase:
+        """The case of a published set, or of the file's own tables, with exactly these errata."""
         applied = [e for e in self.errata if e.id in errata]
-        tables = copy.deepcopy(dict(self.tables))
+        set_name = next((e.set_name for e in applied if e.set_name), set_name)
+        tables = copy.deepcopy(tables_under(self.tables, self.paper.sets.get(set_name)))
         apply_errata(tables, tuple(applied), self.file)
         ids = frozenset(e.id for e in applied)
         return PaperCase(tables, patched_results(self.results, applied), self.file, ids, from_known_maxima)
@@ -159,7 +165,7 @@ class PaperData:
     def reading(self, name: str = "", *more: str) -> PaperCase:
         """The case of a reading (that of the results if not named) and of further errata."""
         read = self.paper.readings[name] if name else self.paper.reading
-        return self.case(*read.errata, *more)
+        return self._case({*read.errata, *more}, read.set_name)
 
 
 def patched_results(results: Results, applied: Collection[Erratum]) -> Results:

@@ -105,9 +105,10 @@ def summary_text(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool
     printed, derived = counted["printed"], counted["derived"]
     mine = printed[COMPUTED]
     parts = [
-        f"Of {printed['all']} printed numbers {mine['all']} are computed from other numbers: {mine[REPRODUCED]} are "
-        f"reproduced as printed, {mine[AFTER]} after an erratum, {mine[DIFFERS]} differ.",
-        f"{printed[STRUCTURAL]['all']} are structural and {printed[REPEATED]['all']} repeated in print: compared, not"
+        f"Of {printed['all']} printed numbers {_are(mine['all'])} computed from other numbers:"
+        f" {_are(mine[REPRODUCED])} reproduced as printed, {mine[AFTER]} after an erratum, {mine[DIFFERS]}"
+        f" differ{'s' * (mine[DIFFERS] == 1)}.",
+        f"{_are(printed[STRUCTURAL]['all'])} structural and {printed[REPEATED]['all']} repeated in print: compared, not"
         f" computed; {printed[STRUCTURAL][DIFFERS] + printed[REPEATED][DIFFERS]} of them differ.",
     ]
     if printed[NOT]:
@@ -115,12 +116,12 @@ def summary_text(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool
     if assumed := printed[ASSUMED]["all"]:
         near, far = (printed[ASSUMED][key] for key in ("near", "not near"))
         parts.append(
-            f"{assumed} are recomputed under assumed conditions ({_missing(verdicts, ASSUMED)} not printed):"
+            f"{_are(assumed)} recomputed under assumed conditions ({_missing(verdicts, ASSUMED)} not printed):"
             f" {near} near, {far} not near ({NEARNESS})."
         )
-        parts += [f"Why {far} are not near is not explained."] if far else []
+        parts += [f"It is not explained why {_are(far)} not near."] if far else []
     if derived["all"]:
-        parts.append(f"Of {derived['all']} derived numbers {derived[COMPUTED]['all']} are computed.")
+        parts.append(f"Of {derived['all']} derived numbers {_are(derived[COMPUTED]['all'])} computed.")
     if counted["errata"]["all"]:
         parts += errata_words(counted["errata"])
     if not holds:
@@ -128,16 +129,22 @@ def summary_text(verdicts: Verdicts, entries: Sequence[LedgerEntry], holds: bool
     return " ".join(parts)
 
 
+def _are(count: int) -> str:
+    """The number with its verb: 1 is, 2 are."""
+    return f"{count} {'is' if count == 1 else 'are'}"
+
+
 def errata_words(counted: Mapping[str, int]) -> list[str]:
     """How many errata are proven, what they change, and how many are contradictions; from `counts`."""
-    out = [f"{counted['proofs that hold']} of {counted['all']} errata are proven."]
+    word = "erratum" if counted["all"] == 1 else "errata"
+    out = [f"Of {counted['all']} {word} {_are(counted['proofs that hold'])} proven."]
     if counted["proven"]:
-        out.append(
-            f"Of these {counted['model']} change the model, {counted['result']} a result, {counted['text']} are slips"
-            " of the text."
-        )
-    if counted[CONTRADICTION]:
-        out.append(f"In {counted[CONTRADICTION]} two statements exclude each other; which one is wrong is not shown.")
+        model, text = counted["model"], counted["text"]
+        slips = f"{_are(text)} {'a slip' if text == 1 else 'slips'} of the text"
+        out.append(f"Of these {model} change{'s' * (model == 1)} the model, {counted['result']} a result, {slips}.")
+    if both := counted[CONTRADICTION]:
+        which = f"{both} {'erratum' if both == 1 else 'errata'}"
+        out.append(f"In {which} two statements exclude each other; which one is wrong is not shown.")
     return out
 
 

@@ -226,7 +226,9 @@ class Metrics:
             errors = {"mean": p.mean, "mean|e|": p.mean_abs, "max": p.max, "min": p.min, "RMS": p.rms}
             errors |= {"mean|de|": v.mean_abs, "max de": v.max, "min de": v.min}
         uses = (self.peak_torque, self.torque_use, self.speed_use, self.saturated_s)
-        headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors), *USES]
+        headings = [Heading("joint"), Heading("error in"), *(Heading(name, format=".3g") for name in errors)]
+        force = "N m" if "mm" not in self.units else "N" if "mrad" not in self.units else "N m, N"
+        headings += [Heading(f"peak torque [{force}]", format=".4g"), *USES]
         return Table("", headings, list(zip(self.stops.joints, self.units, *errors.values(), *uses, strict=True)))
 
     def parts(self, full: bool = False) -> tuple[Table | Note, ...]:
@@ -275,10 +277,10 @@ def _seconds(time: float) -> str:
 
 
 USES = (
-    Heading("peak torque [N m]", format=".4g"), Heading("of limit", format=_share),
-    Heading("speed of limit", format=_share), Heading("saturated [s]", format=_seconds),
+    Heading("of limit", format=_share), Heading("speed of limit", format=_share),
+    Heading("saturated [s]", format=_seconds),
 )  # fmt: skip
-"""Columns of how much of the limits was used; forces of sliding joints are in N."""
+"""Columns of how much of the limits was used."""
 
 
 def metrics(run: Run, arm: Arm) -> Metrics:

@@ -17,6 +17,7 @@ from benchmarks.kernel_peers import agreement
 from benchmarks.kernel_processes import compile_times, memory
 from benchmarks.recursion_peers import other_peers
 from benchmarks.timing import Call, head, installed, paired, row
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.dynamics.pinocchio_engine import pinocchio_model
 from lwr_dyn.model.arm import Arm
@@ -26,7 +27,7 @@ COUNT = 100_000
 
 def arms() -> list[Arm]:
     """Robots with inertias, in their default readings."""
-    robots = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
+    robots = [lwr_dyn.load(robot) for robot in studied()]
     return [arm for arm in robots if arm.chain.bodies is not None]
 
 

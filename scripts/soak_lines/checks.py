@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper, studied
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.trajectory.references.ist import ist_reference
 from lwr_dyn.trajectory.timings import MOTION_PROFILES
@@ -16,7 +16,7 @@ STATED_ELSEWHERE = ("the maker's", "as printed", "data sheet")
 def checks() -> tuple[str, bool]:
     """Every robot and reading over 100 000 states; data-sheet checks count for default readings only."""
     failed, elsewhere, worst = [], 0, 0.0
-    for robot in lwr_dyn.robots():
+    for robot in studied():
         for reading in lwr_dyn.readings(robot):
             report = check_arm(lwr_dyn.load(robot, reading), open_paper(robot, reading), states=100_000, seed=1)
             fails = [v.name for v in report.verdicts if not v.holds]
@@ -49,7 +49,7 @@ def kernels() -> tuple[str, bool]:
     """Every generated function of every robot against Pinocchio over 100 000 states."""
     from benchmarks.kernel_peers import agreement
 
-    arms = [lwr_dyn.load(robot) for robot in lwr_dyn.robots()]
+    arms = [lwr_dyn.load(robot) for robot in studied()]
     worst = {arm.name: agreement(arm, 100_000) for arm in arms if arm.chain.bodies is not None}
     words = "; ".join(
         f"{name} {max(differences.values()):.1e} ({max(differences, key=differences.get)})"

@@ -30,10 +30,29 @@ def foreign_lint() -> tuple[str, bool, str]:
 
 def default_arms() -> tuple[str, bool, str]:
     """`simulate` without an option on 40 public arms: a tenth refused at most, none diverges."""
+    return _of_default("simulate")
+
+
+def default_compare() -> tuple[str, bool, str]:
+    """`compare` without an option on 40 public arms: a tenth refused at most, none diverges."""
+    return _of_default("compare")
+
+
+def default_gains() -> tuple[str, bool, str]:
+    """`gains` without an option on 40 public arms: a tenth refused at most."""
+    return _of_default("gains")
+
+
+def default_study() -> tuple[str, bool, str]:
+    """`new study` of 40 public arms, then `sweep` and `tune` of it: a tenth refused at most, no run diverges."""
+    return _of_default("study")
+
+
+def _of_default(command: str) -> tuple[str, bool, str]:
     from default_arms import BAD_KINDS, RAN, listed_arms, survey, table, words
 
     arms = listed_arms()
-    outcomes = survey([arm for arm in arms if arm.path.is_file()], processes=2)
+    outcomes = survey([arm for arm in arms if arm.path.is_file()], 2, command)
     ran = sum(one.kind == RAN for one in outcomes)
     holds = ran >= 0.9 * len(outcomes) and not BAD_KINDS & {one.kind for one in outcomes}
     return words(arms, outcomes), holds, table(outcomes)

@@ -9,12 +9,13 @@ import pytest
 import yourdfpy
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.arms.urdf.model_files import model_files, model_stem
 from tests.tolerances import EXACT, METRES
 
 STATES = 50
-CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+CASES = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 MOVING = [case for case in CASES if lwr_dyn.load(*case).chain.bodies is not None]
 
 

@@ -34,6 +34,11 @@ def test_bad_names(name, refused):
     refused("lint", name)
 
 
+def test_mjcf_is_sent_to_the_command_that_reads_it(refused):
+    words = "arms/wam7.xml: MJCF, which has no rules here; allowed: `lwr-dyn check arms/wam7.xml`, or lint of its .urdf"
+    assert words in refused("lint", "arms/wam7.xml")
+
+
 def test_bytes_that_are_no_text(tmp_path, refused):
     (tmp_path / "x.csv").write_bytes(b"\xff\xfe\x00")
     assert "not UTF-8" in refused("lint", str(tmp_path / "x.csv"))

@@ -1,8 +1,11 @@
 """A study and a paper to start from: both run as they stand, and are not written over another file."""
 
+from dataclasses import replace
+
 import pytest
 
 import lwr_dyn
+from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.reproduction.compare import compare_numbers
 from lwr_dyn.reproduction.named_results import QUANTITIES
 from lwr_dyn.reproduction.own_paper import own_study
@@ -105,4 +108,16 @@ def test_a_robot_that_no_study_reads_or_a_reading_without_one_is_refused(refused
     assert "--reading: would do nothing here; allowed: with a robot behind FILE" in refused(
         "new", "study", "x.toml", "--reading", "printed"
     )
+    assert "--tip: would do nothing here" in refused("new", "study", "x.toml", "--tip", "link_3")
     assert not (folder / "x.toml").exists()
+
+
+def test_a_study_of_a_tree_names_the_tip(printed, folder):
+    (folder / "own.urdf").write_text(lwr_dyn.urdf_text(lwr_dyn.load("wam7")))
+    printed("new", "study", "mine.toml", "own.urdf", "--tip", "link_4")
+    study = read_study("mine.toml")
+    assert (study.tip, arm_of_study(study).n) == ("link_4", 4)
+    assert replace(study, tip="link_3").digest != study.digest
+    (folder / "mine.toml").write_text(study.text.replace('tip = "link_4"', "tip = 4"))
+    with pytest.raises(LwrDynError, match="tip: 4; allowed: text"):
+        read_study("mine.toml")

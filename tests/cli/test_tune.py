@@ -59,7 +59,7 @@ def test_a_law_is_best_that_knows_its_whole_load(tuned):
 
 @pytest.mark.slow
 def test_the_options_of_the_controller_are_what_it_begins_with(tuned):
-    record = json.loads(tuned("--controller", "inverse-dynamics:omega-n=80", "--json"))
+    record = json.loads(tuned("--law", "inverse-dynamics:omega-n=80", "--json"))
     assert record["given"] == {"controller.omega_n": 80.0, "controller.xi": 1.0}
     assert record["gains"]["controller.omega_n"] == {"low": 16.0, "high": 400.0}
     assert record["check"]["ratio"]["value"] < 1.0
@@ -84,7 +84,7 @@ def test_a_bound_that_no_candidate_keeps_is_said(study, lwr_dyn_command):
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
-        (("--controller", "pid"), "no controller of moves named 'pid'"),
+        (("--law", "pid"), "no controller of moves named 'pid'"),
         (("--gain", "omega=1:2"), "no gain of inverse-dynamics named 'omega' (did you mean omega_n?)"),
         (("--gain", "feedforward=0:1"), "no gain of inverse-dynamics named 'feedforward'"),
         (("--gain", "payload.mas=1:2"), "no parameter path named 'payload.mas' (did you mean payload.mass?)"),

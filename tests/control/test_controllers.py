@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.controllers import controller_spec
+from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.foundation.errors import LwrDynError
 
 
@@ -16,6 +16,12 @@ def test_options_reach_the_factory_under_their_names_in_simulate(arm):
     same = lwr_dyn.controller("pid", arm, omega_n=20.0, velocity_error=True, ki=7.0)
     assert made.parameters == same.parameters
     assert not controller_spec("inverse-dynamics:no-feedforward").make(arm, lwr_dyn.dynamics_of(arm)).feedforward
+
+
+@pytest.mark.parametrize("name", CONTROLLERS.names)
+def test_every_row_makes_a_law_that_bears_its_name(name, arm):
+    assert "lwr_dyn" not in CONTROLLERS[name].about
+    assert lwr_dyn.controller(name, arm).name == name
 
 
 def test_tuned_options_go_before_those_of_the_text(arm):

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.papers.schema import to_si
 from lwr_dyn.arms.urdf.elements import CHOICE, DRAWN, UNKNOWN, WEIGHTLESS
 from lwr_dyn.arms.urdf.model_files import UNSOURCED, model_files, model_stem, provenance_text, quantity_sources
@@ -23,7 +24,7 @@ from lwr_dyn.model.spatial import rot_x, rot_y, rot_z, steiner
 from tests.tolerances import EXACT
 
 ROOT = Path(__file__).parents[2]
-CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+CASES = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 WORDS = {DRAWN, UNKNOWN, CHOICE, WEIGHTLESS}
 DRAKE = "{https://drake.mit.edu/}"
 

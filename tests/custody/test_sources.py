@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper, studied
 from lwr_dyn.arms.papers.reader import parse_paper
 from lwr_dyn.arms.papers.schema import DOCUMENT_KINDS
 from lwr_dyn.foundation.errors import PaperError
@@ -29,7 +28,7 @@ def counts(robot):
 
 
 def test_every_source_says_what_it_is_of_when_and_how_it_was_read():
-    for robot in lwr_dyn.robots():
+    for robot in studied():
         document = open_paper(robot).document
         assert document["kind"] in DOCUMENT_KINDS
         assert document["year"] == "not known" or 1950 < int(document["year"]) < 2100
@@ -40,7 +39,7 @@ def test_every_source_says_what_it_is_of_when_and_how_it_was_read():
 def test_the_page_lists_every_document_that_numbers_are_from():
     page = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
     rows = page.partition("<!-- sources -->\n")[2].partition("\n\n")[0].splitlines()[2:]
-    papers = [(robot, open_paper(robot)) for robot in lwr_dyn.robots()]
+    papers = [(robot, open_paper(robot)) for robot in studied()]
     listed = [
         (robot, {**x, "gives": x.get("gives", x.get("says", ""))})
         for robot, p in papers
@@ -86,16 +85,16 @@ def test_a_kind_that_does_not_exist_is_refused_with_those_that_do():
 def test_the_page_counts_errata_by_weight_and_kind_of_source():
     page = (ROOT / "docs" / "papers.md").read_text(encoding="utf-8")
     lines = page.partition("<!-- counts: errata -->\n")[2].splitlines()[2:]
-    for robot, line in zip(lwr_dyn.robots(), lines[: len(lwr_dyn.robots())], strict=True):
+    for robot, line in zip(studied(), lines[: len(studied())], strict=True):
         cells = [f"{every}, {proven}" if every else "0" for every, proven in counts(line.split("`")[1]).values()]
         kind = open_paper(line.split("`")[1]).document["kind"]
         assert line == f"| `{line.split('`')[1]}` | {kind} | {' | '.join(cells)} |", robot
-    assert {line.split("`")[1] for line in lines[: len(lwr_dyn.robots())]} == set(lwr_dyn.robots())
+    assert {line.split("`")[1] for line in lines[: len(studied())]} == set(studied())
 
 
 def test_the_readme_counts_what_is_proven():
     proven = Counter()
-    for robot in lwr_dyn.robots():
+    for robot in studied():
         for weight, (_, count) in counts(robot).items():
             proven[weight] += count
             proven[open_paper(robot).document["kind"]] += count
@@ -132,7 +131,7 @@ def test_the_citation_lists_the_sources():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     listed = {x["title"]: x for x in citation["references"]}
     assert len(listed) == len(citation["references"])
-    papers = [open_paper(robot) for robot in lwr_dyn.robots()]
+    papers = [open_paper(robot) for robot in studied()]
     cited = {x["title"]: x for paper in papers for x in (*paper.sources, paper.document)}
     assert set(listed) == set(cited) - NOT_CITED
     for title, entry in listed.items():

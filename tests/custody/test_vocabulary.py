@@ -15,11 +15,6 @@ from lwr_dyn.cli.vocabulary import VOCABULARY, Word, given_positions, shared
 from lwr_dyn.foundation.errors import OptionError
 from tests.custody.test_help_text import SINGLE
 
-EXCEPTIONS = {
-    "--controller": "a law by its name (simulate, margins), or one of the study's with its options (tune)",
-}
-"""Option -> why its name still has two meanings; one that has one meaning must go from here."""
-
 
 def options_by_name(commands=SINGLE):
     """Option -> command path -> click's option; those of click itself are left out."""
@@ -56,17 +51,12 @@ def faults(name, params, vocabulary=VOCABULARY):
 
 @pytest.mark.parametrize("name", options_by_name())
 def test_an_option_means_one_thing_in_all_commands(name):
-    found = faults(name, options_by_name()[name])
-    if name in EXCEPTIONS:
-        assert found, f"{name} has one meaning now: take it from EXCEPTIONS"
-    else:
-        assert found == []
+    assert faults(name, options_by_name()[name]) == []
 
 
 def test_the_table_holds_what_several_commands_share():
     names = options_by_name()
     assert {name for name in VOCABULARY if len(names[name]) < 2} == set()
-    assert set(EXCEPTIONS) <= set(names)
 
 
 OTHER = {
@@ -124,16 +114,22 @@ BY_NAME = {"list", "conventions", "new study"}
 """Commands of a table or a file that names the robot: no arm is loaded for more than its name and reading."""
 
 
+OF_PROGRAMS = {"krl check", "krl run", "krl write"}
+"""Commands that take a robot with a program."""
+
+
 def test_a_robot_is_the_first_argument_with_all_options_that_load_it():
-    """Not of programs (krl), papers, and commands of several robots or files."""
+    """Not of papers, and commands of several robots or files; a program names its robot (krl), or `--robot` does."""
     for path, command in SINGLE.items():
         arguments = [param for param in command.params if isinstance(param, click.Argument)]
+        options = {param.opts[0] for param in command.params}
         if "robot" in [argument.name for argument in arguments] and path not in BY_NAME:
             assert arguments[0].name == "robot"
-            options = {param.opts[0] for param in command.params}
             assert set(ROBOT_OPTIONS) - {"--robot"} <= options, path
         else:
-            assert path in BY_NAME or "--reading" not in {param.opts[0] for param in command.params}
+            assert ("--robot" in options) == (path in OF_PROGRAMS)
+            assert path not in OF_PROGRAMS or set(ROBOT_OPTIONS) <= options, path
+            assert path in BY_NAME | OF_PROGRAMS or "--reading" not in options
 
 
 def test_old_names_are_free():

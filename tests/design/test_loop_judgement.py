@@ -1,13 +1,16 @@
 """What `simulate` says of a sampled loop: before the run, of the simulated plant, nothing if it is stable."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
 from lwr_dyn.design.loop_judgement import sampled_loops, sampling_text, stability_lines
 from lwr_dyn.design.sampled_loop import Sampling
+from lwr_dyn.model.arm import JointGains
 from tests.simulation.sample_runs import lwr, one_joint
 
 AUTHORS = ("lwr4plus", "--reading", "computed")
@@ -24,7 +27,7 @@ def test_before_the_run_the_box_and_the_reference_are_judged(lwr_dyn_command):
     first, second = err.splitlines()
     assert code == 0
     assert first.startswith("note: sampled at 1000 Hz, this loop is unstable at rest in 22.9 +- 0.9 % of the joint box")
-    assert first.endswith("from 6920 Hz on it holds in all of them")
+    assert first.endswith("from 6920 Hz on it is stable in all of them")
     assert second == "note: at the poses of this reference (51 of them) it is stable"
 
 
@@ -60,7 +63,7 @@ def test_the_reference_is_judged_on_the_simulated_plant(options, rate, lwr_dyn_c
     code, _, err = lwr_dyn_command("simulate", *AUTHORS, *HOLD, *options)
     unstable = [line for line in notes(err) if "poses of this reference it is unstable" in line]
     assert code == 0
-    assert [f"from {rate} Hz on it holds there" in line for line in unstable] == ([True] if rate else [])
+    assert [f"from {rate} Hz on it is stable there" in line for line in unstable] == ([True] if rate else [])
 
 
 @pytest.mark.slow
@@ -83,8 +86,10 @@ def test_the_words_of_a_sampling():
 def test_gains_that_hold_at_no_rate_and_slow_growth_are_said(lwr_dyn_command):
     hold = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.01")
     box, path = notes(lwr_dyn_command("simulate", *AUTHORS, *hold, "--omega-n", "1", "--payload", "20")[2])
-    assert box.endswith("; no rate up to 1e+06 Hz makes it hold in all of them")
-    assert path.endswith("where a deviation grows by 0.33 % a sample; no rate up to 1e+06 Hz makes it hold there")
+    assert box.endswith("; no rate up to 1e+06 Hz makes it stable in all of them")
+    assert path.endswith(
+        "where a deviation grows by 0.33 % with each sample; no rate up to 1e+06 Hz makes it stable there"
+    )
 
 
 def test_a_controller_without_a_linear_form_is_named_as_not_judged(lwr_dyn_command, tmp_path):
@@ -164,6 +169,13 @@ def test_bad_sampling_gets_one_line(options, fault, lwr_dyn_command):
     code, out, err = lwr_dyn_command("gains", *AUTHORS, *options)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert fault in err
+
+
+def test_gains_of_the_file_are_judged_as_they_are():
+    arm = replace(one_joint(mass=2.0), gains=JointGains(np.array([1.0]), np.array([5000.0])))
+    judged = sampled_loops(arm, second_order_gains([2.0], 50.0, 1.0), Sampling(1000.0))
+    assert judged["pd-gravity"].share == 0.0  # T 2 xi omega_n = 0.1
+    assert judged["pd-gravity --own-gains"].share == 1.0  # T Kd / m = 2.5
 
 
 def test_a_slider_of_unknown_limits_is_judged_within_a_metre():

@@ -12,7 +12,7 @@ from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
 from lwr_dyn.foundation.errors import DivergenceError, MissingPackageError, OptionError
 from lwr_dyn.simulation.simulate import simulate
 from tests.design.margin_cases import BENT, arm, dynamics, law, sliders
-from tests.simulation.sample_runs import StandStill
+from tests.simulation.sample_runs import Still
 from tests.slips import uncaught
 
 AT = Sampling(1000.0, 1)
@@ -119,7 +119,7 @@ def swings(scale, delay, samples=400):
 
     try:
         run = simulate(
-            arm(), scaled, StandStill(BENT, samples * 1e-3), q0=BENT + 1e-8, delay=delay, saturate=False,
+            arm(), scaled, Still(BENT, samples * 1e-3), q0=BENT + 1e-8, delay=delay, saturate=False,
             position_limits=False,
         )  # fmt: skip
     except DivergenceError:

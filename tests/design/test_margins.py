@@ -16,7 +16,7 @@ from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.integrators import held_rk4
 from lwr_dyn.simulation.simulate import simulate
 from tests.design.margin_cases import BENT, arm, dynamics, law
-from tests.simulation.sample_runs import StandStill, one_joint
+from tests.simulation.sample_runs import Still, one_joint
 
 KNOWN = {"computed": 0.230, "printed": 0.172, "physical": 0.0}
 """Unstable share of the joint box at 1 kHz: PD with gravity, default gains, 2000 poses, by another program."""
@@ -68,7 +68,7 @@ def test_poles_are_those_of_the_simulated_step_at_forty_poses():
 def test_that_step_is_the_one_of_simulate():
     z = 1e-4 * np.linspace(-1, 1, 14)
     run = simulate(
-        arm(), law("pd-gravity"), StandStill(BENT, 1e-3), q0=BENT + z[:7], dq0=z[7:], substeps=2, saturate=False,
+        arm(), law("pd-gravity"), Still(BENT, 1e-3), q0=BENT + z[:7], dq0=z[7:], substeps=2, saturate=False,
         position_limits=False, friction="none",
     )  # fmt: skip
     after = simulated_step(law("pd-gravity"), BENT)(z)
@@ -94,7 +94,7 @@ def test_the_worst_pose_is_as_bad_as_the_report_says(reading):
 def test_the_joint_that_moves_most_is_the_one_that_simulate_shows():
     found = in_box("computed")
     run = simulate(
-        arm("computed"), law("pd-gravity", "computed"), StandStill(found.worst.q, 0.01), q0=found.worst.q + 1e-9,
+        arm("computed"), law("pd-gravity", "computed"), Still(found.worst.q, 0.01), q0=found.worst.q + 1e-9,
         saturate=False, position_limits=False, friction="none",
     )  # fmt: skip
     energy = run.dq[6] ** 2 * np.diag(dynamics("computed").mass_matrix(found.worst.q))

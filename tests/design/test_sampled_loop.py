@@ -15,7 +15,7 @@ from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
-from tests.simulation.sample_runs import MIDDLE, WORST_CASE, StandStill, lwr, lwr_dynamics, one_joint
+from tests.simulation.sample_runs import MIDDLE, WORST_CASE, Still, lwr, lwr_dynamics, one_joint
 from tests.slips import uncaught
 
 UPRIGHT = np.array([0.3, 0.02, -0.5, -0.1, 0.8, 0.4, 0.0])
@@ -44,7 +44,7 @@ def simulated_and_linear(controller, q, sampling, plant=None, encoder=None):
     offset = 1e-9 * np.arange(1, 8)
     try:
         run = simulate(
-            lwr(), controller, StandStill(q, 0.3), q0=q + offset, rate=sampling.rate, delay=sampling.delay,
+            lwr(), controller, Still(q, 0.3), q0=q + offset, rate=sampling.rate, delay=sampling.delay,
             encoder=encoder, plant=plant, saturate=False, position_limits=False,
         )  # fmt: skip
     except DivergenceError as fault:
@@ -109,7 +109,7 @@ def test_the_matrix_of_one_step_is_the_derivative_of_the_simulated_step(make):
 
     def after(x, v):
         tau = gravity - law.position[0] @ x - law.velocity[0] @ v
-        run = simulate(lwr(), lambda *_: tau, StandStill(BENT, 1e-3), q0=BENT + x, dq0=v, substeps=8, saturate=False)
+        run = simulate(lwr(), lambda *_: tau, Still(BENT, 1e-3), q0=BENT + x, dq0=v, substeps=8, saturate=False)
         return np.concatenate([run.q[-1] - BENT, run.dq[-1]])
 
     columns = [(after(*(h * e).reshape(2, 7)) - after(*(-h * e).reshape(2, 7))) / (2 * h) for e in np.eye(14)]

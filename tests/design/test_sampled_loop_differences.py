@@ -31,6 +31,8 @@ def check(module):
     assert module.law_at_rest(law("pd-gravity"), Q).notes == ()
     sided = module.law_at_rest(lambda *s: 100 * (s[3] - s[1]) - 20 * np.maximum(s[2], 0.0), Q)
     assert sided.bend == pytest.approx(0.2)
+    weak = module.law_at_rest(lambda *s: -0.5 * np.maximum(s[2], 0.0), Q)
+    assert weak.bend == pytest.approx(2.0)  # sides 0.5 and 0 about a middle of 0.25
 
 
 SLIPS = (

@@ -11,7 +11,15 @@ import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import LinearFeedback
 from lwr_dyn.design.sampled_loop import GROWS, RestingLoop, Sampling
-from lwr_dyn.design.sampled_stability import PLACES, box_stability, joint_box, judged_count, places_of, stability_at
+from lwr_dyn.design.sampled_stability import (
+    PLACES,
+    SampledStability,
+    box_stability,
+    joint_box,
+    judged_count,
+    places_of,
+    stability_at,
+)
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import JointKind
 from tests.simulation.sample_runs import MIDDLE, lwr, lwr_dynamics, one_joint, with_limits
@@ -127,6 +135,9 @@ def test_the_record_says_what_was_drawn_and_a_singular_plant_is_refused():
         record
     )
     assert (record["rate"], record["delay"], record["poses"], record["holds"]) == (1000.0, 1, 50, False)
+    none = SampledStability(Sampling(), 10, 0, np.zeros(7), 0.9, 700.0)
+    squared = 1.959963984540054**2  # z of 95 %; 0 in N: up to z^2 / (N + z^2)
+    assert none.interval == pytest.approx((0.0, squared / (10 + squared)), abs=1e-8)
     flat = SimpleNamespace(mass_matrix=lambda q: np.zeros((len(q), 7, 7)))
     with pytest.raises(OptionError, match="singular"):
         stability_in_box(lwr(), flat, controller, Sampling(), poses=2)

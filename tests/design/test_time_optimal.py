@@ -1,18 +1,22 @@
 """The least time along a path: closed forms, limits kept between points too, nothing left unused, a path unchanged."""
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.design import time_optimal
 from lwr_dyn.design.path_pieces import CurveReference, path_of_reference
 from lwr_dyn.design.time_optimal import least_time
+from lwr_dyn.design.time_optimal_speeds import JointBounds
 from lwr_dyn.foundation import errors
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import arm_with_payload
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.motion_profile import constant_speed
+from tests.simulation.sample_runs import one_joint
 
 ARM = lwr_dyn.load("lwr4plus", "computed")
 START = [0.0, 0.5, 0.0, -1.2, 0.0, 0.6, 0.0]
@@ -132,6 +136,16 @@ def test_back_along_the_path_takes_as_long():
     )
     assert there.duration == pytest.approx(again.duration, rel=1e-4)
     assert there.sample(np.array([there.duration])).q == pytest.approx(again.sample(np.array([0.0])).q, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("torque", "words"),
+    [(0.75, "no timing was found"), (1.5, "joint_1 needs 1.5 times the torque that it may use, only to stand still")],
+)
+def test_a_joint_is_blamed_where_its_motor_does_not_hold_it(torque, words):
+    bounds = JointBounds(np.array([1.0]), np.array([np.inf]), np.array([np.inf]))
+    rows = SimpleNamespace(c=np.array([[0.2], [torque]]))
+    assert time_optimal._why_not(one_joint(), rows, bounds, np.array([0.0, 1.0])).startswith(words)
 
 
 @pytest.mark.slow

@@ -1,9 +1,12 @@
 """Every page is true: its commands print what it shows, its Python runs, its links lead somewhere."""
 
+import re
 from pathlib import Path
 
+import click
 import pytest
 
+from lwr_dyn.cli.main import group
 from tests.docs.blocks import blocks
 from tests.docs.console import ROOT, run_page
 
@@ -41,3 +44,29 @@ def test_no_page_advises_an_encoding_that_loses_bytes():
         for block in blocks(page.read_text(encoding="utf-8")):
             text = "\n".join(block.lines)
             assert not ("configurationDefaults" in text and "files.encoding" in text), f"{name(page)}:{block.line}"
+
+
+def unknown_options(text: str) -> list[str]:
+    """Options of `lwr-dyn` that a text names and the command does not have; of a command that is none, its name."""
+    found = []
+    for line in re.findall(r"lwr-dyn ([a-z][^`\n|;&#)]*)", text):
+        command, words = group, line.split()
+        while isinstance(command, click.Group) and words and words[0] in command.list_commands(click.Context(command)):
+            command = command.get_command(click.Context(command), words.pop(0))
+        named = [] if command is group else command.get_params(click.Context(command))
+        known = {"--help", *(option for one in named for option in (*one.opts, *one.secondary_opts))}
+        given = {word.split("=")[0].rstrip(".,:") for word in words if word.startswith("--")}
+        found += [f"{option} of {line}" for option in sorted(given - known) if command is not group]
+    return found
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "ARCHITECTURE.md"], ids=name)
+def test_every_option_that_a_page_names_is_there(page):
+    """Also of commands that stand in a sentence or are not run."""
+    assert unknown_options(page.read_text(encoding="utf-8")) == []
+
+
+def test_an_option_that_is_not_there_is_seen():
+    assert unknown_options("`lwr-dyn check x --html y`, `lwr-dyn krl run a.src --out b`") == [
+        "--html of check x --html y"
+    ]

@@ -1,6 +1,7 @@
 """Files are read with one clear error and written completely or not at all."""
 
 import os
+import sys
 import time
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import (
     LEFT_OVER,
+    cache_folder,
     check_readable,
     check_writable,
     make_folder,
@@ -65,6 +67,18 @@ def test_what_a_killed_process_left_is_deleted_by_a_later_write(tmp_path):
             os.utime(path, (time.time() - 2 * LEFT_OVER,) * 2)
     write_file(tmp_path / "x[1]", "whole")
     assert sorted(path.name for path in tmp_path.iterdir()) == [".x[1].bak", ".x[1].ijklmnop.part", "x[1]"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the cache folder of Linux")
+def test_the_cache_folder_is_the_one_that_is_named_or_below_the_home(tmp_path, monkeypatch):
+    for name in ("LWR_DYN_CACHE", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / ".cache" / "lwr_dyn"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "caches"))
+    assert cache_folder() == tmp_path / "caches" / "lwr_dyn"
+    monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path / "kernels"))
+    assert cache_folder() == tmp_path / "kernels"
 
 
 def test_only_a_regular_file_of_at_most_the_given_size_is_readable(tmp_path):

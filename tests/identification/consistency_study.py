@@ -83,6 +83,6 @@ def _cut(motion: Motion, seconds: float, rng: np.random.Generator) -> Motion:
 
 
 def summary(found: list[Case]) -> tuple[float, float, Array]:
-    """Median gain, share of plants in which the consistent fit is worse, weights."""
+    """Median gain, share of plants in which the consistent fit is worse, scales of tensors."""
     gains = np.array([case.gain for case in found])
-    return float(np.median(gains)), float(np.mean(gains < 1.0)), np.array([case.fit.weight for case in found])
+    return float(np.median(gains)), float(np.mean(gains < 1.0)), np.array([case.fit.scales.tensor for case in found])

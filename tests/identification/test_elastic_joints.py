@@ -89,7 +89,9 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
     found = identify_elastic([short], ARM)
     assert not found.bends.all()
     joint = int(np.argmin(found.bends)) + 1
-    assert f"stiffness of joint {joint} not identified" in elastic_document(found, ARM).text()
+    document = elastic_document(found, ARM, "mine")
+    assert f"stiffness of joint {joint} not identified" in document.text()
+    assert (document.record()["robot"], document.record()["equations"]) == ("mine", found.equations)
     with pytest.raises(OptionError, match=f"stiffness of joint {joint}"):
         found.elasticity()
     assert found.elasticity(otherwise=GEARS).stiffness[~found.bends] == pytest.approx(GEARS.stiffness[~found.bends])

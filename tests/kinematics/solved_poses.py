@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from tests.public_arms import public_arm
 from tests.tolerances import POSE_SOLVED
 
@@ -12,7 +13,7 @@ from tests.tolerances import POSE_SOLVED
 @cache
 def arm_named(name):
     """A robot of this package, or a public arm."""
-    return lwr_dyn.load(name) if name in lwr_dyn.robots() else public_arm(name)
+    return lwr_dyn.load(name) if name in studied() else public_arm(name)
 
 
 @cache

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import template
+from lwr_dyn.arms.papers.catalog import studied, template
 from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.forward import flange_pose
@@ -141,8 +141,8 @@ def test_every_row_of_the_solvers_loads(name):
     solver = IK_SOLVERS.load(name)
     assert isinstance(solver, IkSolver)
     assert solver.arms
-    recognised = {robot for robot in lwr_dyn.robots() if solver.recognise(lwr_dyn.load(robot).chain) is not None}
-    expected = {"srs": {"lwr4", "lwr4plus", "wam7"}, "spherical-wrist": {"kr30ha"}, "numeric": {*lwr_dyn.robots()}}
+    recognised = {robot for robot in studied() if solver.recognise(lwr_dyn.load(robot).chain) is not None}
+    expected = {"srs": {"lwr4", "lwr4plus", "wam7"}, "spherical-wrist": {"kr30ha"}, "numeric": {*studied()}}
     expected |= {"three-parallel": set(), "rounded-wrist": {"kr30ha"}, "eaik": {"kr30ha"}}
     assert recognised == expected[name]
 
@@ -261,6 +261,8 @@ def test_numeric_search_distinguishes_reach_from_limits():
     result = inverse_kinematics(SIX, bent, starts=16)
     assert (result.status, result.joint) == ("outside limits", "joint_4")
     assert result.excess >= 2.3 - np.radians(120) - 1e-9
+    facts = result.document.record()
+    assert [facts[name] for name in ("status", "joint", "excess")] == [result.status, "joint_4", result.excess]
 
 
 def test_an_arm_of_four_joints_meets_a_position_and_says_how_far_the_orientation_is_off(tmp_path):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper, open_readings, robots
+from lwr_dyn.arms.papers.catalog import open_paper, open_readings, studied
 from lwr_dyn.arms.papers.schema import SEVERITIES
 
-PAPERS = [paper for robot in robots() for paper in open_readings(robot)]
+PAPERS = [paper for robot in studied() for paper in open_readings(robot)]
 
 
-@pytest.mark.parametrize("robot", robots())
+@pytest.mark.parametrize("robot", studied())
 def test_no_default_leaves_a_proven_error_of_the_model_in_place(robot):
     paper = open_paper(robot)
     assert paper.left_in_place() == () == lwr_dyn.load(robot).caveats.left_in_place
@@ -18,7 +18,7 @@ def test_no_default_leaves_a_proven_error_of_the_model_in_place(robot):
     assert proven <= set(paper.reading.errata)
 
 
-@pytest.mark.parametrize("robot", robots())
+@pytest.mark.parametrize("robot", studied())
 def test_what_a_default_applies_is_proven_or_named_as_likely(robot):
     paper, arm = open_paper(robot), lwr_dyn.load(robot)
     unproven = [e.id for e in paper.errata if e.id in paper.reading.errata and e.status != "proven"]

@@ -1,11 +1,15 @@
 """What stands before an arm's numbers, in words and back, and what an arm keeps of it."""
 
+from dataclasses import replace
+
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.model.arm import arm_with_payload, caveats_of
 from lwr_dyn.model.caveats import ALL, DYNAMICS, GUESSED, KINEMATICS, Caveats, StandIn, caveats_of_words
+from lwr_dyn.model.chain import with_bodies
 
 IDS = st.lists(st.sampled_from(("table2-rows", "kuka-signs", "a", "b-c")), unique=True, max_size=4).map(tuple)
 ESTIMATES = st.lists(
@@ -15,11 +19,12 @@ ESTIMATES = st.lists(
 ).map(tuple)
 
 
-@given(IDS, ESTIMATES)
-def test_words_are_read_back(left, estimates):
-    said = Caveats(left, estimates)
+@given(IDS, ESTIMATES, st.sampled_from(("", "m_7 is 5.2 sigma off, chi^2 92")))
+def test_words_are_read_back(left, estimates, contradicted):
+    said = Caveats(left, estimates, contradicted=contradicted)
     read = caveats_of_words(said.words())
     assert (read.left_in_place, set(read.estimates)) == (left, set(estimates))
+    assert read.contradicted == contradicted
     assert read.words() == said.words()
 
 
@@ -49,3 +54,12 @@ def test_a_reading_that_keeps_a_proven_error_says_so_in_its_representation():
     assert "leaves rotor-inertia-power in place" in lwr_dyn.load("lwr4plus", "computed")._repr_html_()
     assert "leaves" not in repr(lwr_dyn.load("lwr4plus")) + lwr_dyn.load("lwr4plus")._repr_html_()
     assert "estimated from drawn solids" in lwr_dyn.load("kr30ha")._repr_html_()
+
+
+def test_an_inertia_that_no_body_can_have_is_said_of_what_needs_it():
+    arm = lwr_dyn.load("lwr4plus")
+    bodies = list(arm.chain.bodies)
+    bodies[2] = replace(bodies[2], inertia_com=np.diag([0.01, 0.01, 0.1]))
+    bad = arm.with_chain(with_bodies(arm.chain, bodies))
+    assert bad.caveat(DYNAMICS) == "lwr4plus (physical): no body can have the inertia of link_3"
+    assert arm.caveat(DYNAMICS) == bad.caveat(KINEMATICS) == ""

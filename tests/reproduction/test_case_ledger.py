@@ -87,6 +87,11 @@ def test_no_proof_rests_on_an_erratum_that_is_only_likely(paper, erratum):
     assert proof.holds, proof.text
 
 
+def test_the_residual_of_the_coriolis_vector_is_that_of_its_two_ways():
+    residual = proofs.coriolis_vector(paper_study("lwr4plus").data).numbers["|C dq - (tau - g)| [N m]"]
+    assert 0.0 <= residual < proofs.EXACT
+
+
 def test_what_two_statements_that_exclude_each_other_leave_open_is_said():
     found = {e.id: paper_study(p).proofs[e.id](paper_study(p).data).kind for p, e in PROVEN if e.id not in LONG}
     assert set(found.values()) <= set(KINDS)

@@ -52,12 +52,12 @@ def test_the_outcome_in_words():
     )
     assert summary_text(found("wam7"), entries(), holds=True) == (
         "Of 65 printed numbers 29 are computed from other numbers: 24 are reproduced as printed, 5 after an erratum, "
-        "0 differ. 1 are structural and 25 repeated in print: compared, not computed; 0 of them differ. "
+        "0 differ. 1 is structural and 25 repeated in print: compared, not computed; 0 of them differ. "
         "10 are recomputed under assumed conditions (gains.kp, gains.kd not printed): 10 near, 0 not near "
         "(near: within the digits or axes printed, or 15% of the range printed in the row). "
-        "Of 222 derived numbers 156 are computed. 4 of 10 errata are proven. "
+        "Of 222 derived numbers 156 are computed. Of 10 errata 4 are proven. "
         "Of these 2 change the model, 0 a result, 2 are slips of the text. "
-        "In 1 two statements exclude each other; which one is wrong is not shown."
+        "In 1 erratum two statements exclude each other; which one is wrong is not shown."
     )
     assert verdict_sentence(found("wam7"), entries(), holds=False) == (
         ("29 of 65", True),

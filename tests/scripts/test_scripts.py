@@ -20,7 +20,7 @@ EXAMPLES = {
     "own_controller.py": ([], "tip error (rigid links and joints) at most 0.00"),
     "compare_controllers.py": ([], "PID + gravity, damping on dq        3 kg at the flange  1.529 *"),
     "swing.py": (["--seconds", "0.5"], "upright at rest: an equilibrium to the printed digits"),
-    "krl_two_points.py": ([], "check: nothing to say"),
+    "krl_two_points.py": ([], "check: no findings"),
     "replay_ist.py": ([], "wrote out/ist.html"),
     "kr30ha_envelope.py": ([], "reach 2032.72 mm, data sheet 2033"),
     "kr30ha_equations_of_motion.py": ([], "tau is Pinocchio's to "),

@@ -47,18 +47,6 @@ class Still:
         return Motion(t, still + self.q, still, still)
 
 
-@dataclass(frozen=True)
-class StandStill:
-    """A reference that stands still at q, for any number of joints."""
-
-    q: np.ndarray
-    duration: float
-
-    def sample(self, t):
-        still = np.zeros((t.size, self.q.size))
-        return Motion(t, still + self.q, still, still)
-
-
 def joint_waves(duration=14.0):
     """A movement of all seven joints inside every limit of the LWR 4+, slow enough for its torques."""
     turns = np.array([1, 2, 2, 1, 3, 2, 3])

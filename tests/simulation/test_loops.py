@@ -18,7 +18,7 @@ from tests.random_arms import arms
 from tests.simulation.sample_runs import (
     MIDDLE,
     Sinusoids,
-    StandStill,
+    Still,
     controllers,
     joint_waves,
     lwr,
@@ -153,7 +153,7 @@ def pushed(t, q, dq, q_ref, dq_ref, ddq_ref):
 
 
 def setup(friction="none", **options):
-    return prepare(one_joint(), pushed, StandStill(np.zeros(1), 0.003), Loop(friction=friction, **options))
+    return prepare(one_joint(), pushed, Still(np.zeros(1), 0.003), Loop(friction=friction, **options))
 
 
 def test_a_blank_log_has_the_start_and_nothing_else():
@@ -192,7 +192,7 @@ def test_a_run_that_diverges_names_joint_and_time_and_keeps_what_was_computed():
         return np.array([np.nan if t > 0.0015 else 1e9])
 
     with pytest.raises(DivergenceError, match=r"joint_1.*; allowed: ") as fault:
-        simulate(one_joint(), broken, StandStill(np.zeros(1), 0.01))
+        simulate(one_joint(), broken, Still(np.zeros(1), 0.01))
     run = fault.value.run
     assert run.t.size >= 1
     assert run.meta["diverged"]["t"] == fault.value.t == run.t[-1]

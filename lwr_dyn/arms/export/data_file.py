@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
-from lwr_dyn.arms.papers.assembly import LEFT_IN_PLACE, sort_of
+from lwr_dyn.arms.papers.assembly import CONTRADICTED, LEFT_IN_PLACE, sort_of
 from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -139,13 +139,14 @@ def _notes(arm: Arm) -> dict[str, str]:
     out: dict[str, str] = {}
     if arm.caveats.left_in_place:
         out[LEFT_IN_PLACE] = " ".join(arm.caveats.left_in_place)
+    if arm.caveats.contradicted:
+        out[CONTRADICTED] = arm.caveats.contradicted
     out["links"] = ", ".join(f"link_{k} is {x.link}" for k, x in enumerate(arm.chain.links, start=1))
     if arm.loaded_with:
         out["loaded_with"] = "; ".join(f"{key} {value}" for key, value in arm.loaded_with.items())
     lacks = ["shapes, names of links and frames, transmissions, which joints are continuous"] if arm.layout else []
     lacks += [f"limits of {name}: {x.lower} to {x.upper}" for name, x in _without_range(arm).items()]
     lacks += ["drawn cylinders"] if arm.drawing.cylinders else []
-    lacks += ["the motor map"] if arm.transmission is not None and not _motors(arm.transmission.matrix) else []
     return out | ({"lacks": "; ".join(lacks)} if lacks else {})
 
 
@@ -236,10 +237,10 @@ def _values(arm: Arm) -> dict[str, Columns]:
 
 
 def _motors(T: Array) -> Columns:
-    """The motor map as one ratio a joint and signs; empty where a joint's motors have several ratios."""
+    """The motor map as one ratio a joint and signs, or as a matrix where a joint's motors have several ratios."""
     ratio = np.abs(T).max(axis=0)
     plain = bool(np.isin(T / ratio, (-1.0, 0.0, 1.0)).all())
-    return {"ratio": ratio.tolist(), "signs": (T / ratio).tolist()} if plain else {}
+    return {"ratio": ratio.tolist(), "signs": (T / ratio).tolist()} if plain else {"matrix": T.tolist()}
 
 
 def _rotors(arm: Arm) -> Columns:

@@ -7,5 +7,7 @@ columns   Columns of a data file: one row per joint, finite numbers, units of th
 reader    The strict reader: TOML text -> `Paper`. An unknown, missing, misspelt or non-finite entry raises, with its
           place
 schema    The schema of a data file: tables, columns, shapes, the records that the reader returns, and units
+sets      Published sets of one robot's numbers in one data file: `[[set]]`, whose tables take the place of those of
+          the file
 solids    The solids of a drawn arm, and the bodies estimated from them where a source gives only a total mass
 """

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, UNKNOWN, Column, Paper, to_si
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, ORIGINS, SIDES, UNKNOWN, Column, Paper, to_si
 from lwr_dyn.foundation.arrays import Array, read_only
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.model.arm import Arm, JointGains, JointLimits, Ratings, Source
 from lwr_dyn.model.caveats import GUESSED, Caveats, StandIn
-from lwr_dyn.model.chain import Body, Chain, ChainLink, DHRow, Rotor
+from lwr_dyn.model.chain import Body, Chain, ChainLink, DHRow, JointKind, Rotor
 from lwr_dyn.model.file_layout import Drawing, DrawnCylinder
 from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
@@ -30,7 +30,9 @@ def rotor_of(paper: Paper, i: int) -> Rotor | None:
 
 
 def transmission_of(paper: Paper) -> Transmission | None:
-    """The motor map T_ij = signs_ij ratio_j / stage_j; None if not given."""
+    """The motor map T_ij = signs_ij ratio_j / stage_j, or as it is printed; None if not given."""
+    if "transmission.matrix" in paper.columns:
+        return Transmission(paper.columns["transmission.matrix"].si())
     if "transmission.ratio" not in paper.columns:
         return None
     ratio, signs = (paper.columns[f"transmission.{name}"].si() for name in ("ratio", "signs"))
@@ -59,42 +61,75 @@ def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
     """Friction of every joint if the paper gives it per direction; empty otherwise."""
     if "friction.positive_coulomb" not in paper.columns:
         return ()
+    ratios = friction_ratios(paper)
     return tuple(
         JointFriction(
-            positive=_direction(paper, "positive", i),
-            negative=_direction(paper, "negative", i),
-            offset=paper.cell("friction.offset", i) or 0.0,
-            covered=paper.cell("friction.covered", i),
+            positive=_direction(paper, SIDES[bool(ratios[i] < 0.0)], i, abs(ratios[i])),
+            negative=_direction(paper, SIDES[bool(ratios[i] > 0.0)], i, abs(ratios[i])),
+            offset=(paper.cell("friction.offset", i) or 0.0) * ratios[i],
+            covered=_times(paper.cell("friction.covered", i), 1.0 / abs(ratios[i])),
         )
         for i in range(paper.n)
     )
 
 
-def _direction(paper: Paper, side: str, i: int) -> Direction:
-    cells = {name: paper.cell(f"friction.{side}_{name}", i) for name in FRICTION_OF_A_SIDE}
+def friction_ratios(paper: Paper) -> Array:
+    """Motor speed over joint speed where friction is printed as at the motors, (n,); 1 where it is at the joints.
+
+    A torque f(dq_m) of the motor is r f(r dq) at the joint, so levels take |r|, slopes r^2, and r < 0 swaps directions.
+    Raises `PaperError` for friction at the motors without gear ratios, or where motors drive several joints.
+    """
+    if paper.friction_side == "joint":
+        return np.ones(paper.n)
+    map_ = transmission_of(paper)
+    if map_ is not None:
+        T = map_.matrix
+        if np.any(T - np.diag(np.diag(T))):
+            raise PaperError(paper.file, "friction.side", "'motor' with motors that drive several joints", "joint")
+        return np.diag(T)
+    if "rotors.gear_ratio" not in paper.columns or np.isnan(paper.columns["rotors.gear_ratio"].si()).any():
+        raise PaperError(paper.file, "friction.side", "'motor' without gear ratios", "rotors.gear_ratio of every joint")
+    return paper.columns["rotors.gear_ratio"].si()
+
+
+_POWERS = {"coulomb": 1, "static": 1, "viscous": 2, "stribeck_velocity": -1}
+"""Power of the gear ratio that brings a number from the motor to the joint."""
+
+
+def _times(value: float | None, factor: float) -> float | None:
+    return None if value is None else value * factor
+
+
+def _direction(paper: Paper, side: str, i: int, ratio: float) -> Direction:
+    cells = {name: _times(paper.cell(f"friction.{side}_{name}", i), ratio**power) for name, power in _POWERS.items()}
     return Direction(cells["coulomb"] or 0.0, cells["viscous"] or 0.0, cells["static"], cells["stribeck_velocity"])
 
 
 def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
     """Quantity of the arm -> the columns and rows it is computed from."""
+    seen = "to SI" if paper.friction_side == "joint" else "from the motor to the joint by the gear ratio"
     for i, joint in enumerate(paper.joints):
         product = [(f"rotors.{name}", i, "k_r^2 I_m") for name in ("gear_ratio", "inertia")]
         yield f"{joint}.armature", (*product, ("rotors.armature", i, "to SI"))
         for name in ("stiffness", "damping"):
             yield f"{joint}.{name}", ((f"elasticity.{name}", i, "to SI"),)
         for name in ("viscous", "coulomb"):
-            yield f"{joint}.{name}", ((f"friction.{name}", i, "to SI"),)
+            yield f"{joint}.{name}", ((f"friction.{name}", i, seen),)
         for name in (*(f"{side}_{x}" for side in SIDES for x in FRICTION_OF_A_SIDE), "offset", "covered"):
-            yield f"{joint}.friction.{name}", ((f"friction.{name}", i, "to SI"),)
+            yield f"{joint}.friction.{name}", ((f"friction.{name}", i, seen),)
         for name in ("kp", "ki", "kd", "effort"):
             yield f"{joint}.gains.{name}", ((f"gains.{name}", i, "to SI"),)
         factors = [(f"transmission.{name}", i, "T_ij = signs_ij ratio_j / stage_j") for name in ("ratio", "stage")]
-        columns = [("transmission.signs", k, "column of the motor map") for k in range(paper.n)]
+        columns = [
+            (f"transmission.{x}", k, "column of the motor map") for x in ("signs", "matrix") for k in range(paper.n)
+        ]
         yield f"{joint}.motors", (*factors, *columns)
 
 
 LEFT_IN_PLACE = "left_in_place"
 """In `[document]` of a file that was written from an arm: proven errors that its reading leaves in place."""
+CONTRADICTED = "contradicted"
+"""In `[document]` of a fitted arm: by what its log contradicts its bodies."""
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """Gravity [m/s^2] when the file gives none."""
 _RATINGS = ("ratings.payload", "ratings.mass", "base.mass", "ratings.reach", "ratings.envelope_volume")
@@ -143,7 +178,7 @@ def caveats_of(paper: Paper) -> Caveats:
             estimates |= {StandIn(what, kind, column.how): None for kind in _kinds(paper, column) if kind in GUESSED}
     left = (*paper.left_in_place(), *paper.document.get(LEFT_IN_PLACE, "").split())
     likely = (e.id for e in paper.errata if e.id in paper.reading.errata and e.status == "likely")
-    return Caveats(left, tuple(estimates), tuple(likely))
+    return Caveats(left, tuple(estimates), tuple(likely), paper.document.get(CONTRADICTED, ""))
 
 
 def _kinds(paper: Paper, column: Column) -> tuple[str, ...]:
@@ -165,9 +200,14 @@ def dh_rows(paper: Paper) -> tuple[DHRow, ...]:
     return tuple(DHRow(alpha[i], a[i], d[i], theta[i], int(sign[i]), beta[i]) for i in range(paper.n))
 
 
+OWN_AXES = ("inertial.rpy", f"{ORIGINS}.xyz")
+"""Columns that give bodies in other axes or frames than those of the DH table."""
+BEYOND_DH = ("base.xyz", "base.rpy", "dh.beta", f"{ORIGINS}.xyz")
+
+
 def require_plain_dh(paper: Paper, needed_for: str) -> None:
     """Raise `OptionError` where the file goes beyond a DH table, as one that was written from a URDF may."""
-    for name in (x for x in ("base.xyz", "base.rpy", "dh.beta") if x in paper.columns):
+    for name in (x for x in BEYOND_DH if x in paper.columns):
         raise OptionError(f"{needed_for} of {paper.file}", name, "a DH table without it")
 
 
@@ -180,7 +220,39 @@ def _links(paper: Paper) -> tuple[ChainLink, ...]:
         links.append(
             ChainLink(paper.joints[i], link, paper.kinds[i], before, after, _body(paper, i), rotor_of(paper, i))
         )
+    if f"{ORIGINS}.xyz" in paper.columns:
+        placed = zip(links, frames_of_urdf(paper, links), strict=True)
+        links = [replace(x, body=None if x.body is None else x.body.seen_from(pose)) for x, pose in placed]
     return tuple(links)
+
+
+BESIDE = 1e-6
+"""[m] and [rad] by which an axis of a set's URDF may lie beside that of the DH table: rounded pi and lengths."""
+
+
+def frames_of_urdf(paper: Paper, links: Sequence[ChainLink]) -> list[Pose]:
+    """Poses of the frames of the table `origins` in the DH frames, a link each; constant where the axes are the same.
+
+    Raises `PaperError` where an axis of the URDF at zero is not that of the DH table, so the frames move otherwise.
+    """
+    columns = {name: paper.columns[f"{ORIGINS}.{name}"].si() for name in ("xyz", "rpy")}
+    given = paper.columns.get(f"{ORIGINS}.axis")
+    axes = np.tile([0.0, 0.0, 1.0], (paper.n, 1)) if given is None else given.si()
+    table, own, out = Pose.identity(), Pose.identity(), []
+    for i, link in enumerate(links):
+        table = table @ link.before  # z is the joint's axis
+        own = own @ Pose(from_rpy(columns["rpy"][i]), columns["xyz"][i])
+        axis = table.rotation[:, 2]
+        turned = float(np.linalg.norm(np.cross(axis, own.rotation @ axes[i])) + (axis @ own.rotation @ axes[i] < 0.0))
+        apart = float(np.linalg.norm(np.cross(axis, own.position - table.position))) * (link.kind is JointKind.REVOLUTE)
+        if max(turned, apart) > BESIDE:
+            found = (
+                f"the axis of {link.joint} at zero is {apart:.3g} m and {turned:.3g} rad beside that of the DH table"
+            )
+            raise PaperError(paper.file, ORIGINS, found, f"the same axes within {BESIDE:g}")
+        table = table @ link.after
+        out.append(table.inverse() @ own)
+    return out
 
 
 def _body(paper: Paper, i: int) -> Body | None:
@@ -200,6 +272,9 @@ def _body(paper: Paper, i: int) -> Body | None:
 def _body_of(paper: Paper, i: int, mass: Array, com: Array, tensor: Array) -> Body:
     if paper.inertia_products[i] == "integral":
         tensor = np.where(np.eye(3, dtype=bool), tensor, -tensor)
+    if "inertial.rpy" in paper.columns:
+        turn = from_rpy(paper.columns["inertial.rpy"].si()[i])
+        tensor = turn @ tensor @ turn.T
     if paper.inertia_about == "origin":
         tensor = tensor - steiner(float(mass), com)
     return Body(float(mass), com, tensor)
@@ -216,6 +291,11 @@ def _limits(paper: Paper) -> tuple[JointLimits, ...]:
     others = ("limits.velocity", "limits.effort", "friction.viscous", "friction.coulomb")
     unknown: Sequence[None] = [None] * paper.n
     columns = [column or unknown for column in (*positions, *(paper.numbers(name) for name in others))]
+    ratios = friction_ratios(paper)
+    columns[4:] = [
+        column if column is unknown else [x * abs(r) ** _POWERS[name] for x, r in zip(column, ratios, strict=True)]
+        for name, column in zip(("viscous", "coulomb"), columns[4:], strict=True)
+    ]
     rows = zip(*columns, strict=True)
     return tuple(JointLimits(*(None if x is None or np.isnan(x) else x for x in row)) for row in rows)
 
@@ -266,12 +346,16 @@ def _sources(paper: Paper) -> dict[str, tuple[Source, ...]]:
         for name in ("velocity", "effort"):
             out[f"{joint}.{name}"] = cells((f"limits.{name}", i, "to SI"))
         out[f"{link}.mass"] = cells(("inertial.mass", i, "to SI"))
-        out[f"{link}.com"] = cells(("inertial.com", i, "DH frame to URDF frame"))
+        placed = [(f"{ORIGINS}.{x}", k, "frame of the set") for x in ("xyz", "rpy", "axis") for k in range(i + 1)]
+        out[f"{link}.com"] = cells(("inertial.com", i, "DH frame to URDF frame"), *placed)
         products = paper.inertia_products[i]
         sign = ", products negated" if products == "integral" else ""
-        tensor = [("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes")]
+        tensor = [
+            ("inertial.inertia", i, f"{about}{sign}, DH axes to URDF axes"),
+            ("inertial.rpy", i, "the tensor's own axes"),
+        ]
         needs = [("inertial.mass", i, about), ("inertial.com", i, about)] if paper.inertia_about == "origin" else []
-        out[f"{link}.inertia"] = cells(*tensor, *needs)
+        out[f"{link}.inertia"] = cells(*tensor, *needs, *placed)
     out |= {name: sources for name, parts in actuation_parts(paper) if (sources := cells(*parts))}
     out["flange"] = cells(("flange.xyz", 0, "to SI"), ("flange.rpy", 0, "to SI"))
     out["pedestal"] = cells(("drawing.pedestal", 0, "drawn only"))

@@ -2,6 +2,7 @@
 
 import json
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from string import Template
 
@@ -17,8 +18,34 @@ def robots() -> tuple[str, ...]:
     >>> "lwr4plus" in robots()
     True
     """
-    folder = resources.files("lwr_dyn.arms.papers")
-    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
+    return tuple(sorted((*studied(), *published())))
+
+
+def studied() -> tuple[str, ...]:
+    """Names of the robots of papers whose printed results are recomputed.
+
+    >>> studied()
+    ('kr30ha', 'lwr4', 'lwr4plus', 'wam7')
+    """
+    return _names()
+
+
+def published() -> tuple[str, ...]:
+    """Names of the robots that come with the sets of numbers that others publish of them.
+
+    >>> "panda" in published()
+    True
+    """
+    return _names(PUBLISHED)
+
+
+PUBLISHED = "published"
+"""The folder of the data files of `published`."""
+
+
+def _names(*folder: str) -> tuple[str, ...]:
+    files = resources.files("lwr_dyn.arms.papers").joinpath(*folder).iterdir()
+    return tuple(sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml")))
 
 
 def open_paper(robot: str, reading: str | None = None) -> Paper:
@@ -51,7 +78,12 @@ def _text_and_file(robot: str) -> tuple[str, str]:
         raise UnknownNameError(
             "robot", robot, (*robots(), "a path to a .toml, .urdf, .xml (MJCF), .kuka.toml or $machine.dat")
         )
-    return _packaged_text(f"{robot}.toml"), f"{robot}.toml"
+    return _data_file(robot).read_text(encoding="utf-8"), f"{robot}.toml"
+
+
+def _data_file(robot: str) -> Traversable:
+    folder = (PUBLISHED,) if robot in published() else ()
+    return resources.files("lwr_dyn.arms.papers").joinpath(*folder, f"{robot}.toml")
 
 
 def template(file: str, name: str, joints: str = "RRRRRR", convention: str = "standard") -> str:
@@ -103,5 +135,5 @@ def data_files(robot: str) -> dict[str, str]:
     package = resources.files("lwr_dyn")
     folders = [place for place in (part.joinpath(robot) for part in package.iterdir()) if place.is_dir()]
     beside = {f"{robot}/{f.name}": f for place in folders for f in place.iterdir() if f.name.endswith(".toml")}
-    files = {f"{robot}.toml": package.joinpath("arms", "papers", f"{robot}.toml"), **dict(sorted(beside.items()))}
+    files = {f"{robot}.toml": _data_file(robot), **dict(sorted(beside.items()))}
     return {name: file.read_text(encoding="utf-8") for name, file in files.items()}

@@ -173,9 +173,12 @@ def _symmetry(columns: Mapping[str, Column]) -> Iterator[Fault]:
 
 def _rotors(columns: Mapping[str, Column]) -> Iterator[Fault]:
     """Gear ratio and inertia together, or the reflected inertia alone; an invertible motor map."""
-    signs = columns.get("transmission.signs")
-    if signs is not None and np.linalg.matrix_rank(signs.si()) < len(signs.values):
-        yield "transmission.signs", "a singular matrix", "as many independent motors as joints"
+    for signs in (columns[name] for name in ("transmission.signs", "transmission.matrix") if name in columns):
+        if np.linalg.matrix_rank(signs.si()) < len(signs.values):
+            yield signs.name, "a singular matrix", "as many independent motors as joints"
+    map_ = {name for name in ("ratio", "stage", "signs", "matrix") if f"transmission.{name}" in columns}
+    if map_ not in ({"ratio", "signs"}, {"ratio", "stage", "signs"}, {"matrix"}, set()):
+        yield "transmission", " and ".join(sorted(map_)), "ratio and signs, with or without stage, or matrix alone"
     for place, ratio in _cells(columns, "rotors.gear_ratio"):
         if ratio == 0.0:
             yield place, "0", "a number other than 0; below 0, it reverses"
@@ -186,7 +189,10 @@ def _rotors(columns: Mapping[str, Column]) -> Iterator[Fault]:
 
 def _friction(columns: Mapping[str, Column]) -> Iterator[Fault]:
     """Columns for both directions or for each; static friction is not below Coulomb friction."""
-    directed = [name for name in columns if name.startswith("friction.") and name.count("_")]
+    directed = [name for name in columns if name.startswith(tuple(f"friction.{side}_" for side in SIDES))]
+    sigmoid = {name for name in ("level", "slope", "shift") if f"friction.sigmoid_{name}" in columns}
+    if sigmoid not in (set(), {"level", "slope", "shift"}):
+        yield "friction", f"sigmoid_{' and sigmoid_'.join(sorted(sigmoid))}", "level, slope and shift of a sigmoid"
     both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
     if directed and both_ways:
         yield both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"

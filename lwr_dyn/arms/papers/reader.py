@@ -6,12 +6,14 @@ The errata of a reading are applied to the printed tables first; a patch must st
 import copy
 import hashlib
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from lwr_dyn.arms.papers import schema
 from lwr_dyn.arms.papers.columns import check_plausibility, read_columns
-from lwr_dyn.arms.papers.schema import Erratum, Paper, Patch, Reading, Solids
+from lwr_dyn.arms.papers.schema import Erratum, Paper, Patch, PublishedSet, Reading, Solids
+from lwr_dyn.arms.papers.sets import check_errata_of_set, read_sets, tables_under
 from lwr_dyn.arms.papers.solids import read_solids
 from lwr_dyn.foundation.errors import PaperError, UnknownNameError
 from lwr_dyn.foundation.fields import Fields, parse_toml
@@ -120,7 +122,8 @@ def paper_of_tables(
 ) -> Paper:
     """`parse_paper` on parsed TOML, which is not changed.
 
-    With `errata_read`, exactly those errata (ids) are applied instead of the reading's. Raises as `parse_paper`.
+    With `errata_read`, exactly those errata (ids) are applied, to the tables as they are, instead of the reading's set
+    and errata. Raises as `parse_paper`.
     """
     top = Fields(raw, file)
     if top.take("schema", int) != schema.SCHEMA:
@@ -130,19 +133,21 @@ def paper_of_tables(
     if "kind" in document:
         top.choice_at("document.kind", document["kind"], schema.DOCUMENT_KINDS)
     sources = tuple(_source(x) for x in top.tables("source", default=[]))
-    errata = tuple(_erratum(e) for e in top.tables("erratum", default=[]))
+    sets = read_sets(top)
+    errata = tuple(_erratum(e, (*sets,)) for e in top.tables("erratum", default=[]))
     ids = [e.id for e in errata]
     for repeated in {x for x in ids if ids.count(x) > 1}:
         raise top.refuse("erratum.id", f"{repeated!r} twice", "each id once")
-    readings = _readings(top.table("reading", default={"printed": {"about": "as printed"}}), errata)
+    readings = _readings(top.table("reading", default={"printed": {"about": "as printed"}}), errata, sets)
     default = top.text("default_reading", default="printed")
     for unknown in {default, reading or default} - set(readings):
         raise UnknownNameError(f"reading of {name}", unknown, readings)
     chosen = readings[reading or default]
     if errata_read is not None:
-        chosen = Reading(chosen.name, chosen.about, tuple(e for e in ids if e in errata_read))
-    joints, kinds = _joints(top.table("joints"))
-    printed = {key: top.take(key, dict) for key in schema.TABLES if key in raw}
+        chosen = replace(chosen, errata=tuple(e for e in ids if e in errata_read), set_name="")
+    joints, kinds, torques = _joints(top.table("joints"))
+    own = {key: top.take(key, dict) for key in schema.TABLES if key in raw}
+    printed = tables_under(own, sets.get(chosen.set_name))
     if "dh" not in printed:
         raise top.refuse("dh", "missing", "a table of DH columns")
     top.take(schema.RESULT, list, default=[])
@@ -152,13 +157,16 @@ def paper_of_tables(
     touched = apply_errata(tables, tuple(e for e in errata if e.id in chosen.errata), file)
     convention = top.choice_at("dh.convention", tables["dh"].pop("convention", None), [c.value for c in Convention])
     about, products = _inertia_conventions(tables, len(joints), file)
+    seen = tables.get("friction", {}).pop("side", "joint")
+    side = Fields({}, file, "friction").choice_at("side", seen, schema.FRICTION_SIDES)
     solids = _solids(tables, len(joints), file)
     columns = read_columns(tables, len(joints), touched, file)
     check_plausibility(columns, joints, kinds, file)
     return Paper(
         name=name, title=title, file=file, document=document, sources=sources, reading=chosen, readings=readings,
-        default_reading=default, errata=errata, joints=joints, kinds=kinds, convention=Convention(convention),
-        printed=printed, columns=columns, inertia_about=about, inertia_products=products, digest=digest, solids=solids,
+        default_reading=default, sets=sets, errata=errata, joints=joints, kinds=kinds, torques=torques,
+        convention=Convention(convention), printed=printed, columns=columns, inertia_about=about,
+        inertia_products=products, friction_side=side, digest=digest, solids=solids,
     )  # fmt: skip
 
 
@@ -169,17 +177,19 @@ def _source(fields: Fields) -> dict[str, str]:
     return found
 
 
-def _joints(fields: Fields) -> tuple[tuple[str, ...], tuple[JointKind, ...]]:
+def _joints(fields: Fields) -> tuple[tuple[str, ...], tuple[JointKind, ...], str]:
     kinds = fields.take("kinds", list)
     if not kinds:
         raise fields.refuse("kinds", "an empty list", "one of revolute, prismatic per joint")
     for i, kind in enumerate(kinds):
         fields.choice_at(f"kinds[{i}]", kind, [k.value for k in JointKind])
     names = fields.take("names", list, default=[f"joint_{i + 1}" for i in range(len(kinds))])
+    torques = fields.choice("torques", schema.TORQUES, default="")
     fields.refuse_unknown()
     if not all(isinstance(x, str) for x in names) or len(names) != len(kinds) or len(set(names)) != len(names):
         raise fields.refuse("names", f"{names}", f"{len(kinds)} different names")
-    return tuple(_printable(fields, f"names[{i}]", x) for i, x in enumerate(names)), tuple(map(JointKind, kinds))
+    printable = tuple(_printable(fields, f"names[{i}]", x) for i, x in enumerate(names))
+    return printable, tuple(map(JointKind, kinds)), torques
 
 
 def _printable(fields: Fields, place: str, name: str) -> str:
@@ -188,15 +198,16 @@ def _printable(fields: Fields, place: str, name: str) -> str:
     return name
 
 
-def _erratum(fields: Fields) -> Erratum:
+def _erratum(fields: Fields, sets: tuple[str, ...]) -> Erratum:
     texts = {key: fields.text(key) for key in ("id", "where", "printed", "read_as", "why", "effect")}
     status, severity = (
         fields.choice("status", schema.STATUSES),
         fields.choice("severity", schema.SEVERITIES, default=""),
     )
     patches = tuple(map(_patch, fields.tables("patch", default=[])))
+    of_set = fields.choice("set", sets, default="")
     fields.refuse_unknown()
-    return Erratum(**texts, status=status, patches=patches, severity=severity)
+    return Erratum(**texts, status=status, patches=patches, severity=severity, set_name=of_set)
 
 
 def _patch(fields: Fields) -> Patch:
@@ -208,17 +219,19 @@ def _patch(fields: Fields) -> Patch:
     return patch
 
 
-def _readings(tables: Fields, errata: tuple[Erratum, ...]) -> dict[str, Reading]:
+def _readings(tables: Fields, errata: tuple[Erratum, ...], sets: Mapping[str, PublishedSet]) -> dict[str, Reading]:
     out = {}
     ids = [e.id for e in errata]
     for name in tables.unread():
         fields = tables.table(name)
         applied = tuple(fields.take("errata", list, default=[]))
-        out[name] = Reading(name, fields.text("about"), applied)
+        out[name] = Reading(name, fields.text("about"), applied, fields.choice("set", (*sets,), default=""))
         fields.refuse_unknown()
         for missing in [e for e in applied if e not in ids]:
             raise fields.refuse("errata", repr(missing), f"one of {', '.join(ids) or 'none'}")
-        one_erratum_a_cell([e for e in errata if e.id in applied], fields.file)
+        read = [e for e in errata if e.id in applied]
+        check_errata_of_set(fields, read, sets.get(out[name].set_name))
+        one_erratum_a_cell(read, fields.file)
     return out
 
 
@@ -229,7 +242,8 @@ def _inertia_conventions(tables: dict[str, Any], n: int, file: str) -> tuple[str
         return "com", ("tensor",) * n
     fields = Fields({}, file, "inertial.inertia")
     about = fields.choice_at("about", inertia.pop("about", None), schema.ABOUT)
-    fields.choice_at("axes", inertia.pop("axes", None), ("frame",))
+    turned = "rpy" in tables["inertial"]
+    fields.choice_at("axes", inertia.pop("axes", None), ("rpy",) if turned else ("frame",))
     products = inertia.pop("products", None)
     signs = [products] * n if not isinstance(products, list) else products
     if len(signs) != n:

@@ -40,6 +40,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "N s/m": ("damping", 1.0),
     "N/m": ("stiffness", 1.0),
     "N/(m s)": ("integral gain", 1.0),
+    "s/rad": ("slope of a sigmoid", 1.0),
     "1": ("number", 1.0),
 }
 """Unit -> (quantity, factor to SI)."""
@@ -79,6 +80,14 @@ RESULT, RUN = "result", "run"
 UNKNOWN = "unknown"  # in place of a mass, a centre of mass or an inertia, or of one number in them; of a limit, a rotor
 PER_JOINT = 0
 """In the shape of a row: one entry per joint."""
+FRAMES = ("dh", "urdf")
+"""Frames of a set: those of the DH table of its reading, or of a URDF whose joints its table `origins` places."""
+ORIGINS = "origins"
+TABLES_OF_A_SET = ("base", "dh", "flange", "limits", "inertial", ORIGINS, "rotors", "transmission", "friction")
+"""Tables that a published set may bring; each takes the place of the file's whole table."""
+TORQUES = ("motor", "link")
+"""Where torques are measured: before the gears, or by sensors behind them, where rotors are no part of them."""
+FRICTION_SIDES = ("joint", "motor")
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
 
@@ -116,6 +125,11 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "sign": ColumnRule((), ("number",)),
     },
     "frames": {"origin": ColumnRule((3,), ("length",))},
+    ORIGINS: {
+        "xyz": ColumnRule((3,), ("length",), required=True),
+        "rpy": ColumnRule((3,), ("angle",), required=True),
+        "axis": ColumnRule((3,), ("number",)),
+    },
     "flange": _POSE,
     "limits": {
         "zero": ColumnRule((), ("angle", "length")),
@@ -141,6 +155,7 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "mass": ColumnRule((), ("mass",), required=True, may_be_unknown=True),
         "com": ColumnRule((3,), ("length",), required=True, may_be_unknown=True),
         "inertia": ColumnRule((3, 3), ("inertia",), required=True, may_be_unknown=True),
+        "rpy": ColumnRule((3,), ("angle",)),
     },
     "rotors": {
         "gear_ratio": ColumnRule((), ("number",), may_be_unknown=True),
@@ -148,9 +163,10 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         "armature": ColumnRule((), ("inertia", "mass"), may_be_unknown=True),
     },
     "transmission": {
-        "ratio": ColumnRule((), ("number",), required=True),
+        "ratio": ColumnRule((), ("number",)),
         "stage": ColumnRule((), ("number",)),
-        "signs": ColumnRule((PER_JOINT,), ("number",), required=True),
+        "signs": ColumnRule((PER_JOINT,), ("number",)),
+        "matrix": ColumnRule((PER_JOINT,), ("number",)),
     },
     "gains": {
         "kp": ColumnRule((), _SPRING, required=True),
@@ -165,17 +181,25 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         **{f"{s}_{x}": ColumnRule((), quantities) for s in SIDES for x, quantities in FRICTION_OF_A_SIDE.items()},
         "offset": ColumnRule((), _FORCE),
         "covered": ColumnRule((), _SPEED),
+        "sigmoid_level": ColumnRule((), _FORCE),
+        "sigmoid_slope": ColumnRule((), ("slope of a sigmoid",)),
+        "sigmoid_shift": ColumnRule((), _SPEED),
     },
     "drawing": {"pedestal": ColumnRule((), ("length",), per_joint=False), "radius": ColumnRule((), ("length",))},
 }
 """Table -> column -> rule. `limits.zero` is the DH coordinate at which the printed coordinate reads zero.
 
-`base.xyz` and `base.rpy` place DH frame 0 in the base. `rotors` gives gear ratio and inertia of the rotor, or
-`armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j.
+`base.xyz` and `base.rpy` place DH frame 0 in the base. `inertial.rpy` turns each tensor's own axes, as the origin of a
+URDF's inertial does. `origins` places each joint of a URDF in the one before, as `<origin>` does at q = 0, with its
+`axis` (z if not given): `inertial` is then in these frames. `rotors` gives gear ratio and inertia of the rotor, or
+`armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j, or
+T is printed as `matrix`, a row a motor.
 `elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
-per direction that hold up to the speed `covered`. `poses` is a second description of the kinematics, all in the base:
-joint positions of the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in
-both, and each joint's axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
+per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors; or
+a sigmoid, level/(1 + exp(-slope (dq + shift))) less its value at rest, which is kept and as yet used nowhere. `poses`
+is a second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
+flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
+values of the whole arm (`mass` includes the base).
 """
 
 
@@ -240,6 +264,7 @@ class Erratum:
     status: str
     patches: tuple[Patch, ...]
     severity: str = ""  # one of `SEVERITIES`; empty where not given
+    set_name: str = ""  # the published set whose tables it is about; empty for those of the file itself
 
     @property
     def changes_arm(self) -> bool:
@@ -250,18 +275,37 @@ class Erratum:
         """The patches of printed results."""
         return tuple(p for p in self.patches if p.at.startswith(RESULTS))
 
+    def tables(self) -> set[str]:
+        """The file's tables that its patches change."""
+        return {p.at.partition(".")[0] for p in self.of_tables()}
+
     def of_tables(self) -> tuple[Patch, ...]:
         """The patches of the file's own cells."""
         return tuple(p for p in self.patches if not p.at.startswith(RESULTS))
 
 
 @dataclass(frozen=True, slots=True)
+class PublishedSet:
+    """One published set of a robot's numbers, whose tables take the place of those of the file."""
+
+    name: str
+    about: str
+    where: str
+    frames: str
+    """One of `FRAMES`."""
+    tables: Mapping[str, Any]
+    """Table -> its columns, as printed."""
+
+
+@dataclass(frozen=True, slots=True)
 class Reading:
-    """One way to read the tables: the errata it applies."""
+    """One way to read the tables: the published set it takes, and the errata it applies on top."""
 
     name: str
     about: str
     errata: tuple[str, ...]
+    set_name: str = ""
+    """Empty for the tables of the file itself."""
 
 
 DOCUMENT_KINDS = ("paper", "maker's sheet", "exercise", "course report", "software")
@@ -283,15 +327,21 @@ class Paper:
     reading: Reading
     readings: Mapping[str, Reading]
     default_reading: str
+    sets: Mapping[str, PublishedSet]
+    """Published sets by name, beside the tables of the file itself."""
     errata: tuple[Erratum, ...]
     joints: tuple[str, ...]
     kinds: tuple[JointKind, ...]
+    torques: str
+    """Where the robot's own torques are measured, one of `TORQUES`; empty where the file does not say."""
     convention: Convention
     printed: Mapping[str, Any]
-    """The parsed tables as printed, without any erratum."""
+    """The parsed tables as printed, without any erratum: those of the reading's set in place of the file's."""
     columns: Mapping[str, Column]
     inertia_about: str
     inertia_products: tuple[str, ...]
+    friction_side: str
+    """Where `friction` is seen, one of `FRICTION_SIDES`."""
     digest: str
     """SHA-256 of the file's text."""
     solids: Solids | None = None
@@ -318,8 +368,13 @@ class Paper:
 
     def left_in_place(self, reading: str = "") -> tuple[str, ...]:
         """Ids of the proven errata that change the arm, and that a reading, this one if not named, does not apply."""
-        applied = (self.readings[reading] if reading else self.reading).errata
-        return tuple(e.id for e in self.errata if e.changes_arm and e.id not in applied)
+        read = self.readings[reading] if reading else self.reading
+        return tuple(e.id for e in self.errata_of(read.set_name) if e.changes_arm and e.id not in read.errata)
+
+    def errata_of(self, set_name: str) -> tuple[Erratum, ...]:
+        """The errata about tables that a reading of a published set uses; "" for one of the file's own tables."""
+        brought = self.sets[set_name].tables.keys() if set_name else set()
+        return tuple(e for e in self.errata if e.set_name == set_name or not (e.set_name or e.tables() & brought))
 
     def __repr__(self) -> str:
         return f"Paper({self.name!r}, reading={self.reading.name!r}, file={self.file!r})"

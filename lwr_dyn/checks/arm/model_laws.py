@@ -89,6 +89,17 @@ def feasibility_verdicts(arm: Arm) -> list[Verdict]:
     return verdicts
 
 
+def fit_verdicts(arm: Arm) -> list[Verdict]:
+    """Of a fitted arm whose provenance says that its log contradicts its bodies: that it does. Else nothing.
+
+    >>> import lwr_dyn
+    >>> fit_verdicts(lwr_dyn.load("lwr4plus"))
+    []
+    """
+    found = arm.caveats.contradicted
+    return [Verdict(f"logs that contradict the fitted bodies: {found}", 1.0, 0.0, "logs")] if found else []
+
+
 def _written(arm: Arm, index: int, body: Body | None) -> Sequence[WrittenLink]:
     """The links of the file that move with a link of the chain, in its URDF frame; the link itself where there are
     none, or where the arm's body is no longer theirs (a payload, another mass)."""

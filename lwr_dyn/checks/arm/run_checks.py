@@ -84,6 +84,7 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
         verdicts += tabulated_frames(paper)
         verdicts += datasheet_verdicts(arm, paper)
     verdicts += model_laws.feasibility_verdicts(arm)
+    verdicts += model_laws.fit_verdicts(arm)
     left = model_laws.not_judged(arm)
     if arm.file and arm.layout is not None:
         found, unjudged = file_verdicts(arm)

@@ -21,7 +21,7 @@ from lwr_dyn.arms.papers.schema import UNKNOWN, Paper, to_si
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.chain import Body, Chain, ChainLink, Convention, DHRow, JointKind
-from lwr_dyn.model.spatial import Pose, principal_moments
+from lwr_dyn.model.spatial import Pose, from_rpy, principal_moments
 
 BLANK = "-"
 """A cell that the source leaves empty."""
@@ -99,7 +99,7 @@ def printed_table(paper: Paper) -> PrintedTable:
     x, y, z = arm.chain.gravity.tolist()
     return PrintedTable(
         name=paper.name, joints=paper.joints, rows=printed_rows(paper), kinds=paper.kinds,
-        mass=_cells(mass, ()), com=_cells(com, (3,)), inertia=_cells(inertia, (3, 3)),
+        mass=_cells(mass, ()), com=_cells(com, (3,)), inertia=_tensors(inertia, printed["inertial"].get("rpy")),
         mass_step=finest_digit(mass), com_step=finest_digit(com), inertia_step=finest_digit(inertia),
         origin=None if origin is None else _cells(origin, (3,)), armature=_armature(printed.get("rotors", {})),
         lower=arm.lower if "limits.lower" in paper.columns else None,
@@ -129,6 +129,15 @@ def _cells(column: Mapping[str, Any], shape: tuple[int, ...]) -> Array:
         if row != BLANK and UNKNOWN not in np.array(row, dtype=object).ravel():
             out[i] = np.vectorize(lambda x, u=u: to_si(float(x), u), otypes=[float])(np.array(row, dtype=float))
     return out
+
+
+def _tensors(column: Mapping[str, Any], own_axes: Mapping[str, Any] | None) -> Array:
+    """The tensors as printed, (n, 3, 3), brought from their own axes to those of the frames where these are stated."""
+    tensors = _cells(column, (3, 3))
+    if own_axes is None:
+        return tensors
+    turns = np.array([from_rpy(rpy) for rpy in _cells(own_axes, (3,))])
+    return np.asarray(turns @ tensors @ turns.swapaxes(1, 2))
 
 
 def finest_digit(table: Mapping[str, Any]) -> float:

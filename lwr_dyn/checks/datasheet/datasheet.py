@@ -48,22 +48,22 @@ def _poses(arm: Arm, paper: Paper) -> Iterator[Verdict]:
     zero = flange_pose(arm.chain, np.zeros(arm.n))
     if "axis" in printed:
         deviation = float(np.abs(joint_axes(arm.chain, np.zeros(arm.n)).z - printed["axis"]).max())
-        yield Verdict("axes at zero - the maker's", deviation, RIGHT_ANGLES, "1")
+        yield Verdict("axes at zero against the maker's", deviation, RIGHT_ANGLES, "1")
     if "zero_flange" in printed:
         deviation = float(np.linalg.norm(zero[:3, 3] - printed["zero_flange"][0]))
-        yield Verdict("flange at zero - as printed", deviation, HALF_MILLIMETRE, "m")
+        yield Verdict("flange at zero against the print", deviation, HALF_MILLIMETRE, "m")
     if "flange_rpy" in printed:
-        yield _rotation_verdict("flange at zero: rotation - the maker's", zero, printed["flange_rpy"][0])
+        yield _rotation_verdict("flange at zero: rotation against the maker's", zero, printed["flange_rpy"][0])
     if not arm.mastering:
         return
     mastered = flange_pose(arm.chain, np.array(arm.mastering))
     if "flange_rpy" in printed:
-        yield _rotation_verdict("flange at mastering: rotation - the maker's", mastered, printed["flange_rpy"][0])
+        yield _rotation_verdict("flange at mastering: rotation against the maker's", mastered, printed["flange_rpy"][0])
     if "mastering_wrist" in printed:
         geometry = wrist_arm_geometry(arm.chain)
         wrist = np.full(3, np.nan) if geometry is None else mastered[:3, :3] @ geometry.wrist_in_flange
         deviation = float(np.linalg.norm(mastered[:3, 3] + wrist - printed["mastering_wrist"][0]))
-        yield Verdict("wrist centre at mastering - as printed", deviation, HALF_MILLIMETRE, "m")
+        yield Verdict("wrist centre at mastering against the print", deviation, HALF_MILLIMETRE, "m")
 
 
 def _rotation_verdict(name: str, pose: Array, rpy: Array) -> Verdict:
@@ -92,16 +92,16 @@ def _envelope(arm: Arm) -> Iterator[Verdict]:
     except LwrDynError:
         computed_reach = computed_volume = math.nan
     if reach is not None:
-        yield Verdict("reach - data sheet", abs(computed_reach - reach), HALF_MILLIMETRE, "m")
+        yield Verdict("reach against the data sheet", abs(computed_reach - reach), HALF_MILLIMETRE, "m")
     if volume is not None:
-        yield Verdict(f"envelope volume {SECTION} - data sheet", abs(computed_volume - volume), VOLUME, "m^3")
+        yield Verdict(f"envelope volume {SECTION} against the data sheet", abs(computed_volume - volume), VOLUME, "m^3")
 
 
 def _mass(arm: Arm) -> Iterator[Verdict]:
     bodies, base, total = arm.chain.bodies, arm.ratings.base_mass, arm.ratings.mass
     if bodies is not None and base is not None and total is not None:
         difference = abs(base + sum(body.mass for body in bodies) - total)
-        yield Verdict("mass of base and links - data sheet", difference, 1e-6, "kg")
+        yield Verdict("mass of base and links against the data sheet", difference, 1e-6, "kg")
 
 
 AXIS = 1e-9

@@ -97,7 +97,7 @@ class PinocchioFile:
 
 
 STATES = 200
-_NAME = "Pinocchio on the file itself - our reading"
+_NAME = "Pinocchio on the file itself against our reading"
 
 
 def file_verdicts(arm: Arm) -> tuple[list[Verdict], list[str]]:

@@ -49,10 +49,11 @@ def robot_findings(robot: str | Path) -> Iterator[Finding]:
     for verdict in report.verdicts:
         if not verdict.holds:
             unit = f" {verdict.unit}" if verdict.unit else ""
+            bare = "" if verdict.unit in ("1", "relative", "ratio") else unit
             numbers = {"value": float(verdict.value), "tolerance": float(verdict.tolerance)}
             yield Finding(
                 "check", "error", "certain", (verdict.name,), f"{verdict.value:.6g}{unit}",
                 f"{verdict.bound} {verdict.tolerance:.6g}{unit}",
-                f"{verdict.value:.3g}{unit} where {verdict.bound} {verdict.tolerance:.3g} is allowed (lwr-dyn check)",
+                f"{verdict.value:.3g}{bare} where {verdict.bound} {verdict.tolerance:.3g} is allowed (lwr-dyn check)",
                 {k: v for k, v in numbers.items() if isfinite(v)}, file=str(robot),
             )  # fmt: skip

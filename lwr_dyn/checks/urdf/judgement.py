@@ -222,9 +222,9 @@ def _welded(found: Judgement, document: UrdfDocument) -> Hull | None:
 
     That is so where the hull is four times as large as the link's own, and those links have less than half its mass.
     """
-    name, poses = found.body.link.name, link_poses(document)
+    name, poses, bodies = found.body.link.name, link_poses(document), bodies_of(document)
     others = [x for x in document.carried_by(name, through_moving=False) if x != name and x in poses]
-    drawn = [(x, hull) for x in others if (hull := bodies_of(document)[x].hull) is not None]
+    drawn = [(x, hull) for x in others if x in bodies and (hull := bodies[x].hull) is not None]
     if name not in poses or not drawn or document.mass_beyond(name, through_moving=False) > LESS * found.point.mass:
         return None
     points, from_root = [found.hull.vertices], np.linalg.inv(poses[name][0])

@@ -134,7 +134,7 @@ def summary(reports: Sequence[LintReport]) -> str:
     links, moved = sum(report.links for report in reports), sum(report.moved for report in reports)
     where = reports[0].file if len(reports) == 1 else f"{len(reports)} files"
     found = ", ".join(counts) or "no findings"
-    judged = f"{links} link{'' if links == 1 else 's'}, {moved} of them moved: " if links else ""
+    judged = f"{links} link{'' if links == 1 else 's'}, {moved} of them moving: " if links else ""
     return f"{where}: {judged}{found}" + (f"; {ignored} ignored" if ignored else "")
 
 

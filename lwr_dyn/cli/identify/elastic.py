@@ -19,7 +19,7 @@ NEEDS = ("q", "qm", "tau")
 @robot_options
 @log_options
 @click.option("--cutoff", type=float, default=TWO_ENCODERS.cutoff, show_default=True,
-              help="Of the filter on positions, Hz.")  # fmt: skip
+              help="Cut-off of the filter on positions, Hz.")  # fmt: skip
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, of its motor, rad/s or m/s.")  # fmt: skip
 def command(

@@ -31,17 +31,17 @@ STOPPED = 130
               help="Least sigma of the parameters (d), or least condition number (cond).")  # fmt: skip
 @click.option("--starts", default=design.STARTS, show_default=True, help="Random motions from which the search begins.")
 @click.option("--search-seconds", "seconds", default=SECONDS, show_default=True,
-              help="Of the search at most; then the best motion so far; inf for no limit.")  # fmt: skip
+              help="Longest time of the search, s; inf for no limit.")  # fmt: skip
 @click.option("--seed", default=0, show_default=True, help="Seed of the random motions.")
-@click.option("--harmonics", default=design.HARMONICS, show_default=True, help="Of one over the duration.")
-@click.option("--noise", type=NUMBERS, default=(design.NOISE,), show_default=f"{design.NOISE:g}",
+@click.option("--harmonics", default=design.HARMONICS, show_default=True, help="Sines and cosines of each joint.")
+@click.option("--noise", type=NUMBERS, default=(design.NOISE,), show_default=True,
               help="Standard deviation of the joint torques, N m: one, or one each.")  # fmt: skip
 @with_shared("--payload", default=0.0)
 @click.option("--joint-speed", "speed", type=float, help="Speed limit of joints whose own is unknown, rad/s or m/s.")
 @with_shared("--speed-share", " that it may use", SPEED_SHARE)
 @with_shared("--torque-share", ", by the arm's table", TORQUE_SHARE)
-@click.option("--margin-deg", default=float(np.degrees(MARGIN)), show_default=f"{np.degrees(MARGIN):.3g}",
-              help="Kept from the position limits, deg.")  # fmt: skip
+@click.option("--margin-deg", default=float(np.degrees(MARGIN)), show_default=False,
+              help=f"Distance kept from the position limits, deg; {np.degrees(MARGIN):.3g} if not given.")  # fmt: skip
 @click.option("--floor", type=float, help="Height of the floor in the first frame, m; where the arm is drawn to stand.")
 @click.option("--column", type=float, help="Radius of the column up to the first joint, m; as drawn; 0 for none.")
 @click.option("--keep", default=KEPT, show_default=True, help="Distance from floor, column and own links, m.")
@@ -56,8 +56,8 @@ def command(robot: str, loading: Loading, **given: Any) -> None:
     arm's table, with friction only where its file gives it.
 
     Ctrl-C ends the search as --search-seconds does: the best motion so far is printed and written to --out (exit 130).
-    Where no start ends in a motion that may be run, the nearest to it is, and what is wrong with it is said (exit 1).
-    Where no pose keeps what is asked, none is searched (exit 2).
+    Where no start ends in a motion that may be run, the nearest to one is printed, with what is wrong with it (exit 1).
+    Where no pose keeps what is asked, nothing is searched (exit 2).
     """
     out, noise = given["out"], given["noise"]
     design.check_choices(given["objective"], given["starts"], given["seed"], given["duration"])

@@ -29,9 +29,15 @@ OF_ROBOT = (*ROBOT_OPTIONS, "--subtract")
 @click.option("--model", type=OneOf(MODELS), default=MODELS[0], show_default=True, help="What is fitted.")
 @click.option("--robust", is_flag=True, help="Huber's loss: outliers have little influence.")
 @click.option("--equal-weights", is_flag=True, help="Every cruise counts the same, not every sample.")
-@click.option("--shortest", type=float, default=DEFAULT_CRUISE.shortest, show_default=True, help="Cruise, seconds.")
+@click.option(
+    "--shortest",
+    type=float,
+    default=DEFAULT_CRUISE.shortest,
+    show_default=True,
+    help="Shortest cruise (run at one speed) that counts, s.",
+)
 @click.option("--tolerance", type=float, default=DEFAULT_CRUISE.tolerance, show_default=True,
-              help="Share by which a cruise's speed may wander.")  # fmt: skip
+              help="Share by which the speed of a cruise may vary.")  # fmt: skip
 @with_shared("--plot", " of the friction-velocity maps, .png and .svg. Repeatable", form="FILE.png")
 def command(robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, **given: Any) -> None:
     """Friction of each joint and direction from constant-velocity runs.

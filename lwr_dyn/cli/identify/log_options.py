@@ -24,15 +24,18 @@ F = TypeVar("F", bound=Callable[..., Any])
 RUN = ".npz"
 
 
+columns_option = click.option(
+    "--columns",
+    metavar="MAP",
+    help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
+)
+
+
 def log_options(command: F) -> F:
     """LOG..., --units, --columns and --json."""
     for option in (
         with_shared("--json as_json"),
-        click.option(
-            "--columns",
-            metavar="MAP",
-            help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
-        ),
+        columns_option,
         click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m."),
         click.argument("logs", nargs=-1, required=True, metavar="LOG..."),
     ):
@@ -122,7 +125,7 @@ def chosen_motors(arm: Arm, given: Mapping[str, Any]) -> MotorMap | None:
     return motor_map(arm, given["torque_constant"], given["motor_home"]) if given["motor_side"] else None
 
 
-def sample_rule(cutoff: float, slowest: float, motors: MotorMap | None) -> SampleRule:
+def sample_rule(cutoff: float | None, slowest: float, motors: MotorMap | None) -> SampleRule:
     """How instants are taken; of motors' logs none at which a motor is slower than where its joints have that speed."""
     if motors is None:
         return SampleRule(cutoff, slowest=slowest)

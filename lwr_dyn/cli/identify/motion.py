@@ -9,7 +9,7 @@ from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.identify import log_options as of_logs
 from lwr_dyn.cli.options import Loading, OneOf, OptionRule, refuse_unused, robot_options, show
 from lwr_dyn.cli.vocabulary import with_shared
-from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.bodies.possible_bodies import body_lines
@@ -20,6 +20,7 @@ from lwr_dyn.identification.motion import motion_result
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification
 from lwr_dyn.identification.motion.validation import Validation
+from lwr_dyn.identification.payload.identify_load import CUTOFFS
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
@@ -34,6 +35,7 @@ INSTRUMENT_RULES = tuple(
     for option in ("stribeck", "motor-side", "cutoff", "folds", "html")
 )
 """Options that instrumental variables have no use for."""
+ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
 
 
 @click.command("motion")
@@ -42,8 +44,9 @@ INSTRUMENT_RULES = tuple(
 @of_logs.log_options
 @with_shared("--html", ": the motion in 3D, links before and after, torques, friction, checks")
 @with_shared("--out", " the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars")
-@click.option("--cutoff", type=float, default=DEFAULT_SAMPLES.cutoff, show_default=True,
-              help="Of the filter on positions, Hz.")  # fmt: skip
+@click.option("--accept", is_flag=True, help="Write --out though the log contradicts the bodies.")
+@click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: the likeliest of "
+              f"{', '.join(f'{x:g}' for x in CUTOFFS)}, on positions or the log's own speeds]")  # fmt: skip
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
               f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
 @with_shared(
@@ -74,13 +77,14 @@ def command(
     """
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     slowest = usual if given["slowest"] is None else given["slowest"]
-    refuse_unused(INSTRUMENT_RULES, given)
+    refuse_unused((*INSTRUMENT_RULES, ACCEPT_RULE), given)
     of_logs.check_robot(robot)
     (arm, paper), declared = loading.arm_and_paper(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
-    samples = of_logs.sample_rule(given["cutoff"], float(slowest), motors)
-    fit = (given[name] for name in ("friction", "stribeck", "folds", "deviation", "known"))
-    rule = motion_result.MotionRule(samples, *fit)
+    cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
+    samples = of_logs.sample_rule(cutoff, float(slowest), motors)
+    fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known")}
+    rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)
     read = (given["columns"], given["as_logged"])
     with progress("reading and fitting the logs"):
@@ -98,7 +102,14 @@ def command(
             of_logs.warn(body_lines(result.bodies))
         for line in _written(given, result, checked, paper):
             click.echo(line, err=as_json)
+        if given["out"] is not None and _is_refused(given, result):
+            allowed = "bodies that meet the log: look at columns and table (identify table); --accept writes these"
+            unread.append(FileAccessError(given["out"], f"not written: {result.contradiction}", allowed))
     of_logs.end([*faults, *more, *seen, *unread])
+
+
+def _is_refused(given: Mapping[str, Any], result: MotionIdentification) -> bool:
+    return bool(result.contradiction) and not given["accept"]
 
 
 def _commands(paths: Sequence[str], units: Mapping[str, str], arm: Arm) -> tuple[list[JointLog], list[LwrDynError]]:
@@ -130,6 +141,6 @@ def _written(
         card = table_card(result.information, result.arm if paper is None else paper)
         write_file(given["html"], page_html(motion_page(result, unseen=checked, more=card)))
         yield f"wrote {given['html']}"
-    if given["out"] is not None:
+    if given["out"] is not None and not _is_refused(given, result):
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
         yield f"wrote {files}; next: lwr-dyn check {given['out']}"

@@ -11,11 +11,11 @@ from lwr_dyn.cli.krl.options import SharedOptions, shared_options
 from lwr_dyn.cli.options import show
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.krl.checks.static_checks import CheckedFile, check_project, totals
-from lwr_dyn.krl.diagnostics import Diagnostic, DiagnosticRecord, has_no_error, summary
+from lwr_dyn.krl.diagnostics import Diagnostic, DiagnosticRecord, SourcePosition, has_no_error, summary
 from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.program import load_project
 from lwr_dyn.krl.running.program_run import check_program
@@ -37,10 +37,19 @@ def check(file: str, shared: SharedOptions, no_motion: bool, as_json: bool) -> N
         _check_folder(file, shared.names, as_json)
         return
     program = shared.program(file)
+    unplanned: list[Diagnostic] = []
     with progress(f"checking {file}"):
-        arm = None if no_motion else shared.arm(program)
+        try:
+            arm = None if no_motion else shared.arm(program, None)
+        except PaperError as fault:
+            if shared.names_robot:
+                raise
+            # the robot of a backup may be of another kind, such as a palletizer: its programs are KRL all the same
+            arm, hint = None, "the language is; --robot or a cell file names another robot"
+            position = SourcePosition(program.source.name, 1)
+            unplanned += [Diagnostic(position, "note", "not-modelled", f"motions are not checked: {fault}", hint)]
         machine = None if arm is None else shared.machine(arm)
-        diagnostics = check_program(program, arm, machine, shared.inputs, shared.cell)
+        diagnostics = (*unplanned, *check_program(program, arm, machine, shared.inputs, shared.cell))
     folder, whole = Path(file).parent, f"{file}: {summary(diagnostics)}"
     show(_document(file, folder, diagnostics, (), [Note(whole)]), as_json)
     sys.exit(0 if has_no_error(diagnostics) else 1)

@@ -1,6 +1,6 @@
 """The options that `krl check` and `krl run` share; `lwr-dyn new cell`, a commented cell file to start from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, wraps
 from pathlib import Path
@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from lwr_dyn.arms.loading import load
 from lwr_dyn.cli.new import new_file
+from lwr_dyn.cli.options import Loading, loading_options
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.krl.names.known_names import known_names
 from lwr_dyn.krl.project.program import Program, load_program
@@ -18,6 +18,7 @@ from lwr_dyn.krl.running.cell import RobotCell, input_values, new_cell_text, rea
 from lwr_dyn.krl.running.controller import MachineData
 from lwr_dyn.krl.running.values import Value
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.caveats import DYNAMICS
 
 ROBOT = "kr30ha"
 
@@ -33,10 +34,23 @@ SHARED_OPTIONS = (
 )
 
 
+def arm_at_flange(loading: Loading, robot: str, used: Collection[str] | None = DYNAMICS) -> Arm:
+    """A robot from its base to its flange, on which the frames of a program stand ($WORLD, $TOOL).
+
+    Of --tool the mass counts, and of --mount the direction of gravity. Raises as `lwr_dyn.load`.
+    """
+    arm = loading.arm(robot, used)
+    place, there = arm.uninstalled(), arm.installation
+    if there is None or there.mount is None:
+        return place
+    return replace(place, chain=replace(place.chain, gravity=there.mount.rotation.T @ arm.chain.gravity))
+
+
 @dataclass(frozen=True)
 class SharedOptions:
     """The options as given; a property for what they stand for, which raises where one is wrong."""
 
+    loading: Loading
     robot: str | None
     cell_file: str | None
     names: tuple[str, ...]
@@ -51,10 +65,18 @@ class SharedOptions:
         """That of `--cell`, else an empty one."""
         return RobotCell() if self.cell_file is None else read_cell(self.cell_file)
 
-    def arm(self, program: Program) -> Arm:
-        """The robot of `--robot`, else of the cell, else of the machine data of the program's files, else the usual."""
+    def arm(self, program: Program, used: Collection[str] | None = DYNAMICS) -> Arm:
+        """The robot of `--robot`, else of the cell, else of the machine data of the program's files, else the usual.
+
+        As `arm_at_flange`.
+        """
         data = program.project.nearest(program.module, "$machine.dat")
-        return load(self.robot or self.cell.robot or data or ROBOT)
+        return arm_at_flange(self.loading, str(self.robot or self.cell.robot or data or ROBOT), used)
+
+    @property
+    def names_robot(self) -> bool:
+        """Whether `--robot` or the cell names the robot; else it is that of the program's files."""
+        return bool(self.robot or self.cell.robot)
 
     def machine(self, arm: Arm) -> MachineData:
         """Assumed machine data and bounds; without `--ramp` the seconds to rated speed of the arm's machine data."""
@@ -82,7 +104,7 @@ def shared_options(command: Callable[..., None]) -> Any:
         taken = {f.name: given.pop(f.name) for f in fields(SharedOptions)}
         command(shared=SharedOptions(**taken), **given)
 
-    out: Any = with_shared
+    out: Any = loading_options(with_shared)
     for option in reversed(SHARED_OPTIONS):
         out = option(out)
     return out

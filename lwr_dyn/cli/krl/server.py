@@ -10,7 +10,7 @@ from lwr_dyn.krl.editor.server import serve
 
 @click.command("server")
 @click.option("--names", multiple=True, help="A file of names that options bring, like krl/names/options.toml.")
-@click.option("--stdio", is_flag=True, help="As it is anyway; some editors add it.")
+@click.option("--stdio", is_flag=True, help="No effect; some editors add it.")
 def server(names: tuple[str, ...], stdio: bool) -> None:
     """Serve an editor over stdin and stdout, by the Language Server Protocol; the editor starts it.
 

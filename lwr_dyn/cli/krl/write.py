@@ -8,9 +8,9 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
-from lwr_dyn.arms.loading import load
-from lwr_dyn.cli.krl.options import ROBOT
-from lwr_dyn.cli.options import NUMBERS
+from lwr_dyn.cli.help_text import ROBOT_OPTIONS
+from lwr_dyn.cli.krl.options import ROBOT, arm_at_flange
+from lwr_dyn.cli.options import NUMBERS, Loading, loading_options
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
@@ -34,31 +34,41 @@ FRAME = "X,Y,Z,A,B,C"
 @click.command("write")
 @click.argument("source")
 @click.option("--robot", help=f"With KUKA's axes.  [default: that of the run, {ROBOT}]")
-@click.option("--tolerance-mm", "tolerance", type=float, default=0.1, show_default=True, help="Of the path, mm.")
+@click.option(
+    "--tolerance-mm",
+    "tolerance",
+    type=float,
+    default=0.1,
+    show_default=True,
+    help="Largest distance from the path, mm.",
+)
 @click.option(
     "--angle-tolerance-deg",
     "angle_tolerance",
     type=float,
     default=0.1,
     show_default=True,
-    help="Of the orientation, deg.",
+    help="Largest angle from the orientation, deg.",
 )
 @click.option("--motions", default=",".join(USUAL), show_default=True, help="Kinds it may use; SPL too, or SPTP alone.")
 @click.option("--stop", is_flag=True, help="Stop at each point: no C_DIS, no C_PTP.")
 @with_shared("--speed", " ($VEL.CP); that of the run if not given, 0.25 without times")
-@click.option("--percent", type=click.IntRange(1, 100), help="Of the axes' speeds, for PTP; that of the run.")
-@click.option("--tool-data", "tool", type=NUMBERS, metavar=FRAME, help="The tool in the flange, mm and deg.")
+@click.option(
+    "--percent", type=click.IntRange(1, 100), help="Percent of the axes' speeds, for PTP; that of the run if not given."
+)
+@click.option("--tool-data", "tool_data", type=NUMBERS, metavar=FRAME, help="The tool in the flange, mm and deg.")
 @click.option("--tool-number", type=click.IntRange(1, 128), help="Use TOOL_DATA; its lines are printed.")
 @click.option(
     "--base-data",
-    "base",
+    "base_data",
     type=NUMBERS,
     metavar=FRAME,
     help="The base of written points and of poses that are read, mm and deg.",
 )
 @click.option("--base-number", type=click.IntRange(1, 128), help="Use BASE_DATA; its lines are printed.")
+@loading_options
 @with_shared("--out", " the .src, with the .dat beside it; the name of SOURCE if not given")
-def write(source: str, robot: str | None, out: str | None, **given: Any) -> None:
+def write(source: str, robot: str | None, out: str | None, loading: Loading, **given: Any) -> None:
     """Write a .src and .dat from SOURCE; Status and Turn are the model's.
 
     SOURCE is a .toml of points; a run (.npz) of six axes; or a table (.csv) with a line of names: X, Y, Z, A, B, C in
@@ -66,7 +76,7 @@ def write(source: str, robot: str | None, out: str | None, **given: Any) -> None
     within the tolerance, or SPL, SPTP; the program is run on the model and its path compared with SOURCE, exit 1 where
     it is farther off.
     """
-    arm = _arm(source, robot)
+    arm = _arm(source, robot, loading)
     if ends_in(source, ".toml"):
         _refuse_path_options()
         points = read_point_program(source, arm)
@@ -83,12 +93,12 @@ def write(source: str, robot: str | None, out: str | None, **given: Any) -> None
     sys.exit(0 if written.holds else 1)
 
 
-def _arm(source: str, robot: str | None) -> Arm:
-    """The robot that is given, else that of a run, else the usual."""
+def _arm(source: str, robot: str | None, loading: Loading) -> Arm:
+    """The robot that is given, else that of a run, else the usual; as `arm_at_flange`."""
     if robot is not None or not ends_in(source, ".npz"):
-        return load(robot or ROBOT)
+        return arm_at_flange(loading, robot or ROBOT, None)
     about = Run.load(source).meta
-    return load(about.get("file") or about.get("robot") or ROBOT)
+    return arm_at_flange(loading, str(about.get("file") or about.get("robot") or ROBOT), None)
 
 
 def _written(source: str, arm: Arm, name: str, given: dict[str, Any]) -> WrittenPath:
@@ -97,7 +107,7 @@ def _written(source: str, arm: Arm, name: str, given: dict[str, Any]) -> Written
         kinds=tuple(word.strip().upper() for word in given["motions"].split(",")), speed=given["speed"],
         percent=given["percent"], approximate=not given["stop"],
     )  # fmt: skip
-    tool, base = (_frame(given[name], f"--{name}-data") for name in ("tool", "base"))
+    tool, base = (_frame(given[f"{name}_data"], f"--{name}-data") for name in ("tool", "base"))
     machine = MachineData(ramps=raise_times(arm))
     return write_path(read_sampled_path(source, arm, tool, base), options, base, machine)
 
@@ -114,7 +124,7 @@ def _refuse_path_options() -> None:
     context = click.get_current_context()
     for option in context.command.params:
         given = context.get_parameter_source(option.name or "") is ParameterSource.COMMANDLINE
-        if given and option.name not in ("source", "robot", "out"):
+        if given and option.name not in ("source", "out") and option.opts[0] not in ROBOT_OPTIONS:
             raise OptionError(option.opts[0], "given for a .toml of points", "none: the file has its own")
 
 

@@ -33,7 +33,8 @@ FRICTION_DEVIATION, OFFSET_DEVIATION, LEAST_SPREAD = 0.3, 0.1, 1.0
 and never less than `LEAST_SPREAD` [N m, N m s/rad].
 """
 UNKNOWN_ROTOR = 0.1
-"""Guess for a rotor the table lacks, as share of the mean moment of inertia of the bodies from its link outward."""
+"""Guess for a rotor the table lacks: share of the geometric mean of the mean moment of inertia of the bodies from its
+link outward, and the mean of that over all links. Motors of a wrist are larger than its load asks for."""
 _KINDS = (
     ("viscous", "viscous", FRICTION_DEVIATION),
     ("coulomb", "coulomb", FRICTION_DEVIATION),
@@ -156,7 +157,8 @@ def body_prior(columns: TorqueColumns, table: Array) -> BodyPrior:
     own = np.concatenate([filled.ravel(), table[columns.bodies :]])
     unknown = ~(own[rotors] > 0.0)
     moments = filled[:, [4, 7, 9]].mean(axis=1)[::-1].cumsum()[::-1]
-    own[rotors] = np.where(unknown, UNKNOWN_ROTOR * moments, own[rotors])
+    guess = UNKNOWN_ROTOR * np.sqrt(moments * moments.mean())
+    own[rotors] = np.where(unknown, guess, own[rotors])
     lifted = tuple(int(i) + 1 for i in np.flatnonzero(~good))
     return BodyPrior(own, columns.bodies, rotors, unknown, lifted, _friction_spreads(columns, table))
 
@@ -224,10 +226,14 @@ class Constraints:
     def __post_init__(self) -> None:
         freeze_arrays(self, "matrix", "values")
 
+    def scaled(self, units: Array) -> "Constraints":
+        """The same equations, each with a left side of length 1 where parameters are counted in `units` (p,)."""
+        size = np.linalg.norm(self.matrix * units, axis=1)
+        return Constraints(self.names, self.matrix / size[:, None], self.values / size)
+
     def free(self, units: Array) -> Array:
         """Directions (p, f) in which parameters can move, orthonormal when parameters are counted in `units` (p,)."""
-        rows = self.matrix * units
-        return np.asarray(units[:, None] * null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True)))
+        return np.asarray(units[:, None] * null_space(self.scaled(units).matrix * units))
 
 
 def constraints_of(texts: Sequence[str], names: Sequence[str]) -> Constraints:

@@ -1,29 +1,32 @@
 """The physically consistent fit: bodies that explain the torques and are as near to the table as the log allows.
 
-    min over pi   1/2 (G pi - b)^T Lambda (G pi - b) + w sum_i D(P_i, P0_i)
+    min over pi   1/2 (pi - mean)^T C^-1 (pi - mean) + w sum_i D(P_i, P0_i),   w falling
 
-b and Lambda are the base parameters of the log and their precision, G the grouping, D the log-det distance to the table
-(`body_prior`). It is convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and
-every link of what it gives is a body. The weight w = 1/deviation^2 is the one under which the log is most likely, near
-`USUAL_WEIGHT` where a log says nothing of it.
+Mean and covariance C are those of `table_posterior`, D is the log-det distance to bodies P0 (`body_prior`). It is
+convex and its own barrier: a damped Newton method needs neither bounds nor a solver of cones, and every link of what it
+gives is a body. The errors are those of C: a thin link at the edge of what bodies can be is not known better for it.
+
+What is found is held against the least squares of the log, which know no bodies: `Price` says whether chance explains
+the difference.
 
 References
 ----------
 Boyd, Vandenberghe, Convex Optimization (2004), section 9.5: Newton's method with backtracking; 10.2 under equations.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize_scalar
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.bodies import body_prior
+from lwr_dyn.identification.bodies.link_spreads import Scales
 from lwr_dyn.identification.bodies.possible_bodies import are_bodies
+from lwr_dyn.identification.bodies.table_posterior import TablePosterior, logs_of, scales_of
 from lwr_dyn.identification.regression.information import Information
 
 _ROUNDS, _SETTLED, _ARMIJO, _SHORTEST = 60, 1e-9, 1e-4, 1e-10
@@ -119,120 +122,81 @@ def nearest_bodies(
     return NearestBodies(*weights, here, value, hessian, free, iteration)
 
 
-WEIGHTS = (0.3, 1e5)
-"""Range in which a weight is looked for: deviation from the table from a factor of three to 0.3 %."""
-USUAL_WEIGHT, USUAL_FACTOR = 25.0, 10.0
-"""Where a weight is when a log says nothing of it: arms are 20 % off their tables, give or take a factor of three (one
-standard deviation of the log of the deviation; ten in the weight)."""
-NO_DEVIATION, APART = 1e-3, 5.0
-"""Weight of rotors that are not believed at all, and the log evidence that a weight of their own must bring: odds of a
-hundred and fifty to one."""
-_WEIGHT_STEP = 0.2
-"""In log weight: a tenth is within what the fit can feel."""
-
-
-class WeightedProblem:
-    """The cost of one log, one table and its constraints."""
-
-    def __init__(
-        self, information: Information, prior: body_prior.BodyPrior, constraints: body_prior.Constraints | None
-    ) -> None:
-        self.prior = prior
-        self._target = Target(information.values, information.precision, information.base.grouping)
-        self._free = None if constraints is None else constraints.free(prior.units)
-        self._dimensions = [prior.bodies, prior.known_rotors.size]
-        if constraints is not None:
-            rows = constraints.matrix * prior.units
-            for k, columns in enumerate((np.arange(prior.bodies), prior.known_rotors)):
-                self._dimensions[k] -= int(np.linalg.matrix_rank(rows[:, columns])) if columns.size else 0
-
-    def fit(self, weight: float, rotors: float, start: Array) -> NearestBodies:
-        """From parameters that obey the constraints."""
-        return nearest_bodies(self._target, replace(self.prior, rotor_weight=rotors), weight, start, self._free)
-
-    def search(self) -> NearestBodies:
-        """The fit of most evidence: one weight for the table, or another for its rotors where the log asks for it.
-
-        A rotor's inertia in a table is often off by the square of a gear, which says nothing of the bodies beside it.
-        """
-        one = self._line(lambda weight, start: self.fit(weight, weight, start), self.prior.table)
-        if not self.prior.known_rotors.size:
-            return one
-        bodies = self._line(lambda weight, start: self.fit(weight, NO_DEVIATION, start), self.prior.table)
-        two = self._line(lambda weight, start: self.fit(bodies.weight, weight, start), bodies.parameters, NO_DEVIATION)
-        return two if self.evidence(two) > self.evidence(one) + APART else one
-
-    def _line(
-        self, fit: Callable[[float, Array], NearestBodies], start: Array, least: float = WEIGHTS[0]
-    ) -> NearestBodies:
-        """The best fit along one weight; every fit starts where the one before ended."""
-        fits: list[tuple[float, NearestBodies]] = []
-
-        def unlikely(log_weight: float) -> float:
-            found = fit(float(np.exp(log_weight)), fits[-1][1].parameters if fits else start)
-            fits.append((log_weight, found))
-            usual = (log_weight - np.log(USUAL_WEIGHT)) / np.log(USUAL_FACTOR)
-            return 0.5 * float(usual) ** 2 - self.evidence(found)
-
-        bounds = (float(np.log(least)), float(np.log(WEIGHTS[1])))
-        found = minimize_scalar(unlikely, bounds=bounds, method="bounded", options={"xatol": _WEIGHT_STEP})
-        return min(fits, key=lambda pair: abs(pair[0] - found.x))[1]
-
-    def evidence(self, fit: NearestBodies) -> float:
-        """Log evidence of a weight by Laplace's method about the fit.
-
-        The normaliser of the prior is Laplace's too: what the method neglects cancels where the log says nothing.
-        """
-        hessian = fit.hessian
-        scale = 1.0 / np.sqrt(np.diag(hessian))
-        half_log = np.log(np.diag(np.linalg.cholesky(hessian * np.outer(scale, scale)))).sum() - np.log(scale).sum()
-        logs = np.log([fit.weight, fit.rotor_weight])
-        return float(-fit.value - half_log + 0.5 * logs @ np.array(self._dimensions))
+PATH = (1e6, 1e5, 1e4, 1e3, 1e2, 10.0, 1.0)
+"""Weights of the distance to the table on the way to the mean: each optimum is near the one before."""
+INWARD = (0.1, 0.05)
+"""Weights of the distance to the bodies that were reached: it keeps them bodies, and pulls them nowhere."""
+LEVEL = 1e-3
+"""Probability below which bodies are not those of the log."""
+_ROUNDING = 1e-12
+_LARGEST_LOG = 3.0
+"""Of the standard error of a rotor's log: beyond it, its error is twenty times its value."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Price:
-    """What consistency costs against the least squares of the base parameters."""
+    """What bodies cost against the least squares of the base parameters, and whether chance explains it.
+
+    `pull`: by how many standard errors the base parameter that is furthest off is off; `parameter` is its index.
+    `probability`: that chance gives so large a pull to any of them (Bonferroni), or so large a chi^2: the smaller one,
+    doubled.
+    """
 
     chi2: float
     """Of the consistent fit less that of least squares."""
     rms: Array
     """(n,) root mean square of the torque between the two, per joint, on the log's rows [N m; N for a sliding joint]"""
+    parameter: int
+    pull: float
+    probability: float
+
+    @property
+    def refused(self) -> bool:
+        """Whether the log contradicts the bodies."""
+        return self.probability < LEVEL
+
+    @classmethod
+    def of(cls, information: Information, parameters: Array) -> "Price":
+        """Of parameters (p,)."""
+        off, normal = information.base.of(parameters) - information.values, information.normal
+        seen = information.determined
+        squares = np.einsum("b,jbc,c->j", off, normal.matrices, off)
+        rms = np.sqrt(np.maximum(squares, 0.0) / np.maximum(normal.equations, 1))
+        chi2 = float(off @ information.precision @ off)
+        if not seen.any():
+            return cls(chi2, rms, 0, 0.0, 1.0)
+        pulls = np.where(seen, np.abs(off) / np.where(seen, information.sigma, 1.0), 0.0)
+        count, worst = int(np.count_nonzero(seen)), int(np.argmax(pulls))
+        chances = 2.0 * count * stats.norm.sf(pulls[worst]), stats.chi2.sf(chi2, count)
+        return cls(chi2, rms, worst, float(pulls[worst]), float(min(1.0, 2.0 * min(chances))))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConsistentFit:
-    """Full parameters (p,) of which every link is a body, and their covariance (p, p) given log, table and weight."""
+    """Parameters (p,) of which every link is a body, and the covariance (p, p) of their mean given log and table."""
 
     parameters: Array
     covariance: Array
+    """With the doubt of the scales; being a body takes nothing off it."""
+    sigma: Array
+    """Standard errors (p,). That of a rotor is one of its log."""
+    left: Array
+    """(p,) share of the table's standard errors that the log leaves, at the likeliest scales."""
     bodies: int
     """Inertial columns: the first ones, ten a link."""
-    weight: float
-    """Of the distance of bodies to the table."""
-    rotor_weight: float
-    """The same of rotors."""
+    scales: Scales
+    """How far links and rotors are expected off the table."""
+    local: Array
+    """(n, 4) factors on the variances of single links: of shape, centre, tensor, mass."""
     chosen: bool
-    """Whether the weights are those of most evidence (False: one was given)."""
+    """Whether the scales are those of the log (False: a deviation was given)."""
     price: Price
-    iterations: int
-    """Newton steps of the last fit."""
     lifted: tuple[int, ...]
     """Links, from 1, whose values in the table no body has: the prior is a thicker body there."""
     constraints: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "parameters", "covariance")
-
-    @property
-    def deviation(self) -> float:
-        """The relative deviation from the table that the weight stands for."""
-        return float(self.weight**-0.5)
-
-    @property
-    def sigma(self) -> Array:
-        """Standard errors (p,)."""
-        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        freeze_arrays(self, "parameters", "covariance", "sigma", "left", "local")
 
     @property
     def physical(self) -> NDArray[np.bool_]:
@@ -244,8 +208,8 @@ def consistent_fit(
     information: Information,
     table: Array,
     *,
-    weight: float | None = None,
-    rotor_weight: float | None = None,
+    deviation: float | None = None,
+    like: ConsistentFit | None = None,
     constraints: body_prior.Constraints | None = None,
 ) -> ConsistentFit:
     """Bodies, rotors and friction that explain a log, near a table.
@@ -256,40 +220,64 @@ def consistent_fit(
         What the log says of the base parameters.
     table : (p,) array
         The table's parameters in the order of `information.columns` [SI]; a link that no body can be is thickened.
-    weight : float, optional
-        Of the distance to the table, 1/deviation^2 (20 % -> 25); by default that of most evidence.
-    rotor_weight : float, optional
-        The same of the table's rotors, beside a given weight; by default that weight.
+    deviation : float, optional
+        One share for all kinds of difference (`Scales.of_deviation`), in place of scales that the log finds.
+    like : ConsistentFit, optional
+        Takes the scales and factors of another fit.
     constraints : Constraints, optional
         What is known for certain (`constraints_of`).
 
     Raises
     ------
     OptionError
-        A weight that is not above 0.
+        A deviation that is not above 0.
     ShapeError
         A table of another size, or with friction or rotors that are not finite.
     ConstraintError
         No bodies obey the constraints; names those that contradict each other.
-
-    References
-    ----------
-    Lee, Wensing, Park, Geometric robot dynamic identification: a convex programming approach (2020), eq. 24 (the
-    distance); MacKay, Bayesian interpolation (1992), section 3 (the weight, by Laplace's method).
     """
-    for given in (weight, rotor_weight):
-        if given is not None and not (np.isfinite(given) and given > 0.0):
-            raise OptionError("weight of the table", given, "a number above 0")
-    prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
+    if deviation is not None and not (np.isfinite(deviation) and deviation > 0.0):
+        raise OptionError("deviation from the table", deviation, "a number above 0")
+    constrained = prior = body_prior.body_prior(information.columns, np.asarray(table, dtype=np.float64))
     if constraints is not None:
-        prior = body_prior.constrained_prior(prior, constraints)
-    problem = WeightedProblem(information, prior, constraints)
-    best = problem.search() if weight is None else problem.fit(weight, rotor_weight or weight, prior.table)
-    names = () if constraints is None else constraints.names
-    off, normal = information.base.of(best.parameters) - information.values, information.normal
-    squares = np.einsum("b,jbc,c->j", off, normal.matrices, off)
-    mean = np.maximum(squares, 0.0) / np.maximum(normal.equations, 1)
+        constrained = body_prior.constrained_prior(prior, constraints)
+    posterior = TablePosterior(information, prior, constraints)
+    if deviation is None and like is None:
+        logs = posterior.likeliest()
+        belief = posterior.mixed(logs)
+    else:
+        logs = logs_of(Scales.of_deviation(deviation) if like is None else like.scales)  # type: ignore[arg-type]
+        if like is not None:
+            posterior.weigh(like.local)
+        posterior.linearise(logs)
+        belief = posterior.given(logs)
+    free = np.diag(prior.units) if constraints is None else constraints.free(prior.units)
+    read = (free / np.square(prior.units)[:, None]).T  # read @ free = 1
+    covariance, alone = (
+        free @ (read @ x @ read.T) @ free.T for x in (belief.covariance, posterior.given(logs).covariance)
+    )
+    left = np.sqrt(np.maximum(np.diag(alone), 0.0)) / posterior.table_sigma(logs)
+    sigma, J = np.sqrt(np.maximum(np.diag(covariance), 0.0)), posterior.rotors
+    sigma[prior.rotors] = J * np.expm1(np.minimum(sigma[prior.rotors] / J, _LARGEST_LOG))
+    target = Target(read @ belief.mean, body_prior.scaled_inverse(read @ covariance @ read.T, _ROUNDING), read)
+    parameters = bodies_of(target, constrained, None if constraints is None else free)
     return ConsistentFit(
-        best.parameters, best.covariance, prior.bodies, best.weight, best.rotor_weight, weight is None,
-        Price(float(off @ information.precision @ off), np.sqrt(mean)), best.iterations, prior.lifted, names,
+        parameters, covariance, sigma, left, prior.bodies, scales_of(logs),
+        posterior.local, deviation is None and like is None, Price.of(information, parameters), prior.lifted,
+        () if constraints is None else constraints.names,
     )  # fmt: skip
+
+
+def bodies_of(target: Target, prior: body_prior.BodyPrior, free: Array | None) -> Array:
+    """The bodies (p,) nearest to a target, whatever the table; `free` (p, f) as in `nearest_bodies`.
+
+    From the table's bodies along a falling weight of the distance to them: straight from the table Newton's steps
+    stall. The last steps are held to the bodies that were reached, which is a barrier without a pull.
+    """
+    alike, loose = np.zeros_like(prior.unknown_rotors), np.full(prior.spread.shape, np.inf)
+    held, here = replace(prior, rotor_weight=None, unknown_rotors=alike, spread=loose), prior.table
+    for weight in PATH:
+        here = nearest_bodies(target, held, weight, here, free).parameters
+    for weight in INWARD:
+        here = nearest_bodies(target, replace(held, table=here), weight, here, free).parameters
+    return here

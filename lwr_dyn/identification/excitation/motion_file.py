@@ -31,7 +31,7 @@ def write_excitation(path: str | Path, excitation: Excitation, rate: float = 100
 
     The columns are time, q1 ... qn, dq1 ... dqn, ddq1 ... ddqn, each with its unit. The task `csv` of the simulation
     and the reader of logs take such a table as it is. Of a motion that may not be run, .csv says why in lines with `#`
-    above the names, .npz in the `task` of the run.
+    above the names, .parquet in its metadata (`column_files.NOTES`), .npz in the `task` of the run.
 
     Raises
     ------
@@ -47,9 +47,8 @@ def write_excitation(path: str | Path, excitation: Excitation, rate: float = 100
         run_of_excitation(excitation, rate).save(path)
     else:
         names, columns = excitation_columns(excitation, rate)
-        data = table_bytes(names, columns, Path(path).suffix)
-        said = [f"# DO NOT RUN IT: {fault}\n" for fault in excitation.faults if Path(path).suffix == ".csv"]
-        write_file(path, "".join(said).encode() + data)
+        said = [f"DO NOT RUN IT: {fault}" for fault in excitation.faults]
+        write_file(path, table_bytes(names, columns, Path(path).suffix, said))
 
 
 def excitation_columns(excitation: Excitation, rate: float = 100.0) -> tuple[list[str], list[Array]]:

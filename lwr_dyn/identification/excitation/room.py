@@ -163,8 +163,8 @@ def column_words(clearance: Clearance) -> str:
     arm, radius = clearance.arm, clearance.radii[0]
     top = float(joint_axes(arm.chain, np.zeros((1, arm.n))).p[0, 0, 2])
     inside = links_inside(clearance)
-    but = f"; not held against it (next to it, or inside in most poses): {', '.join(inside)}" if inside else ""
-    return f"column of radius {radius:.3g} m up to {arm.joint_names[0]} at {top:.3g} m, rounded above it{but}"
+    but = f"; its distance to {', '.join(inside)} is not checked (beside it, or inside in most poses)" if inside else ""
+    return f"column of radius {radius:.3g} m up to {arm.joint_names[0]} at {top:.3g} m, its top round{but}"
 
 
 def _has_column(clearance: Clearance) -> bool:

@@ -79,10 +79,9 @@ def correlated_groups(information: Information) -> tuple[CorrelatedGroup, ...]:
     return tuple(sorted(out, key=lambda group: -abs(group.largest)))
 
 
-def cell_origins(sigma: Array, table_sigma: Array) -> tuple[str, ...]:
-    """Where parameters (p,) come from: their standard errors with the log against those of the table alone."""
-    share = np.divide(sigma, table_sigma, out=np.ones_like(sigma), where=table_sigma > 0.0)
-    return tuple(np.select([share < MOSTLY_LOG, share < MOSTLY_TABLE], [FROM_LOG, FROM_BOTH], FROM_TABLE).tolist())
+def cell_origins(left: Array) -> tuple[str, ...]:
+    """Where parameters (p,) come from, by the share of the table's standard errors that the log leaves."""
+    return tuple(np.select([left < MOSTLY_LOG, left < MOSTLY_TABLE], [FROM_LOG, FROM_BOTH], FROM_TABLE).tolist())
 
 
 SECONDS = 10.0

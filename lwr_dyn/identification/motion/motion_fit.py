@@ -4,9 +4,10 @@ Beyond the paper, which needs constant velocities. Base parameters are combinati
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LogError
@@ -17,10 +18,10 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.identification.motion.identifiable import correlated_groups
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
-from lwr_dyn.identification.regression.information import Information, widened
+from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.instrumental import instrumental_information
 from lwr_dyn.identification.regression.least_squares import ROUNDING, Estimate
-from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
+from lwr_dyn.identification.regression.samples import SampleRule, Samples, sample_parts, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search, with_unknown_speeds
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
@@ -53,6 +54,8 @@ def identify_motion(
         Something is known of the bodies of an arm without masses.
     """
     several = list(logs)
+    if rule.cutoffs and not instruments:
+        rule = replace(rule, samples=likeliest_samples(several, arm, rule))
     if instruments:
         slowest = float(np.max(rule.samples.slowest))
         columns = TorqueColumns(arm.chain, rule.friction)
@@ -66,14 +69,13 @@ def identify_motion(
     consistent = None
     if arm.chain.bodies is not None or rule.known:
         arm.require_dynamics()
-        consistent = consistent_fit(information, own, weight=rule.weight, constraints=constraints)
+        consistent = consistent_fit(information, own, deviation=rule.deviation, constraints=constraints)
     of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
 
     def again(found: Information) -> Array:
         assert consistent is not None
-        weights = {"weight": consistent.weight, "rotor_weight": consistent.rotor_weight}
-        return consistent_fit(found, own, **weights, constraints=constraints).parameters
+        return consistent_fit(found, own, like=consistent, constraints=constraints).parameters
 
     refit = None if consistent is None else again
     unseen = () if seen.folds is None else validation.cross_validation(seen.folds, information, own, refit)
@@ -105,15 +107,64 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     columns = columns if search is None else search.columns
     known = samples_of(logs, rule.samples.taking_all()).used
     folds = validation.Folds.of(samples, columns, rule.folds, known)
-    information = folds.information()
-    _check_enough(logs, information, samples, rule.samples)
-    residuals = validation.residuals_of(samples, columns, information.values)
-    whiteness = validation.whiteness_of(residuals, samples.recording)
-    information = widened(information, validation.inflation_of(whiteness, arm.n))
+    _check_enough(logs, folds.information(), samples, rule.samples)
+    information, whiteness = said_by(folds)
     if search is None or columns.stribeck_velocity is None:
         return _SeenLogs(samples, information, folds, whiteness, search)
     information, sigma = with_unknown_speeds(samples, information)
     return _SeenLogs(samples, information, folds, whiteness, search, sigma)
+
+
+TRIED = 2000
+"""Instants on which filters are tried, about: noise is known to 2 % then."""
+GAIN = 0.02
+"""Log likelihood of an equation, a fiftieth of the noise, by which a lower filter, or the log's own speeds, must be
+better: a higher one keeps more of the motion."""
+
+
+def likeliest_samples(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> SampleRule:
+    """Of filters on positions or on the log's own speeds, the one that leaves least of the torques, which none touches.
+
+    Of n Gaussian groups of N_j equations with noise s_j the log likelihood is -sum N_j log s_j. Noise of accelerations
+    does not only add to the torques' noise: errors in variables shrink inertias. Where no filter can be judged, that of
+    `rule` stays.
+
+    References
+    ----------
+    Fuller, Measurement Error Models (1987), section 1.1, for the shrinking.
+    """
+    columns = TorqueColumns(arm.chain, rule.friction, transmission=rule.samples.transmission)
+    seconds = sum(float(log.t[-1] - log.t[0]) for log in logs if log.t.size)
+    spacing = max(rule.samples.spacing, seconds / TRIED)
+    sources = (False, True) if all(log.dq is not None for log in logs) else (False,)
+    best, least = rule.samples, np.inf
+    for cutoff in sorted(rule.cutoffs, reverse=True):
+        for own in sources:
+            tried = replace(rule.samples, cutoff=cutoff, own_speeds=own)
+            try:
+                found = information_of(sample_parts(logs, replace(tried, spacing=spacing)), columns)
+            except LogError:
+                continue
+            seen = found.equations > 0
+            if found.dof > 0 and (noise := _mean_log(found.noise[seen], found.equations[seen])) < least - GAIN:
+                best, least = tried, noise
+    return best
+
+
+def _mean_log(noise: Array, equations: NDArray[np.intp]) -> float:
+    return float(equations @ np.log(noise) / equations.sum())
+
+
+def said_by(folds: validation.Folds) -> tuple[Information, tuple[validation.Whiteness, ...]]:
+    """What folds of a log say together, its errors widened by all that lasts longer than an instant.
+
+    By the correlation of residuals, joint by joint, and then by what leaving a fold out moves.
+    """
+    samples, columns, information = folds.samples, folds.columns, folds.information()
+    residuals = validation.residuals_of(samples, columns, information.values)
+    whiteness = validation.whiteness_of(residuals, samples.recording, information.paid)
+    information = widened(information, validation.inflation_of(whiteness, columns.n))
+    return widened(information, np.full(columns.n, folds.inflation(information))), whiteness
 
 
 def _check_enough(logs: Sequence[JointLog], information: Information, samples: Samples, rule: SampleRule) -> None:

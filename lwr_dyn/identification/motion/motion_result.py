@@ -3,7 +3,7 @@ left of torques that it did not see.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -13,7 +13,6 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
-from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import LONGEST, BodyVerdict, body_lines, body_parts, short
 from lwr_dyn.identification.logs.joint_log import JointLog
@@ -58,6 +57,9 @@ class MotionRule:
         Parts into which the motions are dealt; each is kept from a fit in turn.
     deviation : float, optional
         Relative deviation of the arm from its table that is expected, such as 0.2; that of most evidence if not given.
+    cutoffs : tuple of float
+        Filters on positions [Hz], of which the log's likeliest is taken in place of that of `samples`, on its positions
+        or its own speeds (`likeliest_samples`); none for `samples` as they are.
     known : tuple of str
         What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
 
@@ -73,6 +75,7 @@ class MotionRule:
     folds: int = 5
     deviation: float | None = None
     known: tuple[str, ...] = ()
+    cutoffs: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -80,11 +83,6 @@ class MotionRule:
         if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
             allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
             raise OptionError("deviation", self.deviation, allowed)
-
-    @property
-    def weight(self) -> float | None:
-        """Of the table in the consistent fit."""
-        return None if self.deviation is None else self.deviation**-2
 
 
 DEFAULT_MOTION = MotionRule()
@@ -162,10 +160,24 @@ class MotionIdentification:
         """Of each parameter of the consistent fit (p,): whether the log or the table says more of it."""
         if self.consistent is None:
             return ()
-        own = self.columns.own(self.arm)
-        prior = replace(body_prior(self.columns, own), rotor_weight=self.consistent.rotor_weight)
-        table_sigma = np.sqrt(np.diag(prior.covariance(self.consistent.weight)))
-        return identifiable.cell_origins(self.consistent.sigma, table_sigma)
+        return identifiable.cell_origins(self.consistent.left)
+
+    @property
+    def contradiction(self) -> str:
+        """By what the log contradicts the bodies near the table, in words; empty where chance explains it."""
+        if self.consistent is None or not self.consistent.price.refused:
+            return ""
+        price = self.consistent.price
+        name = short(self.base.statements()[price.parameter])
+        return f"{name} is {price.pull:.1f} sigma off, chi^2 {price.chi2:.4g}, probability {price.probability:.1g}"
+
+    @property
+    def shown_sigma(self) -> tuple[float | None, ...]:
+        """Standard errors of the consistent fit (p,), None where the number is that of the table."""
+        if self.consistent is None:
+            return ()
+        pairs = zip(self.consistent.sigma.tolist(), self.origins, strict=True)
+        return tuple(None if origin == identifiable.FROM_TABLE else sigma for sigma, origin in pairs)
 
     def missing_motions(self) -> tuple[identifiable.MissingMotion, ...]:
         """Swings that would identify what this motion does not."""
@@ -191,7 +203,8 @@ def motion_document(
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
-    verdict = (
+    contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
+    verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
         f"condition {result.condition:.3g}"
     )
@@ -309,28 +322,42 @@ def missing(result: MotionIdentification) -> Table:
     return Table("not identified yet; what would do it", columns, rows, "", "missing_motions", says, most=_FEW)
 
 
+def expected(fit: ConsistentFit) -> str:
+    """How far links are expected off the table, in words, and who says so."""
+    s, chosen = fit.scales, "found from the logs" if fit.chosen else "as given"
+    return (
+        f"masses {s.mass:.2g}, centres {1e3 * s.centre:.2g} mm, tensors {s.tensor:.2g}, shapes {s.shape:.2g}, rotors "
+        f"{s.rotor:.2g} ({chosen})"
+    )
+
+
 def _consistent(result: MotionIdentification) -> list[Any]:
     fit = result.consistent
     if fit is None:
         return []
-    chosen = "of most evidence" if fit.chosen else "as given"
     own, rms = result.columns.own(result.arm), fit.price.rms
-    columns = (Heading(key="parameter"), Heading(key="value"), Heading(key="standard_error"),
+    columns = (Heading(key="parameter"), Heading(key="value"), Heading(key="standard_error", kind=float | None,
+               says="Null where the number is that of the table: no torque shows it."),
                Heading(key="of_the_model"), Heading(key="says", kind=Origin))  # fmt: skip
-    rows = zip(result.columns.names, fit.parameters, fit.sigma, own, result.origins, strict=True)
+    rows = zip(result.columns.names, fit.parameters, result.shown_sigma, own, result.origins, strict=True)
     lifted = ", ".join(map(str, fit.lifted))
     return [
         Fact("physical", [bool(x) for x in fit.physical], "Which links are bodies.", "bodies near the table",
              format=lambda links: f"{sum(links)} of {len(links)} links are bodies"),
-        Fact("deviation", fit.deviation, "From the table, expected.", "deviation from the table",
-             format=lambda share: f"{share:.2%} ({chosen})"),
-        Fact("deviation_chosen", bool(fit.chosen), "Whether it was found from the logs."),
+        Fact("scales", [*astuple(fit.scales)], "Expected off the table: share of shapes, length of centres [m], shares "
+             "of tensors and masses, the spread of the logs of rotors.", "expected off the table",
+             format=lambda _: expected(fit), kind=Numbers),
+        Fact("scales_chosen", bool(fit.chosen), "Whether they were found from the logs."),
         Fact("price_chi2", fit.price.chi2, "Against least squares.", "price against least squares, chi^2", "", "+.3g"),
         Fact("price_rms", rms, "Of the torque between the two.", "price against least squares, RMS at the worst joint",
              "N m (N)", lambda x: f"{np.nanmax(x):.2g}", Numbers),
+        Fact("pull", fit.price.pull, "Of the base parameter furthest from least squares, in standard errors.",
+             "furthest from least squares", "sigma", ".1f"),
+        Fact("probability", fit.price.probability, "That chance gives so large a pull or chi^2; below 0.001 the log "
+             "contradicts the bodies."),
+        Fact("contradiction", result.contradiction, "By what; empty where it does not."),
         Fact("lifted", list(fit.lifted), "Links whose values in the table no body has.", kind=list[int]),
         Fact("known", list(fit.constraints), "What was given as known.", kind=list[str]),
-        Fact("iterations", fit.iterations, "Of the solver."),
         Table("", columns, [*rows], key="parameters"),
         Note(f"known: {'; '.join(fit.constraints)}", bool(fit.constraints)),
         Note(f"no body has the table's values of link {lifted}: the nearest was taken", bool(fit.lifted)),
@@ -341,19 +368,23 @@ def links(result: MotionIdentification) -> Table:
     """One row a link of the consistent fit: mass, centre of mass, rotor, and how much of it the log says."""
     fit, own, origins = result.consistent, result.columns.own(result.arm), result.origins
     assert fit is not None
-    rows = []
+    shown, rows = result.shown_sigma, []
     for i, rotor in enumerate(result.columns.rotor_indices):
         ten = slice(len(INERTIAL) * i, len(INERTIAL) * (i + 1))
-        found, sigma = fit.parameters[ten], fit.sigma[ten]
+        found = fit.parameters[ten]
         counts = [origins[ten].count(word) for word in get_args(Origin)]
-        rows.append((str(i + 1), found[0], sigma[0], own[ten][0], found[1:4] / found[0], fit.parameters[rotor],
-                     fit.sigma[rotor], *counts))  # fmt: skip
+        rows.append((str(i + 1), found[0], shown[10 * i], own[ten][0], found[1:4] / found[0], fit.parameters[rotor],
+                     shown[rotor], *counts))  # fmt: skip
     columns = (
-        Heading("link"), Heading("mass", "kg", sigma="sigma_m"), Heading(key="sigma_m"),
+        Heading("link"), Heading("mass", "kg", sigma="sigma_m", without=identifiable.FROM_TABLE),
+        Heading(key="sigma_m"),
         Heading("of the model", "kg", ".5g"),
         Heading("centre of mass", "m", lambda com: ", ".join(f"{x:.4g}" for x in com)),
-        Heading("rotor", "kg m^2", sigma="sigma_r"), Heading(key="sigma_r"),
+        Heading("rotor", "kg m^2", sigma="sigma_r", without=identifiable.FROM_TABLE), Heading(key="sigma_r"),
         Heading("log"), Heading("both"), Heading("table"),
     )  # fmt: skip
-    note = "log, both, table: of a link's ten numbers, how many each says more of"
+    note = (
+        "log, both, table: of a link's ten numbers, how many each says more of; table in place of a plus-minus: no "
+        "torque shows the number"
+    )
     return Table("", columns, rows, note)

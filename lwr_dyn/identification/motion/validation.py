@@ -5,12 +5,16 @@ Some motions are kept from a fit in turn: recordings, or parts of one, cut where
     r_k = sum of e(i) e(i + k) / sum of e^2 over pairs k instants apart in one recording, both of them used
 
 White noise has r_k of mean 0 and variance 1/(pairs), so that Q = sum of pairs r_k^2 over `LAGS` lags follows chi^2 with
-`LAGS` degrees of freedom.
+`LAGS` degrees of freedom. A mean of N instants has the variance c^2 s^2 / N with c^2 = 1 + 2 sum r_k. A fit takes up
+slow noise first: p parameters paid by N equations make every r_k of its residuals about c^2 p / N too small, so
+
+    c^2 = (1 + 2 sum_k<=K r_k) / (1 - (2 K + 1) p / N)
 
 References
 ----------
 Box, Pierce, Distribution of residual autocorrelations in autoregressive-integrated moving average time series models
-(1970), eq. 1.3; with pairs in place of the length where instants are left out.
+(1970), eq. 1.3; with pairs in place of the length where instants are left out. Anderson, The Statistical Analysis of
+Time Series (1971), section 8.2, for the bias of correlations about a fitted mean.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +31,7 @@ from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information, NormalEquations, normal_equations, solve
-from lwr_dyn.identification.regression.least_squares import BaseParameters
+from lwr_dyn.identification.regression.least_squares import BaseParameters, Spectrum, solved
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
@@ -35,6 +39,10 @@ LAGS = 10
 """Instants up to which residuals are compared with later ones."""
 LONGEST = 300
 """Instants over which alike residuals are summed at most."""
+LEAST_LEFT = 0.3
+"""Least share of slow noise that a fit is taken to have left."""
+WELL_SEEN = 1e4
+"""Condition beyond which a fit without a fold says nothing of errors."""
 LEVEL = 0.01
 """Share of white logs that are called not white."""
 
@@ -44,7 +52,7 @@ class Whiteness:
     """Of one joint: autocorrelation (LAGS,) of its residuals from lag 1, the statistic Q and its probability.
 
     `inflation`: by how much a mean over many instants is more uncertain than that of white noise with the same
-    variance, sqrt(1 + 2 sum r_k) over the lags up to the first that is not positive beyond its own noise: at least 1.
+    variance, c over the lags up to the first that is not positive beyond its own noise: at least 1.
     """
 
     joint: int
@@ -85,9 +93,14 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(known)))) if known.size else float("nan")
 
 
-def whiteness_of(residuals: Array, recording: NDArray[np.intp]) -> tuple[Whiteness, ...]:
-    """Of residuals (k, n), NaN where not used, in recordings (k,); a joint without any is left out."""
-    found = [_of_joint(j + 1, residuals[:, j], recording) for j in range(residuals.shape[1])]
+def whiteness_of(residuals: Array, recording: NDArray[np.intp], paid: Array | float = 0.0) -> tuple[Whiteness, ...]:
+    """Of residuals (k, n), NaN where not used, in recordings (k,); a joint without any is left out.
+
+    `paid` (n,) are the parameters that each joint's equations paid for (`Information.paid`).
+    """
+    n = residuals.shape[1]
+    taken = np.broadcast_to(paid, n).tolist()
+    found = [_of_joint(j + 1, residuals[:, j], recording, taken[j]) for j in range(n)]
     return tuple(one for one in found if one is not None)
 
 
@@ -99,13 +112,14 @@ def inflation_of(whiteness: Sequence[Whiteness], joints: int) -> Array:
     return out
 
 
-def _of_joint(joint: int, residual: Array, recording: NDArray[np.intp]) -> Whiteness | None:
+def _of_joint(joint: int, residual: Array, recording: NDArray[np.intp], paid: float) -> Whiteness | None:
     known = np.isfinite(residual)
-    if np.count_nonzero(known) <= LAGS:
+    equations = int(np.count_nonzero(known))
+    if equations <= LAGS:
         return None
     variance = float(np.mean(np.square(residual[known])))
     r, pairs = np.zeros(LAGS), np.zeros(LAGS)
-    alike, cut = 0.0, False
+    share, square, alike, cut = paid / equations, 1.0 / max(1.0 - paid / equations, LEAST_LEFT), 0.0, False
     for k in range(1, LONGEST + 1):
         if k > LAGS and cut:
             break
@@ -113,12 +127,14 @@ def _of_joint(joint: int, residual: Array, recording: NDArray[np.intp]) -> White
         together = np.isfinite(product) & (recording[k:] == recording[:-k])
         count = int(np.count_nonzero(together))
         correlation = float(np.mean(product[together])) / variance if variance > 0.0 and count else 0.0
-        cut = cut or correlation <= 2.0 / np.sqrt(max(count, 1))
-        alike += 0.0 if cut else correlation
+        cut = cut or correlation + share * square <= 2.0 / np.sqrt(max(count, 1))
+        if not cut:
+            alike += correlation
+            square = (1.0 + 2.0 * alike) / max(1.0 - (2 * k + 1) * share, LEAST_LEFT)
         if k <= LAGS:
             r[k - 1], pairs[k - 1] = correlation, count
     statistic = float(pairs @ np.square(r))
-    inflation = float(np.sqrt(1.0 + 2.0 * alike))
+    inflation = float(np.sqrt(max(1.0, square)))
     return Whiteness(joint, r, statistic, float(stats.chi2.sf(statistic, LAGS)), inflation)
 
 
@@ -223,6 +239,34 @@ class Folds:
     def information(self) -> Information:
         """What all of them say."""
         return solve(reduce(add, self.normal), self.columns, self.base)
+
+    def inflation(self, information: Information) -> float:
+        """How much more base values move when a fold is left out than their errors say: kappa, at least 1.
+
+            kappa^2 = sum_f d_f^T A d_f / sum_f (tr(A A_-f^-1) - b)
+
+        d_f is the change of the b values without fold f, A their precision. It is 1 for independent errors and more
+        for those that last as long as a fold, or belong to a part of the joints' ranges. Folds without which a value
+        is hardly seen are passed over.
+
+        References
+        ----------
+        Shao, Wu, A general theory for jackknife variance estimation (1989), for leaving out blocks.
+        """
+        noise = np.where(np.isfinite(information.noise), information.noise, 1.0)
+        matrix, side = reduce(add, self.normal).weighted(noise)
+        if not information.determined.all():
+            return 1.0
+        values, moved, expected = information.values, 0.0, 0.0
+        for part in self.normal:
+            own, right = part.weighted(noise)
+            spectrum = Spectrum.of(matrix - own)
+            if spectrum.condition < WELL_SEEN:
+                inverse = spectrum.inverse()
+                change = solved(matrix - own, side - right, inverse) - values
+                moved += float(change @ matrix @ change)
+                expected += float(np.trace(matrix @ inverse)) - len(values)
+        return float(np.sqrt(max(1.0, moved / expected))) if expected > 0.0 else 1.0
 
     def held_out(self, noise: Array, refit: Refit | None = None) -> Array:
         """Residuals (k, n) of torques by fits to the other folds, NaN where not known; `refit` makes bodies of them."""

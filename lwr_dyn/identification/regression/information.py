@@ -273,6 +273,13 @@ class Information:
         return self.noise / self.inflation
 
     @property
+    def paid(self) -> Array:
+        """How many parameters the equations of each joint pay for, (n,): they sum to the rank."""
+        seen = self.equations > 0
+        weights = np.where(seen, 1.0 / np.where(seen, self.noise, 1.0) ** 2, 0.0)
+        return np.asarray(weights * np.einsum("jab,ba->j", self.normal.matrices, self.covariance))
+
+    @property
     def covariance(self) -> Array:
         """(b, b): the inverse of the precision in the directions that the log shows; see `sigma` for the others."""
         return Spectrum.of(self.precision).inverse()

@@ -3,6 +3,8 @@
     q  through a Butterworth filter of order 4 without phase, dq and ddq by central differences; torques untouched;
     every so many rows; no equation of a joint that is slow, where friction is not what the columns say
 
+Where a log has speeds of its own they may stand in for the differences: through the same filter, ddq by theirs.
+
 References
 ----------
 Gautier, Janot, Vandanjon, A new closed-loop output error method for parameter identification of robot dynamics (2013),
@@ -60,6 +62,8 @@ class SampleRule:
         The motor map dq_m = T dq of columns with friction at the motors: `slowest` is then a speed of motors, and a
         joint's equation needs all motors that drive it to be faster.
 
+    own_speeds : bool
+        Whether dq is the log's own where it has one, and ddq comes from it.
     reach : float
         Periods of the cut-off beside a reversal of a joint in which it has no equation; 0 for none left out.
 
@@ -74,6 +78,7 @@ class SampleRule:
     slowest: float | Array = 0.05
     transmission: Transmission | None = None
     reach: float = REACH
+    own_speeds: bool = False
 
     def __post_init__(self) -> None:
         if self.cutoff is not None and not (isfinite(self.cutoff) and self.cutoff > 0.0):
@@ -214,12 +219,18 @@ def _piece(
     rows = np.arange(edge, t.size - edge, max(1, round(rule.spacing / step)))
     for part in np.array_split(rows, -(-(t.size) // PART)) if rows.size else ():
         first, last = max(0, part[0] - HALF - memory), min(t.size, part[-1] + HALF + memory + 1)
-        q = positions[first:last]
+        q, speeds = positions[first:last], None
+        if rule.own_speeds and log.dq is not None:
+            speeds = log.dq[piece][first:last]
         if sos is not None:
             q = sosfiltfilt(sos, q, axis=0, padlen=min(edge, len(q) - 1))
+            speeds = None if speeds is None else sosfiltfilt(sos, speeds, axis=0, padlen=min(edge, len(q) - 1))
         a, b, c, d, e = (q[part - first + i] for i in range(-HALF, HALF + 1))
         dq = (a - 8 * b + 8 * d - e) / (12 * step)
         ddq = (-a + 16 * b - 30 * c + 16 * d - e) / (12 * step**2)
+        if speeds is not None:
+            a, b, dq, d, e = (speeds[part - first + i] for i in range(-HALF, HALF + 1))
+            ddq = (a - 8 * b + 8 * d - e) / (12 * step)
         clear = rule.clear_of_reversals(q, part - first, reach) if reach else np.ones(c.shape, dtype=np.bool_)
         yield t[part], c, dq, ddq, log.tau[piece][part], clear
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lwr_dyn.arms.papers.assembly import arm_from_paper
+from lwr_dyn.arms.papers.assembly import OWN_AXES, arm_from_paper
 from lwr_dyn.arms.papers.schema import Paper, to_si
 from lwr_dyn.dynamics.regressor import INERTIAL, ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
@@ -191,7 +191,9 @@ def printed_cells(source: Paper | Arm) -> PrintedCells:
     for i, link in enumerate(arm.chain.links):
         opened[i, list(bodies[i].unknown)] = True
         opened[i, ROTOR] = link.rotor is None
-    return _of_paper(source, opened) if isinstance(source, Paper) else _of_arm(arm, opened)
+    if isinstance(source, Paper) and not any(name in source.columns for name in OWN_AXES):
+        return _of_paper(source, opened)
+    return _of_arm(arm, opened)
 
 
 def _of_arm(arm: Arm, opened: NDArray[np.bool_]) -> PrintedCells:

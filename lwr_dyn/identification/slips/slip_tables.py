@@ -222,7 +222,9 @@ def _instead(report: SlipReport, k: int) -> list[Repair]:
 
 def _errata(repair: Repair, paper: Paper | None) -> list[str]:
     """Ids of a paper's errata that patch what is repaired and that its reading does not apply."""
-    errata = () if paper is None else (e for e in paper.errata if e.id not in paper.reading.errata)
+    if paper is None:
+        return []
+    errata = (e for e in paper.errata_of(paper.reading.set_name) if e.id not in paper.reading.errata)
     return [e.id for e in errata if any(p.at.startswith(_places(repair)) for p in e.of_tables())]
 
 

@@ -4,6 +4,7 @@ background       What goes on beside a running program: the cell's values and an
                  and loops
 cell             A cell: what stands around a program: the robot, inputs, states, variables of a PLC, tools, stubs,
                  its answers
+conditions       Conditions of interrupts and of the cell's answers: whether one is true, and when it becomes true
 controller       The state of the robot controller while a program runs: machine data, frames, speeds, blends, inputs
 evaluate         Evaluation: expressions -> values, and references -> the variables, elements and components they name
 execute          Executes a running program step by step, with bounds on steps and time, and its submit programs

@@ -1,6 +1,7 @@
 """What goes on beside a running program: the cell's values and answers, interrupts, BRAKE and RESUME, and loops.
 
-A condition is looked at after each statement and at each time at which something is due. A loop is looked at when it
+A condition is looked at after each statement and at each time at which something is due; one on what moves also between
+them (`conditions`). A loop is looked at when it
 goes back to its head: the run ends where the state of the whole program has come back, so that all later passes are
 known; where no time has passed, the loop only watches, and time passes until something beside the program happens.
 """
@@ -15,16 +16,15 @@ import numpy as np
 
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.krl.diagnostics import ExecutionError, ResumedError
-from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.line_parser import statement_of
-from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import CONFIG, SYSTEM
 from lwr_dyn.krl.project.program import Program
 from lwr_dyn.krl.running.cell import Reply
+from lwr_dyn.krl.running.conditions import follows_motion, is_true, next_rise
 from lwr_dyn.krl.running.controller import INPUTS, ControllerState
-from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of
+from lwr_dyn.krl.running.evaluate import number_of, reference_to
 from lwr_dyn.krl.running.running_program import SAME, KeptState, LoopWatch, RunningProgram, StackFrame, Watch
 from lwr_dyn.krl.running.triggers import TICK
 from lwr_dyn.krl.running.values import Value, Variable, converted, copied, value_text
@@ -54,7 +54,7 @@ def settle(m: RunningProgram) -> None:
     if not (m.clock.pending or m.replies or m.interrupts):
         return
     for _ in range(MOST_AT_ONCE):
-        happened = m.clock.run_due(lambda: _look(m))
+        happened = _pass_time(m)
         if not _look(m) and not happened:
             return
     raise ExecutionError("endless", "interrupts or answers of the cell follow one another without end", "")
@@ -63,42 +63,54 @@ def settle(m: RunningProgram) -> None:
 def settle_rest(m: RunningProgram) -> None:
     """The program has ended: what was planned for later still happens."""
     m.triggers.plan(final=True)
-    while m.clock.pending and (time := m.clock.pending[0][0]) <= m.motions.now + LONGEST_TAIL:
+    while m.clock.due(m.motions.now + LONGEST_TAIL) is not None:
         try:
-            m.clock.run_due(lambda: _look(m), time)
+            m.clock.run_next(lambda: _look(m))
         except ExecutionError as fault:  # no statement is executed any more that would report it
             m.log.report_fault(fault)
 
 
+def _pass_time(m: RunningProgram) -> bool:
+    """Let all happen that is due now, in order of time; whether anything was."""
+    happened = False
+    while True:
+        due = m.clock.due(m.motions.now)
+        until = m.motions.fixed if due is None else min(due, m.motions.fixed)
+        rise = next_rise(m, [x for x in _live(m) if x.moves], until)
+        if rise is not None:
+            time, watch = rise
+            watch.last = True
+            m.clock.run_at(time, watch.follow, lambda: _look(m))
+        elif due is not None:
+            m.clock.run_next(lambda: _look(m))
+        else:
+            return happened
+        happened = True
+
+
+def _live(m: RunningProgram) -> list[Watch]:
+    """The cell's answers, and the interrupts that may come now, in order of priority."""
+    above = m.interrupt.priority
+    for watch in m.interrupts.values():
+        watch.enabled = watch.enabled and watch.frame in m.stack
+    return [*m.replies, *(x for p, x in sorted(m.interrupts.items()) if p < above and x.enabled)]
+
+
 def _look(m: RunningProgram) -> bool:
-    """Look at the conditions; whether one has become true."""
-    followed, above = False, m.interrupt.priority
+    """Look at the conditions on what stands still between statements; whether one has become true."""
+    followed = False
     for priority, watch in m.interrupts.items():
-        if priority >= above and watch.last and not _is_true(m, watch.condition):
+        if priority >= m.interrupt.priority and watch.last and not watch.moves and not is_true(m, watch.condition):
             watch.last = False  # it may rise again when the interrupt that is executed now has ended
-    live = [w for p, w in sorted(m.interrupts.items()) if p < above and w.enabled]
-    for watch in (*m.replies, *live):
-        if watch.frame is not None and watch.frame not in m.stack:
-            watch.enabled = False
+    for watch in _live(m):
+        if watch.moves or (watch.frame is not None and watch.frame not in m.stack):
             continue
-        now = _is_true(m, watch.condition)
+        now = is_true(m, watch.condition)
         rises, watch.last = now and not watch.last, now
         if rises:
             followed = True
             watch.follow()
     return followed
-
-
-def _is_true(m: RunningProgram, condition: e.Expression) -> bool:
-    """Whether it is true now; looking does not stop the advance run. FALSE where a value is missing."""
-    advance = m.motions.advance
-    try:
-        return truth_of(m, condition, "a condition")
-    except ExecutionError as fault:
-        m.controller.assume(expression_text(condition), "FALSE", str(fault))
-        return False
-    finally:
-        m.motions.advance = advance
 
 
 # --- what the cell gives, and its answers
@@ -174,9 +186,10 @@ def watch_for_replies(m: RunningProgram) -> None:
         if reply.when is None:
             m.clock.add(reply.after, give)
         else:
-            m.replies.append(Watch(reply.when, partial(m.clock.add_later, reply.after, give)))
+            follow = partial(m.clock.add_later, reply.after, give)
+            m.replies.append(Watch(reply.when, follow, moves=follows_motion(reply.when)))
     for watch in m.replies:
-        watch.last = _is_true(m, watch.condition)
+        watch.last = is_true(m, watch.condition)
         if watch.last:
             watch.follow()
 
@@ -199,7 +212,7 @@ def switch_interrupts(m: RunningProgram, x: s.InterruptSwitch) -> None:
         if only in (None, priority):
             watch.enabled = on
             # only an edge after this counts
-            watch.last = on and _is_true(m, watch.condition)
+            watch.last, watch.since = on and is_true(m, watch.condition), m.clock.now
 
 
 def brake_arm(m: RunningProgram) -> None:

@@ -111,10 +111,11 @@ AT_START: dict[str, Value] = {
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 0.0, 0.0)
 """Where mastering is not known."""
 
-_OF_MOTION = frozenset({
+OF_MOTION = frozenset({
     "$POS_ACT", "$POS_INT", "$POS_FOR", "$POS_ACT_MES", "$AXIS_ACT", "$AXIS_INT", "$AXIS_FOR", "$AXIS_ACT_MES",
     "$AXIS_ACT_MEAS",
 })  # fmt: skip
+"""Variables that say where the arm is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,12 +219,12 @@ class ControllerState:
 
     def holds(self, key: str) -> bool:
         """Whether a system variable has its value here, also where a `.dat` declares it."""
-        return key in _OF_MOTION or key in self.variables or key in self.given
+        return key in OF_MOTION or key in self.variables or key in self.given
 
     def variable(self, name: str) -> Variable | None:
         """A system variable, one of the standard `$config.dat` or of the cell; None for another name."""
         key = name.upper()
-        if key in _OF_MOTION:
+        if key in OF_MOTION:
             return Variable(SYSTEM[key], self.position(key))
         if key not in self.variables and (key.startswith("$") or key in CONFIG or key in self.given):
             kind = SYSTEM.get(key) or CONFIG.get(key) or UNKNOWN
@@ -283,15 +284,22 @@ class ControllerState:
         self.assume("home", "A2 -90, A3 90, all others 0", "not known of this robot: home_deg in a cell file")
         return np.radians(HOME_DEG)
 
-    def position(self, key: str) -> Value | None:
-        """`$POS_ACT` or `$AXIS_ACT`; before the first motion the arm is assumed at mastering."""
-        q = self.home() if self.q is None else self.q
+    def position(self, key: str, q: Array | None = None) -> Value | None:
+        """`$POS_ACT` or `$AXIS_ACT` at q (n,) [rad], where the planned motions end without it.
+
+        Before the first motion the arm is assumed at mastering.
+        """
+        q = self.q if q is None else q
+        q = self.home() if q is None else q
         return v.axes_value(q) if key.startswith("$AXIS") else self.pose_at(q)
 
     def pose_at(self, q: Array) -> StructValue:
         """The tool at q (n,) [rad] in the base, with Status and Turn."""
-        T = np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool)
-        return v.pose_value(T, "E6POS", {"S": status(self.arm, q), "T": turn(q)})
+        return v.pose_value(self.tcp_in_base(q), "E6POS", {"S": status(self.arm, q), "T": turn(q)})
+
+    def tcp_in_base(self, q: Array) -> Array:
+        """The tool centre point at q (n,) [rad] in the active base (4, 4) [m]."""
+        return np.asarray(np.linalg.inv(self.base) @ tool_pose(self.arm, q, self.tool))
 
     @property
     def base(self) -> Array:

@@ -17,6 +17,7 @@ from lwr_dyn.krl.language.blocks import CodeBlock
 from lwr_dyn.krl.language.unparse import expression_text
 from lwr_dyn.krl.names.known_names import Type
 from lwr_dyn.krl.running import background
+from lwr_dyn.krl.running.conditions import follows_motion
 from lwr_dyn.krl.running.evaluate import number_of, reference_to, truth_of, value_of
 from lwr_dyn.krl.running.functions import called_routine, value_of_call
 from lwr_dyn.krl.running.inline_forms import bas, with_settings
@@ -344,7 +345,8 @@ def _declare_interrupt(m: RunningProgram, x: s.InterruptDeclaration, frame: Stac
         finally:
             m.interrupt = before
 
-    m.interrupts[priority] = Watch(x.condition, follow, enabled=old is not None and old.enabled, frame=frame)
+    moves, enabled = follows_motion(x.condition), old is not None and old.enabled
+    m.interrupts[priority] = Watch(x.condition, follow, enabled=enabled, frame=frame, moves=moves, since=m.clock.now)
 
 
 def _spline(m: RunningProgram, x: s.SplineBlock, frame: StackFrame, at: int) -> None:

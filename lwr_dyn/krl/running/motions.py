@@ -40,6 +40,8 @@ class ExecutedMotion:
     begin: float
     end: float
     q: Array
+    tcp: Array
+    """(4, 4) [m] The tool centre point at its end, in the base that is active then."""
     overlap: float = 0.0
     """[s] At its beginning, while the motion before it still ends."""
 
@@ -150,6 +152,19 @@ class Motions:
         """[s] From the start of the program to the end of the motions that are planned."""
         return self.idle + self.timeline.duration
 
+    @property
+    def fixed(self) -> float:
+        """[s] Until when the motions can no longer change: the last one may still pass into the next."""
+        if self.blend_now() is None or not self.timeline.items:
+            return self.now
+        return self.idle + self.timeline.items[-1].begin
+
+    def axes_at(self, time: float) -> Array | None:
+        """Where the arm is at a time [s] (n,) [rad]; None before it stands anywhere."""
+        if not self.timeline.items:
+            return None
+        return np.asarray(self.timeline.sample(np.array([time - self.idle])).q[0])
+
     def wait(self, seconds: float, position: SourcePosition, kind: str = "WAIT") -> None:
         """Add a pause; raises `ExecutionError` for one that is too long."""
         self.stop_advance()
@@ -164,7 +179,14 @@ class Motions:
             if last is not None and last.kind == kind and last.position == position and kind != "WAIT":
                 self.executed[-1] = replace(last, end=item.end)
             else:
-                self.executed.append(ExecutedMotion(position, kind, item.begin, item.end, q))
+                self.note(position, kind, item.begin, item.end, q)
+
+    def note(
+        self, position: SourcePosition, kind: str, begin: float, end: float, q: Array, overlap: float = 0.0
+    ) -> None:
+        """Add a motion or pause to those that are executed."""
+        tcp = self.controller.tcp_in_base(q)
+        self.executed.append(ExecutedMotion(position, kind, begin, end, q, tcp, overlap))
 
     def stop_advance(self) -> None:
         """Let the motion end before the program goes on, unless CONTINUE stands before the statement."""
@@ -262,12 +284,12 @@ class Motions:
         if c.q is None:
             # the first motion (KUKA's block coincidence) begins anywhere: it only sets the axes
             self.timeline.add(Pause(q, 0.0))
-            self.executed.append(ExecutedMotion(position, f"{x.kind} (start)", 0.0, 0.0, q))
+            self.note(position, f"{x.kind} (start)", 0.0, 0.0, q)
         elif segment is not None:
             item = append_segment(self.timeline, segment, blend, c.tool)
             if item.overlap > 0.0:
                 c.assume("points passed without a stop", "", PASSED)
-            self.executed.append(ExecutedMotion(position, x.kind, item.begin, item.end, q, item.overlap))
+            self.note(position, x.kind, item.begin, item.end, q, item.overlap)
         else:
             self.still.append(position)
         c.q = q
@@ -372,7 +394,7 @@ def end_block(m: Motions, blends: tuple[str, ...]) -> None:
         begin, overlap, blend = item.begin, item.overlap, None
         ends = piece.segment.axes(piece.ends).q
         for k, end, q in zip(piece.motions, item.begin + piece.ends, ends, strict=True):
-            m.executed.append(ExecutedMotion(*block.motions[k], begin, float(end), q, overlap))
+            m.note(*block.motions[k], begin, float(end), q, overlap)
             begin, overlap = float(end), 0.0
         m.controller.q = piece.segment.end
     m.blend, m.advance = m.controller.blend(blends), True

@@ -23,7 +23,7 @@ from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.motion.cycle_times import CycleTimes, cycle_times, pass_times
 from lwr_dyn.krl.motion.timeline import Timeline
 from lwr_dyn.krl.project.program import Program
-from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose
+from lwr_dyn.krl.robot.kuka_pose import KukaPose, kuka_pose, pose_of_matrix
 from lwr_dyn.krl.running.background import give_arguments, give_cell, note_unread, settle_rest, watch_for_replies
 from lwr_dyn.krl.running.cell import RobotCell
 from lwr_dyn.krl.running.controller import Assumption, MachineData
@@ -98,8 +98,14 @@ class ProgramRun:
         return np.asarray(np.abs(self.motion.dq).max(axis=0))
 
     def poses(self) -> tuple[KukaPose, ...]:
-        """The flange at the end of each motion, with Status and Turn."""
+        """The flange in the world at the end of each motion, with Status and Turn."""
         return tuple(kuka_pose(self.arm, motion.q) for motion in self.executed)
+
+    def tcp_poses(self) -> tuple[KukaPose, ...]:
+        """The tool centre point in the active base at the end of each motion, as the pendant shows it."""
+        return tuple(
+            replace(pose_of_matrix(x.tcp), s=p.s, t=p.t) for x, p in zip(self.executed, self.poses(), strict=True)
+        )
 
     def to_run(self) -> Run:
         """As a `Run` for `lwr-dyn replay`, in which the axes follow the program exactly.

@@ -6,6 +6,7 @@ the program in an expression is executed too, so the state is given the function
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,12 +20,12 @@ from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.declarations import Declarator, Def, Parameter, Signal
 from lwr_dyn.krl.language.unparse import expression_text
-from lwr_dyn.krl.names.known_names import UNKNOWN, Type
+from lwr_dyn.krl.names.known_names import SYSTEM, UNKNOWN, Type
 from lwr_dyn.krl.project.program import Program, program_in, scope_of
 from lwr_dyn.krl.project.project import DeclaredName
 from lwr_dyn.krl.running import values as v
 from lwr_dyn.krl.running.cell import RobotCell
-from lwr_dyn.krl.running.controller import ControllerState, MachineData
+from lwr_dyn.krl.running.controller import OF_MOTION, ControllerState, MachineData
 from lwr_dyn.krl.running.evaluate import aggregate_value, number_of, reference_to, signal_reference, value_of
 from lwr_dyn.krl.running.motions import Motions
 from lwr_dyn.krl.running.triggers import PlannedTrigger, ProgramClock, StoppedMotion, Triggers
@@ -163,6 +164,8 @@ class Watch:
     enabled: bool = True
     frame: StackFrame | None = None
     """The routine that has declared an interrupt: it holds there and in what that calls."""
+    moves: bool = False  # the condition names what moves: it may become true between two statements
+    since: float = 0.0  # [s] from when on it is looked at
 
 
 @dataclass(slots=True, eq=False)
@@ -205,8 +208,7 @@ class RunningProgram:
         self.steps = 0
         self.passes: LoopPasses | None = None
         """Of an endless loop at which the run has ended."""
-        self.interrupts: dict[int, Watch] = {}
-        """By priority."""
+        self.interrupts: dict[int, Watch] = {}  # by priority
         self.interrupt = ActiveInterrupt()
         self.replies: list[Watch] = []
         self.submits: list[Submit] = []
@@ -228,6 +230,8 @@ class RunningProgram:
         key = name.upper()
         if self.stack and key in self.stack[-1].variables:
             return self.stack[-1].variables[key]
+        if key in OF_MOTION and self.clock.at is not None:  # an interrupt may come while the arm is on its way
+            return Variable(SYSTEM[key], self.controller.position(key, self.motions.axes_at(self.clock.at)))
         declared = self.here.names.variables.get(key)
         file = "" if declared is None else declared.position.file
         # the controller holds what it computes and what is given from outside, also where a file declares it
@@ -245,7 +249,7 @@ class RunningProgram:
         key = name.upper()
         if key in ("$TIMER", "$TIMER_FLAG") and len(index) == 1:
             value = self.clock.read_timer(index[0])
-            return round(value) if key == "$TIMER" else value > 0.0
+            return math.floor(value + 1e-6) if key == "$TIMER" else value > 0.0  # whole ms that have passed
         found = self.controller.element(key, index)
         if found is not None and key in ("$IN", "$OUT", "$ANIN", "$ANOUT"):
             self.motions.stop_advance()

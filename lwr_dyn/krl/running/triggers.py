@@ -49,6 +49,8 @@ class ProgramClock:
     """Numbers of timers whose value the program has asked for."""
     at: float | None = None
     """[s] The time of what happens now, where it is not the present time."""
+    looked: float = 0.0
+    """[s] Until when conditions on what moves have been looked at."""
     added: int = 0
 
     @property
@@ -80,19 +82,23 @@ class ProgramClock:
             times.append(self.now + TICK)
         return min(times, default=None)
 
-    def run_due(self, then: Callable[[], object], until: float | None = None) -> bool:
-        """Let everything happen that is due, in order of time, and `then` after each; whether anything was."""
-        happened = False
-        while self.pending and self.pending[0][0] <= (self.motions.now if until is None else until) + SAME:
-            happened = True
-            time, _, action = heapq.heappop(self.pending)
-            self.at = time
-            try:
-                action()
-                then()
-            finally:
-                self.at = None
-        return happened
+    def due(self, until: float) -> float | None:
+        """[s] When the next of what is pending happens, up to a time [s]; None where nothing does."""
+        return self.pending[0][0] if self.pending and self.pending[0][0] <= until + SAME else None
+
+    def run_next(self, then: Callable[[], object]) -> None:
+        """Let the next of what is pending happen, and then what follows from it."""
+        time, _, action = heapq.heappop(self.pending)
+        self.run_at(time, action, then)
+
+    def run_at(self, time: float, action: Callable[[], object], then: Callable[[], object]) -> None:
+        """Let something happen at a time [s], and then what follows from it."""
+        self.at = time
+        try:
+            action()
+            then()
+        finally:
+            self.at = None
 
     def record(self, position: SourcePosition, kind: str, text: str) -> None:
         """Add an event at the present time."""
@@ -178,9 +184,9 @@ def brake(m: Motions, time: float, position: SourcePosition) -> StoppedMotion | 
     stopped = StoppedMotion(slowed, m.executed[index], m.controller.q, begin + part.duration, items, later)
     m.controller.assume("BRAKE", "", "the arm stops on its path, each axis within its ramp; BRAKE F alike")
     m.timeline.add_at(slowed, time)
-    m.executed[index:] = [replace(m.executed[index], end=time, q=now.q[0])]
+    m.executed[index:] = [replace(m.executed[index], end=time, q=now.q[0], tcp=m.controller.tcp_in_base(now.q[0]))]
     item, m.controller.q = m.timeline.items[-1], slowed.axes(np.array([slowed.duration])).q[0]
-    m.executed.append(ExecutedMotion(position, "BRAKE", item.begin, item.end, m.controller.q))
+    m.note(position, "BRAKE", item.begin, item.end, m.controller.q)
     m.blend, m.advance = None, False
     return stopped
 

@@ -241,7 +241,7 @@ def replay_html(
     if layout not in ("overlaid", "beside"):
         raise OptionError("layout", repr(layout), "overlaid, beside")
     shown = replayed_runs(runs, arms, labels)
-    headline = shown[0].arm.title if title is None else title
+    headline = " and ".join(dict.fromkeys(run.arm.title for run in shown)) if title is None else title
     data = page_data(shown, rate) | {"title": headline, "live": live}
     data["start"] = {"trace": trace, "frames": frames, "beside": layout == "beside"}
     return player_page(headline, data, live)

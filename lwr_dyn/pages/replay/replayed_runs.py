@@ -89,6 +89,8 @@ def replayed_runs(
         A run that is empty, not finite, or has other joints than its arm.
     """
     arm_of = [arms] * len(runs) if isinstance(arms, Arm) else list(arms)
+    if isinstance(labels, str):
+        raise OptionError("labels", repr(labels), "a list of names, one per run")
     names = _labels(runs) if labels is None else [str(label) for label in labels]
     if not runs:
         raise OptionError("runs", "none", "one or more")
@@ -148,8 +150,12 @@ def _replayed(run: Run, arm: Arm, label: str, place: int) -> ReplayedRun:
 
 
 def _labels(runs: Sequence[Run]) -> list[str]:
-    """The controller; where it repeats with plant and payload; where that repeats with a number."""
-    names = [facts(run).get("controller", "run") for run in runs]
+    """The controller, of several robots after the robot; where it repeats with plant and payload, then a number."""
+    names, robots = (
+        [facts(run).get(key, other) for run in runs] for key, other in (("controller", "run"), ("robot", ""))
+    )
+    if len(set(robots)) > 1:
+        names = [f"{robot}: {name}" for robot, name in zip(robots, names, strict=True)]
     more = [run_name(run)[1] for run in runs]
     full = [f"{n}, {m}" if m and names.count(n) > 1 else n for n, m in zip(names, more, strict=True)]
     return [name if full.count(name) == 1 else f"{name} {full[: i + 1].count(name)}" for i, name in enumerate(full)]

@@ -78,8 +78,7 @@ class RunComparison:
             Note("* the smallest of its plant", several),
             Note("! unstable: a torque goes from one limit to the other again and again; it is not ranked",
                  any(one.shakes for one in self.runs)),
-            Note([f"{one.controller}, {one.plant}: limits {one.figures.limits}"
-                  for one in self.runs if one.figures.within_limits is not True]),
+            Note(_limits(self.runs)),
             Note([f"{one.controller}, {one.plant}: unstable, bounded by the torque limits alone: {one.cuts}"
                   for one in self.runs if one.shakes]),
             Note([f"{name}: omega_n {one.omega_n:.3g} rad/s, where |S_ii| reaches {one.peak:.3g} of {one.limit:g} "
@@ -144,6 +143,13 @@ class RunComparison:
     _repr_html_ = repr_html
 
 
+def _percent(share: float) -> str:
+    """A share of a torque limit in percent; rounding errors are 0."""
+    return "0 %" if share < ROUNDING else f"{100 * share:.3g} %"
+
+
+ROUNDING = 1e-9
+"""Share of a torque limit below which a torque is a rounding error."""
 COLUMNS = (
     Heading("controller", key="controller", says="Label of the controller."),
     Heading(key="typed", says="The controller as typed; its label in runs that do not say."),
@@ -151,7 +157,7 @@ COLUMNS = (
     Heading("tip RMS", "mm", ".4g", "tip_rms_mm", "RMS error of the tip, mm.", float),
     Heading("max", "mm", ".4g", "tip_max_mm", "Largest error of the tip, mm.", float),
     Heading("peak torque", "N m", ".4g", "peak_torque", "Largest torque of any joint, N m (N)."),
-    Heading("of limit", "", lambda share: UNKNOWN if np.isnan(share) else f"{100 * share:.3g} %", "torque_share",
+    Heading("of limit", "", lambda share: UNKNOWN if np.isnan(share) else _percent(share), "torque_share",
             "Largest share of a torque limit; null where none is known."),
     Heading(key="torque_cut_share",
             says="Share of the time in which the torque of one joint is cut at its limit, of the worst joint."),
@@ -165,6 +171,18 @@ COLUMNS = (
             kind=list[Literal["tip_rms_mm", "tip_max_mm"]]),
     Heading(key="metrics", says="Errors and uses of limits.", kind=MetricsRecord),
 )  # fmt: skip
+
+
+def _limits(runs: Sequence[ComparedRun]) -> list[str]:
+    """The limits that runs did not keep, or that are unknown; one line where it is the same for all runs."""
+    said = {one.figures.limits for one in runs}
+    if len(said) == 1 and len(runs) > 1:
+        return [f"limits of all runs: {words}" for words in said if runs[0].figures.within_limits is not True]
+    return [
+        f"{one.controller}, {one.plant}: limits: {one.figures.limits}"
+        for one in runs
+        if one.figures.within_limits is not True
+    ]
 
 
 def compare(*runs: Run | str | Path, labels: Sequence[str] | None = None) -> RunComparison:

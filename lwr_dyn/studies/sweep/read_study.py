@@ -88,7 +88,10 @@ def _base(fields: Fields, path: Path, text: str) -> SweepStudy:
         robot = str(files[0].resolve())
     share = fields.number("assumed_friction", None, above=0.0)
     reading, texts = fields.take("reading", str, ""), fields.texts("controllers")
-    study = SweepStudy(name, robot, reading, texts, "", runs=1, assumed_friction=share, file=str(path), text=text)
+    study = SweepStudy(
+        name, robot, reading, texts, "", tip=fields.take("tip", str, None), runs=1, assumed_friction=share,
+        file=str(path), text=text,
+    )  # fmt: skip
     with blamed(fields, "robot"):
         return _with_files(study, files)
 

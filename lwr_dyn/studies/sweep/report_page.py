@@ -280,6 +280,8 @@ def finish(study: SweepStudy, results: SweepResults) -> FinishedSweep | None:
             files.append(make_folder(results.folder / WORST) / f"{names[text]}-run-{number}.npz")
             run.save(files[-1])
             worst.append(WorstRun(text, number, run, workshop.arm if run.setup is None else run.setup.plant.arm))
+    for old in set((results.folder / WORST).glob("*-run-*.npz")) - set(files):  # of fewer runs, or another `keep`
+        old.unlink()
     page = results.folder / PAGE
     write_file(page, report_html(summary, worst))
     return FinishedSweep(summary, page, tuple(files))

@@ -125,7 +125,9 @@ class VariedParameter:
         return {"fixed": shown, "choice": f"one of {shown}", "levels": f"levels {shown}"}[self.distribution]
 
 
-METHODS = ("grid", "sobol", "latin-hypercube", "random", "saltelli")
+HYPERCUBE = "latin-hypercube"
+"""The method by which another number of runs draws all of them anew."""
+METHODS = ("grid", "sobol", HYPERCUBE, "random", "saltelli")
 FEW = 16
 """Numbers a run up to which 512 Sobol points keep all pairs of them apart, better than the other methods do.
 
@@ -156,7 +158,7 @@ def points(
     if method == "grid":
         index = np.unravel_index(np.arange(first, stop), tuple(levels))
         return np.stack([(k + 0.5) / size for k, size in zip(index, levels, strict=True)], axis=-1)
-    if method == "latin-hypercube":  # which cannot be drawn in parts
+    if method == HYPERCUBE:  # which cannot be drawn in parts
         return _hypercube(d, runs, seed)[first:stop]
     if method != "saltelli":
         return _blocks(method, d, seed, first, stop)

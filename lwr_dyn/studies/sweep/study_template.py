@@ -97,6 +97,8 @@ def _of_arm(robot: str, arm: Arm) -> Mapping[str, str]:
     friction = _friction(arm, dynamics, move)
     reading = "" if robot.endswith((".urdf", ".xacro")) else f"\nreading = {_quoted(arm.reading)}"
     known = np.isfinite(arm.effort).all()
+    if (tip := arm.loaded_with.get("tip")) is not None:
+        reading += f"\n{_aligned(f'tip = {_quoted(tip)}')}# last link of the chain"
     return {
         "robot": f"{_aligned(f'robot = {_quoted(robot)}')}# a robot, or a .toml or .urdf beside this file{reading}",
         "controllers": f"[{', '.join(map(_quoted, _stable_laws(arm, dynamics, move)))}]",

@@ -331,7 +331,7 @@ def _recorded(summary: SweepSummary) -> Section:
         Fact("method", study.method, "How runs are drawn."), Fact("seed", study.seed, "Of the drawing."),
         Fact("runs", study.runs, "Of each controller."),
         Fact("extra_runs", summary.extra_runs, "Made to see what breaks a limit first."),
-        Fact("digest", study.digest, "Of all that changes the results."),
+        Fact("digest", study.digest, "Of all that changes a run."),
         Fact("limits", dict(study.limits), "Metric -> bound, SI.", kind=dict[str, float]),
         Fact("level", 0.95, "Of the intervals."), Fact("caveat", caveat(summary), "What the runs lack."),
         Fact("missing", summary.missing, "Controller -> runs that are not there.", kind=dict[str, int]),

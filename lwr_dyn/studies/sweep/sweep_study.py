@@ -23,7 +23,7 @@ from lwr_dyn.foundation.files import read_bytes
 from lwr_dyn.model.arm import Arm, caveats_of
 from lwr_dyn.model.caveats import ABSENT_ROTORS, DYNAMICS, ROTOR_FILE
 from lwr_dyn.model.run import Reference
-from lwr_dyn.studies.sweep.sampling import METHODS, Values, VariedParameter, points, saltelli_rows
+from lwr_dyn.studies.sweep.sampling import HYPERCUBE, METHODS, Values, VariedParameter, points, saltelli_rows
 from lwr_dyn.trajectory.references.references import REFERENCES
 
 MOST_RUNS = 10_000_000
@@ -41,6 +41,8 @@ class SweepStudy:
     ----------
     robot, reading : str
         As `lwr_dyn.load` takes them, a file in its full path; "" for the paper's default reading.
+    tip : str or None
+        Last link of the chain of a `.urdf`.
     controllers : tuple of str
         As `lwr-dyn compare` takes them: "adaptive:omega_n=30", "mine.py" beside the study's file.
     task_options : mapping
@@ -97,6 +99,7 @@ class SweepStudy:
     text: str = ""
     sources: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
+    tip: str | None = None
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -113,7 +116,7 @@ class SweepStudy:
         """Raise `OptionError` for a number of runs that the method cannot have."""
         if self.method == "grid" and self.runs != prod(self.levels):
             raise OptionError("runs", f"{self.runs} of a grid", f"{prod(self.levels)}, the product of its levels")
-        if self.method == "latin-hypercube" and self.runs * len(self.levels) > MOST_AT_ONCE:
+        if self.method == HYPERCUBE and self.runs * len(self.levels) > MOST_AT_ONCE:
             found = f"{self.runs} by latin-hypercube, {len(self.levels)} numbers each"
             raise OptionError("runs", found, f"at most {MOST_AT_ONCE // len(self.levels)}, or random, or sobol")
         if self.method == "saltelli":
@@ -177,13 +180,17 @@ class SweepStudy:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that changes results; not of comments, names, limits, the kept runs or where files are."""
+        """SHA-256 of all that changes a run; not of comments, names, limits, the kept runs or where files are.
+
+        The number of runs changes those of a Latin hypercube only: other sweeps can be extended.
+        """
         drawn = [[one.path, one.distribution, one.columns, one.values, one.low, one.high, one.mean, one.deviation]
                  for one in self.parameters]  # fmt: skip
         record = [
             sorted(self.sources.items()), Path(self.robot).name, self.reading, self.controllers, self.task,
-            _plain(self.task_options), _plain(self.loop), self.cutoff_hz, self.assumed_friction, self.method, self.runs,
-            self.seed, self.chunk, drawn, self.tolerance, self.quantiles,
+            _plain(self.task_options), _plain(self.loop), self.cutoff_hz, self.assumed_friction, self.method,
+            self.runs if self.method == HYPERCUBE else None, self.seed, self.chunk, drawn, self.tolerance,
+            self.quantiles, self.tip,
         ]  # fmt: skip
         return sha256(json.dumps(record).encode()).hexdigest()
 
@@ -220,7 +227,7 @@ MOST_REFERENCES = 64
 def arm_of_study(study: SweepStudy, reading: str | None = None) -> Arm:
     """The arm as the controllers know it, or as another reading has it; raises as `lwr_dyn.load`."""
     content = study.sources.get(Path(study.robot).name, "")
-    return _arm(study.robot, study.reading if reading is None else reading, study.assumed_friction, content)
+    return _arm(study.robot, study.reading if reading is None else reading, study.assumed_friction, content, study.tip)
 
 
 def study_caveats(study: SweepStudy) -> tuple[str, ...]:
@@ -229,9 +236,9 @@ def study_caveats(study: SweepStudy) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=8)
-def _arm(robot: str, reading: str, share: float | None, content: str) -> Arm:
+def _arm(robot: str, reading: str, share: float | None, content: str, tip: str | None) -> Arm:
     """`content` makes a file that has changed another arm."""
-    arm, _ = load_with_paper(robot, reading or None)
+    arm, _ = load_with_paper(robot, reading or None, tip=tip)
     return arm if share is None else arm_with_friction(arm, share)
 
 

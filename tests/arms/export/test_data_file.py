@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.arms.export.data_file import ColumnText, data_file_text, literal, quoted, table_text
-from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper, studied
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import Convention, Rotor
@@ -25,7 +25,7 @@ FOREIGN = {
     "kinova": ("kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", {}),
     "xarm7": ("xarm_description/urdf/xarm7.urdf", "link_eef", {}),
 }
-OWN = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+OWN = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 
 
 def arm_named(name):

@@ -54,7 +54,7 @@ def test_a_moving_link_of_mass_0_is_named_and_no_file_is_written(tmp_path):
     source.write_text(lwr_dyn.urdf_text(bare), encoding="utf-8")
     result = CliRunner().invoke(command, [str(source), "--out", str(out)])
     assert result.exit_code == 0
-    assert "no x.xml: MuJoCo refuses a moving link of mass 0, as link_1" in result.output
+    assert "no x.xml: MuJoCo refuses a moving link without mass, as link_1" in result.output
 
 
 def test_a_frame_that_is_where_its_parent_is_has_no_axes():

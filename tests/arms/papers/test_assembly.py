@@ -180,7 +180,7 @@ def test_springs_and_dampers_of_the_gears_with_their_sources(tmp_path):
         ),
         ("[friction]\n" + column("offset", [1, 1], FORCE), "friction.positive_coulomb: missing"),
         (DIRECTED + column("sideways_coulomb", [1, 1], FORCE), "friction.sideways_coulomb: unknown field"),
-        (MAP, "transmission.signs: missing"),
+        (MAP, "transmission: ratio and stage; allowed: ratio and signs"),
         (
             MAP + column("signs", [[1, -1], [1, 2]], "1"),
             r"transmission.signs.values\[1\]: \[1.0, 2.0\]; allowed: 1, 0 or",

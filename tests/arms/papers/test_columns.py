@@ -3,7 +3,7 @@
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import open_paper
+from lwr_dyn.arms.papers.catalog import open_paper, studied
 from lwr_dyn.arms.papers.columns import check_plausibility
 from lwr_dyn.arms.papers.schema import Column
 from lwr_dyn.foundation.errors import PaperError
@@ -64,10 +64,11 @@ def test_what_is_just_allowed_passes():
     check(
         limits__lower=(0.0, -1.0), limits__upper=(1e-9, 1.0), friction__coulomb=(0.0, 0.0), dh__sign=(-1.0, 1.0),
         base__gravity=((0.0, 0.0, -1000.0),), transmission__signs=((1.0, -1.0), (0.0, 1.0)),
+        transmission__ratio=(2.0, 3.0),
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("robot", lwr_dyn.robots())
+@pytest.mark.parametrize("robot", studied())
 def test_the_papers_pass_under_every_reading(robot):
     for reading in lwr_dyn.readings(robot):
         paper = open_paper(robot, reading)

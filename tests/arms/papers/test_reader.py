@@ -136,7 +136,9 @@ def test_an_erratum_must_find_its_printed_value(old, new, message):
 
 
 def test_unknown_names_are_refused_with_the_known_ones(tmp_path):
-    with pytest.raises(UnknownNameError, match=r"did you mean lwr4plus\?.*known: kr30ha, lwr4, lwr4plus"):
+    with pytest.raises(
+        UnknownNameError, match=r"did you mean lwr4plus\?.*known: iiwa14, kr30ha, lwr4, lwr4plus, panda"
+    ):
         open_paper("lwr4pluss")
     with pytest.raises(
         UnknownNameError, match="no reading of lwr4plus named 'real'; known: printed, computed, physical"

@@ -20,6 +20,17 @@ def test_every_quantity_of_the_schema_has_a_unit_in_si(name):
         assert 1.0 in [factor for known, factor in UNITS.values() if known == quantity]
 
 
+def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
+    of_the_body = {"inertial.mass", "inertial.com", "inertial.inertia"}
+    bounds = {f"limits.{name}" for name in ("lower", "upper", "velocity", "effort")}
+    drives = {"rotors.gear_ratio", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb"}
+    assert {name for name, rule in RULES.items() if rule.may_be_unknown} == of_the_body | bounds | drives
+    dh = {f"dh.{name}" for name in ("alpha", "a", "d")}
+    motors, springs = {"transmission.ratio", "transmission.signs"}, {"elasticity.stiffness", "elasticity.damping"}
+    required = {name for name, rule in RULES.items() if rule.required}
+    assert required == of_the_body | dh | motors | springs | {"gains.kp", "gains.kd"}
+
+
 def test_columns_in_mixed_units_and_nested_rows_become_si():
     mixed = Column("limits.lower", (90.0, 50.0), ("deg", "mm"), "p. 1", "printed")
     np.testing.assert_array_equal(mixed.si(), [np.pi / 2, 0.05])

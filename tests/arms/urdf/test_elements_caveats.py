@@ -6,12 +6,12 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.export.data_file import data_file_text
-from lwr_dyn.arms.papers.catalog import readings, robots
+from lwr_dyn.arms.papers.catalog import readings, studied
 from lwr_dyn.arms.urdf.elements import CAVEAT, caveat_lines
 from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.model.caveats import DYNAMICS
 
-ALL_ARMS = [(robot, reading) for robot in robots() for reading in readings(robot)]
+ALL_ARMS = [(robot, reading) for robot in studied() for reading in readings(robot)]
 
 
 @pytest.mark.parametrize(("robot", "reading"), ALL_ARMS)

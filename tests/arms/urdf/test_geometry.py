@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
-from lwr_dyn.arms.papers.catalog import template
+from lwr_dyn.arms.papers.catalog import studied, template
 from lwr_dyn.arms.urdf.geometry import COLOURS, floor_height, primitives
 from lwr_dyn.model.chain import joint_motion
 from lwr_dyn.model.file_layout import Drawing
@@ -89,7 +89,7 @@ def test_an_arm_of_ones_own_has_no_gaps_wherever_it_goes(own_arm):
         assert pieces(own_arm, q) == 1
 
 
-@pytest.mark.parametrize("robot", lwr_dyn.robots())
+@pytest.mark.parametrize("robot", studied())
 def test_our_robots_have_no_gaps_and_stand_on_the_floor(robot):
     arm = lwr_dyn.load(robot)
     assert pieces(arm, np.zeros(arm.n)) == 1
@@ -114,7 +114,7 @@ def test_without_a_stand_nothing_at_the_base_is_below_the_floor(own_arm):
 
 
 def test_drawn_lengths_have_no_digits_of_rounding():
-    for robot in lwr_dyn.robots():
+    for robot in studied():
         for shape in primitives(lwr_dyn.load(robot)):
             assert max(len(repr(x)) for x in (shape.radius, shape.length)) <= 8
 

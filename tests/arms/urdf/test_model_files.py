@@ -1,10 +1,12 @@
 """The sidecar: every attribute has quantities with cells or a word, and what a URDF cannot hold is in SI."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.model_files import (
     UNSOURCED,
     provenance_text,
@@ -15,7 +17,7 @@ from lwr_dyn.arms.urdf.model_files import (
 from tests.random_arms import random_arm
 
 
-@pytest.mark.parametrize("robot", lwr_dyn.robots())
+@pytest.mark.parametrize("robot", studied())
 def test_every_attribute_names_cells_that_are_listed_or_has_a_word(robot):
     arm = lwr_dyn.load(robot)
     sidecar = json.loads(provenance_text(arm))
@@ -31,6 +33,11 @@ def test_an_arm_that_was_built_in_code_has_no_source():
     mass = sidecar["attributes"]["/robot/link[@name='link_1']/inertial/mass/@value"]
     assert mass["word"] == UNSOURCED
     assert sidecar["quantities"]["link_1.mass"] == []
+
+
+def test_a_title_is_written_as_it_reads():
+    arm = replace(random_arm(3, "RP"), title="Größe")
+    assert '"title": "Größe"' in provenance_text(arm)
 
 
 def test_a_standard_dh_row_is_all_after_the_motion():

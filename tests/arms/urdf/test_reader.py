@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.writer import urdf_text
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
@@ -38,7 +39,7 @@ def same_dynamics(a, b):
     )
 
 
-CASES = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+CASES = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 
 
 @pytest.mark.slow
@@ -106,6 +107,9 @@ def test_a_link_welded_on_adds_its_body(tmp_path):
     assert found.mass == 4.0
     assert close(found.com, expected.com)
     assert close(found.inertia_com, expected.inertia_com)
+    how = [[(x.cell, x.conversion) for x in arm.sources["b.mass"]] for arm in (light, heavy)]
+    b, c = (f"/robot/link[@name='{name}']/inertial" for name in "bc")
+    assert how == [[(b, "as written")], [(b, "welded to b"), (c, "welded to b")]]
 
 
 def test_the_inertial_frame_may_be_turned(tmp_path):

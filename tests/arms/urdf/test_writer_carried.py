@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.arms.urdf.reader import read_urdf
 from lwr_dyn.arms.urdf.writer import carried_xml
@@ -172,7 +173,7 @@ def test_drake_finds_the_motors_again(two, tmp_path):
     assert len(DrakeFile(path, ArmInFile(two.joint_names, "tcp", tuple(two.chain.gravity)), {}).actuators) == 2
 
 
-@pytest.mark.parametrize("robot", lwr_dyn.robots())
+@pytest.mark.parametrize("robot", studied())
 def test_our_own_file_keeps_its_motors_and_shapes(tmp_path, robot):
     path = tmp_path / "own.urdf"
     path.write_text(lwr_dyn.urdf_text(lwr_dyn.load(robot)), encoding="utf-8")

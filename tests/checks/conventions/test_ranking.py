@@ -182,5 +182,7 @@ def test_the_text_names_what_is_undecided(lwr, wam):
     text = "\n".join(ranking_text(lwr))
     assert "the sign of c5z is undecided" in text
     assert "m c^2 is counted twice" in text
+    assert "what the authors computed with" in text
+    assert text.count("global search over the joint box [kg m^2], printed in brackets: ") == 1
     assert "link 1, 2, 3, 4, 5, 6: products of inertia tensor entries (UNDECIDED" in text
     assert "link 2, 4, 5, 7: products of inertia +integral (UNDECIDED" in "\n".join(ranking_text(wam))

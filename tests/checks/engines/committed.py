@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.model_files import model_stem
 from lwr_dyn.checks.arm.model_laws import random_states
 from lwr_dyn.checks.engines.child_process import Job, TriedStates, load_here, quiet
@@ -41,7 +42,7 @@ class Pair:
 def committed_models() -> dict[Path, Arm]:
     """Every committed .urdf and .xml, and the arm whose data file it was made from."""
     out = {}
-    for robot in lwr_dyn.robots():
+    for robot in studied():
         for reading in lwr_dyn.readings(robot):
             arm = lwr_dyn.load(robot, reading=reading)
             paths = [MODELS / robot / f"{model_stem(arm)}{ending}" for ending in (".urdf", ".xml")]

@@ -12,7 +12,7 @@ from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
 from tests.arms.export.test_data_file import FOREIGN, arm_named
 from tests.checks.engines.small_files import TWO
 
-OWN = "Pinocchio on the file itself - our reading"
+OWN = "Pinocchio on the file itself against our reading"
 
 
 @pytest.fixture

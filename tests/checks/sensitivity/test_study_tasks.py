@@ -3,6 +3,7 @@
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.checks.sensitivity.study_tasks import parse_tasks, printed_task, study_tasks
 from lwr_dyn.foundation.errors import PaperError
 
@@ -27,7 +28,7 @@ def test_every_task_is_one_of_a_robot_with_that_file():
     tasks = study_tasks()
     assert {"ist-clear", "ist", "lspb", "two-points"} <= set(tasks)
     assert [printed_task(robot) for robot in ("lwr4plus", "wam7", "lwr4")] == ["ist", "lspb", None]
-    assert {task.robot for task in tasks.values()} <= set(lwr_dyn.robots())
+    assert {task.robot for task in tasks.values()} <= set(studied())
     for task in tasks.values():
         joints = lwr_dyn.load(task.robot).n
         assert all(j < joints for claim in task.claims for j in claim.joints)

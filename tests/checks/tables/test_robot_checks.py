@@ -5,7 +5,7 @@ import re
 import pytest
 
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.arms.papers.catalog import robots, template
+from lwr_dyn.arms.papers.catalog import studied, template
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.tables.robot_checks import holds_a_robot, robot_findings
 from lwr_dyn.foundation.errors import LwrDynError
@@ -54,7 +54,7 @@ def test_a_file_that_check_passes_gives_no_finding(tmp_path):
 
 @pytest.mark.slow
 def test_robots_of_the_package_hold():
-    assert {robot: list(robot_findings(robot)) for robot in robots()} == {robot: [] for robot in robots()}
+    assert {robot: list(robot_findings(robot)) for robot in studied()} == {robot: [] for robot in studied()}
 
 
 def test_a_finding_has_the_number_and_its_bound(tmp_path):

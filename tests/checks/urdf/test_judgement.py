@@ -1,5 +1,6 @@
 import pytest
 
+from lwr_dyn.checks.urdf.document import document_of
 from lwr_dyn.checks.urdf.judgement import USUAL_DENSITY, judgements
 from tests.checks.urdf.box_arm import BoxArm
 from tests.tolerances import EXACT
@@ -33,3 +34,9 @@ def test_light_links_do_not_count_for_the_median():
     for k in (0, 1, 2):
         arm = arm.with_link(k, mass=0.04)
     assert judgements(arm.document())[0].usual == pytest.approx(1200.0, rel=EXACT)
+
+
+def test_a_fixed_joint_to_a_link_that_is_not_there_adds_no_body():
+    joint = '<joint name="weld" type="fixed"><parent link="l3"/><child link="missing"/></joint></robot>'
+    text = ARM.text().replace("</robot>", joint)
+    assert len(judgements(document_of(text, "x.urdf"))) == len(ARM.boxes)

@@ -28,14 +28,14 @@ def test_findings_are_grouped_and_errors_give_exit_code_1(folder, lwr_dyn_comman
     assert lines[0] == "error: effort limits of 0 stand for unknown (3 joints) [effort-zero]"
     assert lines[1] == "  robots/weak.urdf:26:117: joint j1: effort limit 0"
     assert "instead: the motor's effort, in N m" in out
-    assert lines[-1] == "robots/weak.urdf: 4 links, 3 of them moved: 3 errors"
+    assert lines[-1] == "robots/weak.urdf: 4 links, 3 of them moving: 3 errors"
     assert lwr_dyn_command("lint", "robots/good.urdf")[0] == 0
 
 
 def test_a_folder_and_its_summary(folder, lwr_dyn_command):
     code, out, _ = lwr_dyn_command("lint", "robots")
     assert code == 1
-    assert out.splitlines()[-1] == "2 files: 8 links, 6 of them moved: 3 errors"
+    assert out.splitlines()[-1] == "2 files: 8 links, 6 of them moving: 3 errors"
     assert list(urdf_files(["robots"])) == ["robots/good.urdf", "robots/weak.urdf"]
 
 
@@ -53,7 +53,7 @@ def test_json_and_sarif(folder, lwr_dyn_command):
 
 def test_ignored_explained_strict(folder, lwr_dyn_command):
     assert lwr_dyn_command("lint", "robots/weak.urdf", "--ignore", "effort-zero")[:2] == (
-        0, "robots/weak.urdf: 4 links, 3 of them moved: no findings; 3 ignored\n"
+        0, "robots/weak.urdf: 4 links, 3 of them moving: no findings; 3 ignored\n"
     )  # fmt: skip
     code, out, _ = lwr_dyn_command("lint", "--explain", "effort-zero")
     assert code == 0
@@ -93,7 +93,7 @@ def test_bad_input(folder, lwr_dyn_command, arguments, message):
 def test_check_judges_the_file_and_skips_laws_where_no_chain_is_chosen(folder, lwr_dyn_command):
     code, out, _ = lwr_dyn_command("check", "robots/good.urdf")
     assert code == 0
-    assert out.startswith("robots/good.urdf: 4 links, 3 of them moved: no findings\n")
+    assert out.startswith("robots/good.urdf: 4 links, 3 of them moving: no findings\n")
     assert "mass matrix: Pinocchio against our own recursion" in out
     more = [re.search(part, GOOD, re.DOTALL) for part in ('<link name="l3">.*?</link>', '<joint name="j3".*?</joint>')]
     second = "".join(re.sub("([lj])3", r"\g<1>4", part[0]) for part in more)

@@ -3,6 +3,7 @@ import pytest
 
 from lwr_dyn.checks.urdf import shape_rules as rules
 from lwr_dyn.checks.urdf.document import document_of
+from lwr_dyn.checks.urdf.hulls import solid_hull
 from lwr_dyn.checks.urdf.judgement import bodies_of
 from lwr_dyn.checks.urdf.shape_rules import axis_slip, origin_slip
 from tests.checks.urdf.box_arm import ORIGINS, BoxArm
@@ -12,6 +13,13 @@ RULES = (
     rules.mesh_unreadable, rules.shapes_differ, rules.bodies_apart, rules.joint_off_bodies, rules.origins_doubted,
     rules.axes_doubted,
 )  # fmt: skip
+
+
+def test_points_that_fill_a_hull_are_in_it():
+    hull = solid_hull(np.vstack([np.zeros(3), np.eye(3)]))
+    points = rules._filled(hull)
+    assert len(points) == 16
+    assert (points @ hull.planes[:, :3].T + hull.planes[:, 3]).max() <= 1e-12
 
 
 @pytest.mark.parametrize("rule", RULES)

@@ -81,6 +81,26 @@ def test_a_column_of_the_wrong_sign_is_named_and_not_fitted(lwr_dyn_command, ref
     assert "base parameters identified" in out
 
 
+@pytest.mark.slow
+def test_a_model_that_its_log_contradicts_is_written_only_when_accepted(lwr_dyn_command, wam, fourier, tmp_path):
+    log = LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3)
+    tau = log.tau.copy()
+    tau[:, 1] *= -1.0
+    write_log(tmp_path / "log.csv", JointLog("log", log.joints, log.t, log.q, tau))
+    model = tmp_path / "arm.toml"
+    command = ("identify", "motion", "wam7", tmp_path / "log.csv", "--as-logged", "--out", model)
+    code, out, err = lwr_dyn_command(*command)
+    assert code == 2
+    assert "THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: " in "\n".join(out.splitlines()[:3])
+    assert "not written: " in err
+    assert not model.exists()
+    code, out, _ = lwr_dyn_command(*command, "--accept")
+    assert code == 0
+    code, out, _ = lwr_dyn_command("check", model)
+    assert code == 1
+    assert "logs that contradict the fitted bodies: " in out
+
+
 def test_a_joint_that_stands_still_is_named_and_the_others_are_fitted(lwr_dyn_command, wam, fourier, tmp_path):
     log = fourier(wam, wam.friction, joints=(0, 1, 3, 4, 5, 6))
     write_log(tmp_path / "log.csv", log)

@@ -39,7 +39,7 @@ def test_each_file_has_its_diagnostics_and_the_folder_its_totals(backup, lwr_dyn
     (backup / "R1/Program/a.dat").write_text("DEFDAT a\nINT n\nENDDAT\n")
     assert lwr_dyn_command("krl", "check", "cell")[:2] == (
         0,
-        "cell: nothing to say; 4 files, 12 lines; 2 of 2 programs without an error\n",
+        "cell: no findings; 4 files, 12 lines; 2 of 2 programs without an error\n",
     )
 
 

@@ -1,5 +1,8 @@
 """`--set`: what no input or variable can be is one line; a value that nothing reads is told."""
 
+import json
+
+import numpy as np
 import pytest
 
 SOURCE = "DEF a( )\nPTP {A1 0, A2 -90, A3 90, A4 0, A5 30, A6 0}\nPTP {A1 5}\nEND\n"
@@ -13,6 +16,31 @@ def program(folder):
 
 def run_with(*given):
     return ("krl", "run", "a.src", *(x for text in given for x in ("--set", text)))
+
+
+def peaks(printed, *words):
+    record = json.loads(printed("krl", "run", "a.src", "--json", *words))
+    return record["motions"], np.array(record["peak_static_torque"])
+
+
+@pytest.mark.usefixtures("program")
+def test_a_robot_of_a_program_is_loaded_as_elsewhere(printed):
+    """Frames of the program stand on base and flange: of a tool the mass counts, of a mount the gravity."""
+    motions, static = peaks(printed)
+    with_tool, heavier = peaks(printed, "--tool", "xyz=0,0,0.2", "--tool", "mass=50", "--tool", "com=0,0,0.1")
+    hanging, reversed_ = peaks(printed, "--mount", "ceiling")
+    assert with_tool == hanging == motions
+    assert (heavier[1:3] > 1.1 * static[1:3]).all()
+    np.testing.assert_allclose(reversed_, static, rtol=1e-12, atol=1e-9)
+    _, level = peaks(printed, "--mount", "wall")
+    assert level[0] > 100.0 > static[0]
+    _, rotors = peaks(printed, "--rotor", "A1=1e3")
+    np.testing.assert_array_equal(rotors, static)
+
+
+def test_the_same_options_stand_in_krl_write(folder, refused):
+    (folder / "axes.csv").write_text("A1,A2,A3,A4,A5,A6\n0,-90,90,0,30,0\n5,-90,90,0,30,0\n")
+    assert "no joint of kr30ha named 'A9'" in refused("krl", "write", "axes.csv", "--rotor", "A9=1")
 
 
 @pytest.mark.parametrize(

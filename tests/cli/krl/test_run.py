@@ -1,5 +1,8 @@
 """`lwr-dyn krl run`: what is unknown is said, and what is printed agrees with what is recorded."""
 
+import numpy as np
+import pytest
+
 from tests.json_schemas import faults
 
 PROGRAM = """DEF a( )
@@ -48,6 +51,51 @@ def test_a_motion_has_the_flange_at_its_end(lwr_dyn_command, recorded, folder):
     shown = lwr_dyn_command("krl", "run", "a.src")[1]
     assert f"a.src on kr30ha: {record['duration']:.3f} s\n" in shown
     assert "-0.00" not in shown
+
+
+FRAMES = """DEF a( )
+BAS(#INITMOV, 0)
+$VEL.CP = 0.1
+PTP {A1 0, A2 -90, A3 90, A4 0, A5 60, A6 0}
+$TOOL = {X 0, Y 0, Z 200, A 0, B 0, C 0}
+$BASE = {X 900, Y -300, Z 500, A 90, B 0, C 0}
+LIN_REL {X 50}
+END
+"""
+
+
+def test_poses_are_those_of_the_tool_in_the_active_base(lwr_dyn_command, recorded, folder):
+    (folder / "a.src").write_text(FRAMES)
+    first, second = recorded("krl", "run", "a.src")["motions"]
+    assert first["tcp"] == first["flange"]  # no tool and no base yet
+    # at B = 120 deg of the flange's z-axis: 200 mm along it, in a base that is turned by 90 deg about Z
+    x, y, z = np.array(second["flange"][:3]) - [900, -300, 500] + 200 * kuka_axis(second["flange"][3:])
+    assert second["tcp"][:3] == pytest.approx([y, -x, z], abs=1e-6)
+    shown, flange = (lwr_dyn_command("krl", "run", "a.src", *more)[1] for more in ((), ("--flange",)))
+    assert "X to C: the tool centre point in the active base" in shown
+    assert f"{second['tcp'][0]:.3f}" in shown
+    assert "X to C: the flange in the world" in flange
+    assert f"{second['flange'][0]:.3f}" in flange
+
+
+def kuka_axis(abc):
+    """The z-axis of a frame of KUKA's A, B, C [deg]: Rz(A) Ry(B) Rx(C) z."""
+    a, b, c = np.radians(abc)
+    return np.array([
+        np.cos(a) * np.sin(b) * np.cos(c) + np.sin(a) * np.sin(c),
+        np.sin(a) * np.sin(b) * np.cos(c) - np.cos(a) * np.sin(c),
+        np.cos(b) * np.cos(c),
+    ])  # fmt: skip
+
+
+def test_an_assumed_ramp_is_shown_with_what_others_would_make_of_it(lwr_dyn_command, recorded, folder):
+    (folder / "a.src").write_text(PROGRAM.replace("END", "PTP {A1 20}\nEND"))
+    record = recorded("krl", "run", "a.src")
+    for other in record["other_ramps"]:
+        given = recorded("krl", "run", "a.src", "--ramp", str(other["ramp"]))
+        assert given["other_ramps"] == []
+        assert given["duration"] == other["duration"] < record["duration"]
+        assert f"{other['duration']:.3f} s with {other['ramp']:g}" in lwr_dyn_command("krl", "run", "a.src")[1]
 
 
 def test_files_are_refused_before_the_run_by_their_endings(refused, folder):

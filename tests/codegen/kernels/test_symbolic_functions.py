@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.checks.arm.model_laws import gravity_identity, mass_matrix_identities, random_states, velocity_identities
 from lwr_dyn.checks.arm.run_checks import roads_agree
 from lwr_dyn.codegen.kernels.kernel_spec import FUNCTIONS
@@ -19,7 +20,7 @@ from tests.tolerances import EXACT
 
 pytestmark = pytest.mark.usefixtures("by_python")
 
-ROBOTS = [robot for robot in lwr_dyn.robots() if lwr_dyn.load(robot).chain.bodies is not None]
+ROBOTS = [robot for robot in studied() if lwr_dyn.load(robot).chain.bodies is not None]
 SINGLE = 2e-5
 """Relative, float32: its rounding of 6e-8 through some hundred operations and, forward, the condition of B."""
 

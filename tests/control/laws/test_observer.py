@@ -252,12 +252,17 @@ def test_a_continuous_run_is_refused():
             run_of(make_controller(name, lwr()), continuous=True)
 
 
-def test_signals_of_the_inner_law_stay():
+def test_signals_and_beginning_of_the_inner_law_stay():
     def law(*state):
         return np.zeros(7)
 
-    law.signals = {"own": np.ones(2)}
-    assert set(observed(law, lwr(), lwr_dynamics()).signals) == {"own", "external_torque", "collision"}
+    law.signals, begun = {"own": np.ones(2)}, []
+    law.reset = lambda: begun.append(0.0)
+    watched = observed(law, lwr(), lwr_dynamics())
+    assert set(watched.signals) == {"own", "external_torque", "collision"}
+    begun.clear()
+    watched.reset()
+    assert begun == [0.0]
 
 
 @pytest.mark.parametrize(

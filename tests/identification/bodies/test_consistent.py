@@ -8,8 +8,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.identification.bodies.body_prior import body_prior
-from lwr_dyn.identification.bodies.consistent import consistent_fit
+from lwr_dyn.identification.bodies.consistent import LEVEL, Price, Target, consistent_fit, nearest_bodies
 from lwr_dyn.identification.bodies.possible_bodies import are_bodies
+from lwr_dyn.identification.bodies.table_posterior import USUAL
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.inertial_parameters import pseudo_inertias
@@ -54,8 +55,9 @@ def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
 
     _, information = known
     table, weight, links = columns.own(lwr), 25.0, columns.n
-    found = consistent_fit(information, table, weight=weight)
     prior = body_prior(columns, table)
+    target = Target(information.values, information.precision, information.base.grouping)
+    found = nearest_bodies(target, prior, weight, prior.table)
     roots = np.linalg.cholesky(pseudo_inertias(prior.table[: columns.bodies].reshape(-1, 10)))
     x = cp.Variable(columns.count)  # in units of the prior
     pi = cp.multiply(prior.units, x)
@@ -69,7 +71,7 @@ def test_the_optimum_is_that_of_a_cone_solver(known, lwr, columns):
         scaled = sum(pi[10 * i + k] * (inverse @ units[k] @ inverse.T) for k in range(10))
         cost += weight * (cp.trace(scaled) - cp.log_det(scaled))
     cp.Problem(cp.Minimize(cost)).solve(solver=cp.CLARABEL)
-    gap = np.abs(pi.value - found.parameters) / np.maximum(found.sigma, 1e-12)
+    gap = np.abs(pi.value - found.parameters) / np.sqrt(np.diag(found.covariance))
     assert gap.max() < 1e-3
     torque = lambda a, b: np.sqrt(np.mean(np.square((a - b) @ information.factor.T)))  # noqa: E731
     of = information.base.of
@@ -90,41 +92,34 @@ def test_constraints_hold_and_the_price_is_what_is_said(known, lwr, columns):
     weights = information.equations / information.noise**2
     assert weights @ fit.price.rms**2 == pytest.approx(weights @ squares, rel=1e-4)
     assert fit.chosen
-    assert fit.deviation == pytest.approx(fit.weight**-0.5)
+    pulls = (base - information.values) / information.sigma
+    assert abs(pulls[fit.price.parameter]) == pytest.approx(fit.price.pull) == np.abs(pulls).max()
+    assert fit.price.probability > LEVEL
+    assert not fit.price.refused
 
 
-def test_sigma_covers_the_truth(lwr, columns):
-    """Plants drawn as the prior believes, 20 % off their table: the errors are as wide as the covariance says."""
-    gaps = []
-    for seed in range(6):
-        plant, information = informed(lwr, columns, 2.0, 0.3, seed)
-        fit = consistent_fit(information, columns.own(lwr), weight=25.0)
-        gaps.append((fit.parameters - plant.parameters) / fit.sigma)
-    spread = float(np.sqrt(np.mean(np.square(gaps))))
-    assert 0.85 < spread < 1.15
-    assert np.mean(np.abs(gaps) < 3.0) > 0.985
+def test_bodies_of_another_arm_are_refused(known, lwr, columns):
+    """A mass of link 7 that is 40 standard errors of a base parameter off; the truth itself is not refused."""
+    plant, information = known
+    assert not Price.of(information, plant.parameters).refused
+    off = plant.parameters.copy()
+    off[columns.names.index("mx_7")] += 40.0 * information.sigma.min()
+    price = Price.of(information, off)
+    assert price.refused
+    assert price.pull > 5.0
+    assert "mx_7" in information.base.statements()[price.parameter]
 
 
-def test_the_weight_follows_how_far_plants_are_from_their_table(lwr, columns):
-    weights = []
-    for level in (0.05, 0.3):
-        rng = np.random.default_rng(5)
-        plant = perturbed_plant(columns, lwr, rng, level)
-        samples = simulated_samples(plant, random_motion(lwr, 5.0, rng), 0.05, rng, 0.05)
-        weights.append(consistent_fit(information_of(samples, columns), columns.own(lwr)).weight)
-    assert 0.5 < weights[0] * 0.05**2 < 2.0
-    assert 0.5 < weights[1] * 0.3**2 < 2.0
-
-
-def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_weight(lwr, columns):
-    """No joint moves: all that is known is the table, and that only to 20 %."""
+def test_a_log_that_says_nothing_leaves_the_table_and_the_usual_scales(lwr, columns):
+    """No joint moves: all that is known is the table. The doubt of the scales makes the errors larger."""
     rng = np.random.default_rng(0)
     still = random_motion(lwr, 5.0, rng)
     still = replace(still, q=np.repeat(still.q[:1], len(still.q), 0), dq=0.0 * still.dq, ddq=0.0 * still.ddq)
     plant = perturbed_plant(columns, lwr, rng)
     fit = consistent_fit(information_of(simulated_samples(plant, still, 0.1, rng, 0.05), columns), columns.own(lwr))
-    assert 10.0 < fit.weight < 60.0
-    assert fit.parameters == pytest.approx(columns.own(lwr))
+    assert fit.scales.mass == pytest.approx(USUAL.mass)
+    assert fit.left == pytest.approx(1.0)
+    assert (np.abs(fit.parameters - columns.own(lwr)) < 0.02 * fit.sigma).all()
     assert (np.abs(fit.parameters - plant.parameters) < 5.0 * fit.sigma).all()
 
 
@@ -135,14 +130,12 @@ def test_rotors_off_by_the_square_of_a_gear_leave_the_bodies_their_weight(lwr, c
     right = consistent_fit(information, table)
     table[columns.rotor_indices] /= 100.0
     slipped = consistent_fit(information, table)
-    assert right.rotor_weight == right.weight
-    assert slipped.rotor_weight < 2.0
-    assert 0.5 < slipped.weight / right.weight < 2.0
-    inertial = slice(0, columns.bodies)
-    assert np.abs((slipped.parameters - plant.parameters) / slipped.sigma)[inertial].max() < 4.5
+    assert right.scales.rotor < 0.5 < 2.0 < slipped.scales.rotor
+    assert 0.5 < slipped.scales.mass / right.scales.mass < 2.0
+    assert (np.abs(slipped.parameters - plant.parameters) < 4.5 * slipped.sigma).all()
     assert slipped.sigma[0] < 2.0 * right.sigma[0]
-    again = consistent_fit(information, table, weight=slipped.weight, rotor_weight=slipped.rotor_weight)
-    assert (np.abs(again.parameters - slipped.parameters) < 1e-3 * slipped.sigma).all()
+    again = consistent_fit(information, table, like=slipped)
+    assert (np.abs(again.parameters - slipped.parameters) < 0.5 * slipped.sigma).all()
     assert not again.chosen
 
 
@@ -190,10 +183,10 @@ def test_short_logs_gain_and_every_link_is_a_body():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("weight", [0.0, -1.0, np.nan, np.inf])
-def test_a_weight_that_is_none(known, lwr, columns, weight):
-    with pytest.raises(OptionError, match=r"weight of the table: .*; allowed: a number above 0"):
-        consistent_fit(known[1], columns.own(lwr), weight=weight)
+@pytest.mark.parametrize("deviation", [0.0, -1.0, np.nan, np.inf])
+def test_a_deviation_that_is_none(known, lwr, columns, deviation):
+    with pytest.raises(OptionError, match=r"deviation from the table: .*; allowed: a number above 0"):
+        consistent_fit(known[1], columns.own(lwr), deviation=deviation)
 
 
 @pytest.mark.slow

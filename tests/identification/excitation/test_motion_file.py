@@ -4,8 +4,10 @@ import dataclasses
 
 import numpy as np
 import pytest
+from pyarrow.parquet import read_schema
 
 import lwr_dyn
+from lwr_dyn.foundation.column_files import NOTES
 from lwr_dyn.identification.excitation.design import design_excitation
 from lwr_dyn.identification.excitation.motion_file import run_of_excitation, write_excitation
 from lwr_dyn.identification.logs.joint_log import read_log
@@ -46,8 +48,14 @@ def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
 @pytest.mark.slow
 def test_a_motion_that_may_not_be_run_says_so_in_its_file(designed, lwr, tmp_path):
     bad = dataclasses.replace(designed, faults=("the flange and the floor are 0.1 m too near at 2.00 s",))
-    table, run = tmp_path / "e.csv", tmp_path / "e.npz"
+    table, run, parquet = tmp_path / "e.csv", tmp_path / "e.npz", tmp_path / "e.parquet"
     write_excitation(table, bad)
+    write_excitation(parquet, bad)
+    said = read_schema(parquet).metadata[NOTES.encode()]
+    assert said == b"DO NOT RUN IT: the flange and the floor are 0.1 m too near at 2.00 s"
+    assert np.array_equal(read_log(parquet, arm=lwr, needs=("q",)).q, bad.sampled(100.0).q)
+    write_excitation(parquet, designed)
+    assert NOTES.encode() not in (read_schema(parquet).metadata or {})
     write_excitation(run, bad)
     assert table.read_text().startswith("# DO NOT RUN IT: the flange and the floor are 0.1 m too near at 2.00 s\ntime")
     assert np.array_equal(read_log(table, arm=lwr, needs=("q",)).q, bad.sampled(100.0).q)

@@ -21,7 +21,7 @@ def test_the_column_says_what_it_reaches_and_what_it_does_not_hold():
     arm = lwr_dyn.load("lwr4plus", "physical")
     assert room.column_words(clearance_of(arm, column=0.0)) == ""
     words = room.column_words(clearance_of(arm, column=0.3))
-    assert words.startswith("column of radius 0.3 m up to joint_1 at 0 m, rounded above it; not held against it")
+    assert words.startswith("column of radius 0.3 m up to joint_1 at 0 m, its top round; its distance to ")
     drawn, wide = (room.links_inside(clearance_of(arm, column=x)) for x in (None, 0.3))
     assert set(drawn) < set(wide)
     assert set(wide) < set(room.links_inside(clearance_of(arm, column=5.0)))

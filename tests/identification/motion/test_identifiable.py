@@ -11,8 +11,7 @@ from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR
 
 
 def test_where_a_number_comes_from():
-    table = np.array([1.0, 1.0, 1.0, 0.0])
-    assert cell_origins(np.array([0.1, 0.5, 0.95, 0.0]), table) == (FROM_LOG, FROM_BOTH, FROM_TABLE, FROM_TABLE)
+    assert cell_origins(np.array([0.1, 0.5, 0.95, 1.0])) == (FROM_LOG, FROM_BOTH, FROM_TABLE, FROM_TABLE)
 
 
 def test_states_of_parameters():

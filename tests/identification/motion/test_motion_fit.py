@@ -8,10 +8,10 @@ from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
 from lwr_dyn.identification.bodies.body_prior import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import NOT_DETERMINED
-from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion.motion_fit import identify_motion, likeliest_samples
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED
-from lwr_dyn.identification.regression.samples import SampleRule
+from lwr_dyn.identification.regression.samples import SampleRule, samples_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.model_study import swing_of
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
@@ -97,6 +97,21 @@ def test_residuals_are_white_where_the_noise_is_and_not_where_friction_is_missin
     row = f"4      no     {stribeck.whiteness[3].autocorrelation[0]:+.2f}"
     assert row in motion_document(stribeck).text()
     assert stribeck.validation[3].held_out > 3 * found.validation[3].held_out
+
+
+def test_the_filter_is_the_log_s_likeliest(lwr, recorded):
+    """A clean log keeps the highest; positions in coarse steps ask for a lower one, or for the log's own speeds."""
+    rule, log = MotionRule(cutoffs=(20.0, 10.0, 5.0)), recorded(encoder=0.0)
+    assert likeliest_samples([log], lwr, rule).cutoff == 20.0
+    q = np.round(log.q / 1e-3) * 1e-3
+    coarse = JointLog("log", log.joints, log.t, q, log.tau)
+    assert likeliest_samples([coarse], lwr, rule).cutoff < 20.0
+    speeds = JointLog("log", log.joints, log.t, q, log.tau, np.gradient(log.q, log.t, axis=0))
+    chosen = likeliest_samples([speeds], lwr, rule)
+    assert chosen.own_speeds
+    at = [samples_of([one], chosen) for one in (log, speeds)]
+    assert np.abs(at[0].dq - at[1].dq).max() < 0.02 * np.abs(at[0].dq).max()
+    assert np.abs(at[0].ddq - at[1].ddq).max() < 0.05 * np.abs(at[0].ddq).max()
 
 
 def test_a_joint_that_never_moves_is_not_determined_and_the_table_speaks_for_it(lwr, recorded):

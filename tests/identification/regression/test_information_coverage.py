@@ -1,4 +1,4 @@
-"""A share of the coverage study (1000 fits an arm in the soak line `fits_cover`), and rules that are known to fail."""
+"""A share of the coverage study (1000 fits an arm in the soak line `base_fits`), and rules that are known to fail."""
 
 import numpy as np
 import pytest

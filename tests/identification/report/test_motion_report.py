@@ -11,7 +11,7 @@ from lwr_dyn.foundation.document import Section
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_result import MotionRule
+from lwr_dyn.identification.motion.motion_result import MotionRule, expected
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.report.motion_report import _drawn, link_parameters, motion_page
@@ -63,7 +63,7 @@ def test_head_figures_are_those_of_the_fit(shown, result):
         one.head: one.text for section in shown.sections if section.key == "consistent" for one in section.parts[:6]
     }
     assert near["bodies near the table"] == "7 of 7 links are bodies"
-    assert near["deviation from the table"] == f"{result.consistent.deviation:.2%} (of most evidence)"
+    assert near["expected off the table"] == expected(result.consistent)
     unseen = np.sqrt(np.mean([v.consistent**2 for v in result.validation]))
     measured = np.sqrt(np.mean([v.measured**2 for v in result.validation]))
     assert figures["of unseen torques left, by the result"] == f"{100 * unseen / measured:.3g} %"

@@ -2,14 +2,12 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.identification.motion.validation import rms
-from lwr_dyn.identification.report import motion_report
 from lwr_dyn.identification.report.charts import friction_maps_html, link_ellipsoid, torque_rows_html
 from lwr_dyn.identification.report.motion_report import UNITS, link_table
 from lwr_dyn.kinematics.forward import flange_pose, frames
@@ -59,12 +57,6 @@ def test_names_are_escaped_and_nothing_is_loaded(shown):
     assert "<img" not in page
     assert not re.search(r"(?:src|href)=\"(?!data:|#)", page)
     assert re.findall(r"url\((?!data:)", page) == []
-
-
-def test_no_colour_is_named():
-    folder = Path(motion_report.__file__).parent
-    files = [file for file in folder.iterdir() if file.suffix in (".py", ".css", ".js")]
-    assert [file.name for file in files if re.search(r"#[0-9a-fA-F]{3,8}\b", file.read_text("utf-8"))] == []
 
 
 def test_a_row_of_torques_says_what_is_left(shown):

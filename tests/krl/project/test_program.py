@@ -8,7 +8,7 @@ import pytest
 
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.diagnostics import MOST
-from lwr_dyn.krl.project.program import NEAR_NAMES, load_program, load_project
+from lwr_dyn.krl.project.program import NEAR_NAMES, load_program, load_project, parse_program, scope_of
 from lwr_dyn.krl.running.program_run import check_program
 from tests.krl.short_programs import program_of, told
 
@@ -86,6 +86,12 @@ def test_an_unknown_name_is_told_once_with_its_places():
     assert call.message == "the subprogram foo is not known (2 places)"
     (kind,) = diagnostics_of("DECL FRAMM p", "DECL FRAMM q")
     assert (kind.message, kind.hint) == ("FRAMM is no type (2 places)", "did you mean FRAME?")
+
+
+def test_a_parameter_is_declared_where_its_routine_begins():
+    program = parse_program("DEF a( )\nsub(1, 2)\nEND\nDEF sub(left :IN, n :IN)\nEND\n", name="a")
+    names = scope_of(program, program.routines[1], []).own.variables
+    assert {name: (x.position.line, x.position.column) for name, x in names.items()} == {"LEFT": (4, 9), "N": (4, 19)}
 
 
 def test_a_name_of_the_data_file_is_told_there_too():

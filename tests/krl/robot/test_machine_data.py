@@ -184,6 +184,18 @@ def test_the_program_runs_on_the_robot_of_its_backup(backup, lwr_dyn_command, re
     assert "$RAISE_TIME of its machine data: 0.2, 0.4, 0.6, 0.8, 1, 1.2 s to rated speed; masses unknown" in text
 
 
+def test_the_programs_of_a_palletizer_are_checked_as_language(backup, lwr_dyn_command, refused):
+    (backup / "cell/R1/Mada/$machine.dat").write_text(data(DEF_A4FIX="TRUE"))
+    (backup / "cell/R1/Program/move.src").write_text(PROGRAM.replace("END", "WAIT SEC nothing\nEND"))
+    line = ("krl", "check", "cell/R1/Program/move.src", "--with", "cell")
+    code, out, _ = lwr_dyn_command(*line)
+    assert code == 1
+    assert "motions are not checked: " in out
+    assert "$DEF_A4FIX: True; allowed: False: other robots are not modelled" in out
+    assert "error undeclared: nothing is not declared" in out
+    assert "$DEF_A4FIX" in refused(*line, "--robot", "cell/R1/Mada/$machine.dat")
+
+
 def test_another_robot_that_is_given_goes_first(backup, lwr_dyn_command, refused):
     line = ("krl", "run", "cell/R1/Program/move.src", "--with", "cell", "--json", "--robot")
     assert None not in json.loads(lwr_dyn_command(*line, "kr30ha")[1])["peak_torque"]

@@ -4,6 +4,7 @@ import os
 import random
 import time
 
+import lwr_dyn
 from lwr_dyn.krl.diagnostics import Diagnostic
 from lwr_dyn.krl.project.program import parse_program
 from lwr_dyn.krl.running.controller import MachineData
@@ -15,6 +16,14 @@ COUNT = int(os.environ.get("LWR_DYN_KRL_FUZZ", "400"))
 PATIENCE = 20.0
 """[s] A hang is longer than this; the bounds below end a program long before."""
 BOUNDS = MachineData(steps=2000, motions=25)
+
+
+def test_the_bounds_that_are_given_are_those_of_the_check():
+    program = parse_program("DEF a( )\nDECL INT n\nFOR n = 1 TO 3000\nENDFOR\nEND\n", name="a")
+    arm = lwr_dyn.load("kr30ha")
+    assert check_program(program, arm) == ()
+    (found,) = check_program(program, arm, BOUNDS)
+    assert "2000" in str(found)
 
 
 def test_mutated_programs_are_diagnosed(arm):

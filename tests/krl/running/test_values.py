@@ -5,7 +5,7 @@ import pytest
 from lwr_dyn.krl.running.program_run import ProgramError, run_program
 from tests.krl.short_programs import HOME, program_of
 
-HEAD = ("DECL INT k", "DECL INT n", "DECL CHAR t[9]", "DECL CHAR words[3,5]", "k = 0")
+HEAD = ("DECL INT k", "DECL INT n", "DECL REAL r", "DECL CHAR t[9]", "DECL CHAR words[3,5]", "k = 0")
 MOVE = ("BAS(#VEL_PTP, 100)", HOME, "PTP_REL {A1 k}")
 
 
@@ -28,6 +28,8 @@ def angle(arm, *lines, data='DEFDAT a\nCHAR names[2,4]\nnames[1,]="ab"\nINT give
         (['IF VARSTATE("given") == #INITIALIZED THEN', "k = 6", "ENDIF"], 6),
         (['IF VARSTATE("nothing") == #UNDEFINED THEN', "k = 8", "ENDIF"], 8),
         (['IF VARSTATE("words[9,9]") == #UNDEFINED THEN', "k = 9", "ENDIF"], 9),
+        (["r = 2.4", "k = 10 * r"], 24),
+        (["k = 6.5"], 7),
         (['t[] = "n"', "IF VARSTATE(t[]) == #DECLARED THEN", "k = 2", "ENDIF"], 2),
     ],
 )

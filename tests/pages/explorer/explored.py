@@ -6,6 +6,7 @@ from pathlib import Path
 import pinocchio as pin
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from tests.headless import logs, waiting
 
 FOREIGN = {
@@ -13,7 +14,7 @@ FOREIGN = {
     "tiago": "tiago_description/robots/tiago.urdf",  # branched, its first joint slides
 }
 SHARE = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
-COMMITTED = [(robot, reading) for robot in lwr_dyn.robots() for reading in lwr_dyn.readings(robot)]
+COMMITTED = [(robot, reading) for robot in studied() for reading in lwr_dyn.readings(robot)]
 NAMES = [*(f"{robot} {reading}" for robot, reading in COMMITTED), *FOREIGN, "hung"]
 """Every robot and reading of the package, two foreign arms, one on a ceiling with a tool."""
 

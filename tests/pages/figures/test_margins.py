@@ -6,6 +6,7 @@ import pytest
 from lwr_dyn.design.loop_margins import loop_gain, single_loops
 from lwr_dyn.design.margins import margins
 from lwr_dyn.foundation.errors import FileAccessError, OptionError, UnknownNameError
+from lwr_dyn.pages.figures.figure import Level
 from lwr_dyn.pages.figures.margins import ACROSS, BANDS, CutLoops, picture_writer, pose_map, save_map, worst_loops
 from lwr_dyn.pages.plotting.plots import draw
 from tests.design.margin_cases import BENT, arm, dynamics, law
@@ -22,6 +23,10 @@ def test_the_curves_are_the_loops_cut_at_each_joint(report):
     gain = loop_gain(report.loop, report.case.sampling, data.hz[::100])
     np.testing.assert_allclose(data.loops["joint_3"][::100], single_loops(gain)[0, :, 2], rtol=1e-9)
     assert data.shown == report.worst_joint
+    assert [x for panel in data.figure("bode").panels for x in panel.levels] == [
+        Level("0 dB", 0.0),
+        Level("-180 deg", -180.0),
+    ]
     assert max(np.abs(1 / (1 + x)).max() for x in data.loops.values()) == pytest.approx(
         report.worst.peak.max(), rel=1e-3
     )

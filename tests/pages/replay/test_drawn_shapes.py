@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 
 import lwr_dyn
+from lwr_dyn.arms.papers.catalog import studied
 from lwr_dyn.arms.urdf.geometry import primitives
 from lwr_dyn.pages.replay import replay_page
 from lwr_dyn.pages.replay.drawn_shapes import drawn_shapes, shared_surfaces
@@ -27,7 +28,7 @@ def scara(tmp_path):
     return lwr_dyn.load(path)
 
 
-@pytest.fixture(params=[*lwr_dyn.robots(), "puma560", "scara", "hung"])
+@pytest.fixture(params=[*studied(), "puma560", "scara", "hung"])
 def any_arm(request, scara):
     if request.param == "hung":
         return lwr_dyn.load("lwr4plus", mount="ceiling", tool={"xyz": [0.0, 0.0, 0.2]})

@@ -97,7 +97,7 @@ def test_fonts_are_inside_the_style():
     assert 60_000 < len(css) < 90_000
 
 
-COLOUR = re.compile(r"""(?<=[\s:("',])#(?:[0-9a-fA-F]{6}|[0-9a-fA-F]{3})(?=[\s;,)"'])|\brgba?\(\s*(?!0 0 0)\d""")
+COLOUR = re.compile(r"""(?<=[\s:("',])#(?:[0-9a-fA-F]{3,4}){1,2}(?=[\s;,)"'])|\brgba?\(\s*(?!0 0 0)\d""")
 
 
 def test_no_other_file_of_pages_and_pictures_names_a_colour():

@@ -30,6 +30,11 @@ def test_labels_are_given_or_are_the_controllers_numbered_where_they_repeat(arm,
     assert [run.label for run in replayed_runs([loaded, one], arm)] == [
         "pd-gravity, 3 kg at the flange", "pd-gravity",
     ]  # fmt: skip
+    renamed = replace(other, meta={**other.meta, "robot": "wam7"})
+    assert [run.label for run in replayed_runs([one, renamed], arm)] == [
+        "lwr4plus: pd-gravity",
+        "wam7: inverse-dynamics",
+    ]
     many = replayed_runs([one] * 7, [arm] * 7, labels=list("abcdefg"))
     assert [run.label for run in many] == list("abcdefg")
     assert sorted(run.place for run in many) == [0, 1, 2, 3, 4, 4, 4]
@@ -110,6 +115,8 @@ def test_misfits_are_refused(arm, two_runs):
         replayed_runs(two_runs, [arm])
     with pytest.raises(OptionError, match="labels: 1 for 2 runs; allowed: one per run"):
         replayed_runs(two_runs, arm, ["a"])
+    with pytest.raises(OptionError, match="labels: 'ab'; allowed: a list of names, one per run"):
+        replayed_runs(two_runs, arm, "ab")
     for name in ("tau_applied", "q"):
         with pytest.raises(ShapeError, match=rf"{name} of pd-gravity: shape \(3001, 6\); allowed: \(3001, 7\)"):
             replayed_runs([replace(run, **{name: getattr(run, name)[:, :6]})], arm)

@@ -16,7 +16,7 @@ from lwr_dyn.simulation.elastic.run import STAGES, TIMES, radau, second_road
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.simulation.simulate import simulate
 from tests.simulation.elastic.elastic_arms import FRICTION, law, physical, short_run
-from tests.simulation.sample_runs import MIDDLE, StandStill, joint_waves
+from tests.simulation.sample_runs import MIDDLE, Still, joint_waves
 
 
 @pytest.mark.slow
@@ -81,7 +81,7 @@ def test_external_torques_act_on_the_links():
     def push(t, q, dq):
         return np.array([0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
-    still = StandStill(MIDDLE, 0.2)
+    still = Still(MIDDLE, 0.2)
     run = short_run(reference=still, external=push, duration=0.2)
     assert run.audit["closed"]
     assert run.signals["tau_external"].tolist() == [[0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]] * 201
@@ -94,9 +94,9 @@ def test_at_rest_the_springs_carry_the_arm():
     def hold(t, q, dq, q_ref, dq_ref, ddq_ref):
         return weight
 
-    run0 = short_run(reference=StandStill(MIDDLE, 0.02), duration=0.02)
+    run0 = short_run(reference=Still(MIDDLE, 0.02), duration=0.02)
     weight = run0.signals["torque_sensor"][0]
-    run = short_run(hold, reference=StandStill(MIDDLE, 0.02), duration=0.02)
+    run = short_run(hold, reference=Still(MIDDLE, 0.02), duration=0.02)
     assert np.abs(run.q - MIDDLE).max() <= 1e-12
     assert run.signals["theta"][0] - MIDDLE == pytest.approx(weight / physical().elasticity.stiffness, rel=1e-12)
 

@@ -1,6 +1,7 @@
 """A comparison has the figures of its runs, marks the best of each plant, and refuses runs that follow other things."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas
@@ -10,7 +11,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import DivergenceError, LwrDynError
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.studies.compare.compared_run import conditions
-from lwr_dyn.studies.compare.comparison import comparison_of, cross_table
+from lwr_dyn.studies.compare.comparison import COLUMNS, _limits, comparison_of, cross_table
 from lwr_dyn.studies.compare.plants import plant_case
 from lwr_dyn.studies.compare.study import ControllerStudy
 
@@ -43,6 +44,23 @@ def test_the_best_of_each_plant_is_marked(study):
     text = compared.table.text()
     assert text.count(" *") == 4  # two errors on two plants
     assert "errors of the tip: rigid links and joints" in text
+
+
+def test_what_is_true_of_the_limits_of_all_runs_is_said_once(study):
+    runs = study[0].runs
+    unknown = SimpleNamespace(within_limits=None, limits="torque unknown", bodies="rigid")
+    broken = SimpleNamespace(within_limits=False, limits="speed NOT kept (joint_1)", bodies="rigid")
+    shown = [SimpleNamespace(**{n: getattr(one, n) for n in ("controller", "plant")}, figures=unknown) for one in runs]
+    assert _limits(shown) == ["limits of all runs: torque unknown"]
+    shown[1].figures = broken
+    assert len(_limits(shown)) == 4
+    assert _limits(shown)[1] == f"{runs[1].controller}, {runs[1].plant}: limits: speed NOT kept (joint_1)"
+    assert not any("limits" in note for note in study[0].notes)
+
+
+def test_a_torque_of_rounding_errors_is_no_share_of_a_limit():
+    shown = next(column.format for column in COLUMNS if column.key == "torque_share")
+    assert [shown(share) for share in (1.7e-31, 0.0771, np.nan)] == ["0 %", "7.71 %", "unknown"]
 
 
 def test_record_and_columns_have_the_numbers(study):

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -10,7 +9,6 @@ import lwr_dyn
 from lwr_dyn.pages.figures.run_figures import path_figure, tip_error_figure
 from lwr_dyn.pages.plotting.drawn_panel import POINTS, chart_html, drawn_panels
 from lwr_dyn.pages.replay.replayed_runs import replayed_runs
-from lwr_dyn.studies.compare import comparison
 from lwr_dyn.studies.compare.comparison import comparison_html
 from tests.axe import SCREENS, faint_texts, seen, sideways, violations
 
@@ -50,12 +48,6 @@ def test_names_are_escaped_and_nothing_is_loaded(compared):
     assert "<img" not in compared._repr_html_()
     assert 200 < len(compared._repr_html_()) < 2200
     assert "* the smallest of its plant" in compared._repr_html_()
-
-
-def test_no_colour_is_named():
-    folder = Path(comparison.__file__).parent
-    files = [file for file in folder.iterdir() if file.suffix in (".py", ".css", ".html")]
-    assert [file.name for file in files if re.search(r"#[0-9a-fA-F]{3,8}\b(?!main)", file.read_text("utf-8"))] == []
 
 
 def test_a_line_keeps_its_ends_and_its_extremes(arm, two_runs):

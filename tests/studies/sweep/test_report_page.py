@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -75,12 +74,6 @@ def test_names_are_escaped_and_nothing_is_loaded(summary):
     assert "<script" not in text
     assert not re.search(r"(?:src|href)=\"(?!data:|#)", text)
     assert re.findall(r"url\((?!data:)", text) == []
-
-
-def test_no_colour_is_named():
-    folder = Path(report_page.__file__).parent
-    files = [file for file in folder.iterdir() if file.suffix in (".py", ".css", ".js")]
-    assert [file.name for file in files if re.search(r"#[0-9a-fA-F]{3,8}\b", file.read_text("utf-8"))] == []
 
 
 def test_greys_differ_by_their_dashes(summary):

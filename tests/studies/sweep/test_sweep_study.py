@@ -65,12 +65,28 @@ def test_the_digest_is_of_what_changes_results(study):
     assert replace(study, name="other", limits={"tip_max": 1e-3}, keep=9, text="# note").digest == study.digest
     more = VariedParameter("payload.mass", "uniform", ("payload.mass",), low=0.0, high=7.1)
     changed = [
-        {"seed": 1}, {"runs": 1501}, {"chunk": 501}, {"controllers": ("pid:omega_n=20",)}, {"reading": "printed"},
+        {"seed": 1}, {"chunk": 501}, {"controllers": ("pid:omega_n=20",)}, {"reading": "printed"},
         {"loop": {"rate": 500.0}}, {"tolerance": 1e-3}, {"sources": {"mine.py": "0"}}, {"task_options": {"q": [1.0]}},
         {"parameters": (more, *PARAMETERS[1:])}, {"robot": "lwr4"}, {"method": "random"}, {"quantiles": (0.5,)},
     ]  # fmt: skip
     digests = {replace(study, **change).digest for change in changed}
     assert len(digests | {study.digest}) == len(changed) + 1
+
+
+@pytest.mark.parametrize(("method", "more"), [("sobol", 3000), ("random", 3000), ("saltelli", 6 * 512)])
+def test_the_first_of_more_runs_are_those_of_fewer(method, more, study):
+    few = replace(study, method=method, runs=6 * 128)
+    many = replace(few, runs=more)
+    assert many.digest == few.digest
+    for path, values in few.values(700, 768).items():
+        np.testing.assert_array_equal(many.values(700, 768)[path], values)
+
+
+def test_another_number_of_runs_draws_a_latin_hypercube_anew(study):
+    few = replace(study, method="latin-hypercube")
+    many = replace(few, runs=1501)
+    assert many.digest != few.digest
+    assert (many.values(0, 9)["payload.mass"] != few.values(0, 9)["payload.mass"]).all()
 
 
 def test_a_study_travels_to_another_process(study):

@@ -58,6 +58,7 @@ def test_derivatives_are_those_of_the_function(arm, given):
     ways = move.about["derivatives"]
     assert ways["dq"]["by"] == ("given" if given else "complex step")
     assert (ways["ddq"]["by"] == "given") == ("ddq" in given)
+    assert [way["error"] for way in ways.values() if way["by"] == "given"] == [0.0] * len(given)
 
 
 def test_real_functions_state_their_error(arm):

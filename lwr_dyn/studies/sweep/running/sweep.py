@@ -1,10 +1,12 @@
-"""A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there."""
+"""A sweep: every chunk of a study that its folder lacks is made and written; a killed one goes on from there, and a
+finished one when the study has more runs.
+"""
 
 import os
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from lwr_dyn.studies.sweep.running.cluster import connected, on_cluster
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, SweepCost, duration, first_runs, measured, memory
 from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, Done, in_processes, in_threads
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, workshop_of
+from lwr_dyn.studies.sweep.sampling import HYPERCUBE
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy, refuse_changed
 
 MOST_THREADS = 256
@@ -57,7 +60,8 @@ def sweep(
     Parameters
     ----------
     folder : str or Path
-        Made if missing; of an earlier sweep of the same study with the same kernels and versions.
+        Made if missing; of an earlier sweep of the same study with the same kernels and versions, and with as many runs
+        or fewer. A last chunk that was not full is then made again, full; the bytes are those of one sweep of all runs.
     scheduler : str, optional
         Address of a Dask scheduler, such as "tcp://10.0.0.5:8786"; this process without.
     threads : int, optional
@@ -110,9 +114,10 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
     try:
         found = sweep_folder.manifest_in(path)
         if found is not None:
+            _refuse_other_hypercube(str(path), found, study)
+            here = tuple(replace(one, runs=study.runs) for one in found.controllers)
             found.refuse_other(
-                str(path),
-                sweep_folder.SweepManifest(study.name, study.digest, found.controllers, sweep_folder.versions()),
+                str(path), sweep_folder.SweepManifest(study.name, study.digest, here, sweep_folder.versions())
             )
         yield
     except BaseException:
@@ -122,6 +127,15 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
         raise
 
 
+def _refuse_other_hypercube(folder: str, found: sweep_folder.SweepManifest, study: SweepStudy) -> None:
+    """Raise `OtherSweepError` where nothing but the runs of a Latin hypercube differ, which cannot be extended."""
+    if study.method != HYPERCUBE or found.runs in (0, study.runs):
+        return
+    if found.digest == replace(study, runs=found.runs).digest:
+        allowed = f"as many ({HYPERCUBE} draws all of them anew for another number)"
+        raise sweep_folder.OtherSweepError(folder, "number of runs", str(found.runs), str(study.runs), allowed)
+
+
 def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, sweep_folder.SweepManifest]:
     """Cost and manifest of a study, from first runs of each controller; raises what these raise."""
     workshop = workshop_of(study)
@@ -129,11 +143,12 @@ def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, sweep_folder.Sweep
     spent = first_runs(study, [i for i, text in enumerate(study.controllers) if workshop.is_slow(text)])
     for i, text in enumerate(study.controllers):
         slow, kernel = i in spent, BY_SIMULATE
-        size = min(study.runs, max(1, study.chunk // SLOW_SHARE) if slow else study.chunk)
+        size = max(1, study.chunk // SLOW_SHARE) if slow else study.chunk
+        held = min(size, study.runs)
         if slow:
-            costs.append(ControllerCost(text, study.runs, size, spent[i][0], 0.0, spent[i][1], 1, slow))
+            costs.append(ControllerCost(text, study.runs, held, spent[i][0], 0.0, spent[i][1], 1, slow))
         else:
-            cost, kernel = measured(workshop, text, study.runs, size)
+            cost, kernel = measured(workshop, text, study.runs, held)
             costs.append(cost)
         controllers.append(sweep_folder.SweptController(text, names[i], kernel, size, study.runs, slow))
     manifest = sweep_folder.SweepManifest(study.name, study.digest, tuple(controllers), sweep_folder.versions())

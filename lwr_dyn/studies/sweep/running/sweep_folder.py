@@ -19,7 +19,7 @@ import platform
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,6 @@ PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow", "
 """What numbers and bytes depend on."""
 _LONGEST = 60
 
-
 PROCESSOR = "processor"
 """Stands among the versions: rounding depends on it, and counts of encoders on rounding."""
 
@@ -45,9 +44,10 @@ PROCESSOR = "processor"
 class OtherSweepError(LwrDynError, ValueError):
     """A folder holds the results of another sweep: `what` differs, `found` there, `here` now."""
 
-    def __init__(self, folder: str, what: str, found: str, here: str) -> None:
+    def __init__(self, folder: str, what: str, found: str, here: str, allowed: str = "") -> None:
         super().__init__(
-            f"{folder}: holds results of another {what}: {found}, here {here}; allowed: that {what}, or another folder"
+            f"{folder}: holds results of another {what}: {found}, here {here}; "
+            f"allowed: {allowed or f'that {what}'}, or another folder"
         )
         self.folder, self.what, self.found, self.here = folder, what, found, here
 
@@ -151,17 +151,24 @@ class SweepManifest:
         except (KeyError, TypeError, ValueError, RecursionError):
             raise FileAccessError(path, "no manifest of a sweep", "a folder that `lwr-dyn sweep` has written") from None
 
+    @property
+    def runs(self) -> int:
+        """Of each controller."""
+        return max((one.runs for one in self.controllers), default=0)
+
     def refuse_other(self, folder: str, here: SweepManifest) -> None:
-        """Raise `OtherSweepError` where this one, found in a folder, is not the sweep that is asked for."""
-        if self.digest != here.digest:
-            raise OtherSweepError(folder, "study", f"{self.study} ({self.digest[:8]})", here.digest[:8])
+        """Raise `OtherSweepError` where this one, found in a folder, is not the sweep asked for or fewer runs of it."""
         for name in sorted({*self.versions, *here.versions}):
             found, now = self.versions.get(name, "none"), here.versions.get(name, "none")
             if found != now:
                 what, before = (PROCESSOR, found) if name == PROCESSOR else ("version", f"{name} {found}")
                 raise OtherSweepError(folder, what, before, now)
+        if self.digest != here.digest:
+            raise OtherSweepError(folder, "study", f"{self.study} ({self.digest[:8]})", here.digest[:8])
+        if here.runs < self.runs:
+            raise OtherSweepError(folder, "number of runs", str(self.runs), str(here.runs), "as many or more")
         for old, new in zip(self.controllers, here.controllers, strict=False):
-            if old != new:
+            if replace(old, runs=new.runs) != new:
                 what = "kernel" if old.controller == new.controller else "controller"
                 raise OtherSweepError(folder, what, f"{old.controller} ({old.kernel[:8]})", new.kernel[:8])
         if len(self.controllers) != len(here.controllers):
@@ -208,12 +215,14 @@ class SweepFolder:
     def opened(cls, folder: str | Path, manifest: SweepManifest, study_text: str) -> Iterator[SweepFolder]:
         """The folder, made or checked, while this process alone may write; what a killed process left is deleted.
 
+        Where it holds fewer runs of the same sweep, its study and manifest are those of more from now on.
+
         Raises
         ------
         FileAccessError
             A folder that cannot be written, or that holds other files and no sweep.
         OtherSweepError
-            Results of another study, kernel or version.
+            Results of another study, kernel or version, or of more runs.
         SweepInUseError
             Another process writes there.
         """
@@ -226,7 +235,7 @@ class SweepFolder:
                 for left in place.glob(f".*{_UNFINISHED}"):
                     with contextlib.suppress(OSError):
                         left.unlink()
-            if found is None:
+            if found is None or found.runs < manifest.runs:
                 write_whole(path / STUDY, study_text.encode())
                 write_whole(path / MANIFEST, manifest.text().encode())
             for controller in manifest.controllers:

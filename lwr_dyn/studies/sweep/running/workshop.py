@@ -218,7 +218,7 @@ class SimulatedRows:
 
 def workshop_of(study: SweepStudy) -> SweepWorkshop:
     """The workshop of this thread, built when it is first needed; raises as `SweepWorkshop`."""
-    key = study.digest, dict(study.places)
+    key = study.digest, study.runs, dict(study.places)
     if getattr(_own, "key", None) != key:
         _own.workshop, _own.key = SweepWorkshop(study), key
     found: SweepWorkshop = _own.workshop

@@ -96,6 +96,52 @@ def test_a_sweep_that_was_killed_goes_on_to_the_same_bytes(seed, undisturbed, tm
 
 
 @pytest.mark.slow
+def test_a_finished_sweep_is_extended_to_the_bytes_of_one_of_all_runs(undisturbed, tmp_path):
+    study, folder = undisturbed
+    few = replace(study, runs=5, text="# of five runs")
+    assert sweep(few, tmp_path / "out", threads=1).made == {OWN: 3}
+    first = SweepResults.load(tmp_path / "out").controllers[OWN]
+    full = {p: p.stat().st_mtime_ns for p in (tmp_path / "out").rglob("chunk-0000[01].parquet")}
+    done = sweep(study, tmp_path / "out", threads=2)
+    assert (done.kept, done.made, done.refused) == ({OWN: 2}, {OWN: 10}, ())  # the third had one run of two
+    assert {p: p.stat().st_mtime_ns for p in full} == full
+    assert contents(tmp_path / "out") == contents(folder)
+    for name, column in first.metrics.items():
+        np.testing.assert_array_equal(SweepResults.load(tmp_path / "out").controllers[OWN].metrics[name][:5], column)
+
+
+@pytest.mark.slow
+def test_the_command_extends_a_sweep_with_the_worst_of_all_its_runs(tmp_path, lwr_dyn_command):
+    small_study(tmp_path)
+    line = ("sweep", str(tmp_path / "small.toml"), "--jobs", "1", "--out")
+    lwr_dyn_command(*line, str(tmp_path / "out"), "--runs", "4")
+    before = {path.name for path in (tmp_path / "out" / "worst").iterdir()}
+    for out in ("out", "once"):
+        code, said, err = lwr_dyn_command(*line, str(tmp_path / out), "--runs", "9", "--json")
+        assert (code, json.loads(said)["runs"]) == (0, 9), err
+    found, wanted = contents(tmp_path / "out"), contents(tmp_path / "once")
+    assert found.keys() == wanted.keys()
+    assert {name for name in found if found[name] != wanted[name] and not name.endswith(".npz")} == set()
+    assert before - {Path(name).name for name in wanted}  # a run of the few that is none of the worst of all
+    code, _, err = lwr_dyn_command(*line, str(tmp_path / "out"), "--runs", "8")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "another number of runs: 9, here 8; allowed: as many or more, or another folder" in err
+
+
+@pytest.mark.slow
+def test_a_latin_hypercube_is_not_extended(undisturbed, tmp_path):
+    study = replace(undisturbed[0], method="latin-hypercube", runs=3)
+    sweep(study, tmp_path / "out", threads=1)
+    before = contents(tmp_path / "out")
+    words = r"number of runs: 3, here 4; allowed: as many \(latin-hypercube draws all of them anew for another number\)"
+    with pytest.raises(OtherSweepError, match=words):
+        sweep(replace(study, runs=4), tmp_path / "out")
+    with pytest.raises(OtherSweepError, match="another study"):
+        sweep(replace(study, runs=4, seed=6), tmp_path / "out")
+    assert contents(tmp_path / "out") == before
+
+
+@pytest.mark.slow
 def test_a_full_disk_ends_in_one_line_and_what_is_finished_stays(undisturbed, tmp_path, monkeypatch):
     study, folder = undisturbed
     left = 7
@@ -126,9 +172,10 @@ def test_the_folder_of_another_study_is_refused_before_anything_is_computed(undi
     study, folder = undisturbed
     before = contents(folder)
     monkeypatch.setattr(SweepWorkshop, "runs", lambda *_: pytest.fail("runs are made"))
-    for other in (replace(study, seed=6), replace(study, runs=12), replace(study, controllers=("pid",))):
-        with pytest.raises(OtherSweepError, match="another study"):
-            sweep(other, folder)
+    others = [({"seed": 6}, "study"), ({"seed": 6, "runs": 48}, "study"), ({"controllers": ("pid",)}, "study")]
+    for change, what in (*others, ({"runs": 12}, "number of runs: 24, here 12; allowed: as many or more, or another")):
+        with pytest.raises(OtherSweepError, match=f"another {what}"):
+            sweep(replace(study, **change), folder)
     for threads in (0, 10**6):
         with pytest.raises(OptionError, match="threads"):
             sweep(study, folder, threads=threads)

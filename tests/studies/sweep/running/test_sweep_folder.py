@@ -161,6 +161,21 @@ OTHERS = [
 ]
 
 
+def test_more_runs_of_a_sweep_take_the_folder_over_and_fewer_do_not(tmp_path):
+    more = replace(MANIFEST, controllers=(replace(PID, runs=15), replace(OWN, runs=15)))
+    with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
+        fill(folder, PID, (0, 1, 2))
+    with SweepFolder.opened(tmp_path, more, "more") as folder:
+        assert folder.kept(PID) == {0, 1, 2}
+        assert folder.kept(more.controllers[0]) == {0, 1}
+        assert folder.misplaced(more.controllers[0]) == {}
+    assert (tmp_path / "study.toml").read_text() == "more"
+    assert SweepManifest.read("x", (tmp_path / "manifest.json").read_text()) == more
+    words = "another number of runs: 15, here 10; allowed: as many or more, or another folder"
+    with pytest.raises(OtherSweepError, match=words), SweepFolder.opened(tmp_path, MANIFEST, "text"):
+        pass
+
+
 @pytest.mark.parametrize(("other", "words"), OTHERS)
 def test_the_folder_of_another_sweep_is_refused(other, words, tmp_path):
     with SweepFolder.opened(tmp_path, MANIFEST, "text") as folder:
