@@ -65,6 +65,7 @@ LINES = {
     "log_faults": "identification_logs:log_faults",
     "long_log": "identification:long_log",
     "million_rows": "identification_fits:million_rows",
+    "mjcf": "mjcf:public_mjcf",
     "mutants": "mutants:mutants",
     "origins": "origins:origins",
     "parity": "checks:parity",

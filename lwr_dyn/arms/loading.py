@@ -211,11 +211,11 @@ FILE_FORMATS: Registry[Callable[[str, str | None, Mapping[str, float] | None], A
     {
         ".dat": Row("lwr_dyn.krl.robot.machine_data:load_machine_arm", "KUKA's machine data", extra="krl"),
         ".kuka.toml": Row("lwr_dyn.krl.robot.machine_data:load_machine_arm", "KUKA's machine data", extra="krl"),
-        ".xml": Row("lwr_dyn.arms.export.mjcf_reader:read_mjcf", "MJCF that this package wrote"),
     },
 )
 """Further files that hold an arm, by their ending; each row is a function of path, reading and locked joints."""
-ONE_READING = (".urdf", ".xacro", ".xml", ".dat", ".kuka.toml")
+_TREES = (".urdf", ".xacro", ".xml")
+ONE_READING = (*_TREES, ".dat", ".kuka.toml")
 """Endings of files that hold an arm without readings."""
 
 
@@ -231,7 +231,7 @@ def load(
     xacro_args: Mapping[str, str] | None = None,
     trust_xacro: bool = False,
 ) -> Arm:
-    """A robot by name, from a `.toml`, `.urdf` or `.xacro`, an MJCF `.xml` of ours, or a KUKA robot's `$machine.dat`.
+    """A robot by name, from a `.toml`, `.urdf`, `.xacro` or `.xml` (MJCF), or from a KUKA robot's `$machine.dat`.
 
     Parameters
     ----------
@@ -239,8 +239,8 @@ def load(
     reading : str, optional
         One of `readings(robot)`; the paper's default if not given.
     tip : str, optional
-        Last link of the chain, for a `.urdf`; if not given that of the one obvious arm. `notes` of the arm say which
-        was taken and where joints beside the chain are held.
+        Last link of the chain, for a `.urdf` or MJCF (body or site); if not given that of the one obvious arm. `notes`
+        of the arm say which was taken, where joints beside the chain are held, and what of an MJCF is left out.
     lock : mapping, optional
         Joint name -> value [rad or m] at which it is held.
     mount : "floor", "wall", "ceiling", mapping, path of a .toml file or (4, 4) array_like, optional
@@ -266,9 +266,9 @@ def load(
     FileAccessError, PaperError, UrdfError
         The file cannot be read, or is not what it should be, or holds several arms and no tip is given.
     MissingPackageError
-        A `.xacro` without the extra `urdf`.
+        A `.xacro` without the extra `urdf`, an MJCF without the extra `parity` (MuJoCo compiles it).
     OptionError, ShapeError
-        A tip for a robot that is no `.urdf`, a lock outside the joint's limits, a mount or tool that cannot be.
+        A tip for a robot that is no `.urdf` or MJCF, a lock outside the joint's limits, a mount or tool that cannot be.
 
     >>> load("lwr4plus").n, load("lwr4plus", lock={"joint_3": 0.0}).n
     (7, 6)
@@ -304,14 +304,10 @@ def load_with_paper(
     options: dict[str, Any] = {"tip": tip, "lock": dict(lock or {}), "xacro_args": dict(xacro_args or {})}
     options = {key: value for key, value in (options | {"trust_xacro": trust_xacro}).items() if value}
     _refuse_for_others(name, options)
-    if ends_in(name, ".urdf", ".xacro"):
-        from lwr_dyn.arms.urdf.reader import read_urdf
-
-        if reading is not None:
-            raise UnknownNameError("reading of a URDF", reading, ())
-        arm, paper = read_urdf(name, tip, lock, xacro_args, trust_xacro), None
+    if ends_in(name, *_TREES):
+        arm, paper = _of_tree(name, reading, tip, lock, xacro_args, trust_xacro), None
     elif tip is not None:
-        raise OptionError("tip", f"given for {name}", "only with a .urdf file")
+        raise OptionError("tip", f"given for {name}", "only with a .urdf, .xacro or .xml file")
     elif ending := next((ending for ending in FILE_FORMATS.names if ends_in(name, ending)), None):
         arm, paper = FILE_FORMATS.load(ending)(name, reading, lock), None
     else:
@@ -319,6 +315,26 @@ def load_with_paper(
     file = str(Path(name).resolve()) if ends_in(name, *ONE_READING, ".toml") else ""
     arm = with_rotors(replace(arm, file=file, loaded_with=options), _rotors(rotor or {}))
     return (arm if mount is tool is None else installed(arm, mount, tool)), paper
+
+
+def _of_tree(
+    name: str,
+    reading: str | None,
+    tip: str | None,
+    lock: Mapping[str, float] | None,
+    xacro_args: Mapping[str, str] | None,
+    trust_xacro: bool,
+) -> Arm:
+    """The arm of a file that holds a tree of links."""
+    if reading is not None:
+        raise UnknownNameError("reading of an MJCF" if ends_in(name, ".xml") else "reading of a URDF", reading, ())
+    if ends_in(name, ".xml"):
+        from lwr_dyn.arms.export.mjcf_reader import read_mjcf
+
+        return read_mjcf(name, tip, lock)
+    from lwr_dyn.arms.urdf.reader import read_urdf
+
+    return read_urdf(name, tip, lock, xacro_args, trust_xacro)
 
 
 def _refuse_for_others(name: str, options: Mapping[str, Any]) -> None:

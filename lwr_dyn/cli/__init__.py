@@ -5,6 +5,7 @@ compare      `lwr-dyn compare`: run files side by side, or controllers x plants 
 conventions  `lwr-dyn conventions`: the possible conventions of a table that states none, ranked, with the reasons
 dh           `lwr-dyn dh`: any arm as a Denavit-Hartenberg table, or as a data file that loads again
 fk           `lwr-dyn fk`: the pose of the flange, a point on it, and the DH matrices in symbols
+fmu          `lwr-dyn fmu`: an arm as a plant, or a control law at samples, as an FMU for other tools
 gains        `lwr-dyn gains`: each joint's largest inertia, what is proven of it, and gains for a second-order loop
 help_text    What `--help` shows: commands and options in groups, limits of files, examples; and all options with
              `--help-all`

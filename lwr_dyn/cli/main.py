@@ -99,6 +99,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "margins": _row("margins", "Margins of a sampled loop, over all poses."),
         "ik": _row("ik", "Joint positions for a pose of the flange: all solutions."),
         "kernels": _row("kernels", "Functions of an arm as C or JavaScript.", "batch"),
+        "fmu": _row("fmu", "An arm or a control law as an FMU, for Simulink and others.", "batch"),
         "replay": _row("replay", "Runs in the browser: one file without network, or live."),
         "simulate": _row("simulate", "A task under a controller: errors, limits, audit."),
         "compare": _row("compare", "Controllers and plants, or run files, side by side."),
@@ -162,7 +163,7 @@ class RegistryGroup(NamedGroup):
 def group() -> None:
     """From a robot paper's tables to a URDF, the arm's equations of motion, controllers and a replay, all checked.
 
-    ROBOT is a name from `lwr-dyn list`, or the path of your own .toml, .urdf, .xacro or .xml (our MJCF) file.
+    ROBOT is a name from `lwr-dyn list`, or the path of your own .toml, .urdf, .xacro or .xml (MJCF) file.
     """
 
 

@@ -67,15 +67,15 @@ def urdf(folder: Path, rng: random.Random) -> None:
 
 
 @functools.cache
-def _mjcf() -> str:
+def _mjcf() -> tuple[str, ...]:
     from lwr_dyn.arms.export.mjcf import mjcf_text
 
-    return mjcf_text(_kuka())
+    return mjcf_text(_kuka()), _text(f"{GOOD}/tree.xml")
 
 
 def mjcf(folder: Path, rng: random.Random) -> None:
-    """An MJCF that this package wrote."""
-    _posed(written(folder, "x.xml", changed(_mjcf(), rng)))
+    """An MJCF that this package wrote, and one of all ways to write a chain."""
+    _posed(written(folder, "x.xml", changed(rng.choice(_mjcf()), rng)))
 
 
 def urdf_judged(folder: Path, rng: random.Random) -> None:

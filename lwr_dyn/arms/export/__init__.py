@@ -5,6 +5,5 @@ data_file    An arm as a data file: a DH table in SI with its bodies, limits, ro
 dh_table     The Denavit-Hartenberg table of any serial arm, in either convention, computed from its joint axes
 mjcf         Arm -> MJCF text for MuJoCo: frames, bodies, limits and shapes of the URDF, and the armature, which a URDF
              lacks
-mjcf_reader  Reads the MJCF that `mjcf_text` writes back as an arm: one chain of bodies, a motor a joint, poses as
-             `xyaxes`
+mjcf_reader  An MJCF as an arm: MuJoCo compiles the file, and its tree of bodies is read as that of a URDF
 """

@@ -88,7 +88,11 @@ def read_urdf(
     UnknownNameError
         No link named `tip`, no moving joint of a locked name.
     """
-    urdf = parse_urdf(path, xacro_args, trust_xacro)
+    return arm_in(parse_urdf(path, xacro_args, trust_xacro), tip, lock)
+
+
+def arm_in(urdf: UrdfFile, tip: str | None, lock: Mapping[str, float] | None) -> Arm:
+    """The serial arm in a parsed file, or in another form with the same fields; raises as `read_urdf` for its tree."""
     chosen = chosen_chain(build_tree(urdf, lock or {}), tip)
     tree, given, tip, held = chosen.tree, tip, chosen.tip, chosen.held
     base, *groups = chosen.groups

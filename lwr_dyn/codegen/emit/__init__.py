@@ -5,6 +5,9 @@ closed_form        Closed-form inverse kinematics as C and JavaScript: S-R-S arm
                    spherical wrist
 emission           The functions of an arm for one file, and what all of them share: names, the comment at the top,
                    test vectors
+fmu                An arm, or a control law at samples, as an FMU: C sources with the functions of FMI 2.0 or 3.0 around
+                   them
+fmu_description    The modelDescription.xml of an FMU: arrays in FMI 3.0, one scalar variable a number in FMI 2.0
 functions          What can be emitted for an arm: each function with arguments, units and result, on symbols and as
                    operations
 further_functions  Functions beside those of a batch: the regressor by its distinct numbers, friction, and control

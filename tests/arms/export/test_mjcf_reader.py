@@ -1,7 +1,9 @@
-"""The MJCF that this package writes reads back as the same arm; others' MJCF, and changed numbers, are one line."""
+"""An MJCF read as an arm: ours comes back as the same arm, others' agree with MuJoCo; what is wrong is one line."""
 
 import random
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +12,13 @@ import lwr_dyn
 from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.arms.export.mjcf_reader import read_mjcf
 from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, OptionError, UnknownNameError, UrdfError
+from lwr_dyn.foundation.errors import FileAccessError, LwrDynError, MissingPackageError, UnknownNameError, UrdfError
 from lwr_dyn.model.arm import JointLimits
+from tests.arms.export.beside_mujoco import differences
 from tests.hostile.changes import changed
 from tests.random_arms import random_arm
+
+mujoco = pytest.importorskip("mujoco")
 
 READINGS = [(robot, reading) for robot in ("kr30ha", "lwr4plus", "wam7") for reading in lwr_dyn.readings(robot)]
 TOOL = {"xyz": [0, 0.02, 0.1], "rpy_deg": [30, 0, 10], "mass": 1.5, "com": [0, 0, 0.05], "inertia": [0.01, 0.01, 0.01]}
@@ -73,9 +78,10 @@ def test_options_of_loading_act_as_on_any_arm(tmp_path):
     assert np.abs(lwr_dyn.forward_kinematics(locked, q) - lwr_dyn.forward_kinematics(same, q)).max() < 1e-12
     with pytest.raises(UnknownNameError, match="no reading of an MJCF named 'printed'"):
         lwr_dyn.load(path, "printed")
-    with pytest.raises(OptionError, match="tip: given for"):
-        lwr_dyn.load(path, tip="flange")
-    with pytest.raises(UnknownNameError, match="no joint of lwr4plus named 'j'"):
+    assert lwr_dyn.load(path, tip="link_4").n == 4
+    with pytest.raises(UnknownNameError, match=r"no link of arm\.xml named 'hand'"):
+        lwr_dyn.load(path, tip="hand")
+    with pytest.raises(UnknownNameError, match=r"no moving joint of arm\.xml named 'j'"):
         lwr_dyn.load(path, lock={"j": 0.0})
     with pytest.raises(FileAccessError, match=r"allowed: a readable \.xml file"):
         lwr_dyn.load(tmp_path / "none.xml")
@@ -118,32 +124,46 @@ def test_commands_take_it(tmp_path, monkeypatch, capsys, words, said):
 
 
 GOOD = mjcf_text(lwr_dyn.load("lwr4plus"))
-OTHERS = '<mujoco model="x"><worldbody><body name="a"><joint type="hinge"/><geom size="1"/></body></worldbody></mujoco>'
+_HINGE = '<joint axis="0 1 0"/><geom size=".1" density="9" group="0"/>'
+TWO = f'<body name="other">{_HINGE}<body>{_HINGE}<body>{_HINGE}<body>{_HINGE}</body></body></body></body>'
 BAD = {
-    "another's": (OTHERS, "<mujoco>: not written by lwr_dyn, whose MJCF alone is read; allowed: an MJCF that lwr_dyn"),
     "a URDF": ('<robot name="x"/>', "<robot>: a URDF; allowed: a name that ends in .urdf"),
-    "an SDF": ("<sdf/>", "<sdf>: the outermost element; allowed: <mujoco>"),
-    "no XML": ("<mujoco>", "XML: no element found: line 1, column 8; allowed: a well-formed MJCF"),
-    "nan": (GOOD.replace('mass="2.7782"', 'mass="nan"', 1), "body 'link_1' <inertial> mass: 'nan'; allowed: 1 finite"),
-    "no mass": (GOOD.replace('mass="2.7782"', "", 1), "body 'link_1' <inertial> mass: ''; allowed: 1 finite numbers"),
-    "mass below 0": (
-        GOOD.replace('mass="2', 'mass="-2', 1),
-        "<inertial> mass: '-2.7782'; allowed: a mass of at least 0",
+    "an SDF": (
+        "<sdf/>",
+        "MuJoCo refuses it: XML Error: Unrecognized XML model type: 'sdf'; allowed: an MJCF",
     ),
-    "no inertial": (GOOD.replace("<inertial", "<inertia", 1), "body 'link_1': 0 elements <inertial>; allowed: one"),
-    "armature": (GOOD.replace('armature="', 'armature="-', 1), "<joint> armature: '-0.160325'; allowed: a number of"),
-    "axes": (
-        GOOD.replace('0.0 0.0 1.0"', '0.0 0.0 2.0"', 1),
-        "xyaxes: '1.0 0.0 0.0 0.0 0.0 2.0'; allowed: two directions",
+    "no XML": ("<mujoco>", "MuJoCo refuses it: XML parse error"),
+    "nothing": ("", "MuJoCo refuses it: "),
+    "no joint": ("<mujoco><worldbody><body/></worldbody></mujoco>", "chain: no moving joint between root and tip"),
+    "nan": (
+        GOOD.replace('mass="2.7782"', 'mass="nan"', 1),
+        "MuJoCo refuses it: Error: mass and inertia of",
     ),
-    "axis": (GOOD.replace('axis="0 0 1"', 'axis="0 1 0"', 1), "<joint>: an axis beside z of the body; allowed: 0 0 1"),
-    "ball": (GOOD.replace('"hinge"', '"ball"', 1), "<joint> type: 'ball'; allowed: hinge, slide"),
-    "range": (GOOD.replace('range="-2.9', 'range="12.9', 1), "<joint> range: "),
-    "joint twice": (GOOD.replace('name="joint_2"', 'name="joint_1"'), "joint joint_1: used twice"),
-    "two chains": (GOOD.replace('<body name="link_7"', '<body name="z"/><body name="link_7"'), "2 elements <body>"),
-    "no gravity": (GOOD.replace("<option gravity", "<option wind"), "<option> gravity: ''; allowed: 3 finite numbers"),
-    "speed": (GOOD.replace("does not have: ", "does not have: x ", 1), "header: speed limits by joint"),
-    "name": (GOOD.replace('name="link_1"', 'name=""'), "<body>: the name ''; allowed: a name"),
+    "position": (
+        GOOD.replace('pos="0.0 0.0 0.0"', 'pos="nan 0.0 0.0"'),
+        "a number that is not finite",
+    ),
+    "no mass": (GOOD.replace('mass="2.7782"', "", 1), "required attribute missing: 'mass'"),
+    "armature": (
+        GOOD.replace('armature="', 'armature="-', 1),
+        "joint 'joint_1' armature: -0.160325; allowed: a",
+    ),
+    "ball": (
+        GOOD.replace('"hinge" axis="0 0 1"', '"ball"', 3).replace(' range="-', ' user="-'),
+        "type ball, in a chain of joints with one coordinate each; allowed: ",
+    ),
+    "range": (GOOD.replace('range="-2.9', 'range="12.9', 1), "joint 'joint_1' range: "),
+    "joint twice": (GOOD.replace('name="joint_2"', 'name="joint_1"'), "repeated name 'joint_1' in joint"),
+    "two arms": (
+        GOOD.replace('<body name="base"', TWO + '<body name="base"'),
+        "the tree has 2 arms or legs",
+    ),
+    "speed": (GOOD.replace("does not have: 1.9", "does not have: -1.9", 1), "header: speed limits by joint"),
+    "name": (GOOD.replace('name="link_1"', 'name="a&#10;b"'), "the name 'a\\nb'; allowed: letters that can"),
+    "too many": (
+        GOOD.replace("<worldbody>", '<worldbody><replicate count="1e6"/>'),
+        "1e+06 copies; allowed: at most",
+    ),
 }
 
 
@@ -165,11 +185,103 @@ def test_a_header_without_speeds_leaves_them_unknown(tmp_path):
     assert np.isinf(read_mjcf(tmp_path / "arm.xml").velocity).all()
 
 
+TREE = Path("tests/hostile/good/tree.xml").read_text(encoding="utf-8")
+_DEFAULTS = next(line for line in TREE.splitlines() if "<default>" in line)
+FOREIGN = TREE.replace(_DEFAULTS, '<include file="classes.xml"/>')
+CLASSES = f"<mujoco>{_DEFAULTS}</mujoco>"
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    (tmp_path / "classes.xml").write_text(CLASSES)
+    path = tmp_path / "foreign.xml"
+    path.write_text(FOREIGN)
+    return path
+
+
+def test_all_ways_to_write_a_chain_agree_with_mujoco(foreign):
+    arm = lwr_dyn.load(foreign)
+    assert arm.joint_names == ("off_centre", "first", "second", "third")
+    assert [link.link for link in arm.chain.links] == ["upper", "two_before_second", "two", "wrist"]
+    assert (arm.name, arm.reading) == ("foreign", "mjcf")
+    assert "held: free at 0, a at 0.1, b at 0; other values: --lock JOINT=VALUE" in arm.notes
+    assert differences(foreign, arm).max() < 1e-12
+    assert differences(foreign, lwr_dyn.load(foreign, tip="bracket"), tip="bracket").max() < 1e-12
+    moved = lwr_dyn.load(foreign, tip="wrist", lock={"a": 0.17, "first": 0.4})
+    assert moved.joint_names == ("off_centre", "second", "third")
+    poses = lwr_dyn.forward_kinematics(moved, [0.1, 0.2, 0.3]), lwr_dyn.forward_kinematics(arm, [0.1, 0.4, 0.2, 0.3])
+    assert np.abs(poses[0] - poses[1]).max() < 1e-12
+
+
+def test_a_site_is_a_tip(foreign):
+    body, site = (lwr_dyn.load(foreign, tip=name) for name in ("wrist", "point"))
+    poses = [lwr_dyn.forward_kinematics(arm, np.full(4, 0.3)) for arm in (body, site)]
+    c, s = np.cos(np.radians(10)), np.sin(np.radians(10))
+    turned = np.array([[c, -s, 0, 0.1], [s, c, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])  # eulerseq begins with z
+    assert np.abs(poses[0] @ turned - poses[1]).max() < 1e-12
+
+
+def test_gears_drives_and_losses_are_those_of_the_joint(foreign):
+    arm = lwr_dyn.load(foreign)
+    assert arm.armature.tolist() == [0.3] * 4
+    assert [x.viscous for x in arm.limits] == [0.7] * 4
+    assert [x.coulomb for x in arm.limits] == [0.2] * 4
+    assert [x.effort for x in arm.limits] == [100.0, None, 65.0, None]  # 50 x 2; none; 10 x 3 x 2 + 5; a servo
+    assert [x.lower for x in arm.limits] == [None, None, -1.0, None]
+    assert arm.chain.gravity.tolist() == [0.1, -0.2, -9.7]
+
+
+def test_what_an_arm_has_no_place_for_is_named(foreign):
+    notes = "\n".join(lwr_dyn.load(foreign).notes)
+    for what in ("springs of joints", "equality constraints", "tendons", "fluid forces", "feedback of servos"):
+        assert f"foreign.xml: {what} of the MJCF left out" in notes
+    assert "gravity compensation" not in notes
+    foreign.write_text(FOREIGN.replace('name="wrist"', 'name="wrist" gravcomp="1"').replace('density="1.2"', ""))
+    notes = "\n".join(lwr_dyn.load(foreign).notes)
+    assert "gravity compensation of bodies of the MJCF left out" in notes
+    assert "fluid" not in notes
+
+
+@pytest.mark.skipif(int(mujoco.__version__.split(".")[0]) < 4, reason="a motor has an armature from MuJoCo 4 on")
+def test_an_armature_of_a_motor_counts_with_the_square_of_its_gear(tmp_path):
+    path = tmp_path / "geared.xml"
+    motor = '<actuator><motor joint="j" gear="-10" armature="0.5" damping="0.2"/></actuator>'
+    body = '<worldbody><body><joint name="j" armature="0.1"/><geom size=".1"/></body></worldbody>'
+    path.write_text(f"<mujoco>{body}{motor}</mujoco>")
+    arm = lwr_dyn.load(path)
+    assert arm.armature.tolist() == [50.1]
+    assert differences(path, arm).max() < 1e-12
+    assert arm.limits[0].viscous == pytest.approx(20.0)
+
+
+def test_no_gravity_is_read_as_none(foreign):
+    foreign.write_text(FOREIGN.replace(' density="1.2"/>', '><flag gravity="disable"/></option>'))
+    assert not lwr_dyn.load(foreign).chain.gravity.any()
+
+
+def test_a_change_in_an_included_file_changes_the_digest(foreign):
+    before = lwr_dyn.load(foreign).digest
+    (foreign.parent / "classes.xml").write_text(CLASSES.replace("0.7", "0.8"))
+    assert lwr_dyn.load(foreign).digest != before
+
+
+def test_every_number_of_it_has_a_source(foreign):
+    sources = lwr_dyn.load(foreign).sources
+    assert sources["off_centre.viscous"][0].cell == "//joint[@name='off_centre']/@damping"
+    assert sources["wrist.mass"][0].cell == "//body[@name='wrist']"
+
+
+def test_a_missing_mujoco_is_one_line(foreign, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(MissingPackageError, match=r"mujoco is not installed; .*'lwr_dyn\[parity"):
+        lwr_dyn.load(foreign)
+
+
 @pytest.mark.slow
 def test_any_small_change_is_read_or_refused_in_our_words(tmp_path):
     read, said, path = 0, list[str](), tmp_path / "x.xml"
     for seed in range(400):
-        path.write_text(changed(GOOD, random.Random(seed)), encoding="utf-8")
+        path.write_text(changed(GOOD if seed % 2 else TREE, random.Random(seed)), encoding="utf-8")
         try:
             arm = read_mjcf(path)
             assert np.isfinite(lwr_dyn.forward_kinematics(arm, np.full(arm.n, 0.1))).all()

@@ -1,0 +1,425 @@
+/* An arm as a plant, or a control law at samples, behind the functions of FMI 2.0 and 3.0.
+ *
+ * fmu_config.h says which: N joints, BLOCKS of variables with their places in `value`, START, TOKEN, and the names of
+ * the arm's functions. A value reference is the number of a block in FMI 3, and block * 1000 + place in FMI 2.
+ * Importers load every function of the standard, so those that are not supported are here too, and say so.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "fmu_config.h"
+#if FMI == 2
+#include "fmi2Functions.h"
+typedef fmi2Status Status;
+enum { OK = fmi2OK, ERR = fmi2Error };
+#else
+#include "fmi3Functions.h"
+typedef fmi3Status Status;
+enum { OK = fmi3OK, ERR = fmi3Error };
+#endif
+
+typedef struct {
+    double time;
+    double value[SIZE];
+    int stale; /* whether outputs belong to older states or inputs */
+} Instance;
+
+static const double start[SIZE] = START;
+
+static double *at(Instance *m, int block)
+{
+    return m->value + offset[block];
+}
+
+static int all_finite(const double *x, int count)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        if (!isfinite(x[i])) return 0;
+    }
+    return 1;
+}
+
+#ifdef PLANT
+enum { STATES = 2 * N };
+
+/* (m, m c, Ixx Ixy Iyy Ixz Iyz Izz about the flange) of a load given by mass, centre and inertia about it */
+static void load_of(Instance *m, double out[10])
+{
+    const double mass = *at(m, PAYLOAD_MASS), *c = at(m, PAYLOAD_COM), *i = at(m, PAYLOAD_INERTIA);
+    const double xx = c[0] * c[0], yy = c[1] * c[1], zz = c[2] * c[2];
+    out[0] = mass;
+    out[1] = mass * c[0];
+    out[2] = mass * c[1];
+    out[3] = mass * c[2];
+    out[4] = i[0] + mass * (yy + zz);
+    out[5] = i[1] - mass * c[0] * c[1];
+    out[6] = i[3] + mass * (xx + zz);
+    out[7] = i[2] - mass * c[0] * c[2];
+    out[8] = i[4] - mass * c[1] * c[2];
+    out[9] = i[5] + mass * (xx + yy);
+}
+
+static void accelerations(Instance *m, const double *q, const double *dq, double *ddq)
+{
+    double tau[N], load[10];
+    int i;
+#ifdef FRICTION
+    double loss[N];
+    ARM(smooth_friction_torque)(dq, at(m, FRICTION_WIDTH), loss);
+#endif
+    for (i = 0; i < N; i++) {
+        const double limit = at(m, TORQUE_LIMIT)[i], given = at(m, TAU)[i];
+        tau[i] = given > limit ? limit : given < -limit ? -limit : given;
+#ifdef FRICTION
+        tau[i] -= *at(m, FRICTION_SCALE) * loss[i];
+#endif
+    }
+    load_of(m, load);
+    ARM(forward_dynamics)(q, dq, tau, load, at(m, GRAVITY), ddq);
+}
+
+static void refresh(Instance *m)
+{
+    if (!m->stale) return;
+    memcpy(at(m, DER_Q), at(m, DQ), N * sizeof(double));
+    accelerations(m, at(m, Q), at(m, DQ), at(m, DDQ));
+    ARM(flange_pose)(at(m, Q), at(m, TIP));
+    m->stale = 0;
+}
+
+static void runge_kutta(Instance *m, double h)
+{
+    static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
+    double x[STATES], y[STATES], slope[STATES] = {0.0}, sum[STATES] = {0.0};
+    int stage, i;
+    memcpy(x, at(m, Q), sizeof x); /* DQ follows Q */
+    for (stage = 0; stage < 4; stage++) {
+        for (i = 0; i < STATES; i++) y[i] = x[i] + h * node[stage] * slope[i];
+        memcpy(slope, y + N, N * sizeof(double));
+        accelerations(m, y, y + N, slope + N);
+        for (i = 0; i < STATES; i++) sum[i] += weight[stage] * slope[i];
+    }
+    for (i = 0; i < STATES; i++) at(m, Q)[i] = x[i] + h / 6.0 * sum[i];
+}
+
+static Status advance(Instance *m, double t, double h)
+{
+    const double largest = *at(m, STEP);
+    long count, k;
+    if (!(h > 0.0 && largest > 0.0 && h / largest < 1e9)) return ERR;
+    count = (long)ceil(h / largest - 1e-9);
+    count = count < 1 ? 1 : count;
+    for (k = 0; k < count; k++) runge_kutta(m, h / (double)count);
+    m->time = t + h;
+    m->stale = 1;
+    return all_finite(at(m, Q), STATES) ? OK : ERR;
+}
+
+static void initialise(Instance *m)
+{
+    memcpy(at(m, Q), at(m, Q_START), N * sizeof(double));
+    memcpy(at(m, DQ), at(m, DQ_START), N * sizeof(double));
+    m->stale = 1;
+}
+#else
+enum { STATES = 0, Q_STATE = 0, RATES = 0 };
+
+static void refresh(Instance *m)
+{
+    m->stale = 0;
+}
+
+/* The law at a sample; its memory moves on only where a step does. */
+static Status sample(Instance *m, double h, int moves)
+{
+    double out[N + MEMORY];
+    LAW(m, h, out);
+    memcpy(at(m, TAU_VALUE), out, N * sizeof(double));
+#if MEMORY > 0
+    if (moves) memcpy(at(m, MEMORY_VALUE), out + N, MEMORY * sizeof(double));
+#endif
+    (void)moves;
+    return all_finite(out, N) ? OK : ERR;
+}
+
+static Status advance(Instance *m, double t, double h)
+{
+    m->time = t + h;
+    return h > 0.0 ? sample(m, h, 1) : ERR;
+}
+
+static void initialise(Instance *m)
+{
+    sample(m, SAMPLE_TIME, 0);
+}
+#endif
+#ifdef PLANT
+enum { Q_STATE = Q, RATES = DER_Q };
+#endif
+
+static Instance *made(const char *token)
+{
+    Instance *m = token && !strcmp(token, TOKEN) ? calloc(1, sizeof *m) : NULL;
+    if (m) {
+        memcpy(m->value, start, sizeof start);
+        m->stale = 1;
+    }
+    return m;
+}
+
+static Status reset(Instance *m)
+{
+    memcpy(m->value, start, sizeof start);
+    m->time = 0.0;
+    m->stale = 1;
+    return OK;
+}
+
+static Status copy_state(Instance *m, void **state)
+{
+    if (!*state) *state = malloc(sizeof *m);
+    if (!*state) return ERR;
+    memcpy(*state, m, sizeof *m);
+    return OK;
+}
+
+static Status states(Instance *m, int block, double x[], size_t count, int set)
+{
+    if (count != (size_t)STATES) return ERR;
+    if (block == RATES && !set) refresh(m);
+    if (set) memcpy(at(m, block), x, count * sizeof(double));
+    else memcpy(x, at(m, block), count * sizeof(double));
+    m->stale |= set;
+    return OK;
+}
+
+static Status ones(double x[], size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++) x[i] = 1.0;
+    return OK;
+}
+
+#if FMI == 2
+typedef fmi2Component C;
+typedef const fmi2ValueReference *Refs;
+
+static Status scalars(Instance *m, Refs vr, size_t n, double v[], int set)
+{
+    size_t i;
+    if (!set) refresh(m);
+    for (i = 0; i < n; i++) {
+        const size_t block = vr[i] / 1000, place = vr[i] % 1000;
+        if (block >= BLOCKS || place >= width[block]) return ERR;
+        if (set) at(m, (int)block)[place] = v[i];
+        else v[i] = at(m, (int)block)[place];
+    }
+    m->stale |= set;
+    return OK;
+}
+
+#define F2(name, ...) fmi2Status fmi2##name(__VA_ARGS__)
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetVersion(void) { return fmi2Version; }
+F2(SetDebugLogging, C c, fmi2Boolean on, size_t n, const fmi2String k[]) { return OK; }
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String place,
+                              const fmi2CallbackFunctions *f, fmi2Boolean visible, fmi2Boolean log)
+{
+    return made(token);
+}
+void fmi2FreeInstance(C c) { free(c); }
+F2(SetupExperiment, C c, fmi2Boolean d, fmi2Real tol, fmi2Real t, fmi2Boolean s, fmi2Real end)
+{
+    ((Instance *)c)->time = t;
+    return OK;
+}
+F2(EnterInitializationMode, C c) { initialise(c); return OK; }
+F2(ExitInitializationMode, C c) { initialise(c); return OK; }
+F2(Terminate, C c) { return OK; }
+F2(Reset, C c) { return reset(c); }
+F2(GetReal, C c, Refs vr, size_t n, fmi2Real v[]) { return scalars(c, vr, n, v, 0); }
+F2(SetReal, C c, Refs vr, size_t n, const fmi2Real v[]) { return scalars(c, vr, n, (double *)v, 1); }
+#define NONE(name, type) \
+    F2(Get##name, C c, Refs vr, size_t n, type v[]) { return n ? ERR : OK; } \
+    F2(Set##name, C c, Refs vr, size_t n, const type v[]) { return n ? ERR : OK; }
+NONE(Integer, fmi2Integer)
+NONE(Boolean, fmi2Boolean)
+NONE(String, fmi2String)
+F2(GetFMUstate, C c, fmi2FMUstate *s) { return copy_state(c, s); }
+F2(SetFMUstate, C c, fmi2FMUstate s) { memcpy(c, s, sizeof(Instance)); return OK; }
+F2(FreeFMUstate, C c, fmi2FMUstate *s) { free(*s); *s = NULL; return OK; }
+F2(SerializedFMUstateSize, C c, fmi2FMUstate s, size_t *n) { *n = sizeof(Instance); return OK; }
+F2(SerializeFMUstate, C c, fmi2FMUstate s, fmi2Byte b[], size_t n)
+{
+    if (n < sizeof(Instance)) return ERR;
+    memcpy(b, s, sizeof(Instance));
+    return OK;
+}
+F2(DeSerializeFMUstate, C c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
+{
+    if (n < sizeof(Instance) || copy_state(c, s)) return ERR;
+    memcpy(*s, b, sizeof(Instance));
+    return OK;
+}
+F2(GetDirectionalDerivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi2Real d[], fmi2Real o[]) { return ERR; }
+F2(EnterEventMode, C c) { return OK; }
+F2(NewDiscreteStates, C c, fmi2EventInfo *e) { memset(e, 0, sizeof *e); return OK; }
+F2(EnterContinuousTimeMode, C c) { return OK; }
+F2(CompletedIntegratorStep, C c, fmi2Boolean p, fmi2Boolean *e, fmi2Boolean *t) { *e = 0; *t = 0; return OK; }
+F2(SetTime, C c, fmi2Real t) { ((Instance *)c)->time = t; return OK; }
+F2(GetEventIndicators, C c, fmi2Real v[], size_t n) { return n ? ERR : OK; }
+F2(SetRealInputDerivatives, C c, Refs vr, size_t n, const fmi2Integer o[], const fmi2Real v[]) { return ERR; }
+F2(GetRealOutputDerivatives, C c, Refs vr, size_t n, const fmi2Integer o[], fmi2Real v[]) { return ERR; }
+F2(DoStep, C c, fmi2Real t, fmi2Real h, fmi2Boolean keep) { return advance(c, t, h); }
+F2(CancelStep, C c) { return ERR; }
+#define STATUS(name, type) F2(Get##name##Status, C c, const fmi2StatusKind k, type *v) { return ERR; }
+STATUS(, fmi2Status)
+STATUS(Real, fmi2Real)
+STATUS(Integer, fmi2Integer)
+STATUS(Boolean, fmi2Boolean)
+STATUS(String, fmi2String)
+F2(GetContinuousStates, C c, fmi2Real x[], size_t n) { return states(c, Q_STATE, x, n, 0); }
+F2(SetContinuousStates, C c, const fmi2Real x[], size_t n) { return states(c, Q_STATE, (double *)x, n, 1); }
+F2(GetDerivatives, C c, fmi2Real x[], size_t n) { return states(c, RATES, x, n, 0); }
+F2(GetNominalsOfContinuousStates, C c, fmi2Real x[], size_t n) { return ones(x, n); }
+#else
+typedef fmi3Instance C;
+typedef const fmi3ValueReference *Refs;
+
+static Status arrays(Instance *m, Refs vr, size_t n, double v[], size_t numbers, int set)
+{
+    size_t i, k = 0;
+    if (!set) refresh(m);
+    for (i = 0; i < n; i++) {
+        const size_t count = vr[i] == BLOCKS ? 1 : vr[i] < BLOCKS ? width[vr[i]] : 0;
+        double *x = vr[i] == BLOCKS ? &m->time : at(m, (int)vr[i]);
+        if (!count || k + count > numbers || (set && vr[i] == BLOCKS)) return ERR;
+        if (set) memcpy(x, v + k, count * sizeof(double));
+        else memcpy(v + k, x, count * sizeof(double));
+        k += count;
+    }
+    m->stale |= set;
+    return k == numbers ? OK : ERR;
+}
+
+#define F3(name, ...) fmi3Status fmi3##name(__VA_ARGS__)
+const char *fmi3GetVersion(void) { return fmi3Version; }
+F3(SetDebugLogging, C c, fmi3Boolean on, size_t n, const fmi3String k[]) { return OK; }
+fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String place, fmi3Boolean v,
+                                          fmi3Boolean l, fmi3InstanceEnvironment e, fmi3LogMessageCallback f)
+{
+    return made(token);
+}
+fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String place, fmi3Boolean v,
+                                         fmi3Boolean l, fmi3Boolean events, fmi3Boolean early, Refs needed, size_t n,
+                                         fmi3InstanceEnvironment e, fmi3LogMessageCallback f,
+                                         fmi3IntermediateUpdateCallback u)
+{
+    return made(token);
+}
+fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String place, fmi3Boolean v,
+                                               fmi3Boolean l, fmi3InstanceEnvironment e, fmi3LogMessageCallback f,
+                                               fmi3ClockUpdateCallback u, fmi3LockPreemptionCallback lock,
+                                               fmi3UnlockPreemptionCallback unlock)
+{
+    return NULL;
+}
+void fmi3FreeInstance(C c) { free(c); }
+F3(EnterInitializationMode, C c, fmi3Boolean d, fmi3Float64 tol, fmi3Float64 t, fmi3Boolean s, fmi3Float64 end)
+{
+    ((Instance *)c)->time = t;
+    initialise(c);
+    return OK;
+}
+F3(ExitInitializationMode, C c) { initialise(c); return OK; }
+F3(Terminate, C c) { return OK; }
+F3(Reset, C c) { return reset(c); }
+F3(GetFloat64, C c, Refs vr, size_t n, fmi3Float64 v[], size_t k) { return arrays(c, vr, n, v, k, 0); }
+F3(SetFloat64, C c, Refs vr, size_t n, const fmi3Float64 v[], size_t k) { return arrays(c, vr, n, (double *)v, k, 1); }
+#define NONE(name) \
+    F3(Get##name, C c, Refs vr, size_t n, fmi3##name v[], size_t k) { return n ? ERR : OK; } \
+    F3(Set##name, C c, Refs vr, size_t n, const fmi3##name v[], size_t k) { return n ? ERR : OK; }
+NONE(Float32)
+NONE(Int8)
+NONE(UInt8)
+NONE(Int16)
+NONE(UInt16)
+NONE(Int32)
+NONE(UInt32)
+NONE(Int64)
+NONE(UInt64)
+NONE(Boolean)
+NONE(String)
+F3(GetBinary, C c, Refs vr, size_t n, size_t s[], fmi3Binary v[], size_t k) { return n ? ERR : OK; }
+F3(SetBinary, C c, Refs vr, size_t n, const size_t s[], const fmi3Binary v[], size_t k) { return n ? ERR : OK; }
+F3(GetClock, C c, Refs vr, size_t n, fmi3Clock v[]) { return n ? ERR : OK; }
+F3(SetClock, C c, Refs vr, size_t n, const fmi3Clock v[]) { return n ? ERR : OK; }
+F3(GetNumberOfVariableDependencies, C c, fmi3ValueReference vr, size_t *n) { return ERR; }
+F3(GetVariableDependencies, C c, fmi3ValueReference of, size_t e[], fmi3ValueReference on[], size_t i[],
+   fmi3DependencyKind kinds[], size_t n)
+{
+    return ERR;
+}
+F3(GetFMUState, C c, fmi3FMUState *s) { return copy_state(c, s); }
+F3(SetFMUState, C c, fmi3FMUState s) { memcpy(c, s, sizeof(Instance)); return OK; }
+F3(FreeFMUState, C c, fmi3FMUState *s) { free(*s); *s = NULL; return OK; }
+F3(SerializedFMUStateSize, C c, fmi3FMUState s, size_t *n) { *n = sizeof(Instance); return OK; }
+F3(SerializeFMUState, C c, fmi3FMUState s, fmi3Byte b[], size_t n)
+{
+    if (n < sizeof(Instance)) return ERR;
+    memcpy(b, s, sizeof(Instance));
+    return OK;
+}
+F3(DeserializeFMUState, C c, const fmi3Byte b[], size_t n, fmi3FMUState *s)
+{
+    if (n < sizeof(Instance) || copy_state(c, s)) return ERR;
+    memcpy(*s, b, sizeof(Instance));
+    return OK;
+}
+#define DERIVATIVE(name) \
+    F3(Get##name##Derivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi3Float64 s[], size_t ns, \
+       fmi3Float64 o[], size_t no) { return ERR; }
+DERIVATIVE(Directional)
+DERIVATIVE(Adjoint)
+#define PLAIN(name) F3(name, C c) { return OK; }
+PLAIN(EnterConfigurationMode)
+PLAIN(ExitConfigurationMode)
+PLAIN(EvaluateDiscreteStates)
+PLAIN(EnterEventMode)
+PLAIN(EnterContinuousTimeMode)
+PLAIN(EnterStepMode)
+F3(GetIntervalDecimal, C c, Refs vr, size_t n, fmi3Float64 i[], fmi3IntervalQualifier q[]) { return ERR; }
+F3(GetIntervalFraction, C c, Refs vr, size_t n, fmi3UInt64 a[], fmi3UInt64 b[], fmi3IntervalQualifier q[]) { return ERR; }
+F3(GetShiftDecimal, C c, Refs vr, size_t n, fmi3Float64 s[]) { return ERR; }
+F3(GetShiftFraction, C c, Refs vr, size_t n, fmi3UInt64 a[], fmi3UInt64 b[]) { return ERR; }
+F3(SetIntervalDecimal, C c, Refs vr, size_t n, const fmi3Float64 i[]) { return ERR; }
+F3(SetIntervalFraction, C c, Refs vr, size_t n, const fmi3UInt64 a[], const fmi3UInt64 b[]) { return ERR; }
+F3(SetShiftDecimal, C c, Refs vr, size_t n, const fmi3Float64 s[]) { return ERR; }
+F3(SetShiftFraction, C c, Refs vr, size_t n, const fmi3UInt64 a[], const fmi3UInt64 b[]) { return ERR; }
+F3(UpdateDiscreteStates, C c, fmi3Boolean *again, fmi3Boolean *ends, fmi3Boolean *nominals, fmi3Boolean *values,
+   fmi3Boolean *defined, fmi3Float64 *next)
+{
+    *again = *ends = *nominals = *values = *defined = fmi3False;
+    *next = 0.0;
+    return OK;
+}
+F3(CompletedIntegratorStep, C c, fmi3Boolean p, fmi3Boolean *e, fmi3Boolean *t) { *e = *t = fmi3False; return OK; }
+F3(SetTime, C c, fmi3Float64 t) { ((Instance *)c)->time = t; return OK; }
+F3(GetEventIndicators, C c, fmi3Float64 v[], size_t n) { return n ? ERR : OK; }
+F3(GetNumberOfEventIndicators, C c, size_t *n) { *n = 0; return OK; }
+F3(GetOutputDerivatives, C c, Refs vr, size_t n, const fmi3Int32 o[], fmi3Float64 v[], size_t k) { return ERR; }
+F3(DoStep, C c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean keep, fmi3Boolean *event, fmi3Boolean *ends,
+   fmi3Boolean *early, fmi3Float64 *last)
+{
+    *event = *ends = *early = fmi3False;
+    *last = t + h;
+    return advance(c, t, h);
+}
+F3(ActivateModelPartition, C c, fmi3ValueReference vr, fmi3Float64 t) { return ERR; }
+F3(GetNumberOfContinuousStates, C c, size_t *n) { *n = STATES; return OK; }
+F3(GetContinuousStates, C c, fmi3Float64 x[], size_t n) { return states(c, Q_STATE, x, n, 0); }
+F3(SetContinuousStates, C c, const fmi3Float64 x[], size_t n) { return states(c, Q_STATE, (double *)x, n, 1); }
+F3(GetContinuousStateDerivatives, C c, fmi3Float64 x[], size_t n) { return states(c, RATES, x, n, 0); }
+F3(GetNominalsOfContinuousStates, C c, fmi3Float64 x[], size_t n) { return ones(x, n); }
+#endif

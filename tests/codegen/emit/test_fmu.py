@@ -1,0 +1,232 @@
+"""FMUs of plants and laws: beside `simulate` in a closed loop, and beside an adaptive integrator."""
+
+import ctypes
+import functools
+import zipfile
+from io import BytesIO
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import lwr_dyn
+from lwr_dyn.codegen.emit import fmu as module
+from lwr_dyn.codegen.emit.fmu import controller_fmu, laws, plant_fmu
+from lwr_dyn.foundation.errors import MissingDataError, MissingPackageError, OptionError, UnknownNameError
+from lwr_dyn.model.friction import smooth_friction
+from tests.codegen.emit.fmi_master import Instance
+
+RATE, LOAD = 1000, {"payload_mass": 2.0, "payload_com": [0.0, 0.01, 0.1]}
+
+
+@functools.cache
+def archive(robot, version, law=None):
+    arm = lwr_dyn.load(robot)
+    made = plant_fmu(arm, version) if law is None else controller_fmu(arm, law, version, RATE)
+    return made.archive(binary=True)
+
+
+@functools.cache
+def task(robot):
+    arm = lwr_dyn.load(robot)
+    end = np.clip(np.linspace(0.3, -0.4, arm.n), arm.lower + 0.1, arm.upper - 0.1)
+    return lwr_dyn.reference("point-to-point", arm, start=np.clip(0 * end, arm.lower, arm.upper), end=end, duration=0.2)
+
+
+def instance(folder, robot, version, law=None):
+    place = folder / f"{robot}_{version}_{law}"
+    place.mkdir()
+    return Instance(BytesIO(archive(robot, version, law)), place)
+
+
+def loop(plant, law, motion, count, delay=0):
+    """Positions (count, n) of a plant and a law stepped in turn, or in parallel, which delays by a sample."""
+    h, rows, waiting = 1.0 / RATE, [], law.get("tau")
+    for k in range(count):
+        q, dq = plant.get("q"), plant.get("dq")
+        rows.append(q)
+        given = {"q": q, "dq": dq, "q_ref": motion.q[k], "dq_ref": motion.dq[k], "ddq_ref": motion.ddq[k]}
+        for name, value in given.items():
+            law.set(name, value)
+        assert law.step(k * h, h) == 0
+        plant.set("tau", waiting if delay else law.get("tau"))
+        waiting = law.get("tau")
+        assert plant.step(k * h, h) == 0
+    return np.array(rows)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("robot", "law", "version"), [("lwr4plus", "inverse-dynamics", "3"), ("wam7", "pid", "2")])
+def test_plant_and_law_in_turn_are_the_loop_of_simulate(tmp_path, robot, law, version):
+    arm, reference = lwr_dyn.load(robot), task(robot)
+    controller, friction = lwr_dyn.controller(law, arm), "none"
+    if arm.has_friction:
+        friction = smooth_friction(arm.friction_models(), module.FRICTION_WIDTH)
+    start = reference.sample(np.zeros(1)).q[0]
+    run = lwr_dyn.simulate(
+        arm,
+        controller,
+        reference,
+        rate=RATE,
+        substeps=4,
+        q0=start,
+        friction=friction,
+        payload=2.0,
+        payload_com=LOAD["payload_com"],
+    )
+    plant, sampled = instance(tmp_path, robot, version), instance(tmp_path, robot, version, law)
+    plant.begin(q_start=start, step=0.25 / RATE, **LOAD)
+    sampled.begin()
+    q = loop(plant, sampled, reference.sample(run.t), len(run.t))
+    assert np.abs(q - run.q).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_a_law_stepped_in_parallel_is_the_loop_with_a_delay_of_a_sample(tmp_path):
+    arm, reference = lwr_dyn.load("lwr4plus"), task("lwr4plus")
+    start, law = reference.sample(np.zeros(1)).q[0] + 0.002, lwr_dyn.controller("inverse-dynamics", arm)
+    delayed, prompt = (
+        lwr_dyn.simulate(arm, law, reference, rate=RATE, substeps=1, q0=start, friction="none", delay=k) for k in (1, 0)
+    )
+    plant, sampled = instance(tmp_path, "lwr4plus", "3"), instance(tmp_path, "lwr4plus", "3", "inverse-dynamics")
+    motion = reference.sample(delayed.t)
+    plant.begin(q_start=start, step=1.0 / RATE)
+    sampled.begin(q=start, q_ref=motion.q[0], dq_ref=motion.dq[0], ddq_ref=motion.ddq[0])
+    q = loop(plant, sampled, motion, len(delayed.t), delay=1)
+    assert np.abs(q - delayed.q).max() < 1e-12
+    assert np.abs(q - prompt.q).max() > 1e-6
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_derivatives_outputs_and_order_four(tmp_path, version):
+    arm, plant = lwr_dyn.load("lwr4plus"), instance(tmp_path, "lwr4plus", version)
+    engine, start, tau = lwr_dyn.dynamics_of(arm), np.linspace(0.2, -0.5, 7), np.array([5.0, 300.0, 2, 1, 0, 0, 0])
+    applied = np.clip(tau, -arm.effort, arm.effort)
+    plant.begin(q_start=start)
+    plant.set("tau", tau)
+    state = np.r_[start, np.linspace(-1, 1, 7)]
+    assert (
+        np.abs(
+            plant.derivatives(state) - np.r_[state[7:], engine.forward_dynamics(*state.reshape(2, 7), applied)]
+        ).max()
+        < 1e-9
+    )
+    assert np.abs(plant.get("tip").reshape(4, 4) - lwr_dyn.forward_kinematics(arm, start)).max() < 1e-12
+
+    def slope(_, x):
+        return np.r_[x[7:], engine.forward_dynamics(x[:7], x[7:], applied)]
+
+    exact = solve_ivp(slope, (0, 0.1), np.r_[start, np.zeros(7)], "DOP853", rtol=1e-12, atol=1e-12).y[:7, -1]
+    errors = []
+    for h in (0.02, 0.01):
+        plant.call("Reset")
+        plant.begin(q_start=start, step=h)
+        plant.set("tau", tau)
+        assert plant.step(0.0, 0.1) == 0
+        errors.append(np.abs(plant.get("q") - exact).max())
+    assert 3.0 < np.log2(errors[0] / errors[1]) < 6.0
+    plant.call("Reset")
+    plant.begin(q_start=start, step=1e-3)
+    plant.set("tau", tau)
+    assert plant.step(0.0, 0.1) == 0
+    assert np.abs(plant.get("q") - exact).max() < 1e-8
+
+
+def test_a_load_is_that_of_the_arm(tmp_path):
+    plant, tensor = (
+        instance(tmp_path, "lwr4plus", "3"),
+        np.array([[0.02, 0.001, 0.002], [0.001, 0.03, 0.003], [0.002, 0.003, 0.025]]),
+    )
+    arm = lwr_dyn.load("lwr4plus", tool={"mass": 2.0, "com": [0.01, 0.02, 0.1], "inertia": tensor.tolist()})
+    plant.begin(payload_mass=2.0, payload_com=[0.01, 0.02, 0.1], payload_inertia=tensor[np.triu_indices(3)])
+    state = np.random.default_rng(3).uniform(-1, 1, 14)
+    expected = lwr_dyn.dynamics_of(arm).forward_dynamics(state[:7], state[7:], np.zeros(7))
+    assert np.abs(plant.derivatives(state)[7:] - expected).max() < 1e-9
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_states_are_kept_and_bad_calls_refused(tmp_path, version):
+    plant = instance(tmp_path, "lwr4plus", version)
+    plant.begin(q_start=np.full(7, 0.1))
+    kept, word = ctypes.c_void_p(), {"2": "FMUstate", "3": "FMUState"}[version]
+    assert plant.call(f"Get{word}", ctypes.byref(kept)) == 0
+    before = plant.get("q")
+    assert plant.step(0.0, 0.01) == 0
+    after = plant.get("q")
+    assert np.abs(after - before).max() > 0.0
+    assert plant.call(f"Set{word}", kept) == 0
+    assert np.array_equal(plant.get("q"), before)
+    assert plant.step(0.0, 0.01) == 0
+    assert np.array_equal(plant.get("q"), after)
+    plant.call(f"Free{word}", ctypes.byref(kept))
+    plant.references["wrong"] = [(99_999, 1)]
+    with pytest.raises(AssertionError):
+        plant.get("wrong")
+    assert plant.step(0.0, -1.0)
+    plant.set("tau", np.full(7, np.nan))
+    assert plant.step(0.0, 0.01)
+    assert not plant.instantiated("another token")
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_the_description_names_each_variable_its_unit_and_what_is_left_out(version):
+    every_byte = archive("lwr4plus", version)
+    assert version == "2" or plant_fmu(lwr_dyn.load("lwr4plus"), version).archive(binary=True) == every_byte
+    with zipfile.ZipFile(BytesIO(every_byte)) as every:
+        names, text = every.namelist(), every.read("modelDescription.xml")
+        assert b"not in it: position stops" in every.read("documentation/index.html")
+        assert all(b"Redistribution and use" in every.read(x) for x in names if x.startswith("sources/fmi"))
+    tree = ElementTree.fromstring(text)
+    assert "not in it: position stops and impacts" in tree.attrib["description"]
+    assert "reading physical" in tree.attrib["description"]
+    variables = list(tree.find("ModelVariables"))
+    derivatives = [x.find("Real") if version == "2" else x for x in variables]
+    states = {int(x.attrib["derivative"]) for x in derivatives if "derivative" in x.attrib}
+    if version == "2":
+        assert {variables[k - 1].attrib["name"] for k in states} == {
+            f"{s}[{i + 1}]" for s in ("q", "dq") for i in range(7)
+        }
+    else:
+        assert {x.attrib["name"] for x in variables if int(x.attrib["valueReference"]) in states} == {"q", "dq"}
+    units = {x.attrib["name"] for x in tree.find("UnitDefinitions")}
+    assert {x.attrib["unit"] for x in derivatives if "unit" in x.attrib} == units
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("law", sorted({*laws()} - {"inverse-dynamics", "pid"}))
+def test_every_law_can_be_written(law):
+    made = controller_fmu(lwr_dyn.load("lwr4plus"), law, "2")
+    assert zipfile.ZipFile(BytesIO(made.archive())).testzip() is None
+
+
+@pytest.mark.slow
+def test_fmpy_finds_no_fault(tmp_path):
+    fmpy = pytest.importorskip("fmpy.validation")
+    for key in (("lwr4plus", "2"), ("lwr4plus", "3"), ("wam7", "2", "pid"), ("lwr4plus", "3", "inverse-dynamics")):
+        path = tmp_path / "x.fmu"
+        path.write_bytes(archive(*key))
+        assert fmpy.validate_fmu(str(path)) == []
+
+
+def test_bad_input_is_one_line(monkeypatch):
+    arm = lwr_dyn.load("lwr4plus")
+    with pytest.raises(UnknownNameError, match="no control law that can be written named 'pd'"):
+        controller_fmu(arm, "pd")
+    with pytest.raises(OptionError, match=r"--rate: 0\.0; allowed: a number above 0"):
+        controller_fmu(arm, "pid", rate=0.0)
+    with pytest.raises(OptionError, match="--fmi: '4'; allowed: 2 or 3"):
+        plant_fmu(arm, "4")
+    with pytest.raises(MissingDataError):
+        plant_fmu(lwr_dyn.load("lwr4"))
+    made = module.Fmu("x", "3", {"sources/x.c": b"not C"}, ())
+    assert zipfile.ZipFile(BytesIO(made.archive())).namelist() == ["sources/x.c"]
+    with pytest.raises(OptionError, match="a compiler of C99"):
+        made.archive(binary=True)
+    monkeypatch.setattr(module.platform, "system", lambda: "Plan9")
+    with pytest.raises(OptionError, match="--binary: Plan9"):
+        made.archive(binary=True)
+    monkeypatch.undo()
+    monkeypatch.setattr(module.shutil, "which", lambda _: None)
+    with pytest.raises(MissingPackageError, match="a C compiler"):
+        made.archive(binary=True)
