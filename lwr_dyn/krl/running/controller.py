@@ -329,9 +329,9 @@ class ControllerState:
         return value if isinstance(value, int) and 0 <= value <= 5 else 3
 
     def _percents(self, name: str) -> Array:
-        values = self.variables[name].value
-        assert isinstance(values, ArrayValue)
-        return np.array([_between(f"{name}[{i}]", values.items.get((i,)), 100.0) for i in range(1, 7)]) / 100.0
+        values = self.variables[name].value  # a program that sets it whole has left no array
+        items = values.items if isinstance(values, ArrayValue) else {}
+        return np.array([_between(f"{name}[{i}]", items.get((i,)), 100.0) for i in range(1, 7)]) / 100.0
 
     def _part(self, name: str, part: str, most: float) -> float:
         whole = self.variables[name].value
@@ -350,5 +350,6 @@ class ControllerState:
 
 def _between(what: str, value: Value | None, most: float) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 1e-6 <= value <= most:
-        raise ExecutionError("speed-range", f"{what} = {value}", f"more than 0, at most {most:g}")
+        found = f"{what} has no value" if value is None else f"{what} = {value}"
+        raise ExecutionError("speed-range", found, f"more than 0, at most {most:g}")
     return float(value)

@@ -1,4 +1,4 @@
-"""The program override: given from outside it outlives BAS(#INITMOV, 0), and is listed."""
+"""The override given from outside outlives BAS(#INITMOV, 0) and is listed; speeds that are no array are refused."""
 
 import pytest
 
@@ -12,3 +12,10 @@ def test_the_override_outlives_the_initialisation(recorded, folder):
     assert whole["cycle_time"] == pytest.approx(70 / 140 + 0.4)
     assert half["cycle_time"] == pytest.approx(70 / 70 + 0.2)
     assert [a["value"] for a in half["assumptions"] if a["name"] == "$OV_PRO"] == ["50"]
+
+
+@pytest.mark.parametrize("line", ["$VEL_AXIS = 50", "$ACC_AXIS = {A1 5}"])
+def test_speeds_of_axes_that_are_set_whole_are_refused(line, refused, folder):
+    """Found by fuzzing."""
+    (folder / "a.src").write_text("\n".join(["DEF a( )", "BAS(#INITMOV, 0)", line, HOME, "PTP_REL {A1 70}", "END", ""]))
+    assert f"a.src:5:1: {line.split()[0]}[1] has no value; more than 0" in refused("krl", "run", "a.src")
