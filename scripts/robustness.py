@@ -29,7 +29,7 @@ from lwr_dyn.studies.sweep.intervals import quantile_of, share_of  # noqa: E402
 
 PAGE, NUMBERS = ROOT / "docs" / "robustness.md", ROOT / "docs" / "robustness.json"
 STUDY = ROOT / "scripts" / "studies" / "robustness.toml"
-TUNE = ("--controller", "inverse-dynamics", "--gain", "omega-n=10:250", "--gain", "xi=0.5:2", "--runs", "512",
+TUNE = ("--law", "inverse-dynamics", "--gain", "omega-n=10:250", "--gain", "xi=0.5:2", "--runs", "512",
         "--population", "12", "--generations", "6", "--check-runs", "2000", "--front", "0")  # fmt: skip
 PLACE = re.compile(r"<!-- robustness: (?P<what>[\w-]+) -->\n.*?<!-- robustness: end -->", re.DOTALL)
 SHARES = (0.5, 0.9, 0.99, 0.999)

@@ -14,7 +14,7 @@ from lwr_dyn.foundation.files import check_writable, ends_in, write_file
 @click.command("fmu")
 @robot_options
 @with_shared("--out", " FILE.fmu", required=True)
-@click.option("--law", metavar="NAME", help="This control law at samples; the arm as a plant if not given.")
+@with_shared("--law", " at samples; the arm as a plant if not given", form="NAME")
 @with_shared("--rate", " of --law.")
 @click.option("--fmi", type=OneOf(("2", "3")), default="3", show_default=True, help="Version of the standard.")
 @click.option("--binary", is_flag=True, help="With a binary for this machine, by its C compiler; else sources alone.")

@@ -43,7 +43,7 @@ NAMES = {"check": "--check-runs check"}
 AIM_HELP = "The metric, and its quantile over the runs, that is to be small."
 BOUND_HELP = "Share of the torque limits that the same quantile of the largest command may have; inf for none."
 OPTIONS = [
-    option("--law law", "One of the study's controllers; its first if not given.", str, metavar="NAME:OPTION=VALUE"),
+    shared("--law law", ", one of the study's; its first if not given", form="NAME:OPTION=VALUE"),
     option("--gain gains", GAIN_HELP, str, metavar="NAME=LOW:HIGH", multiple=True),
     option("--aim", AIM_HELP, str, "tip_max:0.99", metavar="METRIC:SHARE"),
     option("--torque-share", BOUND_HELP, float, 1.0),

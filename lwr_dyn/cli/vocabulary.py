@@ -65,6 +65,7 @@ VOCABULARY = {
     "--jobs": Word("Threads or processes at once; the result is the same", click.IntRange(1), forms=("N",)),
     "--json": Word("One JSON object", bool),
     "--label": Word("Name of a run", forms=("TEXT",), repeatable=True),
+    "--law": Word("A control law", forms=("NAME:OPTION=VALUE", "NAME")),
     "--markdown": Word("One table in Markdown", bool),
     "--omega-n": Word("Natural frequency", float, "rad/s"),
     "--out": Word("Write", forms=(FILE, FOLDER)),

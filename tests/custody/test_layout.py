@@ -181,7 +181,13 @@ def uses(test: Path, module: str, core: bool) -> bool:
     if core:
         return f"lwr_dyn.{module.replace('/', '.')}" in imports(ast.parse(text))
     package, name = module.split("/")[0], Path(module).name
-    return bool(re.search(rf'\b(lwr_dyn|tests)\.{package}\b|\blwr_dyn_command\b|"{name}"|^import lwr_dyn$', text, re.M))
+    return bool(
+        re.search(
+            rf'\b(lwr_dyn|tests)\.{package}\b|\b(lwr_dyn_command|printed|recorded|refused)\b|"{name}"|^import lwr_dyn$',
+            text,
+            re.M,
+        )
+    )
 
 
 def fault_of(module: str, tests: Path = TESTS, table: Mapping[str, Sequence[str]] = COVERED, core: bool = True) -> str:

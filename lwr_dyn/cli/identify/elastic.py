@@ -6,6 +6,7 @@ import click
 
 from lwr_dyn.cli.identify.log_options import check_robot, end, log_options, readable_logs
 from lwr_dyn.cli.options import Loading, robot_options, show
+from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.elastic_joints import TWO_ENCODERS, elastic_document, identify_elastic
 from lwr_dyn.identification.logs.log_columns import declared_units
@@ -18,8 +19,7 @@ NEEDS = ("q", "qm", "tau")
 @click.command("elastic")
 @robot_options
 @log_options
-@click.option("--cutoff", type=float, default=TWO_ENCODERS.cutoff, show_default=True,
-              help="Cut-off of the filter on positions, Hz.")  # fmt: skip
+@with_shared("--cutoff", default=TWO_ENCODERS.cutoff)
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, of its motor, rad/s or m/s.")  # fmt: skip
 def command(

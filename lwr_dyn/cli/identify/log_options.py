@@ -17,8 +17,12 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.logs.log_columns import column_map
 from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, motor_map
 from lwr_dyn.identification.logs.ros_bags import is_bag
+from lwr_dyn.identification.payload.identify_load import CUTOFFS
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.model.arm import Arm
+
+LIKELIEST = f"; the likeliest of {', '.join(f'{x:g}' for x in CUTOFFS)} if not given"
+"""What a command says of `--cutoff` that it chooses by the log."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 RUN = ".npz"

@@ -45,8 +45,7 @@ ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
 @with_shared("--html", ": the motion in 3D, links before and after, torques, friction, checks")
 @with_shared("--out", " the fitted arm: a .toml (robot from a data file) or a .urdf with its sidecars")
 @click.option("--accept", is_flag=True, help="Write --out though the log contradicts the bodies.")
-@click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: the likeliest of "
-              f"{', '.join(f'{x:g}' for x in CUTOFFS)}, on positions or the log's own speeds]")  # fmt: skip
+@with_shared("--cutoff", of_logs.LIKELIEST + ", also with the speeds of the log")
 @click.option("--slowest", type=float, help="Speed up to which a joint's torques are left out, rad/s or m/s.  "
               f"[default: {DEFAULT_SAMPLES.slowest}, with --stribeck {SLOWEST_STRIBECK}]")  # fmt: skip
 @with_shared(

@@ -23,8 +23,7 @@ from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
 @with_shared(
     "--fit-friction friction", " beside the load; own: the robot's, not fitted", FRICTIONS[0], kind=OneOf(FRICTIONS)
 )
-@click.option("--cutoff", type=float, help="Cut-off of the filter on positions, Hz.  [default: of "
-              f"{', '.join(f'{x:g}' for x in CUTOFFS)} the one whose residuals are most like noise]")  # fmt: skip
+@with_shared("--cutoff", of_logs.LIKELIEST)
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
 @of_logs.link_side_option

@@ -3,6 +3,7 @@
 import click
 
 from lwr_dyn.cli.identify.log_options import (
+    LIKELIEST,
     check_option,
     check_robot,
     end,
@@ -32,8 +33,7 @@ from lwr_dyn.pages.document import page_html
 @log_options
 @with_shared("--html", ": the report of identify motion, with the table's cells and repairs")
 @with_shared("--deviation", ", were this right: as 5% or 0.05", DEVIATION, show_default=f"{DEVIATION:.0%}")
-@click.option("--cutoff", type=float, help="Of the filter on positions, Hz.  [default: the likeliest of "
-              f"{', '.join(f'{x:g}' for x in CUTOFFS)}, on positions or the log's own speeds]")  # fmt: skip
+@with_shared("--cutoff", LIKELIEST + ", also with the speeds of the log")
 @click.option("--slowest", type=float, default=DEFAULT_SAMPLES.slowest, show_default=True,
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
 @link_side_option

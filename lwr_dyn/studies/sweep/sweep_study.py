@@ -190,7 +190,7 @@ class SweepStudy:
             sorted(self.sources.items()), Path(self.robot).name, self.reading, self.controllers, self.task,
             _plain(self.task_options), _plain(self.loop), self.cutoff_hz, self.assumed_friction, self.method,
             self.runs if self.method == HYPERCUBE else None, self.seed, self.chunk, drawn, self.tolerance,
-            self.quantiles, self.tip,
+            self.quantiles, *([] if self.tip is None else [self.tip]),
         ]  # fmt: skip
         return sha256(json.dumps(record).encode()).hexdigest()
 
