@@ -207,12 +207,15 @@ def _how(found: Ranking) -> list[Fact | Note]:
     return [
         Fact("robot", found.robot, "Whose sets."),
         Fact("free", [*found.free[-1]], "What is fitted beside the friction, in this order.", kind=list[str]),
-        Fact("log", found.log.source, "As given.", "log", format=lambda name: f"{name}, {source}"),
-        Fact("tested_on", found.tested_on, "The log whose rows test.", "tested on"),
+        Fact("log", found.log.source, "As given."),
+        Fact("tested_on", found.tested_on, "The log whose rows test."),
         Fact("train_rows", len(found.train), "Rows that train.", "rows that train"),
         Fact("test_rows", len(found.test), "Rows that test.", "rows that test"),
         Fact("cutoff", found.rule.cutoff, "Of the filter on positions and torques.", "filter", "Hz", "g"),
-        Fact("torques", "" if log is None else log.gains, "How they became N m.", "torques"),
+        Fact("torques", gains := "" if log is None else log.gains, "How they became N m."),
+        Note(f"Log: {found.log.source}, {source}."),
+        Note(f"From logged to N m: {gains}.", when=bool(gains)),
+        Note(f"Tested on {found.tested_on}."),
         Note("Of every set the bodies alone count; friction (Coulomb of each direction, viscous, offset) is fitted "
              "again for each on the rows that train. Another filter gives other numbers."),
         Note(f"Intervals draw blocks of {BLOCK:g} s of the rows that test; they do not cover other motions or robots."),
