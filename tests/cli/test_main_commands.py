@@ -33,7 +33,7 @@ BAD = {
         "x.urdf: no directory none",
     ),
     "lock without a value": (("check", "x.urdf", "--lock", "finger"), "--lock: 'finger'; allowed: JOINT=VALUE"),
-    "tip of a named robot": (("check", "lwr4", "--tip", "x"), "only with a .urdf file"),
+    "tip of a named robot": (("check", "lwr4", "--tip", "x"), "only with a .urdf, "),
 }
 
 

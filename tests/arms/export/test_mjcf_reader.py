@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -17,8 +18,6 @@ from lwr_dyn.model.arm import JointLimits
 from tests.arms.export.beside_mujoco import differences
 from tests.hostile.changes import changed
 from tests.random_arms import random_arm
-
-mujoco = pytest.importorskip("mujoco")
 
 READINGS = [(robot, reading) for robot in ("kr30ha", "lwr4plus", "wam7") for reading in lwr_dyn.readings(robot)]
 TOOL = {"xyz": [0, 0.02, 0.1], "rpy_deg": [30, 0, 10], "mass": 1.5, "com": [0, 0, 0.05], "inertia": [0.01, 0.01, 0.01]}

@@ -52,7 +52,9 @@ def test_both_roads_agree_on_every_set(case):
 @pytest.mark.parametrize("robot", published())
 def test_every_default_reading_loads_elsewhere_with_the_same_gravity(robot, tmp_path):
     """In MuJoCo from MJCF, in yourdfpy and back in our reader from URDF."""
-    mujoco, yourdfpy = pytest.importorskip("mujoco"), pytest.importorskip("yourdfpy")
+    import mujoco
+    import yourdfpy
+
     arm = arm_of(robot, readings(robot)[0])
     path = tmp_path / "arm.urdf"
     path.write_text(lwr_dyn.urdf_text(arm), encoding="utf-8")

@@ -26,9 +26,9 @@ def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
     drives = {"rotors.gear_ratio", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb"}
     assert {name for name, rule in RULES.items() if rule.may_be_unknown} == of_the_body | bounds | drives
     dh = {f"dh.{name}" for name in ("alpha", "a", "d")}
-    motors, springs = {"transmission.ratio", "transmission.signs"}, {"elasticity.stiffness", "elasticity.damping"}
+    frames, springs = {"origins.xyz", "origins.rpy"}, {"elasticity.stiffness", "elasticity.damping"}
     required = {name for name, rule in RULES.items() if rule.required}
-    assert required == of_the_body | dh | motors | springs | {"gains.kp", "gains.kd"}
+    assert required == of_the_body | dh | frames | springs | {"gains.kp", "gains.kd"}
 
 
 def test_columns_in_mixed_units_and_nested_rows_become_si():
