@@ -6,6 +6,7 @@ import ast
 import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,12 @@ def imports(tree: ast.AST) -> set[str]:
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     return names
+
+
+@cache
+def imported_by(text: str) -> set[str]:
+    """What a source imports; a test file is looked at for each module that it tests."""
+    return imports(ast.parse(text))
 
 
 FIRST_LEVEL = {
@@ -179,7 +186,7 @@ def uses(test: Path, module: str, core: bool) -> bool:
     """
     text = test.read_text(encoding="utf-8")
     if core:
-        return f"lwr_dyn.{module.replace('/', '.')}" in imports(ast.parse(text))
+        return f"lwr_dyn.{module.replace('/', '.')}" in imported_by(text)
     package, name = module.split("/")[0], Path(module).name
     return bool(
         re.search(

@@ -148,6 +148,7 @@ def test_the_models_are_fresh(capsys):
     assert script["main"](["--check"]) == 0, capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_check_sees_stale_missing_and_surplus_files(tmp_path, capsys):
     main = runpy.run_path(str(ROOT / "scripts" / "build_models.py"))["main"]
     assert main(["--check", "--folder", str(tmp_path)]) == 1

@@ -101,6 +101,7 @@ def test_a_model_that_its_log_contradicts_is_written_only_when_accepted(lwr_dyn_
     assert "logs that contradict the fitted bodies: " in out
 
 
+@pytest.mark.slow
 def test_a_joint_that_stands_still_is_named_and_the_others_are_fitted(lwr_dyn_command, wam, fourier, tmp_path):
     log = fourier(wam, wam.friction, joints=(0, 1, 3, 4, 5, 6))
     write_log(tmp_path / "log.csv", log)

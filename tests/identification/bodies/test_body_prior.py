@@ -61,6 +61,7 @@ def test_true_ones_help(known, lwr, columns):
     assert 0.8 < np.sqrt(np.mean(np.square(gaps))) < 1.2
 
 
+@pytest.mark.slow
 def test_what_is_known_of_friction_and_absent_rotors_leaves_the_scales_alone(lwr, columns):
     """The evidence is that of the log given what is known."""
     rng = np.random.default_rng(1)

@@ -17,6 +17,7 @@ def design_of(arm, watch=None, kept=0.05, torque_share=0.8):
     return MotionDesign(arm, 5.0, 2, "d", np.full(arm.n, 0.1), columns, limits, clearance, watch or SearchWatch())
 
 
+@pytest.mark.slow
 def test_a_buffer_is_at_most_a_share_of_what_a_pair_can_have(iiwa):
     design = design_of(iiwa)
     names = design.clearance.names

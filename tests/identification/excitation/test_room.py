@@ -35,6 +35,7 @@ def test_arms_that_stand_as_drawn_have_room(robot):
     checked(lwr_dyn.load(robot))
 
 
+@pytest.mark.slow
 def test_a_pair_that_is_never_far_enough_apart_is_named(iiwa):
     checked(iiwa)
     with pytest.raises(ExcitationError, match=r"link_5 and link_3 are at best 0\.0538 m apart; 0\.06 m is to be kept"):
@@ -57,6 +58,7 @@ def test_a_joint_that_cannot_hold_the_arm_anywhere_is_named(lwr):
         checked(lying, share=0.1, floor=-5.0)
 
 
+@pytest.mark.slow
 def test_what_is_met_one_by_one_but_not_at_once_is_seen():
     """Hanging low takes little torque, and hanging above the floor little height, but not both."""
     high, low = (

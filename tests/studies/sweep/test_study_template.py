@@ -30,7 +30,9 @@ def read(robot, arm):
     return study_of_text(study_template("x.toml", "x", robot, arm), Path("x.toml"))
 
 
-@pytest.mark.parametrize("robot", ["kr30ha", "wam7", str(URDF)])
+@pytest.mark.parametrize(
+    "robot", [str(URDF), *(pytest.param(robot, marks=pytest.mark.slow) for robot in ("kr30ha", "wam7"))]
+)
 def test_it_is_read_as_it_stands_and_its_task_and_laws_fit_the_arm(robot):
     arm = lwr_dyn.load(robot)
     study = read(robot, arm)
@@ -47,6 +49,7 @@ def test_it_is_read_as_it_stands_and_its_task_and_laws_fit_the_arm(robot):
     assert 0.09 * mass < load.high < 0.11 * mass
 
 
+@pytest.mark.slow
 def test_what_an_arm_does_not_give_is_left_out_and_said():
     arm = lwr_dyn.load("kr30ha")
     text = study_template("x.toml", "x", "kr30ha", arm)
