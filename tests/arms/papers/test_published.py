@@ -49,6 +49,7 @@ def test_both_roads_agree_on_every_set(case):
     assert np.abs(one - two).max() <= EXACT * max(1.0, np.abs(one).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", published())
 def test_every_default_reading_loads_elsewhere_with_the_same_gravity(robot, tmp_path):
     """In MuJoCo from MJCF, in yourdfpy and back in our reader from URDF."""
