@@ -143,7 +143,7 @@ def test_the_text_says_what_was_left_out_and_where_it_is_worst():
     text = str(in_box(q=[BENT], delay=1))
     assert "without speeds, friction, torque limits and stops" in text
     assert "0 of 1 given poses" in text
-    assert "all torques may come later by: " in text
+    assert "delay of all torques together, up to: " in text
     unstable = str(in_box("computed", poses=100))
     assert "worst joint: joint_1" in unstable
     assert "no margins there; the fastest deviation swings at: 500 Hz" in unstable
