@@ -214,7 +214,7 @@ def _how(found: Ranking) -> list[Fact | Note]:
         Fact("cutoff", found.rule.cutoff, "Of the filter on positions and torques.", "filter", "Hz", "g"),
         Fact("torques", gains := "" if log is None else log.gains, "How they became N m."),
         Note(f"Log: {found.log.source}, {source}."),
-        Note(f"From logged to N m: {gains}.", when=bool(gains)),
+        Note(f"Torque gains: {gains}.", when=bool(gains)),
         Note(f"Tested on {found.tested_on}."),
         Note("Of every set the bodies alone count; friction (Coulomb of each direction, viscous, offset) is fitted "
              "again for each on the rows that train. Another filter gives other numbers."),
