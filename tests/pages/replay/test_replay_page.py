@@ -76,7 +76,7 @@ def test_target_and_triads_stand_where_the_chain_puts_them(window, arm, two_runs
 @pytest.mark.slow
 def test_play_moves_time_and_pause_holds_it(window):
     window.execute_script("lwrReplay.setTime(0); document.getElementById('play').click()")
-    waiting(window, 20).until(lambda w: w.execute_script("return lwrReplay.time() > 0.1"))
+    waiting(window, 60).until(lambda w: w.execute_script("return lwrReplay.time() > 0.1"))
     window.execute_script("document.getElementById('play').click()")
     before, after = window.execute_async_script(
         "const t = lwrReplay.time(); setTimeout(() => arguments[0]([t, lwrReplay.time()]), 200)"
@@ -87,7 +87,7 @@ def test_play_moves_time_and_pause_holds_it(window):
 @pytest.mark.slow
 def test_speed_and_end_of_play(window, two_runs):
     window.execute_script("document.getElementById('speed').value = '4'; lwrReplay.setTime(5.8); lwrReplay.play()")
-    waiting(window, 20).until(lambda w: not w.execute_script("return lwrReplay.playing()"))
+    waiting(window, 60).until(lambda w: not w.execute_script("return lwrReplay.playing()"))
     assert window.execute_script("return lwrReplay.time()") == two_runs[0].t[-1]
 
 
