@@ -80,7 +80,8 @@ def rank(
     arms = named_sets(robot, sets)
     steps = _steps(free, [arm for _, arm in arms])
     first, measured = _log(log, arms[0][1], folder, columns, units)
-    rule = FilterRule(cutoff or (10.0 if first is None else first.cutoff), 0.01 if first is None else first.spacing)
+    usual = FilterRule() if first is None else FilterRule(first.cutoff, first.spacing)
+    rule = usual if cutoff is None else replace(usual, cutoff=cutoff)
     whole = filtered_log(measured, rule)
     if test is None:
         tested_on, (train, tested) = measured.source, trained_and_tested(whole, rule.share)

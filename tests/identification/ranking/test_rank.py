@@ -79,6 +79,7 @@ def test_computed_torques_are_refused():
 @pytest.mark.parametrize(
     ("error", "given"),
     [
+        (OptionError, {"cutoff": 0.0}),
         (OptionError, {"free": ["lift"]}),
         (OptionError, {"free": ["load", "load"]}),
         (OptionError, {"free": ["coupling"]}),
