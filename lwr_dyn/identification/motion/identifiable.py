@@ -2,8 +2,8 @@
 
 Such motions are swings of one or two joints, tried on paper: of each joint, and of each pair with different
 frequencies, the others held in a few poses. What `SECONDS` of one would add to the precision of the base parameters
-follows from the columns and the noise of this log; the best for a parameter is the one with the smallest sigma after both.
-What several logs differ in beyond noise is not known ahead.
+follows from the columns and the noise of this log; the best for a parameter is the one with the smallest sigma after
+both. What several logs differ in beyond noise is not known ahead.
 """
 
 from collections.abc import Iterator, Sequence
