@@ -17,7 +17,7 @@ import pytest
 PACKAGES = {
     "PIL": "pillow", "axe_playwright_python": "axe-playwright-python", "casadi": "casadi", "clarabel": "clarabel",
     "control": "control", "cvxpy": "cvxpy", "dask": "dask", "distributed": "distributed", "docutils": "sphinx",
-    "eaik": "EAIK", "ipykernel": "ipykernel", "jsonschema": "jsonschema",
+    "eaik": "EAIK", "fmpy": "fmpy", "ipykernel": "ipykernel", "jsonschema": "jsonschema",
     "lark": "lark", "llvmlite": "numba", "lsprotocol": "pygls", "lxml": "lxml",
     "matplotlib": "matplotlib", "mpmath": "mpmath", "mujoco": "mujoco", "myst_nb": "myst-nb",
     "myst_parser": "myst-nb", "nbclient": "myst-nb", "nbformat": "myst-nb", "numba": "numba", "pandas": "pandas",

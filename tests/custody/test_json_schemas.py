@@ -11,6 +11,7 @@ from lwr_dyn.cli.help_text import help_texts, schema_file
 from scripts import build_schemas
 from tests.custody.test_help_text import SINGLE, SLOW, WITH_JSON, arguments, example_of_json, make
 from tests.json_schemas import disagreement, faults
+from tests.optional import need
 
 HOLD = "simulate lwr4plus --task hold --from-deg 0,30,0,-60,0,30,0 --duration 0.05"
 RUNS = {
@@ -33,6 +34,7 @@ ELSEWHERE = {"sensitivity", "reproduce", "sweep"}
 
 
 def test_every_command_with_json_has_a_schema():
+    need("llvmlite")  # of kernels, sweep, tune
     assert {path for path in WITH_JSON if schema_file(path).is_file()} == set(WITH_JSON)
     assert {path.replace(" ", "-") for path in WITH_JSON} == {
         entry.name.removesuffix(".json") for entry in (files("lwr_dyn.cli") / "schemas").iterdir()

@@ -14,6 +14,7 @@ from lwr_dyn.cli.renamed import RENAMED
 from lwr_dyn.cli.vocabulary import VOCABULARY, Word, given_positions, shared
 from lwr_dyn.foundation.errors import OptionError
 from tests.custody.test_help_text import SINGLE
+from tests.optional import need
 
 
 def options_by_name(commands=SINGLE):
@@ -55,6 +56,7 @@ def test_an_option_means_one_thing_in_all_commands(name):
 
 
 def test_the_table_holds_what_several_commands_share():
+    need("llvmlite")  # of kernels, sweep, tune
     names = options_by_name()
     assert {name for name in VOCABULARY if len(names[name]) < 2} == set()
 
