@@ -92,7 +92,7 @@ def test_a_paper_with_odd_joints_is_refused(refused):
     )
 
 
-@pytest.mark.parametrize("robot", ["kr30ha", "arms/own.urdf"])
+@pytest.mark.parametrize("robot", ["kr30ha", pytest.param("arms/own.urdf", marks=pytest.mark.slow)])
 def test_a_study_of_any_robot_names_it_from_where_the_study_stands(printed, folder, robot):
     (folder / "arms").mkdir()
     (folder / "studies").mkdir()
@@ -112,6 +112,7 @@ def test_a_robot_that_no_study_reads_or_a_reading_without_one_is_refused(refused
     assert not (folder / "x.toml").exists()
 
 
+@pytest.mark.slow
 def test_a_study_of_a_tree_names_the_tip(printed, folder):
     (folder / "own.urdf").write_text(lwr_dyn.urdf_text(lwr_dyn.load("wam7")))
     printed("new", "study", "mine.toml", "own.urdf", "--tip", "link_4")

@@ -112,6 +112,7 @@ def test_what_is_no_study_is_refused(refused, tmp_path):
     assert not list(Path(tmp_path).iterdir())
 
 
+@pytest.mark.slow
 def test_the_torque_use_is_of_the_limits_of_each_run(tmp_path):
     path = tmp_path / "limits.toml"
     path.write_text(STUDY + '[[parameter]]\npath = "limits.torque.all"\nvalues = [0.5, 1.0]\n', encoding="utf-8")

@@ -42,6 +42,7 @@ def test_other_arms_move_between_poses_of_their_own_and_the_line_says_so(robot):
     assert ("torque limits unknown" in task.words) == (robot == "kr30ha")
 
 
+@pytest.mark.slow
 def test_a_law_is_passed_over_where_its_poles_say_so_and_simulation_agrees(panda):
     task = usual_task(panda)
     law = usual_law(panda, lwr_dyn.dynamics_of(panda), maker(panda), task.reference, 1000.0)

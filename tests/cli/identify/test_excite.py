@@ -171,7 +171,11 @@ def test_only_joints_without_friction_are_named():
         (("--keep", "-1"), "distance to keep: -1.0; allowed: 0 or more, in m"),
         (("--margin-deg", "200"), "travel of joint_1: -170 deg (-2.97 rad) to 170 deg (2.97 rad)"),
         (("--margin-deg", "-1"), "--margin-deg: -1.0; allowed: 0 or more, in deg"),
-        (("--floor", "5"), "joint_4 and the floor overlap at best by 4.67 m; 0.05 m is to be kept; allowed: less"),
+        pytest.param(
+            ("--floor", "5"),
+            "joint_4 and the floor overlap at best by 4.67 m; 0.05 m is to be kept; allowed: less",
+            marks=pytest.mark.slow,
+        ),
         (("--keep", "5"), "link_5 and the column are at best 0.243 m apart; 5 m is to be kept; allowed: less"),
         (("--search-seconds", "0"), "seconds: 0.0; allowed: above 0, in s; inf for no limit"),
         (("--search-seconds", "nan"), "seconds: nan; allowed: above 0, in s; inf for no limit"),

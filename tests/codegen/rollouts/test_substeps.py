@@ -29,6 +29,7 @@ def test_the_steps_that_are_chosen_leave_less_than_is_allowed_and_half_as_many_l
     assert "step error 3e-08 rad (estimated)" in repr(done)
 
 
+@pytest.mark.slow
 def test_substeps_that_are_given_or_without_friction_are_not_chosen():
     for options in ({"friction": "none"}, {"substeps": 2}):
         done = rolled(**options)

@@ -159,6 +159,7 @@ def test_a_table_without_bodies_is_thickened_and_said(known, lwr, columns):
     assert are_bodies(fit.parameters[: columns.bodies].reshape(-1, 10)).all()
 
 
+@pytest.mark.slow
 def test_friction_far_from_a_small_one_in_the_table_is_believed():
     """The WAM's wrist has 0.05 N m in the table: an offset of 0.3 N m, six times that, is what the log says."""
     wam = lwr_dyn.load("wam7")

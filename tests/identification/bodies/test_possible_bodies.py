@@ -52,6 +52,7 @@ def least_of_a_point_mass(factors):
     return minimize(value, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-12}).fun
 
 
+@pytest.mark.slow
 @BOTH
 def test_the_columns_give_the_mass_matrix_and_true_values_are_possible(robot):
     arm = lwr_dyn.load(robot)

@@ -152,6 +152,7 @@ def test_a_plain_function_names_the_road(arm):
         lwr_dyn.rollouts(arm, "pid", [wave], runs=2)
 
 
+@pytest.mark.slow
 def test_rollouts_follow_it_as_simulate_does(arm):
     need("numba")
     reference = lwr_dyn.reference(wave, arm, duration=0.05)
