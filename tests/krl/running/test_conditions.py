@@ -59,6 +59,13 @@ def test_an_interrupt_comes_when_it_is_due(arm, condition, lines, times):
     assert found == pytest.approx(times, abs=1e-6)
 
 
+def test_what_was_before_an_interrupt_is_switched_on_does_not_count(arm):
+    """The motion before may still pass into the next one, so it is looked at later."""
+    declared = "INTERRUPT DECL 5 WHEN $POS_ACT.Y > 100 DO f( )"
+    run = run_of(arm, declared, f"{LIN} C_DIS", "INTERRUPT ON 5", "LIN_REL {X 100}")
+    assert [x.kind for x in run.events] == []
+
+
 def test_an_axis_is_where_its_ramp_has_brought_it(arm):
     """An axis turns at its rated speed after 0.4 s."""
     speed = arm.velocity[0]
