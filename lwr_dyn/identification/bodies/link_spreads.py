@@ -34,8 +34,8 @@ _READERS = pseudo_inertia_weights(np.eye(len(INERTIAL)))
 """A (10, 4, 4): each inertial parameter as tr(A P)."""
 CENTRE = 0.05
 """[m] By as much of this as of masses and tensors are centres of mass off, where one share is said for all kinds."""
-SHAPE = 0.5
-"""The same of shapes."""
+MASS = 0.5
+"""The same of masses beside the shape, which moves them too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +51,8 @@ class Scales:
 
     @classmethod
     def of_deviation(cls, deviation: float) -> "Scales":
-        """Of one share for all kinds: centres by as much of 5 cm."""
-        return cls(SHAPE * deviation, CENTRE * deviation, deviation, deviation, deviation)
+        """Of one share for all kinds: centres by as much of 5 cm, masses beside the shape by half of it."""
+        return cls(deviation, CENTRE * deviation, deviation, MASS * deviation, deviation)
 
 
 def link_spreads(links: Array) -> Array:

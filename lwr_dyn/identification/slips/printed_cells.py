@@ -22,7 +22,7 @@ from lwr_dyn.arms.papers.schema import Paper, to_si
 from lwr_dyn.dynamics.regressor import ROW_BY_ROW
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.bodies.link_spreads import CENTRE, Scales, covariances, link_spreads
+from lwr_dyn.identification.bodies.link_spreads import Scales, covariances, link_spreads
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.inertial_parameters import inertial_parameters, pseudo_inertias
@@ -254,7 +254,7 @@ def link_discrepancies(table: PrintedCells, deviation: float, links: Sequence[in
         P = np.einsum("nij,nj,nkj->nik", vectors, np.abs(values), vectors)
     out = np.zeros((len(chosen), 11, 11))
     heavy = np.flatnonzero(P[:, 3, 3] > 0.0)
-    scales = Scales(deviation, CENTRE * deviation, deviation, 0.5 * deviation, deviation)
+    scales = Scales.of_deviation(deviation)
     if heavy.size:
         out[heavy, :10, :10] = covariances(link_spreads(inertial_parameters(P[heavy])), scales)
     out[:, 10, 10] = (deviation * table.parameters()[10 * table.n + chosen]) ** 2
