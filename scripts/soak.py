@@ -66,6 +66,7 @@ LINES = {
     "long_log": "identification:long_log",
     "million_rows": "identification_fits:million_rows",
     "mjcf": "mjcf:public_mjcf",
+    "mujoco_logs": "identification_fits:mujoco_logs",
     "mutants": "mutants:mutants",
     "origins": "origins:origins",
     "parity": "checks:parity",

@@ -8,6 +8,7 @@ import lwr_dyn
 
 FITS = 1000
 PLANTS = 20
+LOGS = 15
 
 
 def base_fits() -> tuple[str, bool]:
@@ -49,6 +50,26 @@ def fits_cover() -> tuple[str, bool, str]:
     )
     good = min(inside) >= 0.97 and usual >= 0.95 and z.min() >= 0.5 and z.max() <= 1.5
     return said, good, "\n".join(lines)
+
+
+def mujoco_logs() -> tuple[str, bool, str]:
+    """Logs of a Panda near its table and of an iiwa 14 with large rotors, each moved by MuJoCo, by the defaults."""
+    from tests.identification.mujoco_study import mujoco_fit, spread
+
+    panda = [mujoco_fit("panda", "natural", run) for run in range(LOGS)]
+    iiwa = [mujoco_fit("iiwa14", "rotors", run) for run in range(LOGS)]
+    rms, inside, most = spread(panda)
+    rotors = np.array([fit.rotors for fit in iiwa])
+    gains = np.array([fit.gains for fit in iiwa]) - 1.0
+    said = (
+        f"panda: rms z {rms:.2f}, {inside:.1%} inside 3 sigma, largest {most:.1f}; iiwa14: rotors "
+        f"{np.mean(np.abs(rotors) <= 3.0):.1%} inside 3 sigma, largest inertias (so gains) at most "
+        f"{np.abs(gains).max():.1%} off"
+    )
+    every = [("panda", panda), ("iiwa14", iiwa)]
+    lines = [f"{name}, log {i}: rms z {spread([fit])[0]:.2f}, rotors {np.round(fit.armature, 3)}, base "
+             f"{np.sqrt(np.mean(fit.base**2)):.2f}" for name, fits in every for i, fit in enumerate(fits)]  # fmt: skip
+    return said, rms <= 1.2 and inside >= 0.97 and np.mean(np.abs(rotors) <= 3.0) >= 0.97, "\n".join(lines)
 
 
 def fresh_torques() -> tuple[str, bool]:

@@ -73,7 +73,7 @@ def rms(values: Array) -> float:
 
 def cover_cell(arm: str, truth: str, noise: str, runs: Iterable[int]) -> Cell:
     """Fits of one arm's logs, a truth and a noise a run."""
-    columns, _ = _case(arm)
+    columns, _ = case(arm)
     rows = [_run(arm, truth, noise, run) for run in runs]
     misses, sigma, base, held_out, seconds, pulls, refused = (list(x) for x in zip(*rows, strict=True))
     return Cell(tuple(columns.names), np.array(misses), np.array(sigma), np.array(base), np.array(held_out),
@@ -82,7 +82,7 @@ def cover_cell(arm: str, truth: str, noise: str, runs: Iterable[int]) -> Cell:
 
 def cover_log(arm: str, truth: str, noise: str, run: int) -> tuple[Array, Samples]:
     """Parameters (p,) of a truth, and the log of its arm."""
-    columns, table = _case(arm)
+    columns, table = case(arm)
     rng = of.cover_seed(arm, truth, noise, run)
     true = of.cover_truth(of.cover_arm(arm), columns, table, truth, rng)
     motion, Y = _motion(arm, run % of.MOTIONS, False)
@@ -92,14 +92,14 @@ def cover_log(arm: str, truth: str, noise: str, run: int) -> tuple[Array, Sample
 
 def cover_fit(arm: str, samples: Samples) -> tuple[Folds, ConsistentFit]:
     """As `identify motion` does it."""
-    columns, _ = _case(arm)
+    columns, _ = case(arm)
     folds = Folds.of(samples, columns, DEFAULT_MOTION.folds, samples.used)
     return folds, consistent_fit(said_by(folds)[0], columns.own(of.cover_arm(arm)))
 
 
 def _run(arm: str, truth: str, noise: str, run: int) -> Sequence[object]:
     true, samples = cover_log(arm, truth, noise, run)
-    columns, _ = _case(arm)
+    columns, _ = case(arm)
     folds = Folds.of(samples, columns, DEFAULT_MOTION.folds, samples.used)
     information, _ = said_by(folds)
     start = time.process_time()
@@ -112,7 +112,8 @@ def _run(arm: str, truth: str, noise: str, run: int) -> Sequence[object]:
 
 
 @cache
-def _case(arm: str) -> tuple[TorqueColumns, Array]:
+def case(arm: str) -> tuple[TorqueColumns, Array]:
+    """The columns of an arm, and its table (p,)."""
     columns = TorqueColumns(of.cover_arm(arm).chain, "directions")
     own = columns.own(of.cover_arm(arm))
     table = own.copy()
@@ -123,5 +124,5 @@ def _case(arm: str) -> tuple[TorqueColumns, Array]:
 @cache
 def _motion(arm: str, number: int, unseen: bool) -> tuple[of.Motion, Array]:
     motion = of.cover_motion(arm, number, unseen)
-    Y = _case(arm)[0](motion.q, motion.dq, motion.ddq)
+    Y = case(arm)[0](motion.q, motion.dq, motion.ddq)
     return motion, Y[::4] if unseen else Y
