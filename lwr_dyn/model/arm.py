@@ -35,6 +35,9 @@ from lwr_dyn.model.run import repr_html
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import JointElasticity, Transmission
 
+LINK_SIDE = "link"
+"""Of torques that sensors behind the gears measure."""
+
 
 @dataclass(frozen=True, slots=True)
 class Source:
@@ -138,6 +141,8 @@ class Arm:
     """Friction per joint and direction, empty if the source gives at most a pair in `limits`; see `friction_models`."""
     transmission: Transmission | None = None
     """The motor map; None if not given."""
+    torques: str = ""
+    """Where its own torques are measured: "motor", or "link" behind the gears, where rotors are no part of them."""
     gains: JointGains | None = None
     """The gains of the arm's own joint controller; None if not given."""
     elasticity: JointElasticity | None = None  # springs and dampers of the gears; None if not given

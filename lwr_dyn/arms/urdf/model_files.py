@@ -13,6 +13,7 @@ from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.caveats import DYNAMICS
+from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.spatial import Pose
 
 SCHEMA = 1
@@ -88,13 +89,18 @@ def sidecar_blocks(arm: Arm) -> dict[str, Any]:
     out: dict[str, Any] = {}
     if arm.friction:
         pairs = zip(arm.joint_names, arm.friction, strict=True)
-        out["friction"] = {joint: asdict(friction) for joint, friction in pairs if friction is not None}
+        out["friction"] = {joint: _friction(friction) for joint, friction in pairs if friction is not None}
     if arm.transmission is not None:
         out["transmission"] = {"motors_by_joints": arm.transmission.matrix.tolist()}
     if arm.gains is not None:
         gains = {name: getattr(arm.gains, name) for name in ("Kp", "Ki", "Kd", "effort")}
         out["gains"] = {name: None if value is None else value.tolist() for name, value in gains.items()}
     return out
+
+
+def _friction(friction: JointFriction) -> dict[str, Any]:
+    """As JSON values, the sigmoid only where there is one."""
+    return {name: value for name, value in asdict(friction).items() if name != "sigmoid" or value is not None}
 
 
 def sidecar_quantities(arm: Arm) -> tuple[str, ...]:

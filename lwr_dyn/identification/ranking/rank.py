@@ -22,8 +22,8 @@ from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
 from lwr_dyn.identification.ranking.filtered_log import FilteredLog, FilterRule, filtered_log, trained_and_tested
 from lwr_dyn.identification.ranking.published_logs import PublishedLog, published_log, published_logs, recognised
 from lwr_dyn.identification.ranking.ranking_result import AHEAD, BLOCK, Ranking, SetScore, rms_of
-from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, Torques, fit_set, floor_of
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, ROTOR, Torques, fit_set, floor_of, with_own_friction
+from lwr_dyn.model.arm import LINK_SIDE, Arm
 from lwr_dyn.model.chain import Body, is_physical
 from lwr_dyn.model.spatial import principal_moments
 
@@ -127,6 +127,8 @@ def _steps(free: Sequence[str], arms: Sequence[Arm]) -> tuple[tuple[str, ...], .
     for i, name in enumerate(free):
         if name not in FREE or name in free[:i]:
             raise OptionError("free", name, f"of {', '.join(FREE)}, each once")
+    if ROTOR in free and all(arm.torques == LINK_SIDE for arm in arms):
+        raise OptionError("free", f"{ROTOR}, with torques measured behind the gears", "load, gain: no rotor is in them")
     if COUPLING in free and all(arm.transmission is None for arm in arms):
         raise OptionError("free", COUPLING, "a robot whose data file has a transmission")
     return tuple(tuple(free[:i]) for i in range(len(free) + 1))
@@ -158,10 +160,11 @@ def _refuse_computed(log: JointLog, scores: Sequence[SetScore], tested: Filtered
 def _scored(torques: Torques, name: str, arm: Arm, steps: Sequence[tuple[str, ...]], blocks: Array) -> SetScore:
     both = torques.of(arm)
     fits = tuple(fit_set(both, one, arm.transmission) for one in steps)
-    alone = tuple(fit_set(both, (one,), arm.transmission) for one in FREE[:3])
+    alone = tuple(fit_set(both, (one,), arm.transmission) for one in FREE[: 2 if arm.torques == LINK_SIDE else 3])
     bodies = zip(arm.chain.links, arm.chain.bodies or (), strict=True)
     wrong = tuple(f"{link.link}: {_excess(body)}" for link, body in bodies if not is_physical(body))
-    return SetScore(name, arm, fits, alone, tuple(_interval(one.left, blocks) for one in fits), wrong)
+    intervals = tuple(_interval(one.left, blocks) for one in fits)
+    return SetScore(name, arm, fits, alone, intervals, wrong, own=with_own_friction(both, arm))
 
 
 def _excess(body: Body) -> str:
