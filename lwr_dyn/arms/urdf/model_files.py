@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -158,7 +159,9 @@ def model_stem(arm: Arm) -> str:
 
 
 def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
-    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with masses of all links `.xml` (MJCF).
+    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with masses `.xml` (MJCF).
+
+    No MJCF of moments without a mass that it cannot hold.
 
     Names begin with `stem`, or with `model_stem(arm)`.
 
@@ -170,8 +173,9 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     out = {f"{stem}.urdf": urdf_text(arm), f"{stem}.provenance.json": provenance_text(arm)}
     if any(link.rotor is not None for link in arm.chain.links):
         out[f"{stem}.srdf"] = srdf_text(arm)
-    if arm.chain.bodies is not None and not weightless_links(arm):
-        out[f"{stem}.xml"] = FORMATS.load(".xml")(arm)
+    if arm.chain.bodies is not None:
+        with suppress(MissingDataError):
+            out[f"{stem}.xml"] = FORMATS.load(".xml")(arm)
     return out
 
 

@@ -18,7 +18,7 @@ from lwr_dyn.arms.urdf.model_files import sidecar_blocks
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.conventions.printed_table import printed_table
 from lwr_dyn.codegen.kernels.kernel_spec import friction_parameters
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, PaperError
+from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.spatial import principal_moments
 from tests.tolerances import EXACT
@@ -69,10 +69,6 @@ def test_every_default_reading_loads_elsewhere_with_the_same_gravity(robot, tmp_
     np.testing.assert_allclose(
         lwr_dyn.dynamics_of(lwr_dyn.load(path)).gravity_vector(q), expected, atol=1e-9 * np.abs(expected).max()
     )
-    if robot == "puma560":  # MuJoCo takes no moving link without mass
-        with pytest.raises(MissingDataError, match="masses of link_1 not given; needed for MuJoCo"):
-            mjcf_text(arm)
-        return
     model = mujoco.MjModel.from_xml_string(mjcf_text(arm))
     data = mujoco.MjData(model)
     data.qpos[:] = q
