@@ -1,6 +1,7 @@
-"""Published sets of eight arms: every set loads as one arm for all engines, and every error named is proven here.
+"""Published sets of eight arms: every set loads as one arm for all engines, and what errata say of cells is so.
 
-A proof shows its own erratum alone: what it takes from another set or from a bound holds without the others.
+The proofs of proven errata are records (`lwr_dyn.reproduction.published_sets`); here are the bounds that they keep,
+and what likely and open errata rest on.
 """
 
 from functools import cache
