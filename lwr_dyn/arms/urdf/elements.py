@@ -95,7 +95,8 @@ def header(arm: Arm) -> list[str]:
 def caveat_lines(arm: Arm) -> list[str]:
     """What must be known before the numbers of a rigid arm, in a line; none where nothing must."""
     words = arm.caveats.words(DYNAMICS)
-    return [f"{CAVEAT}{words}"] if words else []
+    rotors = [f"{arm.coupled_rotors}; a URDF and an MJCF cannot hold it"] if arm.coupled_rotors else []
+    return [*([f"{CAVEAT}{words}"] if words else []), *rotors]
 
 
 def estimates(arm: Arm) -> list[str]:
