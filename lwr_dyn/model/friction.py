@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import expit
 
 from lwr_dyn.foundation.arrays import Array, joint_array
 from lwr_dyn.foundation.errors import OptionError
@@ -76,6 +75,11 @@ class Direction:
         return np.asarray(level)
 
 
+def _logistic(x: ArrayLike) -> Array:
+    """1 / (1 + exp(-x)), without overflow."""
+    return np.asarray(0.5 * (1.0 + np.tanh(0.5 * np.asarray(x, dtype=float))))
+
+
 @dataclass(frozen=True, slots=True)
 class Sigmoid:
     """Friction as a sigmoid of the velocity less its value at rest: smooth, so that it holds no joint at rest.
@@ -119,13 +123,13 @@ class Sigmoid:
 
     def torque(self, dq: ArrayLike) -> Array:
         """Of velocities (...) [rad/s or m/s]; shape (...) [N m or N]."""
-        moved = expit(self.slope * (np.asarray(dq, dtype=float) + self.shift))
-        return np.asarray(self.level * (moved - expit(self.slope * self.shift)))
+        moved = _logistic(self.slope * (np.asarray(dq, dtype=float) + self.shift))
+        return np.asarray(self.level * (moved - _logistic(self.slope * self.shift)))
 
     @property
     def most(self) -> float:
         """The largest size that it tends to at high speeds of either direction [N m or N]."""
-        at_rest = float(expit(self.slope * self.shift))
+        at_rest = float(_logistic(self.slope * self.shift))
         return self.level * max(at_rest, 1.0 - at_rest)
 
     @property
@@ -207,8 +211,8 @@ def sigmoid_friction(models: Sequence[JointFriction | None]) -> Callable[[Array]
     if all(one is None for one in given):
         return None
     level, slope, shift = np.array([(0.0, 1.0, 0.0) if x is None else (x.level, x.slope, x.shift) for x in given]).T
-    at_rest = expit(slope * shift)
-    return lambda dq: np.asarray(level * (expit(slope * (dq + shift)) - at_rest))
+    at_rest = _logistic(slope * shift)
+    return lambda dq: np.asarray(level * (_logistic(slope * (dq + shift)) - at_rest))
 
 
 def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:

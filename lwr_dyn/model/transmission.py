@@ -78,8 +78,8 @@ class Transmission:
     def between_joints(self, armature: ArrayLike) -> Array:
         """What motors that turn several joints add to the mass matrix beside its diagonal, (n, n) [kg m^2].
 
-        Of rotors that give the joints' `armature` (n,) as the diagonal of T^T J T, the smallest ones where several do: 0
-        for a differential of two equal motors.
+        Of rotors that give the joints' `armature` (n,) as the diagonal of T^T J T, the smallest ones where several do:
+        0 for a differential of two equal motors.
         """
         J = np.linalg.lstsq(self.matrix.T**2, fixed_array("armature", armature, (self.n,)), rcond=1e-9)[0]
         whole = self.matrix.T @ (J[:, None] * self.matrix)

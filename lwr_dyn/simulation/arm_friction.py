@@ -11,7 +11,7 @@ M = J B^-1 J^T is positive definite, so there is one solution.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -114,7 +114,7 @@ class ArmFriction:
     lowest_slip: Array
     highest_slip: Array
     slope: Array  # steepest slope of the torque over the speed, (n,) [N m s/rad]; 0 where it is not known
-    sigmoid: FrictionTorque | None = None  # added to the set-valued torque
+    sigmoid: FrictionTorque | None = field(default=None, kw_only=True)  # added to the set-valued torque
 
     @classmethod
     def of(cls, joints: Sequence[JointFriction | None]) -> Self:
@@ -126,7 +126,7 @@ class ArmFriction:
         bounds = (offset - hold[1], offset + hold[0], offset - (coulomb + drop)[1], offset + (coulomb + drop)[0])
         slope = np.maximum(viscous.max(axis=0), 0.0) + _steepest(each)
         arrays = map(read_only, (coulomb, viscous, drop, sharpness, offset, *bounds, slope))
-        return replace(cls(FORMS[0], None, *arrays), sigmoid=sigmoid_friction(joints))
+        return cls(FORMS[0], None, *arrays, sigmoid=sigmoid_friction(joints))
 
     @classmethod
     def function(cls, form: str, n: int, torque: FrictionTorque | None, slope: Array | None = None) -> Self:

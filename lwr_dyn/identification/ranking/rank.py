@@ -20,6 +20,7 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.identification.logs.joint_log import JointLog, check_arm, read_log
 from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
 from lwr_dyn.identification.ranking.filtered_log import FilteredLog, FilterRule, filtered_log, trained_and_tested
+from lwr_dyn.identification.ranking.identified_set import IDENTIFIED, identified_arm
 from lwr_dyn.identification.ranking.published_logs import PublishedLog, published_log, published_logs, recognised
 from lwr_dyn.identification.ranking.ranking_result import AHEAD, BLOCK, Ranking, SetScore, rms_of
 from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, ROTOR, Torques, fit_set, floor_of, with_own_friction
@@ -48,7 +49,8 @@ def rank(
     log : str, path or JointLog
         Name of a published log, a file of one (recognised by its digest), or your own log.
     sets : sequence of str or Arm
-        Readings of the robot, `ROBOT:READING` of another one, files, arms; all readings if not given.
+        Readings of the robot, `ROBOT:READING` of another one, files, arms; all readings if not given. "identified": the
+        bodies that `identify_motion` finds on the rows that train, near the first of the sets.
     free : sequence of {"load", "gain", "rotor", "coupling"}
         What is fitted beside the friction, one after the other in this order: each has a column of its own.
     test : str, path or JointLog, optional
@@ -77,7 +79,7 @@ def rank(
     --------
     >>> found = rank("panda", "panda_salerno", ["gaz", "fer"], free=["load"])  # doctest: +SKIP
     """
-    arms = named_sets(robot, sets)
+    arms = named_sets(robot, [one for one in sets if one != IDENTIFIED])
     steps = _steps(free, [arm for _, arm in arms])
     first, measured = _log(log, arms[0][1], folder, columns, units)
     usual = FilterRule() if first is None else FilterRule(first.cutoff, first.spacing)
@@ -88,6 +90,8 @@ def rank(
     else:
         _, other = _log(test, arms[0][1], folder, columns, units)
         tested_on, train, tested = other.source, whole, filtered_log(other, rule)
+    if IDENTIFIED in sets:
+        arms.append((IDENTIFIED, identified_arm(arms[0][1], measured, train, rule)))
     torques, blocks = Torques(train, tested), _blocks(tested)
     scores = sorted((_scored(torques, name, arm, steps, blocks) for name, arm in arms), key=lambda x: x.fits[0].total)
     _refuse_computed(measured, scores, tested)
