@@ -22,14 +22,27 @@ from lwr_dyn.identification.ranking.rank import rank
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, SHIPPED = ROOT / "docs" / "robots_against_reality.md", ROOT / "docs" / "shipped_sets.toml"
 PLACE = re.compile(r"<!-- reality: (?P<what>[\w-]+) -->\n.*?<!-- reality: end -->", re.DOTALL)
-PANDA = ("gaz", "gaz_code", "fr3", "fr3v2", "fer", "rtb_matlab", "rtb_python")
+PANDA = ("gaz", "gaz_code", "fr3", "fr3v2", "fer", "rtb_matlab", "rtb_python", "identified")
+TEN_E = ("maker", "mamedov", "ur10:maker", "identified")
 RANKINGS = {
     "panda-b": ("panda", "panda_salerno", None, PANDA, ("load",)),
     "panda-a": ("panda", "panda_gaz", None, PANDA, ("load",)),
-    "ur10": ("ur10", "ur10_salerno", None, ("maker", "ur10e:maker"), ("rotor", "gain")),
-    "ur10e-ptp": ("ur10e", "ur10e_30s", "ur10e_ptp", ("maker", "mamedov", "ur10:maker"), ("rotor", "gain")),
-    "ur10e-40s": ("ur10e", "ur10e_30s", "ur10e_40s", ("maker", "mamedov", "ur10:maker"), ("rotor", "gain")),
-    "tx40": ("tx40", "tx40_figaroh", None, ("urdf", "frame_axes"), ("rotor", "coupling")),
+    "ur10": ("ur10", "ur10_salerno", None, ("maker", "ur10e:maker", "identified"), ("rotor", "gain")),
+    "ur10e-ptp": (
+        "ur10e",
+        "ur10e_30s",
+        "ur10e_ptp",
+        TEN_E,
+        ("rotor", "gain"),
+    ),
+    "ur10e-40s": (
+        "ur10e",
+        "ur10e_30s",
+        "ur10e_40s",
+        TEN_E,
+        ("rotor", "gain"),
+    ),
+    "tx40": ("tx40", "tx40_figaroh", None, ("urdf", "frame_axes", "identified"), ("rotor", "coupling")),
 }
 """Place of the page -> robot, log, log that tests, sets, what is freed."""
 HERE = ("panda-b", "ur10", "shipped", "copies")

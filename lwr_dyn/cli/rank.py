@@ -22,7 +22,8 @@ NAMES = Separated("names", lambda text: tuple(part.strip() for part in text.spli
 @click.argument("sets_of", metavar="ROBOT")
 @click.option("--log", required=True, metavar="LOG", help="A published log by name, a fetched file of one, or yours.")
 @click.option("--sets", type=NAMES, default=(), metavar="SET,...",
-              help="Readings of ROBOT, ROBOT:READING of another, files; all readings if not given.")  # fmt: skip
+              help="Readings of ROBOT, ROBOT:READING of another, files, or identified (our own, of the rows that "
+              "train); all readings if not given.")  # fmt: skip
 @click.option("--free", type=NAMES, default=(), metavar="WHAT,...",
               help="Fit load, gain, rotor or coupling beside the friction, one after the other.")  # fmt: skip
 @click.option("--test", metavar="LOG", help="The log that tests; the last 40 % of --log if not given.")

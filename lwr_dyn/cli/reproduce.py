@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from lwr_dyn.arms.papers.catalog import published
 from lwr_dyn.cli.options import OneOf, show
 from lwr_dyn.cli.vocabulary import FOLDER, with_shared
 from lwr_dyn.foundation.files import ends_in
@@ -29,7 +30,8 @@ def _options() -> list[click.Parameter]:
     "reproduce",
     params=_options(),
     help=f"""Recompute what PAPER prints ({", ".join(studies())}, {ALL}, or your own .toml with [[result]]);
-exit 1 when a number that the paper lets recompute differs, or a check or a proof fails.""",
+exit 1 when a number that the paper lets recompute differs, or a check or a proof fails. Of a robot of published
+sets (panda, puma560, ...) it shows the errata with their proofs.""",
 )
 @click.argument("paper")
 @with_shared("--out", " the results: out/PAPER if not given (of a file its name), out for all", form=FOLDER)
@@ -43,6 +45,6 @@ def command(paper: str, out: str | None, as_json: bool, **options: Any) -> None:
         reproduction = reproduce(paper, folder, report, **options)
     show(reproduction.document, as_json)
     if not as_json:
-        page = "" if paper == ALL else f"; open it: xdg-open {Path(folder) / 'report.html'}"
+        page = "" if paper == ALL or paper in published() else f"; open it: xdg-open {Path(folder) / 'report.html'}"
         click.echo(f"\nwrote {folder}{page}")
     sys.exit(0 if reproduction.holds else 1)

@@ -39,5 +39,5 @@ def command(robot: str, loading: Loading, out: str | None) -> None:
     for name in files:
         click.echo(f"wrote {target.parent / name}")
     bare = weightless_links(arm)
-    if bare:
+    if bare and f"{target.stem}.xml" not in files:
         click.echo(f"no {target.stem}.xml: MuJoCo refuses a moving link without mass, as {', '.join(bare)}")

@@ -35,6 +35,11 @@ from lwr_dyn.model.run import repr_html
 from lwr_dyn.model.spatial import Pose
 from lwr_dyn.model.transmission import JointElasticity, Transmission
 
+COUPLED = 1e-6
+"""Share of the largest armature below which what stands between two joints is rounding."""
+LINK_SIDE = "link"
+"""Of torques that sensors behind the gears measure."""
+
 
 @dataclass(frozen=True, slots=True)
 class Source:
@@ -138,6 +143,8 @@ class Arm:
     """Friction per joint and direction, empty if the source gives at most a pair in `limits`; see `friction_models`."""
     transmission: Transmission | None = None
     """The motor map; None if not given."""
+    torques: str = ""
+    """Where its own torques are measured: "motor", or "link" behind the gears, where rotors are no part of them."""
     gains: JointGains | None = None
     """The gains of the arm's own joint controller; None if not given."""
     elasticity: JointElasticity | None = None  # springs and dampers of the gears; None if not given
@@ -164,8 +171,27 @@ class Arm:
         """
         bad = unphysical_links(self.chain) if "inertias" in used else ()
         body = f"no body can have the inertia of {', '.join(bad)}" if bad else ""
-        words = "; ".join(filter(None, (self.caveats.words(used), body)))
+        coupled = self.coupled_rotors if "rotor inertias" in used else ""
+        words = "; ".join(filter(None, (self.caveats.words(used), body, coupled)))
         return f"{self.name} ({self.reading}): {words}" if words else ""
+
+    @property
+    def coupled_rotors(self) -> str:
+        """What rotors between joints would add, in words: no model here holds it; nothing where there are none.
+
+        >>> import lwr_dyn
+        >>> lwr_dyn.load("tx40").coupled_rotors
+        'left out: a rotor that turns with joint_5 and joint_6 adds 0.0105 kg m^2 between them'
+        """
+        if self.transmission is None or self.transmission.n != self.n:
+            return ""
+        added = np.triu(self.transmission.between_joints(self.armature))
+        pairs = np.argwhere(np.abs(added) > COUPLED * np.abs(self.armature).max())
+        said = [
+            f"a rotor that turns with {self.joint_names[i]} and {self.joint_names[j]} adds {added[i, j]:.3g} kg m^2"
+            for i, j in pairs
+        ]
+        return f"left out: {', '.join(said)} between them" if said else ""
 
     @property
     def n(self) -> int:

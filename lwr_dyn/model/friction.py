@@ -1,4 +1,4 @@
-"""Friction of one joint: Coulomb, viscous, static and Stribeck per direction, and an offset.
+"""Friction of one joint: Coulomb, viscous, static and Stribeck per direction, an offset, or a sigmoid of the speed.
 
 The numbers of a `Direction` are magnitudes, positive when friction opposes the motion in that direction. The friction
 torque has the sign of the velocity: B ddq + C dq + g = tau - tau_friction(dq).
@@ -75,6 +75,73 @@ class Direction:
         return np.asarray(level)
 
 
+def _logistic(x: ArrayLike) -> Array:
+    """1 / (1 + exp(-x)), without overflow."""
+    return np.asarray(0.5 * (1.0 + np.tanh(0.5 * np.asarray(x, dtype=float))))
+
+
+@dataclass(frozen=True, slots=True)
+class Sigmoid:
+    """Friction as a sigmoid of the velocity less its value at rest: smooth, so that it holds no joint at rest.
+
+    torque(dq) = level / (1 + exp(-slope (dq + shift))) - level / (1 + exp(-slope shift))
+
+    Parameters
+    ----------
+    level : float
+        From its lowest to its highest value, at least 0 [N m or N].
+    slope : float
+        Above 0 [s/rad or s/m].
+    shift : float
+        Of the speed at which it is steepest, -shift [rad/s or m/s].
+
+    Raises
+    ------
+    OptionError
+        A number is not finite or out of its range.
+
+    References
+    ----------
+    Gaz et al., Dynamic identification of the Franka Emika Panda robot (2019), eq. (24), with the constants of the
+    authors' `get_FrictionTorque.m`.
+
+    >>> Sigmoid(0.54615, 5.1181, 0.039533).torque([-2.0, 0.0, 2.0]).round(4).tolist()
+    [-0.3006, 0.0, 0.2455]
+    """
+
+    level: float
+    slope: float
+    shift: float
+
+    def __post_init__(self) -> None:
+        for name in ("level", "slope", "shift"):
+            if not math.isfinite(getattr(self, name)):
+                raise OptionError(f"friction sigmoid {name}", getattr(self, name), "a finite number")
+        for name, is_bad, least in (("level", self.level < 0.0, "0 or more"), ("slope", self.slope <= 0.0, "above 0")):
+            if is_bad:
+                raise OptionError(f"friction sigmoid {name}", getattr(self, name), least)
+
+    def torque(self, dq: ArrayLike) -> Array:
+        """Of velocities (...) [rad/s or m/s]; shape (...) [N m or N]."""
+        moved = _logistic(self.slope * (np.asarray(dq, dtype=float) + self.shift))
+        return np.asarray(self.level * (moved - _logistic(self.slope * self.shift)))
+
+    @property
+    def most(self) -> float:
+        """The largest size that it tends to at high speeds of either direction [N m or N]."""
+        at_rest = float(_logistic(self.slope * self.shift))
+        return self.level * max(at_rest, 1.0 - at_rest)
+
+    @property
+    def steepest(self) -> float:
+        """Its largest slope over the velocity [N m s/rad or N s/m]."""
+        return self.level * self.slope / 4.0
+
+    def from_motor(self, ratio: float) -> "Sigmoid":
+        """As seen at the joint, r f(r dq), of one that is printed for the motor's speed r dq."""
+        return Sigmoid(abs(ratio) * self.level, abs(ratio) * self.slope, self.shift / ratio)
+
+
 @dataclass(frozen=True, slots=True)
 class JointFriction:
     """Friction of one joint: a pair of directions and an offset that is there at any speed, rest included.
@@ -91,6 +158,8 @@ class JointFriction:
     offset: float = 0.0
     covered: float | None = None
     """The largest speed at which it was measured [rad/s or m/s]; None is unknown."""
+    sigmoid: Sigmoid | None = None
+    """Added to the directions and the offset."""
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.offset):
@@ -106,12 +175,15 @@ class JointFriction:
         """
         v = np.asarray(dq, dtype=float)
         moving = np.where(v > 0.0, self.positive.magnitude(np.abs(v)), -self.negative.magnitude(np.abs(v)))
-        return np.asarray(self.offset + np.where(v == 0.0, 0.0, moving))
+        smooth = 0.0 if self.sigmoid is None else self.sigmoid.torque(v)
+        return np.asarray(self.offset + np.where(v == 0.0, 0.0, moving) + smooth)
 
     @property
     def is_zero(self) -> bool:
         """Whether it is none at any speed."""
-        return self.offset == 0.0 and all(x.holding == x.viscous == 0.0 for x in (self.positive, self.negative))
+        smooth = 0.0 if self.sigmoid is None else self.sigmoid.level
+        sides = (self.positive, self.negative)
+        return self.offset == smooth == 0.0 and all(x.holding == x.viscous == 0.0 for x in sides)
 
     @property
     def breakaway(self) -> tuple[float, float]:
@@ -133,6 +205,16 @@ def symmetric(coulomb: float, viscous: float) -> JointFriction:
     return JointFriction(both, both)
 
 
+def sigmoid_friction(models: Sequence[JointFriction | None]) -> Callable[[Array], Array] | None:
+    """The sigmoids of the joints as one function (..., n) -> (..., n) [N m or N]; None where no joint has one."""
+    given = [None if model is None else model.sigmoid for model in models]
+    if all(one is None for one in given):
+        return None
+    level, slope, shift = np.array([(0.0, 1.0, 0.0) if x is None else (x.level, x.slope, x.shift) for x in given]).T
+    at_rest = _logistic(slope * shift)
+    return lambda dq: np.asarray(level * (_logistic(slope * (dq + shift)) - at_rest))
+
+
 def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
     """Friction torques tau_friction(dq) of an arm (..., n) at joint velocities (..., n); 0 where unknown.
 
@@ -147,7 +229,8 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
 
     It cannot hold a joint at rest: under a load F below break-away the joint creeps at about width F/F_c.
 
-    tau = offset + level(|dq|) tanh(dq / width) + viscous dq, level and viscous those of the direction of dq. It is
+    tau = offset + level(|dq|) tanh(dq / width) + viscous dq, level and viscous those of the direction of dq, and what
+    a sigmoid adds. It is
     continuous, with a kink at 0 where the directions differ; at 0 it is the offset. Ungated, for loops. `models` has
     one entry per joint; `width` [rad/s or m/s] is the speed at which friction reaches 76 % of its level. Raises
     `OptionError` for a width that is not a number above 0.
@@ -166,7 +249,7 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
     )
     drop = np.array([[d.holding - d.coulomb if d.stribeck_velocity else 0.0 for d in side] for side in both])
     scale = np.array([[d.stribeck_velocity or 1.0 for d in side] for side in both])
-    has_stribeck = bool(drop.any())
+    has_stribeck, sigmoid = bool(drop.any()), sigmoid_friction(models)
 
     def torque(dq: Array) -> Array:
         forward = dq > 0.0
@@ -174,6 +257,7 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
         if has_stribeck:
             x = dq / np.where(forward, scale[0], scale[1])
             level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
-        return np.asarray(offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq)
+        smooth = offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq
+        return np.asarray(smooth if sigmoid is None else smooth + sigmoid(dq))
 
     return torque

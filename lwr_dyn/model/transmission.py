@@ -75,6 +75,16 @@ class Transmission:
         half = np.sqrt(J)[:, None] * self.matrix  # half^T half is symmetric to the last bit
         return np.asarray(half.T @ half)
 
+    def between_joints(self, armature: ArrayLike) -> Array:
+        """What motors that turn several joints add to the mass matrix beside its diagonal, (n, n) [kg m^2].
+
+        Of rotors that give the joints' `armature` (n,) as the diagonal of T^T J T, the smallest ones where several do:
+        0 for a differential of two equal motors.
+        """
+        J = np.linalg.lstsq(self.matrix.T**2, fixed_array("armature", armature, (self.n,)), rcond=1e-9)[0]
+        whole = self.matrix.T @ (J[:, None] * self.matrix)
+        return np.asarray(whole - np.diag(np.diag(whole)))
+
     def reflected_friction(self, motors: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
         """T^T f(T dq), (..., n) [N m]: friction of the motors reflected to the joints, at dq (..., n) [rad/s].
 

@@ -17,6 +17,8 @@ paper_page     The report page of a paper: printed numbers beside ours, errata w
 paper_study    A paper with its formulas and proofs, and the result of reproducing it
 papers         Which papers can be reproduced: each folder of this package with a `results.toml`, described by its
                `STUDY`
+published_sets  Proofs of the errata of published sets: each computed from cells with its own erratum alone, or with
+               none
 report         A report as one HTML file that loads nothing and can be read without a script
 reproduce      A paper reproduced in a folder: its study, every number with its verdict, the errata with their proofs,
                the page

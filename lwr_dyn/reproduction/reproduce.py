@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.catalog import open_paper, open_readings, readings
+from lwr_dyn.arms.papers.catalog import open_paper, open_readings, published, readings
 from lwr_dyn.arms.urdf.model_files import model_files, model_stem
 from lwr_dyn.checks.arm.run_checks import CheckReport, check_arm
 from lwr_dyn.checks.conventions.evidence import packaged_evidence
@@ -42,6 +42,7 @@ from lwr_dyn.reproduction.paper_page import (
 )
 from lwr_dyn.reproduction.paper_study import PaperStudy, Progress, Reproduction, paper_study
 from lwr_dyn.reproduction.papers import ALL, OWN, SENSITIVITY, check_options, studies, takers
+from lwr_dyn.reproduction.published_sets import reproduced_sets
 from lwr_dyn.reproduction.report.content import ReportSection
 from lwr_dyn.reproduction.report.page import write_report
 
@@ -133,7 +134,8 @@ def reproduce(paper: str, folder: str | Path, progress: Progress = lambda _: Non
     Parameters
     ----------
     paper : str
-        One of `studies()`, "all", or the path of a user's own `.toml` with printed results (`own_paper`).
+        One of `studies()`, "all", the path of a user's own `.toml` with printed results (`own_paper`), or a robot of
+        published sets, whose errata are shown with their proofs (`published_sets`).
     folder : path
         Made if missing.
     progress : callable
@@ -156,6 +158,8 @@ def reproduce(paper: str, folder: str | Path, progress: Progress = lambda _: Non
     check_options(paper, given)
     if paper == ALL:
         return _all(make_folder(folder), given, progress)
+    if paper in published():
+        return reproduced_sets(paper, Path(folder))
     study = own_study(paper) if ends_in(paper, OWN) else paper_study(paper)
     return _one(study, Path(folder), given, progress)
 

@@ -23,6 +23,8 @@ setup             `Loop`: what closes a loop; `prepare`: arm, controller, refere
 simulate          `simulate`: an arm, a controller and a reference become a `Run` that records its setup and its audit
 step_and_chirp    What a run answers to steps (rise, overshoot, settling) and to chirps (frequency response,
                   bandwidth)
+stiff             The loop "stiff" of `simulate`: a controller at every moment and a plant that moves smoothly, by an
+                  implicit method
 substeps          How many RK4 steps a sample a run needs: as many that twice as many change its tip by less than
                   1e-6 m
 walls_and_pushes  A push at a point of the arm, and a compliant wall that its tip touches: external torques

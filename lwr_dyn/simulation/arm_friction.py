@@ -11,7 +11,7 @@ M = J B^-1 J^T is positive definite, so there is one solution.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction, smooth_friction
+from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction, sigmoid_friction, smooth_friction
 
 SIGN = 1e-12
 """Share of the largest datum below which a sign counts as zero: two zeros must not switch each other for ever."""
@@ -102,7 +102,7 @@ class ArmFriction:
     vanishing speed, which are smaller where static friction falls to Coulomb's at the first motion.
     """
 
-    form: str  # one of `FORMS`, or "viscous" or "given" for a smooth function of the speeds
+    form: str  # one of `FORMS`, or "viscous", "sigmoid" or "given" for a smooth function of the speeds
     smooth: FrictionTorque | None  # the torque of the smooth forms, in place of all arrays below
     coulomb: Array
     viscous: Array
@@ -114,6 +114,7 @@ class ArmFriction:
     lowest_slip: Array
     highest_slip: Array
     slope: Array  # steepest slope of the torque over the speed, (n,) [N m s/rad]; 0 where it is not known
+    sigmoid: FrictionTorque | None = field(default=None, kw_only=True)  # added to the set-valued torque
 
     @classmethod
     def of(cls, joints: Sequence[JointFriction | None]) -> Self:
@@ -123,8 +124,9 @@ class ArmFriction:
         coulomb, viscous, drop, sharpness, hold = np.moveaxis(table, -1, 0)
         offset = np.array([joint.offset for joint in each])
         bounds = (offset - hold[1], offset + hold[0], offset - (coulomb + drop)[1], offset + (coulomb + drop)[0])
-        slope = np.maximum(viscous.max(axis=0), 0.0)
-        return cls(FORMS[0], None, *map(read_only, (coulomb, viscous, drop, sharpness, offset, *bounds, slope)))
+        slope = np.maximum(viscous.max(axis=0), 0.0) + _steepest(each)
+        arrays = map(read_only, (coulomb, viscous, drop, sharpness, offset, *bounds, slope))
+        return cls(FORMS[0], None, *arrays, sigmoid=sigmoid_friction(joints))
 
     @classmethod
     def function(cls, form: str, n: int, torque: FrictionTorque | None, slope: Array | None = None) -> Self:
@@ -152,6 +154,8 @@ class ArmFriction:
 
         level = sides * of_moving(self.coulomb) + np.where(at_rest, 0.0, self.offset)
         slope, drop, fall = of_moving(self.viscous), sides * of_moving(self.stribeck_drop), -of_moving(self.sharpness)
+        if (smooth := self.sigmoid) is not None:
+            return lambda dq: level + slope * dq + drop * np.exp(fall * dq * dq) + np.where(at_rest, 0.0, smooth(dq))
         if not drop.any():
             return lambda dq: level + slope * dq
         return lambda dq: level + slope * dq + drop * np.exp(fall * dq * dq)
@@ -184,10 +188,12 @@ def chosen_friction(arm: Arm, option: FrictionOption = None) -> ArmFriction:
     set_valued = ArmFriction.of(models)
     if option == "smooth":
         jump = (set_valued.coulomb + set_valued.stribeck_drop).max(axis=0)
-        slope = set_valued.viscous.max(axis=0) + jump / SMOOTH_SPEED
+        slope = set_valued.viscous.max(axis=0) + jump / SMOOTH_SPEED + _steepest(models)
         return ArmFriction.function("smooth", arm.n, smooth_friction(models, SMOOTH_SPEED), slope)
     if not (set_valued.directional.any() or set_valued.offset.any()):
-        coefficients = set_valued.viscous[0]
+        coefficients, sigmoid = set_valued.viscous[0], set_valued.sigmoid
+        if sigmoid is not None:
+            return ArmFriction.function("sigmoid", arm.n, lambda dq: coefficients * dq + sigmoid(dq), set_valued.slope)
         return ArmFriction.function("viscous", arm.n, lambda dq: coefficients * dq, set_valued.slope)
     return set_valued
 
@@ -204,6 +210,12 @@ def braking_rate(B: Array, slope: Array) -> Array:
     """
     brakes = np.linalg.solve(B, slope[..., None, :] * np.eye(slope.shape[-1]))
     return np.asarray(np.linalg.eigvals(brakes).real.max(axis=-1))
+
+
+def _steepest(joints: Sequence[JointFriction | None]) -> Array:
+    """Of the sigmoids (n,), 0 without."""
+    given = (None if joint is None else joint.sigmoid for joint in joints)
+    return np.array([0.0 if one is None else one.steepest for one in given])
 
 
 def _numbers(d: Direction) -> tuple[float, ...]:

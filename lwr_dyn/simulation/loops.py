@@ -305,7 +305,7 @@ def _advance(flow: Flow, drive: Drive, log: Log, k: int, h: float, y: Array) -> 
 def run_continuous(setup: Setup, flow: Flow, log: Log, progress: Progress | None) -> None:
     """The controller called at every stage of the integrator; its memory and the works are integrated as states."""
     n, h = flow.plant.n, float(log.t[1] - log.t[0])
-    unlimited, memory_size = _continuous_controller(setup.controller, setup.reference)
+    unlimited, memory_size = continuous_controller(setup.controller, _at_moments(setup.reference))
 
     def drive(t: float, q: Array, dq: Array, memory: Array) -> tuple[Array, Array]:
         tau, rate = unlimited(t, q, dq, memory)
@@ -324,8 +324,12 @@ def run_continuous(setup: Setup, flow: Flow, log: Log, progress: Progress | None
     _finish(flow, log, torque(-1, y), drive, y)
 
 
-def _continuous_controller(controller: Controller, reference: Reference) -> tuple[Drive, int]:
-    """The controller as a function of time and state; the reference is sampled once for stages of the same moment."""
+At = Callable[[float], tuple[Array, Array, Array]]
+"""t -> q_ref, dq_ref, ddq_ref (n,) each."""
+
+
+def _at_moments(reference: Reference) -> At:
+    """The reference as a function of time, sampled once for stages of the same moment."""
     moment, sample = np.full(1, np.nan), reference.sample(np.zeros(1))
 
     def at(t: float) -> tuple[Array, Array, Array]:
@@ -335,6 +339,11 @@ def _continuous_controller(controller: Controller, reference: Reference) -> tupl
             sample = reference.sample(moment.copy())
         return sample.q[0], sample.dq[0], sample.ddq[0]
 
+    return at
+
+
+def continuous_controller(controller: Controller, at: At) -> tuple[Drive, int]:
+    """The controller as a function of time and state, and the size of its memory."""
     if isinstance(controller, WithMemory):
         with_memory = controller
         return lambda t, q, dq, memory: with_memory.torque_and_rate(memory, q, dq, *at(t)), controller.memory_size

@@ -33,6 +33,7 @@ LOOPS: Registry[Callable[[Setup, Progress | None], Run]] = Registry(
         "compiled": Row(
             "lwr_dyn.codegen.rollouts.compiled_loop:run_compiled", "one kernel, neither stops nor stick", "batch"
         ),
+        "stiff": Row("lwr_dyn.simulation.stiff:run_stiff", "continuous, implicit; neither stops nor stick"),
     },
 )
 
@@ -112,8 +113,9 @@ def simulate(
         Of the encoder's noise.
     delay : int
         Samples from a command of the controller to its torque; until it arrives, the first command acts.
-    loop : {"rigid", "elastic", "compiled"}, optional
-        As the joints are, if not given; "compiled" computes the whole loop in generated code, see `run_compiled`.
+    loop : {"rigid", "elastic", "compiled", "stiff"}, optional
+        As the joints are, if not given; "compiled" computes the whole loop in generated code, see `run_compiled`;
+        "stiff" moves a `continuous` one by an implicit method, for gains that would need very short steps.
     duration : float, optional
         [s]; the reference's if not given.
     q0, dq0 : (n,) array_like, optional
@@ -169,7 +171,7 @@ def run_setup(setup: Setup, progress: Progress | None = None) -> Run:
     usual = "rigid" if setup.elasticity is None else "elastic"
     asked = setup.loop.loop
     if {asked, usual} == {"rigid", "elastic"}:
-        raise OptionError("loop", repr(asked), f"{usual}, as the joints are, or compiled")
+        raise OptionError("loop", repr(asked), f"{usual}, as the joints are, compiled, or stiff")
     return LOOPS.load(asked or usual)(setup, progress)
 
 

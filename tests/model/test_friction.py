@@ -10,8 +10,10 @@ from lwr_dyn.model.friction import (
     FRICTIONLESS,
     Direction,
     JointFriction,
+    Sigmoid,
     friction_torque,
     smooth_friction,
+    symmetric,
 )
 
 ONE_SIDED = JointFriction(Direction(4.0, 0.5, 6.0, 0.1), Direction(3.0, -0.2), offset=0.25)
@@ -103,3 +105,35 @@ def test_the_smooth_form_is_the_offset_at_rest_continuous_and_never_above_the_le
     assert np.abs(np.diff(tau)).max() < 6.0 / 1e-3 * 5e-7 * 1.01  # the slope at rest is level / width
     assert tau.max() < ONE_SIDED.breakaway[1]
     assert tau.min() > ONE_SIDED.breakaway[0]
+
+
+def gaz(v, A, alpha, qdotsign):
+    """The last lines of the authors' `get_FrictionTorque.m`."""
+    return A / (1 + np.exp(-alpha * (v + qdotsign))) - A / (1 + np.exp(-alpha * qdotsign))
+
+
+def test_a_sigmoid_is_the_formula_of_its_source():
+    v, numbers = np.linspace(-3.0, 3.0, 61), (0.87224, 9.0657, 0.025882)
+    joint = JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0), sigmoid=Sigmoid(*numbers))
+    expected = gaz(v, *numbers)
+    assert joint.torque(v) == pytest.approx(expected, abs=1e-15)
+    assert smooth_friction([joint, symmetric(1.0, 0.0)])(np.array([0.7, 0.0]))[0] == pytest.approx(gaz(0.7, *numbers))
+    assert friction_torque((joint, None), np.array([[0.3, 0.3]]))[0].tolist() == [float(gaz(0.3, *numbers)), 0.0]
+    assert joint.torque(0.0) == 0.0
+    assert joint.breakaway == (0.0, 0.0)
+    assert not joint.is_zero
+    assert joint.sigmoid.most >= np.abs(expected).max()
+    assert np.abs(np.gradient(expected, v)).max() <= joint.sigmoid.steepest
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.1, 50.0), st.floats(-0.1, 0.1), st.sampled_from([-40.0, -1.0, 3.0]))
+def test_a_sigmoid_of_a_motor_is_seen_at_its_joint(level, slope, shift, ratio):
+    motor, v = Sigmoid(level, slope, shift), np.linspace(-1.0, 1.0, 11)
+    assert motor.from_motor(ratio).torque(v) == pytest.approx(ratio * motor.torque(ratio * v), abs=1e-9)
+
+
+@pytest.mark.parametrize(("numbers", "field"), [((-1.0, 1.0, 0.0), "level"), ((1.0, 0.0, 0.0), "slope"),
+                                                ((1.0, 1.0, np.inf), "shift")])  # fmt: skip
+def test_a_sigmoid_that_cannot_be_is_refused(numbers, field):
+    with pytest.raises(OptionError, match=f"sigmoid {field}"):
+        Sigmoid(*numbers)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, ShapeError
-from lwr_dyn.model.friction import Direction, JointFriction, symmetric
+from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid, symmetric
 from lwr_dyn.simulation.arm_friction import boxed_lcp, braking_rate, chosen_friction
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION
 from lwr_dyn.simulation.flow import FastStep
@@ -218,3 +218,37 @@ def test_friction_brakes_as_fast_as_the_fastest_motion_of_the_linear_equation():
     coupled = (trace + np.sqrt(trace**2 - 4.0 * 3.0 * det)) / (2.0 * det)
     np.testing.assert_allclose(braking_rate(B, slope), [2.0, coupled], rtol=1e-12)
     assert braking_rate(B[1], slope) == pytest.approx(coupled, rel=1e-12)
+
+
+SLIDES = JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0), sigmoid=Sigmoid(3.0, 20.0, 0.01))
+
+
+def test_a_sigmoid_brakes_without_stick_and_its_work_closes_the_audit():
+    """A slider alone: its kinetic energy goes into the friction, and nothing else."""
+    run = one(SLIDES)
+    assert run.meta["friction_law"]["form"] == "sigmoid"
+    assert run.tau_friction == pytest.approx(SLIDES.torque(run.dq))
+    assert run.events == ()
+    assert 0.0 < run.dq[-1, 0] < 0.2
+    assert run.work["friction"][-1] == pytest.approx(-np.trapezoid((run.tau_friction * run.dq)[:, 0], run.t), rel=1e-5)
+    assert abs(run.meta["audit"]["residual"]) < 1e-9
+
+
+def test_a_sigmoid_beside_coulomb_friction_sticks_as_that_does():
+    both = replace(SLIDES, positive=Direction(2.0, 0.1), negative=Direction(2.0, 0.1))
+    run, plain = one(both), one(symmetric(2.0, 0.1))
+    assert [event.kind for event in run.events] == ["stick"]
+    assert run.events[0].t < plain.events[0].t
+    assert run.tau_friction[:5] == pytest.approx(both.torque(run.dq[:5]))
+    smooth = simulate(
+        replace(one_joint(), friction=(both,)), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2], friction="smooth",
+        substeps=40,
+    )  # fmt: skip
+    assert smooth.q[-1] == pytest.approx(run.q[-1], abs=SMOOTH)
+
+
+def test_the_panda_has_the_friction_of_its_authors():
+    friction = chosen_friction(lwr_dyn.load("panda"))
+    assert friction.form == "sigmoid"
+    assert friction.smooth(np.full(7, 1.0))[1] == pytest.approx(0.87224 / (1 + np.exp(-9.0657 * 1.025882)) - 0.87224 / (
+        1 + np.exp(-9.0657 * 0.025882)))  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
 from lwr_dyn.arms.papers.assembly import CONTRADICTED, LEFT_IN_PLACE, sort_of
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, TABLES, UNKNOWN
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, SIGMOID, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Convention
@@ -91,7 +91,7 @@ _UNITS = {
     "angle": "rad", "length": "m", "angular velocity": "rad/s", "velocity": "m/s", "torque": "N m", "force": "N",
     "angular damping": "N m s/rad", "damping": "N s/m", "angular stiffness": "N m/rad", "stiffness": "N/m",
     "angular integral gain": "N m/(rad s)", "integral gain": "N/(m s)", "inertia": "kg m^2", "mass": "kg",
-    "number": "1", "acceleration": "m/s^2", "volume": "m^3",
+    "number": "1", "acceleration": "m/s^2", "volume": "m^3", "slope of a sigmoid": "s/rad",
 }  # fmt: skip
 """Quantity -> its SI unit."""
 
@@ -126,6 +126,7 @@ def data_file_text(arm: Arm, convention: Convention = Convention.STANDARD) -> st
         "[joints]",
         f"names = [{', '.join(map(quoted, arm.joint_names))}]",
         f"kinds = [{', '.join(quoted(link.kind.value) for link in arm.chain.links)}]",
+        *([f"torques = {quoted(arm.torques)}"] if arm.torques else []),
         "",
         *_kinematics(arm, table, origin),
         *_per_joint(arm, origin),
@@ -255,10 +256,12 @@ def _rotors(arm: Arm) -> Columns:
 
 
 def _friction(arm: Arm) -> Columns:
-    """A pair for both directions, or columns per direction."""
+    """A pair for both directions, columns per direction, or those of a sigmoid."""
     if not arm.friction or any(model is None for model in arm.friction):
         return {name: [getattr(limit, name) for limit in arm.limits] for name in ("viscous", "coulomb")}
     models: list[JointFriction] = [model for model in arm.friction if model is not None]
+    if all(model.sigmoid is not None for model in models):
+        return {name: [getattr(m.sigmoid, name.removeprefix("sigmoid_")) for m in models] for name in SIGMOID}
     sides: Columns = {
         f"{side}_{name}": [getattr(getattr(model, side), name) for model in models]
         for side in SIDES

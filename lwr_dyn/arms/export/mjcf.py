@@ -3,11 +3,14 @@
 Orientations are `xyaxes` (two columns of the rotation matrix), so no angle is converted. Shapes collide with nothing
 and have density 0, so `base` and `flange` weigh nothing; no inertia is made of their group either (MuJoCo below 3.3.7
 refuses a body whose shapes weigh nothing, Drake one of mass 0). Each joint has a motor: Drake reads an armature only
-with one.
+with one. MuJoCo refuses a moving link of mass 0: such a link gets `TINY` of mass and moments. What a first link without
+mass has about its own axis, all of it that moves anything on a base that stands, is in its joint's armature.
 """
 
 from dataclasses import replace
 from xml.sax.saxutils import quoteattr
+
+import numpy as np
 
 from lwr_dyn.arms.urdf.elements import comment, header, number, numbers
 from lwr_dyn.arms.urdf.geometry import COLOURS, Primitive, primitives
@@ -19,16 +22,18 @@ from lwr_dyn.model.spatial import Pose
 
 SPEEDS, UNKNOWN = "speed limits by joint [rad/s or m/s], which MJCF does not have: ", "unknown"
 """The start of a header line that is read back, and the word in it of a limit that is not known."""
+TINY = 1e-9
+"""[kg] and [kg m^2] of a link without mass: above MuJoCo's 1e-15, and below what a torque shows."""
 _TYPES = {JointKind.REVOLUTE: "hinge", JointKind.PRISMATIC: "slide"}
 
 
 def mjcf_text(arm: Arm) -> str:
-    """The arm as MJCF text; raises `MissingDataError` for a moving link without mass, which MuJoCo refuses."""
+    """The arm as MJCF text; raises `MissingDataError` for a link without mass whose moments MuJoCo cannot hold."""
     arm.require_dynamics()
-    weightless, shapes = weightless_links(arm), primitives(arm)
+    weightless, shapes = unheld_links(arm), primitives(arm)
     if weightless:
         raise MissingDataError(
-            arm.name, f"masses of {', '.join(weightless)}", "MuJoCo, which refuses a moving link of mass 0"
+            arm.name, f"masses of {', '.join(weightless)}", "MuJoCo, which refuses moments without a mass"
         )
     there, bare = arm.installation, arm.uninstalled()
     lines = [
@@ -51,8 +56,8 @@ def mjcf_text(arm: Arm) -> str:
     for depth, (link, joint, body) in enumerate(rows, start=3):
         pad = "  " * depth
         lines.append(f"{pad}<body name={quoteattr(link.link)} {_pose(joint.origin)}>")
-        lines += [_inertial(body, depth + 1)] if body is not None else []
-        lines += [_joint(joint, depth + 1), *_geoms(shapes, link.link, depth + 1)]
+        lines += [_inertial(_standing(body), depth + 1)] if body is not None else []
+        lines += [_joint(joint, depth + 1, _moved_moment(body)), *_geoms(shapes, link.link, depth + 1)]
     innermost = 3 + len(rows)
     lines.append(f'{"  " * innermost}<body name="flange" {_pose(bare.flange())}>')
     lines += _geoms(shapes, "flange", innermost + 1)
@@ -61,6 +66,27 @@ def mjcf_text(arm: Arm) -> str:
     lines += [f"{'  ' * depth}</body>" for depth in range(innermost, 1, -1)]
     motors = ["  <actuator>", *(_motor(joint) for _, joint, _ in rows), "  </actuator>"]
     return "\n".join([*lines, "  </worldbody>", *motors, "</mujoco>"]) + "\n"
+
+
+def unheld_links(arm: Arm) -> tuple[str, ...]:
+    """The links without mass whose moments an MJCF cannot hold: all but a first one that turns on a base."""
+    bodies = [link.body for link in arm.chain.links]
+    first_turns = arm.chain.links[0].kind is JointKind.REVOLUTE
+    return tuple(
+        link.link
+        for i, (link, body) in enumerate(zip(arm.chain.links, bodies, strict=True))
+        if body is not None and body.mass == 0.0 and body.inertia_com.any() and not (i == 0 and first_turns)
+    )
+
+
+def _standing(body: Body) -> Body:
+    """The body, or what stands in for one without mass."""
+    return body if body.mass > 0.0 else Body(TINY, np.zeros(3), TINY * np.eye(3))
+
+
+def _moved_moment(body: Body | None) -> float:
+    """What a body without mass has about its joint's axis [kg m^2], which goes to the armature; 0 of any other."""
+    return 0.0 if body is None or body.mass > 0.0 else float(body.inertia_com[2, 2])
 
 
 def _header(arm: Arm) -> list[str]:
@@ -74,7 +100,11 @@ def _header(arm: Arm) -> list[str]:
         "armature: k_r^2 I_m; limits that are not known are left out",
         f"{SPEEDS}{' '.join(UNKNOWN if x is None else number(x) for x in (y.velocity for y in arm.limits))}",
     )
-    return [first, *rest, *(f"  {comment(x)}" for x in lines), last]
+    bare = [f"{name}: no mass, which MuJoCo refuses: {TINY:g} kg and kg m^2 stand in" for name in weightless_links(arm)]
+    moved = _moved_moment(arm.bodies()[0])
+    if moved:
+        bare[0] += f"; its moment about its axis, {moved:g} kg m^2, is in the armature of {arm.joint_names[0]}"
+    return [first, *rest, *(f"  {comment(x)}" for x in (*lines, *bare)), last]
 
 
 def _pose(pose: Pose) -> str:
@@ -92,9 +122,10 @@ def _inertial(body: Body, depth: int) -> str:
     return f"{'  ' * depth}<inertial {attributes}/>"
 
 
-def _joint(joint: Joint, depth: int) -> str:
+def _joint(joint: Joint, depth: int, moved: float = 0.0) -> str:
     limits = joint.limits
-    given = {"armature": joint.armature, "damping": limits.viscous, "frictionloss": limits.coulomb}
+    armature = (joint.armature or 0.0) + moved if moved else joint.armature
+    given = {"armature": armature, "damping": limits.viscous, "frictionloss": limits.coulomb}
     text = [f'{name}="{number(value)}"' for name, value in given.items() if value is not None]
     if limits.lower is not None and limits.upper is not None:
         text.append(f'range="{number(limits.lower)} {number(limits.upper)}"')

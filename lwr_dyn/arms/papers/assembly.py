@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, ORIGINS, SIDES, UNKNOWN, Column, Paper, to_si
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, ORIGINS, SIDES, SIGMOID, UNKNOWN, Column, Paper, to_si
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.model.arm import Arm, JointGains, JointLimits, Ratings, Source
 from lwr_dyn.model.caveats import GUESSED, Caveats, StandIn
 from lwr_dyn.model.chain import Body, Chain, ChainLink, DHRow, JointKind, Rotor
 from lwr_dyn.model.file_layout import Drawing, DrawnCylinder
-from lwr_dyn.model.friction import Direction, JointFriction
+from lwr_dyn.model.friction import FRICTIONLESS, Direction, JointFriction, Sigmoid
 from lwr_dyn.model.spatial import Pose, from_rpy, steiner
 from lwr_dyn.model.transmission import JointElasticity, Transmission
 
@@ -58,7 +58,9 @@ def elasticity_of(paper: Paper) -> JointElasticity | None:
 
 
 def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
-    """Friction of every joint if the paper gives it per direction; empty otherwise."""
+    """Friction of every joint if the paper gives it per direction, or as a sigmoid; empty otherwise."""
+    if "friction.sigmoid_level" in paper.columns:
+        return _sigmoids(paper)
     if "friction.positive_coulomb" not in paper.columns:
         return ()
     ratios = friction_ratios(paper)
@@ -71,6 +73,12 @@ def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
         )
         for i in range(paper.n)
     )
+
+
+def _sigmoids(paper: Paper) -> tuple[JointFriction, ...]:
+    rows = np.array([paper.columns[f"friction.{name}"].si() for name in SIGMOID]).T.tolist()
+    seen = (Sigmoid(*row).from_motor(ratio) for row, ratio in zip(rows, friction_ratios(paper).tolist(), strict=True))
+    return tuple(replace(FRICTIONLESS, sigmoid=sigmoid) for sigmoid in seen)
 
 
 def friction_ratios(paper: Paper) -> Array:
@@ -115,7 +123,8 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
             yield f"{joint}.{name}", ((f"elasticity.{name}", i, "to SI"),)
         for name in ("viscous", "coulomb"):
             yield f"{joint}.{name}", ((f"friction.{name}", i, seen),)
-        for name in (*(f"{side}_{x}" for side in SIDES for x in FRICTION_OF_A_SIDE), "offset", "covered"):
+        directed = (f"{side}_{x}" for side in SIDES for x in FRICTION_OF_A_SIDE)
+        for name in (*directed, "offset", "covered", *SIGMOID):
             yield f"{joint}.friction.{name}", ((f"friction.{name}", i, seen),)
         for name in ("kp", "ki", "kd", "effort"):
             yield f"{joint}.gains.{name}", ((f"gains.{name}", i, "to SI"),)
@@ -150,7 +159,7 @@ def arm_from_paper(paper: Paper) -> Arm:
         mastering=paper.numbers("poses.mastering"),
         sources=_sources(paper), errata=paper.reading.errata, digest=paper.digest,
         friction=friction_per_direction(paper), transmission=transmission_of(paper), gains=gains_of(paper),
-        elasticity=elasticity_of(paper), caveats=caveats_of(paper),
+        torques=paper.torques, elasticity=elasticity_of(paper), caveats=caveats_of(paper),
     )  # fmt: skip
 
 

@@ -10,7 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.schema import KINDS, PER_JOINT, SIDES, TABLES, UNITS, UNKNOWN, Column, ColumnRule, units_of
+from lwr_dyn.arms.papers.schema import (
+    KINDS,
+    PER_JOINT,
+    SIDES,
+    SIGMOID,
+    TABLES,
+    UNITS,
+    UNKNOWN,
+    Column,
+    ColumnRule,
+    units_of,
+)
 from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.foundation.fields import LARGEST, Fields
 from lwr_dyn.model.chain import JointKind
@@ -94,12 +105,13 @@ _RATINGS = ("ratings.mass", "ratings.reach", "ratings.envelope_volume")
 _ABOVE_ZERO = (
     "limits.velocity", "limits.effort", "drawing.radius", "transmission.ratio",
     "transmission.stage", "gains.kp", "gains.effort", "elasticity.stiffness", "friction.covered", *_RATINGS,
+    "friction.sigmoid_slope",
     *(f"friction.{side}_stribeck_velocity" for side in SIDES),
 )  # fmt: skip
 
 _AT_LEAST_ZERO = (
     "inertial.mass", "rotors.inertia", "rotors.armature", "friction.viscous", "friction.coulomb", "drawing.pedestal",
-    "gains.ki", "gains.kd", "elasticity.damping", "base.mass",
+    "gains.ki", "gains.kd", "elasticity.damping", "base.mass", "friction.sigmoid_level",
     *(f"friction.{side}_{name}" for side in SIDES for name in ("coulomb", "static")),
 )  # fmt: skip
 
@@ -116,7 +128,7 @@ def check_plausibility(
     columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str
 ) -> None:
     """Raise `PaperError` for the first number or unit that cannot be right."""
-    checks = (_signs, _limits, _symmetry, _rotors, _friction, _gravity)
+    checks = (_signs, _limits, _symmetry, _rotors, _friction, _sigmoid, _gravity)
     for fault in chain(_units(columns, joints, kinds), *(check(columns) for check in checks)):
         raise PaperError(file, *fault)
 
@@ -187,12 +199,19 @@ def _rotors(columns: Mapping[str, Column]) -> Iterator[Fault]:
         yield "rotors", " and ".join(sorted(given)), "gear_ratio and inertia, or armature alone"
 
 
+def _sigmoid(columns: Mapping[str, Column]) -> Iterator[Fault]:
+    """All three columns or none, and no other friction beside them."""
+    given = {name.removeprefix("friction.") for name in columns if name.startswith("friction.")}
+    sigmoid, others = given & {*SIGMOID}, sorted(given - {*SIGMOID})
+    if sigmoid not in (set(), {*SIGMOID}):
+        yield "friction", " and ".join(sorted(sigmoid)), "level, slope and shift of a sigmoid"
+    if sigmoid and others:
+        yield f"friction.{others[0]}", "beside a sigmoid", "the sigmoid alone"
+
+
 def _friction(columns: Mapping[str, Column]) -> Iterator[Fault]:
     """Columns for both directions or for each; static friction is not below Coulomb friction."""
     directed = [name for name in columns if name.startswith(tuple(f"friction.{side}_" for side in SIDES))]
-    sigmoid = {name for name in ("level", "slope", "shift") if f"friction.sigmoid_{name}" in columns}
-    if sigmoid not in (set(), {"level", "slope", "shift"}):
-        yield "friction", f"sigmoid_{' and sigmoid_'.join(sorted(sigmoid))}", "level, slope and shift of a sigmoid"
     both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
     if directed and both_ways:
         yield both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"

@@ -88,6 +88,8 @@ TABLES_OF_A_SET = ("base", "dh", "flange", "limits", "inertial", ORIGINS, "rotor
 TORQUES = ("motor", "link")
 """Where torques are measured: before the gears, or by sensors behind them, where rotors are no part of them."""
 FRICTION_SIDES = ("joint", "motor")
+SIGMOID = ("sigmoid_level", "sigmoid_slope", "sigmoid_shift")
+"""Columns of friction as a sigmoid of the speed."""
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
 
@@ -196,7 +198,7 @@ URDF's inertial does. `origins` places each joint of a URDF in the one before, a
 T is printed as `matrix`, a row a motor.
 `elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
 per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors; or
-a sigmoid, level/(1 + exp(-slope (dq + shift))) less its value at rest, which is kept and as yet used nowhere. `poses`
+a sigmoid, level/(1 + exp(-slope (dq + shift))) less its value at rest. `poses`
 is a second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
 flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
 values of the whole arm (`mass` includes the base).

@@ -32,6 +32,11 @@ ONE_SIDED = (
     'it is under "friction" in the sidecar'
 )
 """The header line of an arm whose friction is left out."""
+SIGMOID = (
+    "friction is a sigmoid of the speed, which a URDF and an MJCF cannot hold: none is written here; "
+    'it is under "friction" in the sidecar'
+)
+"""The same of an arm whose friction is smooth."""
 
 INSTALLED = "link world: the base is mounted, gravity is in world; link tool: its mass is in the last moving link"
 DRAWN_HERE, AS_IN_FILE = "drawn by lwr_dyn, not from the source", "as in the source, meshes by name"
@@ -83,14 +88,15 @@ def header(arm: Arm) -> list[str]:
     if reflected:
         lines.insert(-1, f"{REFLECTED}{', '.join(reflected)}")
     if arm.friction:
-        lines.insert(-1, ONE_SIDED)
+        lines.insert(-1, SIGMOID if any(x is not None and x.sigmoid is not None for x in arm.friction) else ONE_SIDED)
     return ["<!--", *(f"  {comment(x)}" for x in lines), "-->"]
 
 
 def caveat_lines(arm: Arm) -> list[str]:
     """What must be known before the numbers of a rigid arm, in a line; none where nothing must."""
     words = arm.caveats.words(DYNAMICS)
-    return [f"{CAVEAT}{words}"] if words else []
+    rotors = [f"{arm.coupled_rotors}; a URDF and an MJCF cannot hold it"] if arm.coupled_rotors else []
+    return [*([f"{CAVEAT}{words}"] if words else []), *rotors]
 
 
 def estimates(arm: Arm) -> list[str]:

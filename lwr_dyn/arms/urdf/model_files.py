@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -13,6 +14,7 @@ from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm, Source
 from lwr_dyn.model.caveats import DYNAMICS
+from lwr_dyn.model.friction import JointFriction
 from lwr_dyn.model.spatial import Pose
 
 SCHEMA = 1
@@ -88,13 +90,18 @@ def sidecar_blocks(arm: Arm) -> dict[str, Any]:
     out: dict[str, Any] = {}
     if arm.friction:
         pairs = zip(arm.joint_names, arm.friction, strict=True)
-        out["friction"] = {joint: asdict(friction) for joint, friction in pairs if friction is not None}
+        out["friction"] = {joint: _friction(friction) for joint, friction in pairs if friction is not None}
     if arm.transmission is not None:
         out["transmission"] = {"motors_by_joints": arm.transmission.matrix.tolist()}
     if arm.gains is not None:
         gains = {name: getattr(arm.gains, name) for name in ("Kp", "Ki", "Kd", "effort")}
         out["gains"] = {name: None if value is None else value.tolist() for name, value in gains.items()}
     return out
+
+
+def _friction(friction: JointFriction) -> dict[str, Any]:
+    """As JSON values, the sigmoid only where there is one."""
+    return {name: value for name, value in asdict(friction).items() if name != "sigmoid" or value is not None}
 
 
 def sidecar_quantities(arm: Arm) -> tuple[str, ...]:
@@ -152,7 +159,9 @@ def model_stem(arm: Arm) -> str:
 
 
 def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
-    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with masses of all links `.xml` (MJCF).
+    """File name -> text: `.urdf`, `.provenance.json`, with rotors `.srdf`, with masses `.xml` (MJCF).
+
+    No MJCF of moments without a mass that it cannot hold.
 
     Names begin with `stem`, or with `model_stem(arm)`.
 
@@ -164,8 +173,9 @@ def model_files(arm: Arm, stem: str | None = None) -> dict[str, str]:
     out = {f"{stem}.urdf": urdf_text(arm), f"{stem}.provenance.json": provenance_text(arm)}
     if any(link.rotor is not None for link in arm.chain.links):
         out[f"{stem}.srdf"] = srdf_text(arm)
-    if arm.chain.bodies is not None and not weightless_links(arm):
-        out[f"{stem}.xml"] = FORMATS.load(".xml")(arm)
+    if arm.chain.bodies is not None:
+        with suppress(MissingDataError):
+            out[f"{stem}.xml"] = FORMATS.load(".xml")(arm)
     return out
 
 

@@ -138,7 +138,7 @@ class CaseRecord(TypedDict):
 RUN = (
     Heading(key="controller"), Heading(key="model", says="The controller's reading."),
     Heading(key="plant", says="The simulated reading."),
-    Heading(key="rate", says="Samples a second: more than wanted where the loop would chatter."),
+    Heading(key="rate", says="Samples a second that the loop needs: more than wanted where it would chatter."),
     Heading(key="fault", says="Why there is none; empty where there is one."),
     Heading(key="metrics", says="Errors and uses of limits; null without a run.", kind=MetricsRecord | None),
 )  # fmt: skip
@@ -261,11 +261,20 @@ def notes(result: Sensitivity) -> list[str]:
     raised = sorted({r.rate for r in result.runs if r.rate > result.rate})
     lines = []
     if raised:
-        rates = " or ".join(f"{r:g}" for r in raised)
+        rates = " to ".join(f"{r:g}" for r in dict.fromkeys((raised[0], raised[-1])))
         lines.append(
             f"{FASTER} at {result.rate:g} samples a second this loop chatters: the damping is too strong for the"
-            f" lighter plant; simulated at {rates}, as good as continuous"
+            f" lighter plant, and needs {rates}; simulated with the controller at every moment, or where joints stick"
+            " or meet a stop at that rate"
         )
     met = [(r, r.metrics.stops.sentence()) for r in result.runs if r.metrics and r.metrics.stops.met]
     lines += [f"{STOPPED} {r.controller}, {r.model} on {r.plant}: {stops}" for r, stops in met]
-    return lines + [f"no run of {r.controller}, {r.model} on {r.plant}: {r.fault}" for r in result.runs if r.fault]
+    faults: dict[tuple[str, str], list[str]] = {}
+    for r in result.runs:
+        if r.fault:
+            faults.setdefault((r.plant, r.fault), []).append(f"{r.controller}, {r.model}")
+    everything = len(result.study.labels) * len(result.names)
+    for (plant, fault), of in faults.items():
+        which = "any law and model" if len(of) == everything else "; ".join(of)
+        lines.append(f"no run of {which} on {plant}: {fault}")
+    return lines

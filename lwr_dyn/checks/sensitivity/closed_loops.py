@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import cast
 
@@ -22,11 +22,14 @@ from lwr_dyn.control.protocol import Controller, label_of
 from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
 from lwr_dyn.design.sampled_stability import stability_at
 from lwr_dyn.dynamics.engines import dynamics_of
+from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, read_only
-from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError, OptionError
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.metrics import Metrics, metrics
-from lwr_dyn.simulation.simulate import simulate
+from lwr_dyn.simulation.setup import Loop, prepare
+from lwr_dyn.simulation.simulate import run_setup
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +89,11 @@ class ClosedLoopResult:
     """None when the simulation failed."""
     fault: str = ""
     rate: float = 0.0
-    """Samples a second [Hz]: more than wanted where a torque held that long would make the loop chatter."""
+    """Samples a second [Hz] that the loop needs: more than wanted where a torque held that long would make it chatter.
+
+    Such a loop is simulated with its controller at every moment where the plant has neither stick nor a stop in reach,
+    and at this rate otherwise.
+    """
 
     @property
     def tip_rms_mm(self) -> float:
@@ -112,33 +119,44 @@ def closed_loops(
     """A run for every controller, model and plant."""
     choices = study.task.controllers
     total, done = len(choices) * len(arms) ** 2, 0
+    plants = {name: dynamics_of(arm) for name, arm in arms.items()}
     for choice in choices:
         for model in arms:
             controller = controller_of(arms[model], choice, statics[model].b)
             for plant in arms:
-                yield _run(arms, study, controller, model, plant, rate)
+                yield _run(arms, plants[plant], study, controller, model, plant, rate)
                 done += 1
                 if progress is not None:
                     progress(done / total)
 
 
 def _run(
-    arms: Mapping[str, Arm], study: SimulatedTask, controller: Controller, model: str, plant: str, rate: float
-) -> ClosedLoopResult:
-    name, used = label_of(controller), _rate_that_holds(arms[plant], controller, study, rate)
-    substeps = study.task.substeps
+    arms: Mapping[str, Arm], dynamics: Dynamics, study: SimulatedTask, controller: Controller, model: str, plant: str,
+    rate: float,
+) -> ClosedLoopResult:  # fmt: skip
+    name, used = label_of(controller), _rate_that_holds(dynamics, controller, study, rate)
+    loop = Loop(plant=arms[plant], engine=dynamics, rate=used, substeps=study.task.substeps)
     try:
-        run = simulate(arms[model], controller, study.reference, plant=arms[plant], rate=used, substeps=substeps)
+        run = None if used == rate else _at_every_moment(arms[model], controller, study, replace(loop, rate=rate))
+        run = run or run_setup(prepare(arms[model], controller, study.reference, loop))
     except LwrDynError as fault:
         return ClosedLoopResult(name, model, plant, None, str(fault), used)
     return ClosedLoopResult(name, model, plant, metrics(run, arms[plant]), rate=used)
 
 
-def _rate_that_holds(plant: Arm, controller: Controller, study: SimulatedTask, rate: float) -> float:
+def _at_every_moment(arm: Arm, controller: Controller, study: SimulatedTask, loop: Loop) -> Run | None:
+    """The run of a controller that is called at every moment, by an implicit method; None where that has no such."""
+    try:
+        return run_setup(prepare(arm, controller, study.reference, replace(loop, continuous=True, loop="stiff")))
+    except OptionError:
+        return None
+
+
+def _rate_that_holds(plant: Dynamics, controller: Controller, study: SimulatedTask, rate: float) -> float:
     """The wanted rate [Hz], or a multiple of it `SAFE` above the least that holds along the reference, if any does."""
     reference = study.reference
     q = reference.sample(np.linspace(0.0, reference.duration, PLACES)).q
-    loop = RestingLoop.of(dynamics_of(plant), cast(Linearised, controller), q)
+    loop = RestingLoop.of(plant, cast(Linearised, controller), q)
     found = stability_at(loop, Sampling(rate), q)
     return rate if found.holds or found.least_rate is None else rate * math.ceil(SAFE * found.least_rate / rate)
 

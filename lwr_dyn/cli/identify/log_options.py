@@ -19,7 +19,7 @@ from lwr_dyn.identification.logs.motor_side import MotorMap, log_at_joints, moto
 from lwr_dyn.identification.logs.ros_bags import is_bag
 from lwr_dyn.identification.payload.identify_load import CUTOFFS
 from lwr_dyn.identification.regression.samples import SampleRule
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import LINK_SIDE, Arm
 
 LIKELIEST = f"; the likeliest of {', '.join(f'{x:g}' for x in CUTOFFS)} if not given"
 """What a command says of `--cutoff` that it chooses by the log."""
@@ -134,8 +134,16 @@ def chosen_motors(arm: Arm, given: Mapping[str, Any]) -> MotorMap | None:
 
 def link_side_option(command: F) -> F:
     """--link-side, for commands that fit torques of any motion."""
-    text = "Torques are those of sensors behind the gears: no rotor is in them."
+    text = "Torques are those of sensors behind the gears, with no rotor in them; so taken where ROBOT's file says it."
     return click.option("--link-side", is_flag=True, help=text)(command)
+
+
+def behind_the_gears(arm: Arm, given: Mapping[str, Any]) -> bool:
+    """Whether the torques of the logs have no rotors in them: as asked, or as the robot's file says, with a warning."""
+    if given["link_side"] or arm.torques != LINK_SIDE or given.get("motor_side"):
+        return bool(given["link_side"])
+    warn([f'{arm.name}: torques are measured behind the gears (torques = "link" in its file): no rotor is fitted'])
+    return True
 
 
 def sample_rule(cutoff: float | None, slowest: float, motors: MotorMap | None, link_side: bool = False) -> SampleRule:

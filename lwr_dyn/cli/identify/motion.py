@@ -82,7 +82,7 @@ def command(
     (arm, paper), declared = loading.arm_and_paper(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
     cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
-    samples = of_logs.sample_rule(cutoff, float(slowest), motors, given["link_side"])
+    samples = of_logs.sample_rule(cutoff, float(slowest), motors, of_logs.behind_the_gears(arm, given))
     fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known")}
     rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)

@@ -39,7 +39,8 @@ def command(
     of_logs.check_robot(robot)
     arm, declared = loading.arm(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
-    rules = [of_logs.sample_rule(cutoff, given["slowest"], motors, given["link_side"]) for cutoff in cutoffs]
+    behind = of_logs.behind_the_gears(arm, given)
+    rules = [of_logs.sample_rule(cutoff, given["slowest"], motors, behind) for cutoff in cutoffs]
     with progress("reading and fitting the logs"):
         usable, faults = of_logs.joint_logs(logs, declared, arm, motors, given["columns"], True)
         empty, more = of_logs.joint_logs(given["without"], declared, arm, motors, given["columns"], True)

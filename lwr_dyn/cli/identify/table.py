@@ -4,6 +4,7 @@ import click
 
 from lwr_dyn.cli.identify.log_options import (
     LIKELIEST,
+    behind_the_gears,
     check_option,
     check_robot,
     end,
@@ -47,10 +48,11 @@ def command(
     conventions are tried, and any other value of one cell. Exit 1 when the table does not meet the logs.
     """
     share, declared = checked_deviation(deviation), declared_units(units)
-    samples = SampleRule(DEFAULT_SAMPLES.cutoff if cutoff is None else cutoff, slowest=slowest, link_side=link_side)
-    rule = MotionRule(samples, cutoffs=CUTOFFS if cutoff is None else ())
     check_robot(robot)
     arm, paper = loading.arm_and_paper(robot)
+    behind = behind_the_gears(arm, {"link_side": link_side})
+    samples = SampleRule(DEFAULT_SAMPLES.cutoff if cutoff is None else cutoff, slowest=slowest, link_side=behind)
+    rule = MotionRule(samples, cutoffs=CUTOFFS if cutoff is None else ())
     if paper is not None:
         loading.refuse_changes("the arm as its table has it, or a .urdf", mount=True)
     source = arm if paper is None else paper

@@ -7,6 +7,7 @@ arguments, the law's model is the arm with its own constants.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import exp
 from typing import Any
 
 import casadi
@@ -161,18 +162,23 @@ def friction_function(spec: KernelSpec, name: str, arm: Arm) -> emit.EmittedFunc
 
 def _jumping(model: JointFriction, dq: Any) -> Any:
     """`JointFriction.torque`."""
-    return model.offset + (dq > 0) * _level(model, 0, dq) - (dq < 0) * _level(model, 1, dq) + _viscous(model, dq)
+    return model.offset + (dq > 0) * _level(model, 0, dq) - (dq < 0) * _level(model, 1, dq) + _rest(model, dq)
 
 
 def _smooth(model: JointFriction, dq: Any, width: Any) -> Any:
     """`model.friction.smooth_friction`."""
     level = casadi.if_else(dq > 0, _level(model, 0, dq), _level(model, 1, dq))
-    return model.offset + level * casadi.tanh(dq / width) + _viscous(model, dq)
+    return model.offset + level * casadi.tanh(dq / width) + _rest(model, dq)
 
 
-def _viscous(model: JointFriction, dq: Any) -> Any:
+def _rest(model: JointFriction, dq: Any) -> Any:
+    """Viscous friction and the sigmoid, which need no sign."""
     up, down = model.positive.viscous, model.negative.viscous
-    return down * dq + (up - down) * (dq > 0) * dq
+    viscous = down * dq + (up - down) * (dq > 0) * dq
+    if (s := model.sigmoid) is None:
+        return viscous
+    at_rest = 1.0 / (1.0 + exp(-s.slope * s.shift))
+    return viscous + s.level * ((1.0 + casadi.tanh(s.slope * (dq + s.shift) / 2)) / 2 - at_rest)
 
 
 def _level(model: JointFriction, side: int, dq: Any) -> Any:

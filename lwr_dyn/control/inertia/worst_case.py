@@ -132,6 +132,9 @@ LATTICE_MOST = 20000
 
 SEED = 7
 
+SWEEPS = 60
+"""Times that a climb may go through all joints."""
+
 SAME = 1e-9
 """Relative: climbs that end within this of the best ended in the best."""
 
@@ -233,13 +236,14 @@ def first_joint(arm: Arm, fixed: Mapping[int, float]) -> JointInertia:
 
 def _maximum(inertia: JointInertia, starts: Array | None = None) -> InertiaMaximum:
     q = _starts(inertia) if starts is None else np.clip(starts, inertia.lower, inertia.upper)
-    value, moving = inertia.at(q), inertia.moving
-    for _ in range(60):
-        before = value
+    value, moving, rising = inertia.at(q), inertia.moving, np.arange(len(q))
+    for _ in range(SWEEPS):
+        at, before = q[rising], value[rising]
         for j in moving:
-            q[:, j] = inertia.line_maximum(q, j)
-        value = inertia.at(q)
-        if np.all(value - before <= 1e-14 * np.abs(value)):
+            at[:, j] = inertia.line_maximum(at, j)
+        q[rising], value[rising] = at, inertia.at(at)
+        rising = rising[value[rising] - before > 1e-14 * np.abs(value[rising])]  # the others have arrived
+        if not rising.size:
             break
     ends = _refine(inertia, q, value)
     others = [x for x in ends if x < value.max() - SAME_FOLLOWED * abs(value.max())]

@@ -256,6 +256,7 @@ def friction_level(arm: Arm) -> Array:
             levels[j] = abs(model.offset) + max(
                 max(d.holding, d.coulomb) + max(d.viscous, 0.0) * fastest[j] for d in sides
             )
+            levels[j] += 0.0 if model.sigmoid is None else model.sigmoid.most
     return levels
 
 

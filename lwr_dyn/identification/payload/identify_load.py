@@ -231,6 +231,8 @@ def identify_load(
         raise OptionError("friction", "the arm's own, with unloaded logs", "fitted, as the whole arm is then")
     if friction == "own" and not arm.has_friction:
         raise OptionError("friction", f"the own one of {arm.name}, which has none", "fitted")
+    if friction == "own" and any(one is not None and one.sigmoid is not None for one in arm.friction_models()):
+        raise OptionError("friction", f"the own one of {arm.name}, a sigmoid of the speed", "fitted")
     found = [_identified(several, arm, each, friction, empty) for each in rules]
     return min(found, key=lambda each: each.colour)
 

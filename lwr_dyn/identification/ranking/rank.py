@@ -20,10 +20,11 @@ from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.identification.logs.joint_log import JointLog, check_arm, read_log
 from lwr_dyn.identification.logs.log_columns import NO_MAP, ColumnMap
 from lwr_dyn.identification.ranking.filtered_log import FilteredLog, FilterRule, filtered_log, trained_and_tested
+from lwr_dyn.identification.ranking.identified_set import IDENTIFIED, identified_arm
 from lwr_dyn.identification.ranking.published_logs import PublishedLog, published_log, published_logs, recognised
 from lwr_dyn.identification.ranking.ranking_result import AHEAD, BLOCK, Ranking, SetScore, rms_of
-from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, Torques, fit_set, floor_of
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.identification.ranking.set_fits import COUPLING, FREE, ROTOR, Torques, fit_set, floor_of, with_own_friction
+from lwr_dyn.model.arm import LINK_SIDE, Arm
 from lwr_dyn.model.chain import Body, is_physical
 from lwr_dyn.model.spatial import principal_moments
 
@@ -48,7 +49,8 @@ def rank(
     log : str, path or JointLog
         Name of a published log, a file of one (recognised by its digest), or your own log.
     sets : sequence of str or Arm
-        Readings of the robot, `ROBOT:READING` of another one, files, arms; all readings if not given.
+        Readings of the robot, `ROBOT:READING` of another one, files, arms; all readings if not given. "identified": the
+        bodies that `identify_motion` finds on the rows that train, near the first of the sets.
     free : sequence of {"load", "gain", "rotor", "coupling"}
         What is fitted beside the friction, one after the other in this order: each has a column of its own.
     test : str, path or JointLog, optional
@@ -77,7 +79,7 @@ def rank(
     --------
     >>> found = rank("panda", "panda_salerno", ["gaz", "fer"], free=["load"])  # doctest: +SKIP
     """
-    arms = named_sets(robot, sets)
+    arms = named_sets(robot, [one for one in sets if one != IDENTIFIED])
     steps = _steps(free, [arm for _, arm in arms])
     first, measured = _log(log, arms[0][1], folder, columns, units)
     usual = FilterRule() if first is None else FilterRule(first.cutoff, first.spacing)
@@ -88,6 +90,8 @@ def rank(
     else:
         _, other = _log(test, arms[0][1], folder, columns, units)
         tested_on, train, tested = other.source, whole, filtered_log(other, rule)
+    if IDENTIFIED in sets:
+        arms.append((IDENTIFIED, identified_arm(arms[0][1], measured, train, rule)))
     torques, blocks = Torques(train, tested), _blocks(tested)
     scores = sorted((_scored(torques, name, arm, steps, blocks) for name, arm in arms), key=lambda x: x.fits[0].total)
     _refuse_computed(measured, scores, tested)
@@ -127,6 +131,8 @@ def _steps(free: Sequence[str], arms: Sequence[Arm]) -> tuple[tuple[str, ...], .
     for i, name in enumerate(free):
         if name not in FREE or name in free[:i]:
             raise OptionError("free", name, f"of {', '.join(FREE)}, each once")
+    if ROTOR in free and all(arm.torques == LINK_SIDE for arm in arms):
+        raise OptionError("free", f"{ROTOR}, with torques measured behind the gears", "load, gain: no rotor is in them")
     if COUPLING in free and all(arm.transmission is None for arm in arms):
         raise OptionError("free", COUPLING, "a robot whose data file has a transmission")
     return tuple(tuple(free[:i]) for i in range(len(free) + 1))
@@ -158,10 +164,11 @@ def _refuse_computed(log: JointLog, scores: Sequence[SetScore], tested: Filtered
 def _scored(torques: Torques, name: str, arm: Arm, steps: Sequence[tuple[str, ...]], blocks: Array) -> SetScore:
     both = torques.of(arm)
     fits = tuple(fit_set(both, one, arm.transmission) for one in steps)
-    alone = tuple(fit_set(both, (one,), arm.transmission) for one in FREE[:3])
+    alone = tuple(fit_set(both, (one,), arm.transmission) for one in FREE[: 2 if arm.torques == LINK_SIDE else 3])
     bodies = zip(arm.chain.links, arm.chain.bodies or (), strict=True)
     wrong = tuple(f"{link.link}: {_excess(body)}" for link, body in bodies if not is_physical(body))
-    return SetScore(name, arm, fits, alone, tuple(_interval(one.left, blocks) for one in fits), wrong)
+    intervals = tuple(_interval(one.left, blocks) for one in fits)
+    return SetScore(name, arm, fits, alone, intervals, wrong, own=with_own_friction(both, arm))
 
 
 def _excess(body: Body) -> str:

@@ -12,7 +12,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.ranking.filtered_log import FilteredLog, FilterRule
 from lwr_dyn.identification.ranking.published_logs import PublishedLog
 from lwr_dyn.identification.ranking.set_fits import Fit
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import LINK_SIDE, Arm
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import repr_html
 
@@ -26,6 +26,7 @@ AHEAD = 0.95
 class SetScore:
     """One set: `fits` as published, then with more freed, one added to those before; `alone` with each freed alone.
 
+    `own` has the friction that the set publishes in place of one that is fitted; None where it publishes none.
     `intervals` (low, high) [N m] of each fit's total, `ahead` the share of draws of blocks in which it leaves less than
     the set that follows it (as published); `not_bodies` are links that no body can have, each with by how much.
     """
@@ -37,6 +38,7 @@ class SetScore:
     intervals: tuple[tuple[float, float], ...]
     not_bodies: tuple[str, ...]
     ahead: float | None = None
+    own: Fit | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +124,11 @@ def _sets(found: Ranking) -> Table:
         Heading("as published" if not free else f"+ {free[-1]}", unit, ".3f", None)
         for free in steps
     ]  # fmt: skip
+    if any(one.own for one in found.scores):
+        headings += [Heading("own friction", "", _known, None)]
     headings += [
+        Heading("", "", "", "own_friction",
+                "RMS torque left with the friction that the set publishes, and nothing fitted.", float),
         Heading("", "", "", "left", "RMS torque left as published, then with each of `free` added.", list[float]),
         Heading("95 %", "", _range, "interval", "Of the first, over blocks of the rows that test.", list[float]),
         Heading("ahead", "", lambda x: "" if x is None else f"{x:.0%}", "ahead",
@@ -132,12 +138,23 @@ def _sets(found: Ranking) -> Table:
     ]  # fmt: skip
     rows = [
         (one.name, *(Marked(fit.total, "best" if fit.total == least[i] else "") for i, fit in enumerate(one.fits)),
-         [fit.total for fit in one.fits], [*one.intervals[0]], one.ahead, [*one.not_bodies])
+         *_own(found, one), [fit.total for fit in one.fits], [*one.intervals[0]], one.ahead, [*one.not_bodies])
         for one in found.scores
     ]  # fmt: skip
     floors = [found.floor(i) for i in range(len(steps))]
-    rows.append(("least squares", *floors, floors, [float("nan")] * 2, None, ["not a set of bodies"]))
+    rest = (floors, [float("nan")] * 2, None, ["not a set of bodies"])
+    rows.append(("least squares", *floors, *_own(found, None), *rest))
     return Table("", headings, rows, key="sets", says="Sets, and at the end the least squares of all parameters.")
+
+
+def _known(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.3f}"
+
+
+def _own(found: Ranking, score: SetScore | None) -> list[float]:
+    """What is left with a set's own friction, for people where some set has any, and for programs."""
+    left = float("nan") if score is None or score.own is None else score.own.total
+    return [left] * (1 + any(one.own is not None for one in found.scores))
 
 
 def _range(pair: Sequence[float]) -> str:
@@ -174,7 +191,7 @@ def _misses(found: Ranking) -> Table:
     headings = [
         Heading("set", key="set"), Heading("as published", found.unit, ".3f", "published"),
         Heading("with a load", "", ".3f", "load"), Heading("with gains", "", ".3f", "gain"),
-        Heading("with rotors", "", ".3f", "rotor"), Heading("load found", "kg", "+.2f", "mass"),
+        Heading("with rotors", "", _known, "rotor"), Heading("load found", "kg", "+.2f", "mass"),
         Heading("its m c", "kg m", lambda x: " ".join(f"{v:+.3f}" for v in x), "first_moment",
                 "Of the load found, in the frame of the last link.", list[float]),
         Heading("worst joint", "", "", "worst", "The joint of which most is left, as a share of its torque."),
@@ -186,6 +203,7 @@ def _misses(found: Ranking) -> Table:
         assert load is not None
         worst = one.arm.joint_names[int(np.argmax(one.fits[0].rms / size))]
         totals = [fit.total for fit in (one.fits[0], *one.alone)]
+        totals += [float("nan")] * (4 - len(totals))  # rotors are not fitted to torques behind the gears
         rows.append((one.name, *totals, float(load[0]), load[1:4].tolist(), worst))
     return Table("One thing freed alone", headings, rows, key="misses", says="A row a set.")
 
@@ -216,6 +234,10 @@ def _how(found: Ranking) -> list[Fact | Note]:
         Note(f"Log: {found.log.source}, {source}."),
         Note(f"Torque gains: {gains}.", when=bool(gains)),
         Note(f"Tested on {found.tested_on}."),
+        Note("Torques are measured behind the gears: no rotor is in them, and none is fitted.",
+             when=any(one.arm.torques == LINK_SIDE for one in found.scores)),
+        Note("own friction: the bodies with the friction that the set publishes, and nothing fitted.",
+             when=any(one.own is not None for one in found.scores)),
         Note("Of every set the bodies alone count; friction (Coulomb of each direction, viscous, offset) is fitted "
              "again for each on the rows that train. Another filter gives other numbers."),
         Note(f"Intervals draw blocks of {BLOCK:g} s of the rows that test; they do not cover other motions or robots."),

@@ -17,6 +17,7 @@ from lwr_dyn.dynamics.regressor import INERTIAL, Regressor
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.ranking.filtered_log import FilteredLog
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.transmission import Transmission
 
 SLOW = 0.01
@@ -98,6 +99,14 @@ class Torques:
             train, test = (Y(log.q, log.dq, log.ddq)[..., :count] for log in (self.train, self.test))
             self._bodies[key] = train, test
         return self._bodies[key]
+
+
+def with_own_friction(both: tuple[Modelled, Modelled], arm: Arm) -> Fit | None:
+    """The set with the friction that it publishes, and nothing fitted; None where it publishes none."""
+    if not arm.has_friction:
+        return None
+    train, test = (one.model + friction_torque(arm.friction_models(), one.log.dq) for one in both)
+    return Fit((), both[1].log.tau - test, (train, test))
 
 
 def joint_columns(log: FilteredLog, j: int, free: Collection[str], transmission: Transmission | None) -> Array:

@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 
 import mujoco
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -43,18 +44,38 @@ def test_an_arm_without_masses_has_no_mjcf():
         mjcf_text(lwr_dyn.load("lwr4"))
 
 
-def test_a_moving_link_of_mass_0_is_named_and_no_file_is_written(tmp_path):
-    arm = lwr_dyn.load("lwr4plus")
-    first = replace(arm.chain.links[0], body=Body.massless())
-    bare = arm.with_chain(replace(arm.chain, links=(first, *arm.chain.links[1:])))
-    with pytest.raises(MissingDataError, match="masses of link_1 not given; needed for MuJoCo"):
+def without_mass(arm, index, tensor):
+    """The arm whose link (from 0) has this tensor and no mass."""
+    links = list(arm.chain.links)
+    links[index] = replace(links[index], body=replace(Body.massless(), inertia_com=tensor))
+    return arm.with_chain(replace(arm.chain, links=tuple(links)))
+
+
+def test_moments_without_mass_that_no_mjcf_holds_are_named_and_no_file_is_written(tmp_path):
+    bare = without_mass(lwr_dyn.load("lwr4plus"), 2, np.diag([0.1, 0.1, 0.1]))
+    with pytest.raises(MissingDataError, match="masses of link_3 not given; needed for MuJoCo"):
         mjcf_text(bare)
     assert "x.xml" not in model_files(bare, "x")
     source, out = tmp_path / "bare.urdf", tmp_path / "x.urdf"
     source.write_text(lwr_dyn.urdf_text(bare), encoding="utf-8")
     result = CliRunner().invoke(command, [str(source), "--out", str(out)])
     assert result.exit_code == 0
-    assert "no x.xml: MuJoCo refuses a moving link without mass, as link_1" in result.output
+    assert "no x.xml: MuJoCo refuses a moving link without mass, as link_3" in result.output
+
+
+@pytest.mark.parametrize("robot", ["puma560", "lwr4plus"])
+def test_a_link_without_mass_moves_in_mujoco_as_here(robot):
+    """The first link of the Puma has a moment about its axis, and nothing else; link 4 of the LWR is made so."""
+    arm = lwr_dyn.load(robot)
+    arm = arm if robot == "puma560" else without_mass(arm, 3, np.zeros((3, 3)))
+    text = mjcf_text(arm)
+    assert "no mass, which MuJoCo refuses" in text
+    model = mujoco.MjModel.from_xml_string(text)
+    data, dynamics = mujoco.MjData(model), lwr_dyn.dynamics_of(arm)
+    x = np.random.default_rng(5).uniform(-1.0, 1.0, (3, arm.n))
+    data.qpos[:], data.qvel[:], data.qacc[:] = x
+    mujoco.mj_inverse(model, data)
+    np.testing.assert_allclose(data.qfrc_inverse, dynamics.inverse_dynamics(*x), atol=1e-7)
 
 
 def test_a_frame_that_is_where_its_parent_is_has_no_axes():

@@ -1,6 +1,7 @@
-"""Published sets of eight arms: every set loads as one arm for all engines, and every error named is proven here.
+"""Published sets of eight arms: every set loads as one arm for all engines, and what errata say of cells is so.
 
-A proof shows its own erratum alone: what it takes from another set or from a bound holds without the others.
+The proofs of proven errata are records (`lwr_dyn.reproduction.published_sets`); here are the bounds that they keep,
+and what likely and open errata rest on.
 """
 
 from functools import cache
@@ -9,13 +10,17 @@ import numpy as np
 import pytest
 
 import lwr_dyn
+from lwr_dyn.arms.export.data_file import data_file_text
 from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import data_files, open_paper, published, readings
 from lwr_dyn.arms.papers.reader import parse_paper
+from lwr_dyn.arms.urdf.model_files import sidecar_blocks
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.checks.conventions.printed_table import printed_table
-from lwr_dyn.foundation.errors import MissingDataError
+from lwr_dyn.codegen.kernels.kernel_spec import friction_parameters
+from lwr_dyn.foundation.errors import OptionError, PaperError
+from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.spatial import principal_moments
 from tests.tolerances import EXACT
 
@@ -65,10 +70,6 @@ def test_every_default_reading_loads_elsewhere_with_the_same_gravity(robot, tmp_
     np.testing.assert_allclose(
         lwr_dyn.dynamics_of(lwr_dyn.load(path)).gravity_vector(q), expected, atol=1e-9 * np.abs(expected).max()
     )
-    if robot == "puma560":  # MuJoCo takes no moving link without mass
-        with pytest.raises(MissingDataError, match="masses of link_1 not given; needed for MuJoCo"):
-            mjcf_text(arm)
-        return
     model = mujoco.MjModel.from_xml_string(mjcf_text(arm))
     data = mujoco.MjData(model)
     data.qpos[:] = q
@@ -291,3 +292,36 @@ def test_tensors_in_their_own_axes_are_turned_for_the_search_of_conventions():
     table = printed_table(open_paper("ur10"))
     bodies = arm_of("ur10", "maker").chain.bodies
     np.testing.assert_allclose(table.inertia, [body.inertia_com for body in bodies], atol=1e-15)
+
+
+def test_the_friction_of_the_panda_is_kept_where_a_urdf_cannot_hold_it():
+    """Said in the header, in SI in the sidecar, and in a data file that loads as the same arm."""
+    arm = arm_of("panda", "gaz")
+    text = lwr_dyn.urdf_text(arm)
+    assert "friction is a sigmoid of the speed" in text
+    assert "<dynamics" not in text
+    block = sidecar_blocks(arm)["friction"]["joint_3"]["sigmoid"]
+    assert block == {"level": 0.64068, "slope": 10.136, "shift": -0.04607}
+    again = arm_from_paper(parse_paper(data_file_text(arm), "again.toml"))
+    assert again.torques == arm.torques == "link"
+    v = np.linspace(-2.0, 2.0, 9)[:, None] * np.ones(7)
+    np.testing.assert_array_equal(
+        friction_torque(again.friction_models(), v), friction_torque(arm.friction_models(), v)
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [("[friction]\n", '[friction]\ncoulomb = { values = [1, 1, 1, 1, 1, 1, 1], unit = "N m", where = "x", kind = '
+      '"printed" }\n', "friction.coulomb"),
+     ("sigmoid_slope = { values = [5.1181", "sigmoid_slope = { values = [0", "sigmoid_slope"),
+     ("sigmoid_level = { values = [0.54615", "sigmoid_level = { values = [-0.5", "sigmoid_level")],
+)  # fmt: skip
+def test_a_sigmoid_stands_alone_and_brakes(old, new, fault):
+    with pytest.raises(PaperError, match=fault):
+        arm_with("panda", change=(old, new))
+
+
+def test_friction_of_a_sigmoid_is_no_row_of_a_kernel():
+    with pytest.raises(OptionError, match="friction of joint_1: a sigmoid of the speed"):
+        friction_parameters(arm_of("panda", "gaz"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.cli.identify.log_options import chosen_motors, end, sample_rule, warn
+from lwr_dyn.cli.identify.log_options import behind_the_gears, chosen_motors, end, sample_rule, warn
 from lwr_dyn.cli.identify.payload import command
 from lwr_dyn.foundation.errors import OptionError
 
@@ -51,3 +51,13 @@ def test_a_motor_is_slow_where_its_joints_have_that_speed():
     lengths = [float(np.sqrt(sum(x * x for x in row))) for row in motors.transmission.matrix]
     np.testing.assert_allclose(geared.slowest, 0.1 * np.array(lengths), rtol=1e-15)
     assert (geared.cutoff, geared.transmission) == (15.0, motors.transmission)
+
+
+def test_no_rotor_is_fitted_to_torques_that_a_robots_file_calls_those_behind_the_gears(capsys):
+    panda, wam = lwr_dyn.load("panda"), lwr_dyn.load("wam7")
+    assert behind_the_gears(panda, {"link_side": False})
+    assert "no rotor is fitted" in capsys.readouterr().err
+    assert behind_the_gears(wam, {"link_side": True})
+    assert not behind_the_gears(wam, {"link_side": False})
+    assert not behind_the_gears(panda, {"link_side": False, "motor_side": True})
+    assert capsys.readouterr().err == ""

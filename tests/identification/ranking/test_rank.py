@@ -9,6 +9,7 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError, UnknownNameError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.ranking.rank import named_sets, rank
+from lwr_dyn.model.friction import friction_torque
 from tests.identification.ranking.test_set_fits import ARM, loaded, measured, motion
 
 SETS = ["gaz", "fr3", "fr3v2", "fer", "rtb_python"]
@@ -106,3 +107,16 @@ def test_sets_are_readings_other_robots_files_and_arms(tmp_path):
 def test_the_same_log_twice_gives_the_same_bits(panda):
     again = rank("panda", "panda_salerno", ["gaz"])
     np.testing.assert_array_equal(again.scores[0].fits[0].left, panda.of("gaz").fits[0].left)
+
+
+def test_the_friction_of_a_set_stands_beside_the_one_that_is_fitted(panda):
+    """The torques are those of sensors behind the gears: rotors are neither fitted nor asked for."""
+    gaz = panda.of("gaz")
+    dynamics = lwr_dyn.dynamics_of(gaz.arm).inverse_dynamics(panda.test.q, panda.test.dq, panda.test.ddq)
+    own = panda.test.tau - dynamics - friction_torque(gaz.arm.friction_models(), panda.test.dq)
+    assert gaz.own.total == pytest.approx(float(np.sqrt(np.mean(np.square(own)))), rel=1e-9)
+    assert gaz.fits[0].total < gaz.own.total
+    assert [len(one.alone) for one in panda.scores] == [2] * len(SETS)
+    assert "own friction" in str(panda.document)
+    with pytest.raises(OptionError, match="rotor, with torques measured behind the gears"):
+        rank("panda", "panda_salerno", ["gaz"], free=["rotor"])
