@@ -5,6 +5,7 @@ The report as a document: shares over the poses, then the worst pose joint by jo
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -170,9 +171,7 @@ def margins(
     dynamics = model if plant is None else dynamics_of(plant, engine if isinstance(engine, str) else "pinocchio")
     law = make_controller(controller, arm, model, **options) if isinstance(controller, str) else controller
 
-    def loops(x: Array) -> RestingLoop:
-        return case.loop(moving, dynamics, law, x)
-
+    loops: Callable[[Array], RestingLoop] = partial(case.loop, moving, dynamics, law)
     sampling = case.sampling
     if q is None:
         stability = sampled_stability.box_stability(moving, loops, sampling, poses, seed)

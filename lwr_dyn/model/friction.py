@@ -7,6 +7,7 @@ torque has the sign of the velocity: B ddq + C dq + g = tau - tau_friction(dq).
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -166,14 +167,17 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
     )
     drop = np.array([[d.holding - d.coulomb if d.stribeck_velocity else 0.0 for d in side] for side in both])
     scale = np.array([[d.stribeck_velocity or 1.0 for d in side] for side in both])
-    has_stribeck = bool(drop.any())
+    return partial(_smooth_torque, width, offset, coulomb, viscous, (drop, scale) if drop.any() else None)
 
-    def torque(dq: Array) -> Array:
-        forward = dq > 0.0
-        level = np.where(forward, coulomb[0], coulomb[1])
-        if has_stribeck:
-            x = dq / np.where(forward, scale[0], scale[1])
-            level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
-        return np.asarray(offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq)
 
-    return torque
+def _smooth_torque(
+    width: float, offset: Array, coulomb: Array, viscous: Array, stribeck: tuple[Array, Array] | None, dq: Array
+) -> Array:
+    """`smooth_friction` at dq; levels are (2, n), positive over negative."""
+    forward = dq > 0.0
+    level = np.where(forward, coulomb[0], coulomb[1])
+    if stribeck is not None:
+        drop, scale = stribeck
+        x = dq / np.where(forward, scale[0], scale[1])
+        level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
+    return np.asarray(offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq)
