@@ -296,7 +296,7 @@ def _worst(report: MarginReport) -> list[Fact | Note | Table]:
     return [
         Fact("q", worst.q, "The pose, rad (m for sliding joints)."),
         Fact("radius", worst.radius, "Spectral radius of the step from sample to sample.",
-             "each sample multiplies a deviation by", format=".4g"),
+             "largest factor of a deviation from sample to sample", format=".4g"),
         Fact("stable", stable, "Whether none grows."),
         Fact(None, None if stable else swing, "Half the rate: it changes its sign at each sample.",
              "unstable, no margins there; the fastest deviation swings at", "Hz", ".3g"),
