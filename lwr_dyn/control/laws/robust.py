@@ -141,7 +141,9 @@ def tuned_robust(
     dynamics: Dynamics,
     *,
     omega_n: NaturalFrequency = OMEGA_N,
-    largest_load: Annotated[float | None, Option(float, "Largest load, kg; the rated one, else what fits the arm, to 7 kg.")] = None,
+    largest_load: Annotated[
+        float | None, Option(float, "Largest load, kg; the rated one, else what fits the arm, to 7 kg.")
+    ] = None,
     layer: Annotated[float, Option(float, "Thickness of the layer in which the robust term is smooth.")] = LAYER,
 ) -> Robust:
     """The robust law for loads from 0 to `largest_load` [kg] at the flange; the rated one, else `unrated_load`.
