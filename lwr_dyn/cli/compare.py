@@ -39,7 +39,7 @@ PLANTS_HELP = "What the controllers do not know of; A+B for both. " + "; ".join(
     f"{name}: {PLANTS[name].about}" for name in PLANTS.names
 )
 CONTROLLERS_HELP = (
-    "Names or files of your own; if not given, all names whose loop is stable at this rate. "
+    "Names or files of your own; if not given, all that follow the task, with a loop that is stable at this rate. "
     "Options of simulate follow a colon: pid:omega-n=20:velocity-error; wrappers a plus: pid+friction."
 )
 TUNED_HELP = (

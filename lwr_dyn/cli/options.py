@@ -103,6 +103,11 @@ class Loading:
     locks: tuple[str, ...] = ()
     further: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """By the names that `lwr_dyn.load` has for them; raises `OptionError` for a lock of another form."""
+        return {"reading": self.reading, "tip": self.tip, "lock": dict(map(_lock, self.locks)), **self.further}
+
     def arm(self, robot: str, used: Collection[str] | None = DYNAMICS) -> Arm:
         """The arm, with its notes on stderr; raises as `lwr_dyn.load`.
 
@@ -116,8 +121,7 @@ class Loading:
 
     def arm_and_paper(self, robot: str, used: Collection[str] | None = DYNAMICS) -> tuple[Arm, Paper | None]:
         """The arm and its paper (None for a `.urdf`); raises as `lwr_dyn.load`."""
-        locks = dict(map(_lock, self.locks))
-        arm, paper = load_with_paper(robot, self.reading, tip=self.tip, lock=locks, **self.further)
+        arm, paper = load_with_paper(robot, **self.options)
         return (arm if used is None else stands_on(arm, used)), paper
 
     def refuse_changes(self, allowed: str, mount: bool = False) -> None:

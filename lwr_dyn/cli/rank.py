@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from lwr_dyn.cli.identify.log_options import columns_option
-from lwr_dyn.cli.options import Separated, show, with_caveats
+from lwr_dyn.cli.options import Loading, Separated, robot_options, show, with_caveats
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.files import write_file
 from lwr_dyn.foundation.progress import progress
@@ -19,7 +19,7 @@ NAMES = Separated("names", lambda text: tuple(part.strip() for part in text.spli
 
 
 @click.command("rank")
-@click.argument("sets_of", metavar="ROBOT")
+@robot_options
 @click.option("--log", required=True, metavar="LOG", help="A published log by name, a fetched file of one, or yours.")
 @click.option("--sets", type=NAMES, default=(), metavar="SET,...",
               help="Readings of ROBOT, ROBOT:READING of another, files, or identified (our own, of the rows that "
@@ -33,19 +33,23 @@ NAMES = Separated("names", lambda text: tuple(part.strip() for part in text.spli
 @click.option("--units", help="Units of columns that declare none, such as time=ms,q=deg,tau=mN m.")
 @with_shared("--html", ": tables, and the torques of each set against measurement")
 @with_shared("--json as_json")
-def command(sets_of: str, log: str, as_json: bool, **given: Any) -> None:
+def command(robot: str, loading: Loading, log: str, as_json: bool, **given: Any) -> None:
     """Rank published sets of ROBOT on a log of the real one, by held-out torques.
 
     Every set gets the same filter, rows and friction. A log of computed torques is refused: it would rank first the
     table that it was computed from. Look at the column of a free load before a set is called wrong.
+
+    ROBOT and all sets are loaded with the same options: --mount as the robot of the log stood, --tool as it carried;
+    --reading is one set alone.
     """
     if given["html"] is not None:
         check_report_path(given["html"])
     units = dict(declared_units(given["units"]))
     with progress("ranking"):
         found = rank(
-            sets_of, log, given["sets"], free=given["free"], test=given["test"], cutoff=given["cutoff"],
+            robot, log, given["sets"], free=given["free"], test=given["test"], cutoff=given["cutoff"],
             folder=given["logs_in"], columns=column_map(given["columns"]), units=units,
+            loading=loading.options,
         )  # fmt: skip
     show(found.document, as_json)
     if given["html"] is not None:

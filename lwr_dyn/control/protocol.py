@@ -23,6 +23,7 @@ VelocityError = Annotated[bool, Option(bool, "Kd on dq_ref - dq, not the paper's
 class Controller(Protocol):
     """A controller; it may also have `reset()`, and `name`, `label` and `parameters` (see `describe`).
 
+    `follows_reference` False says of a law that it looks at no reference, so that its error says nothing.
     `signals`, a mapping of names to arrays (m,), is what it tells of itself after each call: `Run.signals` keeps it."""
 
     def __call__(self, t: float, q: Array, dq: Array, q_ref: Array, dq_ref: Array, ddq_ref: Array, /) -> Array:

@@ -5,6 +5,7 @@ The report as a document: shares over the poses, then the worst pose joint by jo
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -170,9 +171,7 @@ def margins(
     dynamics = model if plant is None else dynamics_of(plant, engine if isinstance(engine, str) else "pinocchio")
     law = make_controller(controller, arm, model, **options) if isinstance(controller, str) else controller
 
-    def loops(x: Array) -> RestingLoop:
-        return case.loop(moving, dynamics, law, x)
-
+    loops: Callable[[Array], RestingLoop] = partial(case.loop, moving, dynamics, law)
     sampling = case.sampling
     if q is None:
         stability = sampled_stability.box_stability(moving, loops, sampling, poses, seed)
@@ -297,7 +296,7 @@ def _worst(report: MarginReport) -> list[Fact | Note | Table]:
     return [
         Fact("q", worst.q, "The pose, rad (m for sliding joints)."),
         Fact("radius", worst.radius, "Spectral radius of the step from sample to sample.",
-             "each sample multiplies a deviation by", format=".4g"),
+             "largest factor of a deviation from sample to sample", format=".4g"),
         Fact("stable", stable, "Whether none grows."),
         Fact(None, None if stable else swing, "Half the rate: it changes its sign at each sample.",
              "unstable, no margins there; the fastest deviation swings at", "Hz", ".3g"),

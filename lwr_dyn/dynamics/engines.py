@@ -29,7 +29,8 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
     """The dynamics of an arm by one of `engines()`: "pinocchio", "newton-euler", or "kernels" for large batches.
 
-    They can be pickled and copied: the copy is made again from the arm and gives the same bits.
+    They can be pickled and copied: the copy is made again from the arm and gives the same bits. So can all that
+    `lwr_dyn` makes of them: controllers, references, solvers and results go to a process pool.
 
     Parameters
     ----------

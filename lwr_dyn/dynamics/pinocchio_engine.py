@@ -18,8 +18,12 @@ from lwr_dyn.model.chain import JointKind
 
 PinocchioModel = Any
 """pinocchio.Model; the wheel ships no types."""
-rotation_vector: Callable[[Array], Array] = pin.log3
-"""The vector (3,) [rad] about which a rotation (3, 3) turns, up to half a turn."""
+
+
+def rotation_vector(R: Array) -> Array:
+    """The vector (3,) [rad] about which a rotation (3, 3) turns, up to half a turn."""
+    turn: Array = pin.log3(R)
+    return turn
 
 
 def pinocchio_model(arm: Arm) -> PinocchioModel:
@@ -55,17 +59,41 @@ def flange_poses(model: PinocchioModel, q: Array, tip: str = "") -> Array:
     return np.array(poses)
 
 
-def flange_and_jacobian(arm: Arm) -> Callable[[Array], tuple[Array, Array]]:
+class FlangeAndJacobian:
     """Pinocchio's q (n,) -> pose (4, 4) and Jacobian (6, n) of flange or tool, linear rows over angular, base frame."""
-    model = pinocchio_model(arm)
-    data, flange = model.createData(), model.nframes - 1  # the last: the tool where the arm has one
 
-    def pose_and_jacobian(q: Array) -> tuple[Array, Array]:
+    __slots__ = ("_data", "_flange", "_model")
+
+    def __init__(self, model: PinocchioModel) -> None:
+        self._model, self._data = model, model.createData()
+        self._flange = model.nframes - 1  # the last: the tool where the arm has one
+
+    def __call__(self, q: Array) -> tuple[Array, Array]:
+        """Pose and Jacobian at q, not checked; the pose stands until the next call."""
+        model, data, flange = self._model, self._data, self._flange
         pin.computeJointJacobians(model, data, q)  # computeFrameJacobian would leave the poses of the joints stale
         J = pin.getFrameJacobian(model, data, flange, pin.LOCAL_WORLD_ALIGNED)
-        return pin.updateFramePlacement(model, data, flange).homogeneous, J.reshape(6, arm.n)
+        return pin.updateFramePlacement(model, data, flange).homogeneous, J.reshape(6, model.nv)
 
-    return pose_and_jacobian
+    def __reduce__(self) -> tuple[type["FlangeAndJacobian"], tuple[PinocchioModel]]:
+        return FlangeAndJacobian, (self._model,)
+
+
+def flange_and_jacobian(arm: Arm) -> FlangeAndJacobian:
+    """Pose and Jacobian of an arm's flange or tool."""
+    return FlangeAndJacobian(pinocchio_model(arm))
+
+
+class PinocchioCall(partial[Any]):
+    """A function of Pinocchio with its model and data: a law keeps single ones, so each can be pickled by itself."""
+
+    def __reduce__(self) -> tuple[Callable[..., "PinocchioCall"], tuple[str, PinocchioModel]]:
+        return pinocchio_call, (self.func.__name__, self.args[0])
+
+
+def pinocchio_call(name: str, model: PinocchioModel, data: Any = None) -> PinocchioCall:
+    """The function of that name; with data of its own where none is given."""
+    return PinocchioCall(getattr(pin, name), model, model.createData() if data is None else data)
 
 
 class PinocchioCalls:
@@ -88,17 +116,17 @@ class PinocchioCalls:
 
     def __init__(self, model: PinocchioModel) -> None:
         self.model, self.data = model, model.createData()
-        self.mass_matrix = partial(pin.crba, model, self.data)
-        self.coriolis_matrix = partial(pin.computeCoriolisMatrix, model, self.data)
-        self.gravity_vector = partial(pin.computeGeneralizedGravity, model, self.data)
-        self.bias_torque = partial(pin.nonLinearEffects, model, self.data)
-        self.inverse_dynamics = partial(pin.rnea, model, self.data)
-        self.forward_dynamics = partial(pin.aba, model, self.data)
-        self.acceleration_slopes = partial(pin.computeABADerivatives, model, self.data)
+        self.mass_matrix = pinocchio_call("crba", model, self.data)
+        self.coriolis_matrix = pinocchio_call("computeCoriolisMatrix", model, self.data)
+        self.gravity_vector = pinocchio_call("computeGeneralizedGravity", model, self.data)
+        self.bias_torque = pinocchio_call("nonLinearEffects", model, self.data)
+        self.inverse_dynamics = pinocchio_call("rnea", model, self.data)
+        self.forward_dynamics = pinocchio_call("aba", model, self.data)
+        self.acceleration_slopes = pinocchio_call("computeABADerivatives", model, self.data)
         """(q, dq, tau) -> slopes (n, n) of ddq over q, over dq, and over tau, which is B^-1."""
-        self.potential_energy = partial(pin.computePotentialEnergy, model, self.data)
-        self.torque_regressor = partial(pin.computeJointTorqueRegressor, model, self.data)  # no rotors
-        self.mechanical_energy = partial(pin.computeMechanicalEnergy, model, self.data)
+        self.potential_energy = pinocchio_call("computePotentialEnergy", model, self.data)
+        self.torque_regressor = pinocchio_call("computeJointTorqueRegressor", model, self.data)  # no rotors
+        self.mechanical_energy = pinocchio_call("computeMechanicalEnergy", model, self.data)
 
     def __reduce__(self) -> tuple[type["PinocchioCalls"], tuple[PinocchioModel]]:
         return PinocchioCalls, (self.model,)

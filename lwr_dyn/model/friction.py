@@ -7,6 +7,7 @@ torque has the sign of the velocity: B ddq + C dq + g = tau - tau_friction(dq).
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -212,7 +213,12 @@ def sigmoid_friction(models: Sequence[JointFriction | None]) -> Callable[[Array]
         return None
     level, slope, shift = np.array([(0.0, 1.0, 0.0) if x is None else (x.level, x.slope, x.shift) for x in given]).T
     at_rest = _logistic(slope * shift)
-    return lambda dq: np.asarray(level * (_logistic(slope * (dq + shift)) - at_rest))
+    return partial(_sigmoids, level, slope, shift, at_rest)
+
+
+def _sigmoids(level: Array, slope: Array, shift: Array, at_rest: Array, dq: Array) -> Array:
+    """`sigmoid_friction` at dq; parameters are (n,)."""
+    return np.asarray(level * (_logistic(slope * (dq + shift)) - at_rest))
 
 
 def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
@@ -249,15 +255,20 @@ def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3)
     )
     drop = np.array([[d.holding - d.coulomb if d.stribeck_velocity else 0.0 for d in side] for side in both])
     scale = np.array([[d.stribeck_velocity or 1.0 for d in side] for side in both])
-    has_stribeck, sigmoid = bool(drop.any()), sigmoid_friction(models)
+    stribeck = (drop, scale) if drop.any() else None
+    return partial(_smooth_torque, width, offset, coulomb, viscous, stribeck, sigmoid_friction(models))
 
-    def torque(dq: Array) -> Array:
-        forward = dq > 0.0
-        level = np.where(forward, coulomb[0], coulomb[1])
-        if has_stribeck:
-            x = dq / np.where(forward, scale[0], scale[1])
-            level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
-        smooth = offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq
-        return np.asarray(smooth if sigmoid is None else smooth + sigmoid(dq))
 
-    return torque
+def _smooth_torque(
+    width: float, offset: Array, coulomb: Array, viscous: Array, stribeck: tuple[Array, Array] | None,
+    sigmoid: Callable[[Array], Array] | None, dq: Array,
+) -> Array:  # fmt: skip
+    """`smooth_friction` at dq; levels are (2, n), positive over negative."""
+    forward = dq > 0.0
+    level = np.where(forward, coulomb[0], coulomb[1])
+    if stribeck is not None:
+        drop, scale = stribeck
+        x = dq / np.where(forward, scale[0], scale[1])
+        level = level + np.where(forward, drop[0], drop[1]) * np.exp(-np.square(x))
+    smooth = offset + level * np.tanh(dq / width) + np.where(forward, viscous[0], viscous[1]) * dq
+    return np.asarray(smooth if sigmoid is None else smooth + sigmoid(dq))

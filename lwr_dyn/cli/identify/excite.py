@@ -44,7 +44,8 @@ STOPPED = 130
               help=f"Distance kept from the position limits, deg; {np.degrees(MARGIN):.3g} if not given.")  # fmt: skip
 @click.option("--floor", type=float, help="Height of the floor in the first frame, m; where the arm is drawn to stand.")
 @click.option("--column", type=float, help="Radius of the column up to the first joint, m; as drawn; 0 for none.")
-@click.option("--keep", default=KEPT, show_default=True, help="Distance from floor, column and own links, m.")
+@click.option("--keep", type=float, help="Distance from floor, column and own links, m; if not given "
+              f"{KEPT:g}, and less between links that are never far apart.")  # fmt: skip
 @click.option("--out", metavar="FILE", help="Write the motion there: .csv, .parquet, or .npz as a run.")
 @click.option("--rate", default=100.0, show_default=True, help="Samples a second of --out.")
 @with_shared("--json as_json")

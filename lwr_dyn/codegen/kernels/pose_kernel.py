@@ -85,17 +85,28 @@ class _Desk(threading.local):
 
 
 class KernelSearch:
-    """The search of one arm, by its kernel, whose buffer has `room` numbers."""
+    """The search of one arm, by its kernel, whose buffer has `room` numbers; `made_from` makes it again."""
 
-    __slots__ = ("_call", "_chain", "_desk", "_full", "_once", "_ranges", "_room", "n")
+    __slots__ = ("_call", "_chain", "_desk", "_full", "_made_from", "_once", "_ranges", "_room", "n")
 
-    def __init__(self, chain: Chain, ranges: SearchRanges, call: Callable[..., int], room: int) -> None:
+    def __init__(
+        self,
+        chain: Chain,
+        ranges: SearchRanges,
+        call: Callable[..., int],
+        room: int,
+        made_from: tuple[Arm, bool, int, int],
+    ) -> None:
+        self._made_from = made_from
         self.n, self._call, self._room, self._chain, self._ranges = chain.n, call, room, chain, ranges
         joints = (ranges.lower, ranges.upper, ranges.middle, ranges.turning)
         redundant = float(self.n > 6)
         self._full = np.concatenate([(len(ranges.starts), 1.0, redundant, self.n), *joints, ranges.starts.ravel()])
         self._once = np.concatenate([(1.0, 0.0, redundant, self.n), *joints])
         self._desk = _Desk(self.n, room, self._full, self._once)
+
+    def __reduce__(self) -> tuple[Callable[..., "KernelSearch"], tuple[Arm, bool, int, int]]:
+        return kernel_search, self._made_from
 
     def one(self, T: Any, q0: Any, restart: bool) -> Array:
         """As `PoseSearch.one`; raises `ShapeError`."""
@@ -159,7 +170,8 @@ def kernel_search(arm: Arm, limits: bool, starts: int, seed: int) -> KernelSearc
     from lwr_dyn.codegen.kernels.pose_driver import buffer_size
 
     room = buffer_size(arm.n, lanes_of("float64"))
-    return KernelSearch(arm.chain, search_ranges(arm, limits, starts, seed), _kernel(arm).call, room)
+    given = arm, limits, starts, seed
+    return KernelSearch(arm.chain, search_ranges(*given), _kernel(arm).call, room, given)
 
 
 def _kernel(arm: Arm) -> Any:

@@ -5,6 +5,7 @@ A single run can be had again, whole, by `simulate`, with the plant, the law and
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,15 @@ def encoder_of_run(setup: LoopSetup, row: Mapping[str, Array], number: int) -> C
     base = setup.loop.encoder or DEFAULT_ENCODER
     resolution, noise = (float(np.asarray(row.get(name, getattr(base, name)))) for name in ("resolution", "noise"))
     return CountedEncoder(resolution, noise, base.cutoff_hz, run=number)
+
+
+def _again(setup: LoopSetup, given: Mapping[str, Array], first_run: int, form: LawForm, i: int) -> Run:
+    """Row `i` of what a call was given, by `simulate`."""
+    return simulated_run(setup, _row(given, i), first_run + i, form)
+
+
+def _row(given: Mapping[str, Array], i: int) -> dict[str, Array]:
+    return {name: array[i] for name, array in given.items()}
 
 
 MOST_FIRST_RUN = 2**53
@@ -179,14 +189,10 @@ def rollouts(
     computed = kernel.run(task, threads)
     metrics, flags = metrics_of_computed(setup, kernel.slots, computed, shares, "effort" in given)
 
-    def row(i: int) -> dict[str, Array]:
-        return {name: array[i] for name, array in given.items()}
-
-    def again(i: int) -> Run:
-        return simulated_run(setup, row(i), first_run + i, form)
+    again = partial(_again, setup, given, first_run, form)
 
     def figures(run: Run, i: int) -> dict[str, Array]:
-        return figures_of(run, inputs.arm_of_run(setup.plant, row(i)), tolerance, shares)
+        return figures_of(run, inputs.arm_of_run(setup.plant, _row(given, i)), tolerance, shares)
 
     simulated = settle(flags, metrics, computed.record, record, again if hand_over else None, figures)
     about = {

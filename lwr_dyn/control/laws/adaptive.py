@@ -345,15 +345,18 @@ class Adaptive:
         return LinearFeedback(k * Lambda * B + G, (k + Lambda) * B, Lambda * G, self._dynamics)
 
 
+def poses_of_box(arm: Arm, count: int, seed: int) -> Array:
+    """Positions (count, n) drawn evenly inside the limits, and within half a turn (pi m) of 0."""
+    half = np.full(arm.n, np.pi)
+    low, high = np.maximum(arm.lower, -half), np.minimum(arm.upper, half)
+    return np.random.default_rng(seed).uniform(low, high, (count, arm.n))
+
+
 def friction_gains(arm: Arm, dynamics: Dynamics, gain: float = FRICTION_GAIN) -> Array:
     """gamma_c = gain b and gamma_v = gamma_c / 10, (2, n), with b the mean inertia of each joint over its box."""
     if not (np.isfinite(gain) and gain > 0.0):
         raise OptionError("friction_gain", gain, "a number above 0")
-    half = np.full(arm.n, np.pi)
-    poses = np.random.default_rng(POSES_SEED).uniform(
-        np.maximum(arm.lower, -half), np.minimum(arm.upper, half), (POSES, arm.n)
-    )
-    b = np.einsum("kii->ki", dynamics.mass_matrix(poses)).mean(axis=0)
+    b = np.einsum("kii->ki", dynamics.mass_matrix(poses_of_box(arm, POSES, POSES_SEED))).mean(axis=0)
     return gain * np.array([b, 0.1 * b])
 
 

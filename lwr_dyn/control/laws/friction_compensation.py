@@ -218,6 +218,7 @@ class HandGuiding:
     __slots__ = ("_dynamics", "_friction", "_torque", "fading", "share", "width")
 
     name = "hand-guiding"
+    follows_reference = False
 
     def __init__(
         self,

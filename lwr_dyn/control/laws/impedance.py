@@ -60,6 +60,7 @@ Panja, Int. J. Control 47 (1988) (PD+). SI units.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -89,17 +90,21 @@ def carried_torque(dynamics: Dynamics, feedforward: bool) -> CarriedTorque:
     Paden, Panja, "Globally asymptotically stable PD+ controller for robot manipulators", Int. J. Control 47 (1988).
     """
     raw = ungated(dynamics)
-    torque, bias, gravity = raw.inverse_dynamics, raw.bias_torque, raw.gravity_vector
+    if feedforward:
+        return partial(_carried, raw.inverse_dynamics, raw.bias_torque, raw.gravity_vector)
+    return partial(_held, raw.gravity_vector)
 
-    def carried(q: Array, dq: Array, dq_ref: Array, ddq_ref: Array) -> Array:
-        tau: Array = torque(q, 0.5 * (dq + dq_ref), ddq_ref) - bias(q, 0.5 * (dq - dq_ref)) + gravity(q)
-        return tau
 
-    def held(q: Array, dq: Array, dq_ref: Array, ddq_ref: Array) -> Array:
-        weight: Array = gravity(q)
-        return weight
+def _carried(
+    torque: Any, bias: Any, gravity: Any, q: Array, dq: Array, dq_ref: Array, ddq_ref: Array
+) -> Array:  # a function of the module, so that a law can be pickled
+    tau: Array = torque(q, 0.5 * (dq + dq_ref), ddq_ref) - bias(q, 0.5 * (dq - dq_ref)) + gravity(q)
+    return tau
 
-    return carried if feedforward else held
+
+def _held(gravity: Any, q: Array, dq: Array, dq_ref: Array, ddq_ref: Array) -> Array:
+    weight: Array = gravity(q)
+    return weight
 
 
 Feedforward = Annotated[bool, Option(bool, "Without B ddq_ref + C dq_ref.")]

@@ -32,7 +32,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from lwr_dyn.control.gains import OMEGA_N, LinearFeedback, NaturalFrequency
-from lwr_dyn.control.laws.adaptive import LENGTH, PER_LINK, SlotineLiRegressor, sliding
+from lwr_dyn.control.laws.adaptive import LENGTH, PER_LINK, SlotineLiRegressor, poses_of_box, sliding
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array
@@ -43,7 +43,14 @@ from lwr_dyn.model.arm import Arm, arm_with_payload
 LAYER = 30.0
 """[W] eps: at 1 kHz on the LWR 4+ samples still fall inside the layer and torques are smooth."""
 LOAD = 7.0
-"""[kg] The largest load where the arm has no rating: that of the LWR 4+ by its maker."""
+"""[kg] The largest load where the arm has no rating: that of the LWR 4+ by its maker, or what `unrated_load` makes
+of it for arms that are lighter or weaker."""
+HEAVIEST_SHARE, LIGHTEST_SHARE = 0.5, 0.01
+"""Of the mass that moves: between them is the largest load of an arm without a rating."""
+NO_LOAD = 1e-9
+"""[N m/kg] A joint that the weight of a load turns less than this does not bear it."""
+POSES, POSES_SEED = 256, 0
+"""Poses drawn inside the position limits, in which its torque limits hold that load."""
 SPARE = 1.2
 """Of rho, over what the set needs."""
 
@@ -114,20 +121,37 @@ class Robust:
         return LinearFeedback(Lambda * (k * B + G), (k + Lambda) * B + G, gravity=self._dynamics)
 
 
+def unrated_load(arm: Arm, dynamics: Dynamics) -> float:
+    """[kg] `LOAD`, but no more than half of the mass that moves, and than the torque limits hold in poses drawn.
+
+    A hundredth of that mass where they do not hold the arm itself. Without a torque limit nothing is known of what a
+    joint holds.
+    """
+    moving = sum(body.mass for body in arm.require_dynamics().bodies or ())
+    q = poses_of_box(arm, POSES, POSES_SEED)
+    own = dynamics.gravity_vector(q)
+    per_kg = dynamics_of(arm_with_payload(arm, 1.0)).gravity_vector(q) - own
+    counts = np.abs(per_kg) > NO_LOAD
+    held = np.where(counts, arm.effort - np.sign(per_kg) * own, np.inf) / np.where(counts, np.abs(per_kg), 1.0)
+    return max(min(LOAD, HEAVIEST_SHARE * moving, float(held.min())), LIGHTEST_SHARE * moving)
+
+
 def tuned_robust(
     arm: Arm,
     dynamics: Dynamics,
     *,
     omega_n: NaturalFrequency = OMEGA_N,
-    largest_load: Annotated[float | None, Option(float, "Largest load, kg; the rated one, else 7 kg.")] = None,
+    largest_load: Annotated[
+        float | None, Option(float, "Largest load, kg; the rated one, else what fits the arm, to 7 kg.")
+    ] = None,
     layer: Annotated[float, Option(float, "Thickness of the layer in which the robust term is smooth.")] = LAYER,
 ) -> Robust:
-    """The robust law for loads from 0 to `largest_load` [kg] at the flange.
+    """The robust law for loads from 0 to `largest_load` [kg] at the flange; the rated one, else `unrated_load`.
 
     Raises `MissingDataError`: the arm has no inertias; `OptionError`: numbers that are not above 0.
     """
-    rated = LOAD if arm.ratings.payload is None else arm.ratings.payload
-    most = rated if largest_load is None else largest_load
+    most = arm.ratings.payload if largest_load is None else largest_load
+    most = unrated_load(arm, dynamics) if most is None else most
     if not (np.isfinite(most) and most > 0.0):
         raise OptionError("largest_load", most, "a mass above 0, in kg")
     middle = arm_with_payload(arm, most / 2)

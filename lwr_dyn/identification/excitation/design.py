@@ -15,7 +15,7 @@ from lwr_dyn.foundation.progress import Report
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.excitation import motion_design, objectives
 from lwr_dyn.identification.excitation.motion_limits import Clearance, MotionLimits, clearance_of
-from lwr_dyn.identification.excitation.room import ExcitationError, check_room, column_words
+from lwr_dyn.identification.excitation.room import ExcitationError, check_room, column_words, near_words
 from lwr_dyn.identification.excitation.watch import FOR_STARTS, Ended, SearchWatch
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm, caveats_of
@@ -55,7 +55,7 @@ class Excitation:
     starts: tuple[motion_design.SearchedMotion, ...]
     seconds: float
     column: str
-    """What the column is and which links are not held against it; empty without one."""
+    """What the column is, which links are not held against it, and pairs that keep less; empty where there is none."""
     check_rate: float
     """[Hz] At which limits and distances were checked: 1 kHz, less for more than 200 s."""
     asked: int
@@ -184,18 +184,22 @@ def _excitation(
     arm, motion, states = design.arm, design.check.motion(best.X), design.states(best.X)
     lower, upper = (np.where(np.isinf(x), np.nan, x) for x in (arm.lower, arm.upper))
     aside = np.abs(states[0] - (lower + upper) / 2.0).max(axis=0)
-    distances = design.clearance.of(states[0])
-    place = int(np.argmin(distances.min(axis=0, initial=np.inf))) if distances.size else 0
+    distances = (design.clearance.of(states[0]) + design.clearance.keeps).min(axis=0, initial=np.inf)
+    place = int(np.argmin(distances)) if distances.size else 0
     clear = float(distances.min(initial=np.inf))
     return Excitation(
         arm, design.columns, motion, design.objective,
         objectives.motion_score(design.columns, rows_of(motion), design.noise), design.noise,
         aside / ((upper - lower) / 2.0), _share(np.abs(states[1]).max(axis=0), arm.velocity),
-        _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear + design.clearance.kept,
+        _share(np.abs(design.torques.torque(*states)).max(axis=0), arm.effort), clear,
         design.clearance.names[place] if distances.size else "", tuple(found),
-        design.watch.elapsed, column_words(design.clearance), design.check_rate, asked, design.watch.ended,
+        design.watch.elapsed, _words_of(design.clearance), design.check_rate, asked, design.watch.ended,
         design.faults(best.X),
     )  # fmt: skip
+
+
+def _words_of(clearance: Clearance) -> str:
+    return "; ".join(words for words in (column_words(clearance), near_words(clearance)) if words)
 
 
 def rows_of(motion: objectives.FourierMotion, rate: float = objectives.SCORE_RATE) -> Motion:

@@ -288,13 +288,13 @@ class MotionDesign:
     def faults(self, X: Array) -> tuple[str, ...]:
         """Why the motion may not be run, in words: what is too near when, joints whose torque is too large."""
         q, dq, ddq = self.states(X)
-        distances, kept = self.clearance.of(q), self.clearance.kept
+        distances = self.clearance.of(q)
         said = []
         if distances.size and distances.min() < 0.0:
             k, pair = np.unravel_index(int(np.argmin(distances)), distances.shape)
-            missing, when = -distances[k, pair], k / self.check_rate
+            missing, when, kept = -distances[k, pair], k / self.check_rate, self.clearance.keeps[pair]
             said.append(
-                f"{self.clearance.names[pair]} are {missing:.3g} m too near at {when:.2f} s: {kept:g} m is to be kept"
+                f"{self.clearance.names[pair]} are {missing:.3g} m too near at {when:.2f} s: {kept:.3g} m is to be kept"
             )
         share = self.torques.share(q, dq, ddq)
         for name, x in zip(self.arm.joint_names, share, strict=True):

@@ -6,7 +6,8 @@ the closest points of two capsules are fixed on their links to first order.
 """
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Self
 
@@ -24,6 +25,8 @@ from lwr_dyn.model.friction import friction_torque, smooth_friction
 
 KEPT = 0.05
 """[m] Distance beyond the radii, where it is not given."""
+_NEAR_SHARE = 0.3
+"""Where it is not given, a pair keeps at most this share of the largest distance that it has in drawn poses."""
 _LEAST_LENGTH = 1e-6
 """[m] Shorter links are a point."""
 _UPRIGHT = 0.9
@@ -65,6 +68,8 @@ class Clearance:
     """Capsules that are far enough apart along the arm to collide."""
     low: tuple[tuple[int, float, int], ...]
     """Points that may meet a plane, their radius, and which plane."""
+    near: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    """Pairs that are never far apart -> the smaller distance that they keep [m]."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,6 +79,11 @@ class Clearance:
             *(f"{points[i]} and the {self.planes[plane].name}" for i, _, plane in self.low),
             *(f"{self._capsule(b)} and {self._capsule(a)}" for a, b in self.pairs),
         )
+
+    @property
+    def keeps(self) -> Array:
+        """What each distance must be, (m,) [m]."""
+        return np.array([*(self.kept for _ in self.low), *(self.near.get(pair, self.kept) for pair in self.pairs)])
 
     def of(self, q: Array) -> Array:
         """(k, m) distances at q (k, n), without what must be kept: below 0 it is too near."""
@@ -106,7 +116,7 @@ class Clearance:
             shares = {p: 1.0 - x, r: x, s: y - 1.0, e: -y}
             between = sum(share[:, None] * points[:, i] for i, share in shares.items())
             length = np.linalg.norm(between, axis=1)
-            values[:, column] = length - self.radii[a] - self.radii[b] - self.kept
+            values[:, column] = length - self.radii[a] - self.radii[b] - self.near.get((a, b), self.kept)
             away = between / np.maximum(length, 1e-9)[:, None]
             for i, share in shares.items():
                 pulls[:, column, i] += share[:, None] * away
@@ -117,13 +127,16 @@ class Clearance:
         return "the column" if end == self.arm.n + 1 else self.arm.chain.links[start].link
 
 
-def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, column: float | None = None) -> Clearance:
+def clearance_of(
+    arm: Arm, kept: float | None = None, floor: float | None = None, column: float | None = None
+) -> Clearance:
     """The distances that an arm must keep.
 
     Parameters
     ----------
-    kept : float
-        Distance beyond the radii of links and column [m].
+    kept : float, optional
+        Distance beyond the radii of links and column [m]; if not given `KEPT`, and less for pairs that are never far
+        apart: 0.3 of their largest distance in drawn poses.
     floor : float, optional
         Height in the first frame of the chain [m]; where the arm is drawn to stand if not given.
     column : float, optional
@@ -134,7 +147,7 @@ def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, colum
     OptionError
         A distance or radius below 0, a height that is not finite.
     """
-    for name, value in (("distance to keep", kept), ("column", column or 0.0)):
+    for name, value in (("distance to keep", kept or 0.0), ("column", column or 0.0)):
         if not (math.isfinite(value) and value >= 0.0):
             raise OptionError(name, value, "0 or more, in m")
     if floor is not None and not math.isfinite(floor):
@@ -160,7 +173,10 @@ def clearance_of(arm: Arm, kept: float = KEPT, floor: float | None = None, colum
     if up[2] <= _UPRIGHT:
         planes.append(Plane("wall" if up[2] > -_UPRIGHT else "ceiling", up, float(up @ stand_foot(arm))))
     low = tuple((i + 1, radii[i], plane) for plane in range(len(planes)) for i in limbs)
-    return _without_idle(Clearance(arm, kept, level, tuple(planes), stand_foot(arm), capsules, sizes, pairs, low))
+    every = Clearance(
+        arm, KEPT if kept is None else kept, level, tuple(planes), stand_foot(arm), capsules, sizes, pairs, low
+    )
+    return _of_real_shapes(every, kept is None)
 
 
 def random_positions(arm: Arm, count: int, rng: np.random.Generator) -> Array:
@@ -169,10 +185,11 @@ def random_positions(arm: Arm, count: int, rng: np.random.Generator) -> Array:
     return np.asarray(rng.uniform(np.minimum(lower, upper), np.maximum(lower, upper), (count, arm.n)))
 
 
-def _without_idle(every: Clearance) -> Clearance:
+def _of_real_shapes(every: Clearance, less_for_near: bool) -> Clearance:
     """Without distances that no motion changes, and without pairs whose capsules meet in most poses.
 
-    Those are links whose shape is not that of a capsule from joint to joint.
+    Those are links whose shape is not that of a capsule from joint to joint. With `less_for_near`, pairs that are never
+    far apart keep less.
     """
     values = every.of(random_positions(every.arm, _POSES, np.random.default_rng(0)))
     moves = np.ptp(values, axis=0) > _LEAST_LENGTH
@@ -180,7 +197,10 @@ def _without_idle(every: Clearance) -> Clearance:
     count = len(every.low)
     low = tuple(x for x, keep in zip(every.low, moves[:count], strict=True) if keep)
     pairs = tuple(x for x, keep in zip(every.pairs, (moves & real)[count:], strict=True) if keep)
-    return replace(every, low=low, pairs=pairs)
+    widest = dict(zip(every.pairs, (values.max(axis=0) + every.kept)[count:], strict=True))
+    least = {pair: max(_NEAR_SHARE * widest[pair], 0.0) for pair in pairs if less_for_near}
+    near = {pair: keep for pair, keep in least.items() if keep < every.kept}
+    return replace(every, low=low, pairs=pairs, near=near)
 
 
 def closest_parts(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:

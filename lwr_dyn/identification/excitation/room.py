@@ -64,9 +64,10 @@ class Demands:
         """What a column lacks `when`, in words, with the names of both that are too near."""
         name = self.names[column]
         if column < len(self.clearance.names):
-            apart, kept = room + self.clearance.kept, self.clearance.kept
+            kept = float(self.clearance.keeps[column])
+            apart = room + kept
             are = f"are {when} {apart:.3g} m apart" if apart >= 0.0 else f"overlap {when} by {-apart:.3g} m"
-            return f"{name} {are}; {kept:g} m is to be kept"
+            return f"{name} {are}; {kept:.3g} m is to be kept"
         return f"{name} needs {when} {1.0 - room / PER_SHARE:.3g} times the torque that it may use, at rest"
 
 
@@ -165,6 +166,21 @@ def column_words(clearance: Clearance) -> str:
     inside = links_inside(clearance)
     but = f"; its distance to {', '.join(inside)} is not checked (beside it, or inside in most poses)" if inside else ""
     return f"column of radius {radius:.3g} m up to {arm.joint_names[0]} at {top:.3g} m, its top round{but}"
+
+
+def near_words(clearance: Clearance) -> str:
+    """Pairs that keep less than is asked, as they are never far apart; empty where none does.
+
+    >>> import lwr_dyn
+    >>> from lwr_dyn.identification.excitation.motion_limits import clearance_of
+    >>> near_words(clearance_of(lwr_dyn.load("lwr4plus")))
+    ''
+    """
+    names = dict(zip(clearance.pairs, clearance.names[len(clearance.low) :], strict=True))
+    return "; ".join(
+        f"{names[pair]} are never far apart: they keep {keep:.2g} m, not {clearance.kept:g} m"
+        for pair, keep in clearance.near.items()
+    )
 
 
 def _has_column(clearance: Clearance) -> bool:

@@ -5,10 +5,13 @@ on rows that no fit saw, as published and with more freed. An unknown load turns
 with a free load before a set is called wrong.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +41,7 @@ FILES = (".urdf", ".xacro", ".xml", ".toml", ".dat")
 def rank(
     robot: str, log: str | Path | JointLog, sets: Sequence[str | Arm] = (), *, free: Sequence[str] = (),
     test: str | Path | JointLog | None = None, cutoff: float | None = None, folder: str | Path | None = None,
-    columns: ColumnMap = NO_MAP, units: dict[str, str] | None = None,
+    columns: ColumnMap = NO_MAP, units: dict[str, str] | None = None, loading: Mapping[str, Any] = MappingProxyType({}),
 ) -> Ranking:  # fmt: skip
     """Rank sets of inertial parameters of one robot on a log of the real one.
 
@@ -61,6 +64,9 @@ def rank(
         Where fetched logs lie.
     columns, units
         Of logs of your own, as `read_log` takes them.
+    loading : mapping
+        Options of `load` for the robot and every set that is not an `Arm`: `mount`, `tool`, `rotor`, `tip`, ...; with
+        `reading` that one is the only set.
 
     Returns
     -------
@@ -71,7 +77,8 @@ def rank(
     LogError
         Torques that were computed, not measured; too few rows; joints that are not the robot's; files to be fetched.
     UnknownNameError, OptionError
-        A set, log or quantity that does not exist; sets of another number of joints; a set twice.
+        A set, log or quantity that does not exist; sets of another number of joints; a set twice; options that a set
+        cannot be loaded with; sets and a reading.
     MissingDataError
         A set without masses.
 
@@ -79,7 +86,7 @@ def rank(
     --------
     >>> found = rank("panda", "panda_salerno", ["gaz", "fer"], free=["load"])  # doctest: +SKIP
     """
-    arms = named_sets(robot, [one for one in sets if one != IDENTIFIED])
+    arms = named_sets(robot, [one for one in sets if one != IDENTIFIED], loading)
     steps = _steps(free, [arm for _, arm in arms])
     first, measured = _log(log, arms[0][1], folder, columns, units)
     usual = FilterRule() if first is None else FilterRule(first.cutoff, first.spacing)
@@ -102,12 +109,20 @@ def rank(
     )
 
 
-def named_sets(robot: str, sets: Sequence[str | Arm] = ()) -> list[tuple[str, Arm]]:
+def named_sets(
+    robot: str, sets: Sequence[str | Arm] = (), loading: Mapping[str, Any] = MappingProxyType({})
+) -> list[tuple[str, Arm]]:
     """Sets by their names, each as an arm; raises as `rank`."""
+    options = dict(loading)
+    reading = options.pop("reading", None)
+    if sets and reading is not None:
+        raise OptionError("reading", f"{reading}, and sets", "the sets alone: each reading is one")
     known = readings(robot) if robot in robots() or ends_in(robot, ".toml") else ()
-    found = [(one.name, one) if isinstance(one, Arm) else (one, _arm(robot, one, known)) for one in sets or known]
+    chosen = sets or (known if reading is None else [reading])
+    read = partial(_arm, robot, known, options)
+    found = [(one.name, one) if isinstance(one, Arm) else (one, read(one)) for one in chosen]
     if not found:
-        found = [(robot, load(robot))]
+        found = [(robot, load(robot, **options))]
     names = [name for name, _ in found]
     for name, arm in found:
         if names.count(name) > 1:
@@ -118,13 +133,13 @@ def named_sets(robot: str, sets: Sequence[str | Arm] = ()) -> list[tuple[str, Ar
     return found
 
 
-def _arm(robot: str, name: str, known: Sequence[str]) -> Arm:
+def _arm(robot: str, known: Sequence[str], options: Mapping[str, Any], name: str) -> Arm:
     if ends_in(name, *FILES):
-        return load(name)
+        return load(name, **options)
     other, colon, reading = name.partition(":")
     if colon:
-        return load(other, reading)
-    return load(name) if name not in known and name in robots() else load(robot, name)
+        return load(other, reading, **options)
+    return load(name, **options) if name not in known and name in robots() else load(robot, name, **options)
 
 
 def _steps(free: Sequence[str], arms: Sequence[Arm]) -> tuple[tuple[str, ...], ...]:

@@ -226,17 +226,19 @@ class ControllerStudy:
                     raise
                 failures.append(f"{spec.text}: {fault}")
             else:
-                unstable = self._unstable(workshop.controller(spec), workshop.models[0]) if self.lenient else ""
-                (failures if unstable else kept).append(f"{spec.text}: {unstable}" if unstable else spec.text)
+                why = self._left_out(workshop.controller(spec), workshop.models[0]) if self.lenient else ""
+                (failures if why else kept).append(f"{spec.text}: left out: {why}" if why else spec.text)
         if not kept:
             raise errors.OptionError("controllers", "none that can be made", failures[0])
         return replace(self, controllers=tuple(kept)), failures
 
-    def _unstable(self, controller: Controller, dynamics: Dynamics) -> str:
+    def _left_out(self, controller: Controller, dynamics: Dynamics) -> str:
         """Why a controller is left out, by its sampled loop on the arm as modelled; empty where it is not."""
+        if not getattr(controller, "follows_reference", True):
+            return "it follows no reference"
         rate = dict(self.options).get("rate", 1000.0)
         found = law_stability(self.arm, dynamics, controller, self.reference, rate)
-        return "" if found is None or found.holds else f"left out: at {rate:g} Hz it {unstable_words(found)}"
+        return "" if found is None or found.holds else f"at {rate:g} Hz it {unstable_words(found)}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -4,9 +4,13 @@ Run number i has the same point however the study is cut into chunks.
 
 grid              every combination of the levels, the last parameter fastest
 sobol             scrambled Sobol points; best with a power of 2 of runs, and few numbers a run
-latin-hypercube   each parameter's range is cut into as many slices as there are runs, one run in each
+latin-hypercube   each parameter's range is cut into slices with one run in each: as many as there are runs, where that
+                  is a power of 2; more runs come into the slices' empty halves, the first ones stay
 random            independent points
 saltelli          for Sobol indices: of each base point a row A, a row B, and A with each parameter in turn from B
+
+The hypercubes are nested: Qian, "Nested Latin hypercube designs", Biometrika 96 (2009); what each doubling adds is one
+too, so they are sliced as well: Qian, "Sliced Latin hypercube designs", J. American Statistical Association 107 (2012).
 """
 
 from collections.abc import Sequence
@@ -126,7 +130,6 @@ class VariedParameter:
 
 
 HYPERCUBE = "latin-hypercube"
-"""The method by which another number of runs draws all of them anew."""
 METHODS = ("grid", "sobol", HYPERCUBE, "random", "saltelli")
 FEW = 16
 """Numbers a run up to which 512 Sobol points keep all pairs of them apart, better than the other methods do.
@@ -137,10 +140,8 @@ BLOCK = 1024
 """Points that are drawn at once: a power of 2, as Sobol points need."""
 
 
-def points(
-    method: str, sizes: Sequence[int], levels: Sequence[int], runs: int, seed: int, first: int, stop: int
-) -> Array:
-    """The points (stop - first, d) of runs first ... stop - 1, each number in [0, 1).
+def points(method: str, sizes: Sequence[int], levels: Sequence[int], seed: int, first: int, stop: int) -> Array:
+    """The points (stop - first, d) of runs first ... stop - 1, each number in [0, 1); the same in a study of more runs.
 
     Parameters
     ----------
@@ -149,8 +150,6 @@ def points(
         Numbers of each parameter, which are taken from B together; d is their sum.
     levels : sequence of int
         Of each of the d numbers, for a grid.
-    runs : int
-        Of the whole study.
     """
     d = sum(sizes)
     if d == 0:
@@ -159,7 +158,7 @@ def points(
         index = np.unravel_index(np.arange(first, stop), tuple(levels))
         return np.stack([(k + 0.5) / size for k, size in zip(index, levels, strict=True)], axis=-1)
     if method == HYPERCUBE:  # which cannot be drawn in parts
-        return _hypercube(d, runs, seed)[first:stop]
+        return _hypercube(d, (stop - 1).bit_length(), seed)[first:stop]
     if method != "saltelli":
         return _blocks(method, d, seed, first, stop)
     rows = saltelli_rows(len(sizes))
@@ -178,8 +177,17 @@ def saltelli_rows(parameters: int) -> int:
 
 
 @lru_cache(maxsize=2)
-def _hypercube(d: int, runs: int, seed: int) -> Array:
-    return np.asarray(qmc.LatinHypercube(d, seed=np.random.default_rng(seed)).random(runs))
+def _hypercube(d: int, doublings: int, seed: int) -> Array:
+    """2^doublings points, in whole multiples of 2^-53, so that no rounding moves one out of its slice."""
+    rng = np.random.default_rng(seed)
+    x = rng.integers(2**_BITS, size=(1, d))
+    for width in range(_BITS - 1, _BITS - 1 - doublings, -1):  # of a slice: half of what it was
+        empty = (x >> width) ^ 1
+        x = np.concatenate([x, (rng.permuted(empty, axis=0) << width) + rng.integers(2**width, size=x.shape)])
+    return np.asarray(np.ldexp(x.astype(np.float64), -_BITS))
+
+
+_BITS = 53
 
 
 def _blocks(method: str, d: int, seed: int, first: int, stop: int) -> Array:

@@ -30,7 +30,7 @@ MOST_RUNS = 10_000_000
 """Of one controller."""
 MOST_KEPT = 1000
 MOST_AT_ONCE = 50_000_000
-"""Numbers of a Latin hypercube, which is drawn whole: 400 MB."""
+"""Numbers of a Latin hypercube, which is drawn whole, up to a power of 2 of runs: 400 MB."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,9 +116,10 @@ class SweepStudy:
         """Raise `OptionError` for a number of runs that the method cannot have."""
         if self.method == "grid" and self.runs != prod(self.levels):
             raise OptionError("runs", f"{self.runs} of a grid", f"{prod(self.levels)}, the product of its levels")
-        if self.method == HYPERCUBE and self.runs * len(self.levels) > MOST_AT_ONCE:
+        most = 2 ** ((MOST_AT_ONCE // max(len(self.levels), 1)).bit_length() - 1)
+        if self.method == HYPERCUBE and self.runs > most:
             found = f"{self.runs} by latin-hypercube, {len(self.levels)} numbers each"
-            raise OptionError("runs", found, f"at most {MOST_AT_ONCE // len(self.levels)}, or random, or sobol")
+            raise OptionError("runs", found, f"at most {most}, or random, or sobol")
         if self.method == "saltelli":
             rows = saltelli_rows(len(self.varied))
             base = self.runs // rows
@@ -169,7 +170,7 @@ class SweepStudy:
         if not 0 <= first < stop <= self.runs:
             raise OptionError("runs", f"{first} to {stop}", f"first < stop inside 0 to {self.runs}")
         sizes = [len(one.columns) for one in self.varied]
-        cube = points(self.method, sizes, self.levels, self.runs, self.seed, first, stop)
+        cube = points(self.method, sizes, self.levels, self.seed, first, stop)
         shares = iter(np.split(cube, np.cumsum(sizes)[:-1], axis=1))
         out: dict[str, Values] = {}
         for one in self.parameters:
@@ -182,14 +183,15 @@ class SweepStudy:
     def digest(self) -> str:
         """SHA-256 of all that changes a run; not of comments, names, limits, the kept runs or where files are.
 
-        The number of runs changes those of a Latin hypercube only: other sweeps can be extended.
+        The number of runs is none of it: a sweep can be extended.
         """
         drawn = [[one.path, one.distribution, one.columns, one.values, one.low, one.high, one.mean, one.deviation]
                  for one in self.parameters]  # fmt: skip
         record = [
             sorted(self.sources.items()), Path(self.robot).name, self.reading, self.controllers, self.task,
             _plain(self.task_options), _plain(self.loop), self.cutoff_hz, self.assumed_friction, self.method,
-            self.runs if self.method == HYPERCUBE else None, self.seed, self.chunk, drawn, self.tolerance,
+            None, self.seed,  # None: once the number of runs; without it the digests of stored sweeps would change
+            self.chunk, drawn, self.tolerance,
             self.quantiles, *([] if self.tip is None else [self.tip]),
         ]  # fmt: skip
         return sha256(json.dumps(record).encode()).hexdigest()

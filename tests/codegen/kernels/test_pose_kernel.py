@@ -108,7 +108,7 @@ def test_a_call_hands_over_poses_q0_and_settings():
         numbers(out, 12 * stop)[:] = row * stop
         numbers(b, 8)[:] = 0.0
 
-    search = pose_kernel.KernelSearch(arm.chain, x, call, 8)
+    search = pose_kernel.KernelSearch(arm.chain, x, call, 8, (arm, True, 2, 0))
     assert (search.n, len(row)) == (6, 6 + TAIL)
     T, q0, joints = (
         np.arange(32.0).reshape(2, 4, 4),

@@ -1,6 +1,7 @@
 """The robust law: how its Lyapunov function falls for every load of the set, its linear form, and its honest figure."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ import lwr_dyn
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.control.gains import gravity_stiffness
 from lwr_dyn.control.laws import robust
-from lwr_dyn.control.laws.adaptive import SlotineLiRegressor
+from lwr_dyn.control.laws.adaptive import SlotineLiRegressor, poses_of_box
 from lwr_dyn.control.protocol import describe
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
 from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.model.chain import with_bodies
 from lwr_dyn.simulation.metrics import metrics
 from lwr_dyn.trajectory.references.ist import ist_clear_reference
 from tests.control.laws.lyapunov import ARM, STATES, Instant, missing_load
@@ -106,6 +108,34 @@ def test_its_honest_figure():
     assert at_end[0] > 3.0 * at_end[2]
     assert at_end[1] > 1.05 * at_end[2]
     assert at_end[1] < 3.0 * at_end[2]
+
+
+def with_limits(arm, effort):
+    efforts = [None] * arm.n if effort is None else np.broadcast_to(effort, arm.n).tolist()
+    return replace(arm, limits=tuple(replace(x, effort=e) for x, e in zip(arm.limits, efforts, strict=True)))
+
+
+def test_the_largest_load_of_an_arm_without_a_rating_is_one_that_it_bears():
+    assert robust.unrated_load(ARM, MODEL) == MOST
+    weak, model = with_limits(ARM, ARM.effort / 2), MODEL
+    most = robust.unrated_load(weak, model)
+    assert 1.0 < most < 6.0
+    q = poses_of_box(weak, robust.POSES, robust.POSES_SEED)
+    for share, held in ((0.999, True), (1.001, False)):
+        loaded = lwr_dyn.dynamics_of(arm_with_payload(weak, share * most), "newton-euler")
+        assert (np.abs(loaded.gravity_vector(q)) <= weak.effort).all() == held
+    assert make_controller("robust", weak).scale[0] == most / 2
+    assert make_controller("robust", weak, largest_load=3.0).scale[0] == 1.5
+    rated = replace(weak, ratings=replace(weak.ratings, payload=5.0))
+    assert make_controller("robust", rated).scale[0] == 2.5
+
+
+def test_the_largest_load_of_a_light_arm_and_of_one_that_does_not_hold_itself_is_a_share_of_its_mass():
+    mass = sum(body.mass for body in ARM.chain.bodies)
+    bodies = [replace(body, mass=body.mass / 20) for body in ARM.chain.bodies]
+    light = with_limits(ARM.with_chain(with_bodies(ARM.chain, bodies)), None)
+    assert robust.unrated_load(light, lwr_dyn.dynamics_of(light)) == pytest.approx(0.5 * mass / 20, rel=1e-12)
+    assert robust.unrated_load(with_limits(ARM, 1.0), MODEL) == pytest.approx(0.01 * mass, rel=1e-12)
 
 
 def test_it_describes_itself():

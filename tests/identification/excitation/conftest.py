@@ -18,7 +18,7 @@ def motion(wam):
 
 @pytest.fixture(scope="session")
 def iiwa(tmp_path_factory):
-    """The joints of the iiwa 14, with bodies: its links 3 and 5 are never more than 4 mm beyond what is kept."""
+    """The joints of the iiwa 14, with bodies: its links 3 and 5 are never more than 54 mm apart."""
     file = tmp_path_factory.mktemp("iiwa") / "iiwa14.urdf"
     file.write_text(urdf_of("iiwa14", BODY).replace('effort="1"', 'effort="200"'))
     return lwr_dyn.load(file)

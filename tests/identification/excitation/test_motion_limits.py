@@ -147,3 +147,14 @@ def test_an_unknown_speed_limit_is_asked_for_and_an_unknown_travel_is_a_turn(wam
     limits = motion_limits.MotionLimits.of(bare, 0.1, 0.5, unknown_speed=2.0)
     assert limits.speed[0] == 1.0
     assert (limits.lower[0], limits.upper[0]) == pytest.approx((-np.pi + 0.1, np.pi - 0.1))
+
+
+def test_links_that_are_never_far_apart_keep_less_unless_a_distance_is_asked_for(iiwa):
+    """0.3 of the largest distance that they have in drawn poses; all others keep 5 cm."""
+    space, asked = motion_limits.clearance_of(iiwa), motion_limits.clearance_of(iiwa, 0.05)
+    q, planes = motion_limits.random_positions(iiwa, 500, np.random.default_rng(0)), len(space.low)
+    widest = (asked.of(q) + 0.05).max(axis=0)
+    assert 0.045 < widest[space.names.index("link_5 and link_3")] < 0.054
+    assert np.allclose(space.keeps[planes:], np.minimum(0.05, 0.3 * widest[planes:]), rtol=1e-12)
+    assert set(space.keeps[:planes]) == set(asked.keeps) == {0.05}
+    assert np.allclose(space.of(q) + space.keeps, asked.of(q) + 0.05, rtol=0, atol=1e-15)

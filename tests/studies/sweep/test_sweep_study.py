@@ -73,20 +73,15 @@ def test_the_digest_is_of_what_changes_results(study):
     assert len(digests | {study.digest}) == len(changed) + 1
 
 
-@pytest.mark.parametrize(("method", "more"), [("sobol", 3000), ("random", 3000), ("saltelli", 6 * 512)])
+@pytest.mark.parametrize(
+    ("method", "more"), [("sobol", 3000), ("random", 3000), ("latin-hypercube", 3000), ("saltelli", 6 * 512)]
+)
 def test_the_first_of_more_runs_are_those_of_fewer(method, more, study):
     few = replace(study, method=method, runs=6 * 128)
     many = replace(few, runs=more)
     assert many.digest == few.digest
     for path, values in few.values(700, 768).items():
         np.testing.assert_array_equal(many.values(700, 768)[path], values)
-
-
-def test_another_number_of_runs_draws_a_latin_hypercube_anew(study):
-    few = replace(study, method="latin-hypercube")
-    many = replace(few, runs=1501)
-    assert many.digest != few.digest
-    assert (many.values(0, 9)["payload.mass"] != few.values(0, 9)["payload.mass"]).all()
 
 
 def test_a_study_travels_to_another_process(study):
@@ -103,7 +98,7 @@ def test_a_study_travels_to_another_process(study):
         ({"keep": -1}, "keep: -1; allowed: a whole number from 0"),
         ({"seed": -1}, "seed: -1; allowed: a whole number from 0"),
         ({"method": "monte-carlo"}, "method: 'monte-carlo'; allowed: grid, sobol, latin-hypercube, random, saltelli"),
-        ({"method": "latin-hypercube", "runs": 3_000_000}, r"24 numbers each; allowed: at most 2083333, or random, or"),
+        ({"method": "latin-hypercube", "runs": 3_000_000}, r"24 numbers each; allowed: at most 1048576, or random"),
         ({"method": "saltelli"}, r"runs: 1500 by saltelli; allowed: 6 times a power of 2 .*, as 768 or 1536"),
     ],
 )

@@ -19,7 +19,6 @@ from lwr_dyn.studies.sweep.running.cluster import connected, on_cluster
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, SweepCost, duration, first_runs, measured, memory
 from lwr_dyn.studies.sweep.running.schedulers import Chunk, ChunkFault, Done, in_processes, in_threads
 from lwr_dyn.studies.sweep.running.workshop import BY_SIMULATE, SweepJob, workshop_of
-from lwr_dyn.studies.sweep.sampling import HYPERCUBE
 from lwr_dyn.studies.sweep.sweep_study import SweepStudy, refuse_changed
 
 MOST_THREADS = 256
@@ -114,7 +113,6 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
     try:
         found = sweep_folder.manifest_in(path)
         if found is not None:
-            _refuse_other_hypercube(str(path), found, study)
             here = tuple(replace(one, runs=study.runs) for one in found.controllers)
             found.refuse_other(
                 str(path), sweep_folder.SweepManifest(study.name, study.digest, here, sweep_folder.versions())
@@ -125,15 +123,6 @@ def _made(folder: str | Path, study: SweepStudy) -> Iterator[None]:
             with suppress(OSError):  # it holds results
                 path.rmdir()
         raise
-
-
-def _refuse_other_hypercube(folder: str, found: sweep_folder.SweepManifest, study: SweepStudy) -> None:
-    """Raise `OtherSweepError` where nothing but the runs of a Latin hypercube differ, which cannot be extended."""
-    if study.method != HYPERCUBE or found.runs in (0, study.runs):
-        return
-    if found.digest == replace(study, runs=found.runs).digest:
-        allowed = f"as many ({HYPERCUBE} draws all of them anew for another number)"
-        raise sweep_folder.OtherSweepError(folder, "number of runs", str(found.runs), str(study.runs), allowed)
 
 
 def plan(study: SweepStudy, workers: int) -> tuple[SweepCost, sweep_folder.SweepManifest]:

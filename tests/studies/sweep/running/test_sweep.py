@@ -26,6 +26,7 @@ from lwr_dyn.studies.sweep.running.cost import ControllerCost, duration, memory,
 from lwr_dyn.studies.sweep.running.sweep import sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import OtherSweepError, SweepResults
 from lwr_dyn.studies.sweep.running.workshop import SweepWorkshop
+from lwr_dyn.studies.sweep.study_template import study_template
 from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study
 from tests.json_schemas import faults
 from tests.studies.sweep.small import LAW, OWN, contents, small_study
@@ -129,16 +130,17 @@ def test_the_command_extends_a_sweep_with_the_worst_of_all_its_runs(tmp_path, lw
 
 
 @pytest.mark.slow
-def test_a_latin_hypercube_is_not_extended(undisturbed, tmp_path):
-    study = replace(undisturbed[0], method="latin-hypercube", runs=3)
-    sweep(study, tmp_path / "out", threads=1)
-    before = contents(tmp_path / "out")
-    words = r"number of runs: 3, here 4; allowed: as many \(latin-hypercube draws all of them anew for another number\)"
-    with pytest.raises(OtherSweepError, match=words):
-        sweep(replace(study, runs=4), tmp_path / "out")
+def test_a_sweep_as_the_template_draws_it_is_extended_to_the_bytes_of_one_of_all_runs(undisturbed, tmp_path):
+    (tmp_path / "new.toml").write_text(study_template("new.toml", "new"))
+    study = replace(undisturbed[0], method=read_study(tmp_path / "new.toml").method, runs=7)
+    few = replace(study, runs=3)
+    sweep(few, tmp_path / "out", threads=1)
+    for runs in (4, 7):
+        sweep(replace(study, runs=runs), tmp_path / "out", threads=1)
+    sweep(study, tmp_path / "once", threads=1)
+    assert contents(tmp_path / "out") == contents(tmp_path / "once")
     with pytest.raises(OtherSweepError, match="another study"):
-        sweep(replace(study, runs=4, seed=6), tmp_path / "out")
-    assert contents(tmp_path / "out") == before
+        sweep(replace(study, seed=6), tmp_path / "out")
 
 
 @pytest.mark.slow
