@@ -53,11 +53,6 @@ def test_a_worked_example_runs(script, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_committed_models_are_fresh(tmp_path):
-    assert "fresh: " in run(SCRIPTS / "build_models.py", ["--check"], tmp_path)
-
-
-@pytest.mark.slow
 def test_data_mutants(tmp_path):
     assert "lwr4: 24 mutants, " in run(SCRIPTS / "data_mutants.py", ["lwr4", "--share", "24"], tmp_path)
 
