@@ -3,9 +3,10 @@
     python -m build && python -m venv fresh && fresh/bin/pip install dist/*.whl
     python scripts/wheel_smoke.py fresh
 
-The commands run in empty folders without this checkout on their path. Where the extra that a command or an option needs
-is not installed, it must say so in one line, with exit code 2; what needs none must do without. Exit code 1 when
-something fails.
+The commands run in empty folders without this checkout on their path. Helps and the example of the first page are
+programs of their own; the others are forks of one process that has loaded the wheel. Where the extra that a command or
+an option needs is not installed, it must say so in one line, with exit code 2; what needs none must do without. Exit
+code 1 when something fails.
 """
 
 import json
@@ -14,11 +15,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+READY = Path(__file__).resolve().parents[1] / "tests" / "docs" / "ready_command.py"
+"""`lwr-dyn` as a fork of a process that has loaded it; it imports nothing of this checkout."""
 LEFT_OUT = ("sensitivity", "reproduce", "gains", "new paper")
 """Slow commands, of which only the help is tried."""
 FACTS = """
@@ -85,16 +89,33 @@ def _has_help(code: int, out: str, err: str, extra: str) -> bool:
     return (code == 0 and out.startswith("Usage: lwr-dyn")) or is_missing(code, err, extra)
 
 
+@contextmanager
+def loaded(python: Path, folder: Path, variables: dict[str, str]) -> Iterator[list[str]]:
+    """A process that has loaded all commands of the wheel; gives the words that begin a command which it forks."""
+    door = folder / "ready"
+    command = [str(python), "-P", str(READY), "serve", str(door)]
+    with subprocess.Popen(command, env=variables, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        if process.stdout.readline() != b"ready\n":
+            raise RuntimeError(f"{' '.join(command)} did not start")
+        yield [str(python), "-IS", str(READY), str(door)]
+        process.communicate()  # closes its stdin, with which it ends
+
+
 def main(environment: Path) -> int:
     """Try the wheel of a virtual environment; gives the exit code."""
     programs, began = environment.resolve() / "bin", time.monotonic()
     variables = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    with tempfile.TemporaryDirectory() as folder:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        loaded(programs / "python", Path(folder), variables) as fork,
+    ):
 
         def run(place: str, words: list[str]) -> tuple[int, str, str]:
-            own = Path(folder, place or "top")
+            own = Path(folder, f"in {place}")
             own.mkdir(exist_ok=True)
-            command = [str(programs / words[0]), *words[1:]]
+            started = not place or words[0] != "lwr-dyn" or words[-1] == "--help"
+            command = [str(programs / words[0]), *words[1:]] if started else [*fork, *words[1:]]
             done = subprocess.run(command, cwd=own, env=variables, capture_output=True, text=True)
             return done.returncode, done.stdout, done.stderr
 

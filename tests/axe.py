@@ -20,13 +20,39 @@ SCREENS = [(1600, False), (1600, True), (420, False), (420, True)]
 EACH_ONCE = [SCREENS[0], SCREENS[3]]
 """Each width and each scheme once: for more pages of a kind, where colours do not depend on the width."""
 TWO_FRAMES = "requestAnimationFrame(() => requestAnimationFrame(() => arguments[0]()))"
+LOOKS = """const drawn = new Map(), alike = new Map();
+const ground = (node) => {
+  if (node === null) return "";
+  if (!drawn.has(node)) {
+    const style = getComputedStyle(node), all = [style.backgroundColor, style.backgroundImage, style.opacity];
+    drawn.set(node, `${all} ${ground(node.parentElement)}`);
+  }
+  return drawn.get(node);
+};
+for (const node of document.body.querySelectorAll("*")) {
+  node.removeAttribute("data-look");
+  if (![...node.childNodes].some((child) => child.nodeType === 3 && child.textContent.trim())) continue;
+  const style = getComputedStyle(node), box = node.getBoundingClientRect();
+  if (!node.checkVisibility({checkOpacity: true, checkVisibilityCSS: true})) continue;
+  if (style.clip !== "auto" || style.clipPath !== "none" || box.width < 2 || box.height < 2) continue;
+  const off = node.closest(":disabled, [aria-disabled=true]") !== null;
+  const look = [style.color, style.fontSize, style.fontWeight, style.textShadow, off, ground(node)].join();
+  alike.set(look, [...(alike.get(look) ?? []), node]);
+}
+for (const nodes of alike.values())
+  for (const node of [...nodes.slice(0, FEW), ...nodes.slice(-FEW)]) node.setAttribute("data-look", "");"""
+"""Marks text: some of each look, that is of its own colour and size and all grounds below it."""
+FEW = 4
+"""Texts of one look that are judged, at the begin and at the end of a page."""
 RUN = """const done = arguments[arguments.length - 1];
-axe.run(document, {resultTypes: ["violations"], iframes: false}).then(
-  (found) => done(found.violations.flatMap((rule) => rule.nodes.map((node) => {
+const whole = {rules: {"color-contrast": {enabled: false}}}, colours = {runOnly: ["color-contrast"]};
+const all = {resultTypes: ["violations"], iframes: false};
+axe.run(document, {...all, ...whole}).then((found) =>
+  axe.run({include: [["[data-look]"]]}, {...all, ...colours}).then((faint) =>
+  done([...found.violations, ...faint.violations].flatMap((rule) => rule.nodes.map((node) => {
     const why = node.failureSummary.split("\\n").slice(1).join(" ").trim();
     return `${rule.id} (${rule.impact}): ${node.target.join(" ")}: ${why}`;
-  }))),
-  (fault) => done([`axe: ${fault}`]));"""
+  }))))).catch((fault) => done([`axe: ${fault}`]));"""
 FAINT = """const parse = (text) => {
   const [r, g, b, a = 1] = (text.match(/[\\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
   return text.startsWith("color(srgb") ? [255 * r, 255 * g, 255 * b, a] : [r, g, b, a];
@@ -78,9 +104,13 @@ def seen(browser, width: int, dark: bool = False, height: int = 1000) -> Iterato
 
 
 def violations(browser) -> list[str]:
-    """What axe-core finds against any of its rules (WCAG 2.0 to 2.2 A and AA, best practice) on the page."""
+    """What axe-core finds against any of its rules (WCAG 2.0 to 2.2 A and AA, best practice) on the page.
+
+    Contrast, which takes nearly all of its time on a long page, is asked of `FEW` first and last texts of each look.
+    """
     if not browser.execute_script("return !!window.axe"):
         browser.execute_script(axe_script() + "\nwindow.axe = axe;")
+    browser.execute_script(f"const FEW = {FEW};\n{LOOKS}")
     return browser.execute_async_script(RUN)
 
 

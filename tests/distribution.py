@@ -18,6 +18,11 @@ LONGEST = (
     "tests/design/",
     "tests/pages/",
     "tests/scripts/",
+    "tests/studies/",
+    "tests/identification/",
+    "tests/codegen/",
+    "tests/simulation/",
+    "tests/trajectory/",
 )
 """Files and folders that begin first, in this order."""
 SPREAD = ("tests/docs/test_pages.py", "tests/custody/test_help_text.py", "tests/reproduction/test_compare_mutants.py")

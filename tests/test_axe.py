@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.axe import faint_texts, seen, sideways, violations
+from tests.axe import FEW, faint_texts, seen, sideways, violations
 
 PAGE = """<!doctype html><html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1"><title>t</title><style>
@@ -47,6 +47,22 @@ def test_faint_text_in_svg_is_seen_in_the_scheme_in_which_it_is_faint(judged):
     assert judged(body.format("day"), dark=True)[1] == ["word: 1.01 (rgb(20, 25, 31) on 21,26,32)"]
     assert judged('<svg style="display:none"><text class="faint" y="20">word</text></svg>')[1] == []
     assert judged('<svg opacity="0.4"><text class="good" y="20">word</text></svg>')[1] != []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("look", ["color: #bbb", "background: #555", "opacity: 0.4"])
+def test_one_faint_text_among_many_good_ones_is_seen(judged, look):
+    """Of texts that look the same not all are judged."""
+    good = '<p style="font-size: 14px">word</p>' * 40
+    found, _, _ = judged(f'{good}<div style="{look}"><p id="odd" style="font-size: 14px">word</p></div>{good}')
+    assert [line.split(":")[0] for line in found] == ["color-contrast (serious)"]
+    assert "#odd" in found[0]
+
+
+@pytest.mark.slow
+def test_a_look_that_is_faint_is_seen_though_it_is_frequent(judged):
+    found, _, _ = judged('<p style="color: #bbb">word</p>' * 40)
+    assert len(found) == 2 * FEW
 
 
 def test_a_page_that_scrolls_sideways_is_seen(judged):

@@ -16,7 +16,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 import lwr_dyn
-from tests.docs.console import environment
+from tests.docs.console import environment, ready
 
 FOLDER = "gallery_pages"
 Card = dict[str, Any]
@@ -105,6 +105,8 @@ def make_pages(app: Sphinx) -> None:
         for card in cards(root)
     }
     missing = [card for card in cards(root) if not wanted[card["name"]].is_file()]
+    if missing:
+        ready()  # once: two threads would start two
     with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(2) as pool:
         folders = [Path(scratch) / card["name"] for card in missing]
         for folder in folders:

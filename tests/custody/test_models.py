@@ -9,6 +9,7 @@ import runpy
 import tomllib
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from functools import cache
 from importlib import resources
 from pathlib import Path
 
@@ -143,14 +144,19 @@ def faults(text, side):
     return out
 
 
-def test_the_models_are_fresh(capsys):
-    script = runpy.run_path(str(ROOT / "scripts" / "build_models.py"))
-    assert script["main"](["--check"]) == 0, capsys.readouterr().out
+@pytest.fixture(scope="module")
+def main():
+    """The script that writes and checks the models, which makes them once for all questions."""
+    found = runpy.run_path(str(ROOT / "scripts" / "build_models.py"))["main"]
+    found.__globals__["all_files"] = cache(found.__globals__["all_files"])
+    return found
 
 
-@pytest.mark.slow
-def test_the_check_sees_stale_missing_and_surplus_files(tmp_path, capsys):
-    main = runpy.run_path(str(ROOT / "scripts" / "build_models.py"))["main"]
+def test_the_models_are_fresh(main, capsys):
+    assert main(["--check"]) == 0, capsys.readouterr().out
+
+
+def test_the_check_sees_stale_missing_and_surplus_files(main, tmp_path, capsys):
     assert main(["--check", "--folder", str(tmp_path)]) == 1
     assert "missing: lwr4plus/lwr4plus.urdf" in capsys.readouterr().out
     assert main(["--folder", str(tmp_path)]) == 0

@@ -31,13 +31,17 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = "python scripts/examples/"
 LIMIT = 300
 """Seconds after which a command is stopped."""
+READY = "LWR_DYN_READY"
+"""The variable that names the socket of a ready process which is there."""
 CLOSED_PIPE = 141
 """Exit code (128 + SIGPIPE) of a command that still writes when `head` has what it wants: no fault, but a race."""
 
 
 @cache
 def ready() -> str:
-    """The socket of the process that has loaded what commands load; it ends with this one."""
+    """The socket of the process that has loaded what commands load; it ends with this one, or is that of who asks."""
+    if READY in os.environ:
+        return os.environ[READY]
     folder = Path(tempfile.mkdtemp(prefix="ready_"))
     command = [sys.executable, ready_command.__file__, ready_command.SERVE, str(folder / "socket")]
     process = subprocess.Popen(

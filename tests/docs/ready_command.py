@@ -112,11 +112,20 @@ def load_all() -> None:
     gc.enable()
 
 
+def search() -> None:
+    """Find the largest inertias of the LWR 4+, by which gains are chosen in most examples: forks have them then."""
+    import lwr_dyn
+    from lwr_dyn.control.inertia.worst_case import worst_case_inertias
+
+    worst_case_inertias(lwr_dyn.load("lwr4plus"))
+
+
 if __name__ == "__main__":
     if sys.argv[1] != SERVE:
         end(ask(sys.argv[1], sys.argv[2:]))
     import runpy
 
     load_all()
+    search()
     serve(sys.argv.pop(2))
     runpy.run_module("lwr_dyn", run_name="__main__", alter_sys=True)

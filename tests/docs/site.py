@@ -11,6 +11,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
 
+from tests.docs.console import READY, ready
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -25,7 +27,7 @@ def build(folder: Path) -> None:
         stderr=subprocess.STDOUT,
         text=True,
         timeout=900,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        env=os.environ | {"OMP_NUM_THREADS": "1", READY: ready()},
     )
     assert done.returncode == 0, done.stdout[-8000:]
 

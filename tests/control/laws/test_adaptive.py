@@ -1,6 +1,7 @@
 """The adaptive law: its Lyapunov function at random states and along motions, linear form, bounds, what it gains."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -142,18 +143,23 @@ def test_base_parameters_move_every_torque_that_parameters_can_move():
     assert law.signals["adapted_base"].shape == (70,)
 
 
-MOVE = ist_clear_reference(ARM, duration=7.0)
 SHORT = point_to_point(ARM, [[0.3, -1.2, 0.2, 0.9, -1.5, 1.1, -0.6], [0.8, -0.6, 0.5, 1.4, -1.0, 0.6, 0.2]], [2.0])
 
 
+@cache
+def letters():
+    """Not made when the tests are collected."""
+    return ist_clear_reference(ARM, duration=7.0)
+
+
 def test_evaluated_continuously_its_lyapunov_function_never_rises():
-    V = learning.along_a_continuous_loop(made(), MOVE, 1000)
+    V = learning.along_a_continuous_loop(made(), letters(), 1000)
     assert np.diff(V).max() <= 1e-14 * V[0]
     assert V[-1] < 0.5 * V[0]
 
 
 def test_sampled_its_lyapunov_function_rises_by_the_square_of_the_step():
-    rises = [learning.largest_rise(made(), MOVE, rate, 0.4) for rate in (1000, 2000, 4000)]
+    rises = [learning.largest_rise(made(), letters(), rate, 0.4) for rate in (1000, 2000, 4000)]
     assert rises[0] > 1e-6
     np.testing.assert_allclose(np.log2(np.divide(rises[:-1], rises[1:])), 2.0, atol=0.3)
 
@@ -171,8 +177,8 @@ def test_with_an_unknown_load_the_second_pass_is_a_hundred_times_better():
 
 @pytest.mark.slow
 def test_with_friction_noise_and_delay_it_is_ten_times_better():
-    move = Twice(MOVE, 2.0)
-    fixed = learning.only_pass(MOVE, plant=learning.FRICTION)
+    move = Twice(letters(), 2.0)
+    fixed = learning.only_pass(letters(), plant=learning.FRICTION)
     learnt, run = learning.second_pass("adaptive", move, plant=learning.FRICTION, adapt_friction=True)
     assert fixed > 10.0 * learnt
     np.testing.assert_allclose(run.signals["adapted_coulomb"][-1], learning.COULOMB, rtol=0.3)
@@ -209,7 +215,7 @@ def test_it_can_run_continuously_and_describes_itself():
     assert record["label"] == "adaptive (payload, friction)"
     assert len(record["parameters"]["gains"]) == 10
     run = lwr_dyn.simulate(
-        ARM, make_controller("adaptive", ARM, learning.MODEL), MOVE, payload=3.0, continuous=True, duration=0.05
+        ARM, make_controller("adaptive", ARM, learning.MODEL), letters(), payload=3.0, continuous=True, duration=0.05
     )
     assert np.abs(run.q - run.q_ref).max() < 1e-2
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -25,8 +26,13 @@ OMEGA, MOST = 50.0, 7.0
 LOADS = [arm_with_payload(ARM, mass) for mass in (1e-9, 3.0, MOST)]
 MIDDLE = arm_with_payload(ARM, MOST / 2)
 TRUE = [lwr_dyn.dynamics_of(arm, "newton-euler") for arm in LOADS]
-INSTANTS = [[Instant.of(dynamics, OMEGA, *state) for state in STATES] for dynamics in TRUE]
 COLUMNS = SlotineLiRegressor(ARM)
+
+
+@cache
+def instants_of_each():
+    """Per load the instants of all states; not made when the tests are collected."""
+    return [[Instant.of(dynamics, OMEGA, *state) for state in STATES] for dynamics in TRUE]
 
 
 def check_law(module):
@@ -35,7 +41,7 @@ def check_law(module):
     scale = MOST / 2 * np.r_[1.0, [0.1] * 3, [0.01] * 6]
     for layer in (1.0, 30.0, 1e4):
         law = module.tuned_robust(ARM, MODEL, omega_n=OMEGA, layer=layer)
-        for arm, instants in zip(LOADS, INSTANTS, strict=True):
+        for arm, instants in zip(LOADS, instants_of_each(), strict=True):
             error = missing_load(MIDDLE, arm)
             assert np.linalg.norm(error / scale) <= law.rho / 1.2 * (1 + 1e-12)
             for at, state in zip(instants, STATES, strict=True):

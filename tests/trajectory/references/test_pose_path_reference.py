@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,7 +28,11 @@ DIFFERENCE = 1e-9
 POSE = 1e-12
 """[m, and entries of R] Closed-form IK and forward kinematics, both to rounding."""
 
-REFERENCES = {timing: ist_reference(ARM, timing) for timing in MOTION_PROFILES.rows}
+
+@cache
+def timed(timing):
+    """The letters under a profile; not made when the tests are collected."""
+    return ist_reference(ARM, timing)
 
 
 def breaks(reference):
@@ -46,7 +51,7 @@ def _rising(s, t):
 
 @pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_the_flange_draws_the_path(timing):
-    reference = REFERENCES[timing]
+    reference = timed(timing)
     t = np.linspace(0.0, 14.0, 1401)
     T = lwr_dyn.forward_kinematics(ARM, reference.sample(t).q)
     np.testing.assert_allclose(T, reference.poses.at(t).T, atol=POSE)
@@ -54,7 +59,7 @@ def test_the_flange_draws_the_path(timing):
 
 @pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_dq_and_ddq_are_the_derivatives_of_q_between_the_breaks(timing):
-    reference = REFERENCES[timing]
+    reference = timed(timing)
     t = np.linspace(0.013, 13.987, 431)
     away = np.abs(t[:, None] - breaks(reference)).min(axis=1)
     t = t[away > 5 * STEP]
@@ -70,7 +75,7 @@ def test_dq_and_ddq_are_the_derivatives_of_q_between_the_breaks(timing):
 @pytest.mark.parametrize("timing", ["quintic", "smooth", "smooth-blended"])
 def test_q_dq_and_ddq_have_no_jump_anywhere(timing):
     h = 5e-4
-    motion = REFERENCES[timing].sample(np.arange(-0.1, 14.1, h))
+    motion = timed(timing).sample(np.arange(-0.1, 14.1, h))
     # a step is at most the peak rate times h (0.8 rad/s, 3.5 rad/s^2, 56 rad/s^3 on IST); a jump does not shrink with h
     for value, most in (("q", 1.0), ("dq", 5.0), ("ddq", 80.0)):
         assert np.abs(np.diff(getattr(motion, value), axis=0)).max() < most * h
@@ -86,7 +91,7 @@ def test_the_same_look_finds_the_jump_of_ddq_at_a_bend_that_is_not_eased():
 @pytest.mark.slow
 def test_constant_speed_jumps_in_dq_at_its_corners_and_ends_and_nowhere_else():
     h = 5e-4
-    reference = REFERENCES["constant"]
+    reference = timed("constant")
     t = np.arange(-0.1, 14.1, h)
     steps = np.abs(np.diff(reference.sample(t).dq, axis=0)).max(axis=1)
     jumps = t[:-1][steps > 0.01]
@@ -97,7 +102,7 @@ def test_constant_speed_jumps_in_dq_at_its_corners_and_ends_and_nowhere_else():
 
 
 def test_it_stands_still_before_and_after():
-    motion = REFERENCES["constant"].sample(np.array([-1.0, 0.0, 14.0, 20.0]))
+    motion = timed("constant").sample(np.array([-1.0, 0.0, 14.0, 20.0]))
     np.testing.assert_array_equal(motion.q[[0, 3]], motion.q[[1, 2]])
     assert not motion.dq[[0, 3]].any()
     assert not motion.ddq[[0, 3]].any()
@@ -105,7 +110,7 @@ def test_it_stands_still_before_and_after():
 
 @pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_the_tightest_place_is_joint_6_at_point_1_by_1_2_degrees(timing):
-    reference = REFERENCES[timing]
+    reference = timed(timing)
     assert np.degrees(reference.margin) == pytest.approx(1.2, abs=0.05)
     assert reference.nearest_limit.joint == "joint_6"
     assert reference.nearest_limit.t == pytest.approx(0.0, abs=0.2)
@@ -115,23 +120,23 @@ def test_the_tightest_place_is_joint_6_at_point_1_by_1_2_degrees(timing):
 
 @pytest.mark.parametrize("timing", MOTION_PROFILES.rows)
 def test_speed_limits_are_kept(timing):
-    dq = REFERENCES[timing].sample(np.linspace(0, 14, 1401)).dq
+    dq = timed(timing).sample(np.linspace(0, 14, 1401)).dq
     assert np.all(np.abs(dq).max(axis=0) < ARM.velocity)
 
 
 def test_a_fixed_arm_angle_is_kept_on_the_branch_with_the_largest_margin():
-    best = REFERENCES["smooth"].arm_angle
+    best = timed("smooth").arm_angle
     psi = float(np.mean(best.evaluate(np.linspace(0, 1.3, 50))[0]))
     reference = ist_reference(ARM, arm_angle=psi)
     assert reference.arm_angle.branch == best.branch
-    assert 0.0 < reference.margin <= REFERENCES["smooth"].margin + 1e-6
+    assert 0.0 < reference.margin <= timed("smooth").margin + 1e-6
     t = np.linspace(0.0, 14.0, 141)
     T = lwr_dyn.forward_kinematics(ARM, reference.sample(t).q)
     np.testing.assert_allclose(T, reference.poses.at(t).T, atol=POSE)
 
 
 def test_a_curve_of_ones_own_is_taken():
-    own = REFERENCES["smooth"].arm_angle
+    own = timed("smooth").arm_angle
     reference = ist_reference(ARM, "quintic", arm_angle=own)
     assert reference.arm_angle is own
     assert reference.about["arm_angle"]["value"] == "a curve, given"
@@ -151,7 +156,7 @@ def test_a_turning_tool_is_followed():
 
 
 def test_it_lists_what_is_printed_assumed_and_estimated():
-    about = json.loads(json.dumps(dict(REFERENCES["smooth"].about)))
+    about = json.loads(json.dumps(dict(timed("smooth").about)))
     assert about["timing"]["kind"] == "assumed"
     assert about["timing"]["value"] == "smooth"
     assert about["points"]["kind"] == "printed"
@@ -227,11 +232,11 @@ def test_bad_arm_angles_arms_and_times_are_refused():
     with pytest.raises(OptionError, match="arm_angle: nan"):
         ist_reference(ARM, arm_angle=float("nan"))
     with pytest.raises(ShapeError, match="nan"):
-        REFERENCES["smooth"].sample(np.array([np.nan]))
+        timed("smooth").sample(np.array([np.nan]))
 
 
 def test_the_trace_is_the_drawn_path():
-    trace = REFERENCES["quintic"].trace(11)
+    trace = timed("quintic").trace(11)
     assert trace.shape == (11, 3)
     np.testing.assert_allclose(trace[[0, -1]], timed_ist("quintic").at([0.0, 14.0]).T[:, :3, 3], atol=POSE)
 
