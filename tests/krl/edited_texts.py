@@ -2,8 +2,9 @@
 
 import random
 
-from lwr_dyn.krl.editor.edited_project import EditedProject, folds_of, outline_items
-from lwr_dyn.krl.editor.referents import hover_text
+from lwr_dyn.krl.editor.edited_project import EditedProject
+from lwr_dyn.krl.editor.outlines import folds_of, outline_items
+from lwr_dyn.krl.editor.referents import hover_text, name_column
 from tests.krl.mutations import mutated
 from tests.krl.small_backup import FILES, write_backup
 
@@ -40,7 +41,7 @@ def assert_answers(project, name, rng, places=20):
         if found is not None:
             context, token, referent = found
             assert hover_text(context, referent).startswith("```krl")
-            assert file.file.position(line, token.column) in project.uses(referent)
+            assert file.file.position(line, name_column(token)) in project.uses(referent)
 
 
 def assert_inside(items, first, last):

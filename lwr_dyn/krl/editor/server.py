@@ -13,8 +13,10 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
-from lwr_dyn.krl.editor.edited_project import EditedProject, OutlineItem, Session, folds_of, outline_items
+from lwr_dyn.krl.editor.edited_project import EditedProject
+from lwr_dyn.krl.editor.outlines import OutlineItem, folds_of, outline_items
 from lwr_dyn.krl.editor.referents import LineContext, Referent, hover_text
+from lwr_dyn.krl.editor.session import Session
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.names.known_names import known_names
@@ -132,7 +134,7 @@ class _Editor:
 
     def changed_folders(self, params: lsp.DidChangeWorkspaceFoldersParams) -> None:
         for removed in params.event.removed:
-            self.session.folders.pop(_path(removed.uri), None)
+            self.session.remove_folder(_path(removed.uri))
         for added in params.event.added:
             self.session.add_folder(_path(added.uri))
         self._check_others("")
