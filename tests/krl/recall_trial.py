@@ -33,8 +33,8 @@ class RecallTrial:
 def hidden_names(project: EditedProject) -> list[tuple[str, int, int, str, str]]:
     """File, line from 0, column from 0 where one asks, kind and text of each name that is used in code.
 
-    Where a name is declared it is new, so it is not asked for there. A name is asked for after its first letter, one of `$` after two signs, a constant after #, a component and an item
-    of an aggregate before it.
+    Where a name is declared it is new, so it is not asked for there. A name is asked for after its first letter, one
+    of `$` after two signs, a constant after #, a component and an item of an aggregate before it.
     """
     out = []
     for file in project.project.files:

@@ -1,5 +1,7 @@
 """The names of inputs and outputs: beside `$IN[3]` stands the SIGNAL that names it."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator, Mapping
 
 from lwr_dyn.krl.editor.referents import line_context

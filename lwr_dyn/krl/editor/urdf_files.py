@@ -41,10 +41,10 @@ def is_urdf(path: Path) -> bool:
 
 
 def tag_at(text: str, line: int, column: int) -> re.Match[str] | None:
-    """The tag that begins at a line and column (from 1) of a text; its group is the tag's name.
+    r"""The tag that begins at a line and column (from 1) of a text; its group is the tag's name.
 
     >>> tag_at('<robot>\n  <mass value="1"\n  />', 2, 3).span()
-    (10, 29)
+    (10, 30)
     """
     lines = text.splitlines(keepends=True)
     return None if line > len(lines) else _TAG.match(text, sum(map(len, lines[: line - 1])) + column - 1)

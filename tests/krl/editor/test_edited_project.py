@@ -82,7 +82,7 @@ def test_a_file_outside_of_all_folders_sees_those_beside_it(tmp_path):
 @pytest.mark.slow
 def test_editor_and_checks_load_no_numerics():
     program = """import sys
-import lwr_dyn.krl.editor.server, lwr_dyn.cli.lsp
+import lwr_dyn.krl.editor.protocol.server, lwr_dyn.cli.lsp
 print([m for m in ("numpy", "scipy", "pinocchio", "meshcat") if m in sys.modules])"""
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
