@@ -1,5 +1,6 @@
 """`lwr-dyn lsp`: one language server for KRL, URDF and xacro files; `lwr-dyn krl server` is another name of it."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def judged(path: Path, text: str | None) -> list[UrdfRemark]:
         sure = "" if x.sure == "certain" else f" ({x.sure})"
         lines = [what + sure, x.why, f"instead: {x.instead}" if x.instead else ""]
         message = "\n".join(line for line in lines if line)
-        place = x.place
-        instead = x.instead if x.instead.startswith("<") else ""
-        out.append(UrdfRemark(place.file or str(path), place.line, place.column, x.level, x.code, message, instead))
+        place, tag = x.place, x.instead if x.instead.startswith("<") else ""
+        file = os.path.abspath(place.file or path)  # of a xacro, places are relative to where the server was started
+        out.append(UrdfRemark(file, place.line, place.column, x.level, x.code, message, tag))
     return out

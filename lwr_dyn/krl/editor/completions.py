@@ -38,7 +38,7 @@ class Completion:
 def completions(context: LineContext, column: int) -> tuple[int, list[Completion]]:
     """The column (from 0) from which a proposal replaces the text, and the proposals, at a column (from 0) of a line.
 
-    Names are those with the first letter that is written; without one all but those of `$`.
+    Names are those that begin with the first letter that is written; without one all but those of `$`.
     """
     before = context.text[:column]
     match = _WRITTEN.search(before)
@@ -48,7 +48,8 @@ def completions(context: LineContext, column: int) -> tuple[int, list[Completion
         tokens, comment = tokens_of(before[:start])
     except LineError:  # inside a text
         return column, []
-    if comment is not None or before.lstrip().startswith("&"):
+    number = bool(tokens) and tokens[-1].kind in ("INTEGER", "DECIMAL") and not before[:start].endswith((" ", "\t"))
+    if comment is not None or number or before.lstrip().startswith("&"):
         return column, []
     if written.startswith("#"):
         name = start + len(written) - len(written[1:].lstrip())
@@ -62,7 +63,8 @@ def completions(context: LineContext, column: int) -> tuple[int, list[Completion
 
 
 def _begins(text: str, written: str) -> bool:
-    return text[0].upper() == written[0].upper() if written else text[0] != "$"
+    letters = 2 if written.startswith("$") else 1
+    return text[:letters].upper().startswith(written[:letters].upper()) if written else text[0] != "$"
 
 
 def _members(scope: Scope, tokens: Sequence[Token]) -> list[Completion] | None:

@@ -70,7 +70,7 @@ class UrdfDocuments:
         if self.asked[uri] == number:
             found: dict[str, list[UrdfRemark]] = {uri: []}
             for x in remarks:
-                found.setdefault(uri if Path(x.file) == path else Path(x.file).absolute().as_uri(), []).append(x)
+                found.setdefault(uri if Path(x.file) == path else Path(x.file).as_uri(), []).append(x)
             self._keep(uri, found)
 
     def _keep(self, uri: str, found: dict[str, list[UrdfRemark]]) -> None:

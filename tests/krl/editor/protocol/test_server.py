@@ -1,22 +1,9 @@
-"""`lwr-dyn krl server` with a scripted editor: diagnoses as texts change, answers, places in all encodings."""
+"""`lwr-dyn lsp` with a scripted editor: diagnoses as texts change, answers, places in all encodings."""
 
 import pytest
 
 from tests.krl.language_client import LanguageClient
 from tests.krl.small_backup import CLOSE, FILES, MAIN, place_of, write_backup
-
-
-@pytest.fixture(scope="module")
-def backup(tmp_path_factory):
-    return write_backup(tmp_path_factory.mktemp("backup").resolve())
-
-
-@pytest.fixture(scope="module")
-def client(backup):
-    with LanguageClient(backup) as client:
-        client.open(backup / MAIN, FILES[MAIN])
-        assert client.diagnostics(backup / MAIN)[1] == []
-        yield client
 
 
 def at(text, nth=0, word="", name=MAIN):
