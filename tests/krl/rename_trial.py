@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import random
+import re
 from collections import Counter
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.referents import name_column
 from lwr_dyn.krl.editor.renaming import KeptNameError, renamable, renamed
 from lwr_dyn.krl.language.lexer import LineError, tokens_of
+from tests.krl.random_projects import ROUTINES, VARIABLES, random_modules
 
 Place = tuple[str, int, int]
 """File, line from 0, column from 1."""
@@ -41,6 +44,18 @@ def names_of(project: EditedProject) -> list[Place]:
     return out
 
 
+def random_backup(rng: random.Random, folder: Path) -> EditedProject:
+    """Modules of the same few names in folders that see each other in part; their routines use names at random."""
+    texts = {path: text for m in random_modules(rng) for path, text in m.texts.items()}
+
+    def body(head: re.Match[str]) -> str:
+        lines = [f"{rng.choice(VARIABLES)} = {rng.choice(VARIABLES)} + 1" for _ in range(3)]
+        return "\n".join([head[0].rstrip(), *lines, f"{rng.choice(ROUTINES)}( )", ""])
+
+    filled = {path: re.sub(r"(GLOBAL )?DEF \w+\( \)\n", body, text) for path, text in texts.items()}
+    return EditedProject(folder, texts=filled)
+
+
 def rename_trial(project: EditedProject, rng: random.Random, wanted: int, tries: int = 100_000) -> RenameTrial:
     """Rename names drawn by the seed, each in the project as it was, until so many were renamed."""
     out, names = RenameTrial(), names_of(project)
@@ -48,7 +63,7 @@ def rename_trial(project: EditedProject, rng: random.Random, wanted: int, tries:
     for file, line, column in names[:tries]:
         if out.renamed == wanted:
             break
-        new = rng.choice(["zz_new", "q", "A_LONGER_NAME_THAN_MOST"]) + str(rng.randrange(9))
+        new = rng.choice(["zz_new", "q", "v", "p", "A_LONGER_NAME_THAN_MOST"]) + str(rng.randrange(9))
         try:
             _, referent, _ = renamable(project, file, line, column)
             uses = renamed(project, file, line, column, new)

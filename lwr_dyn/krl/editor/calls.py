@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from lwr_dyn.krl.checks.type_check import taken_by
 from lwr_dyn.krl.diagnostics import SourcePosition
 from lwr_dyn.krl.editor.edited_project import EditedProject
-from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referents_of
+from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, named_in
 from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
 from lwr_dyn.krl.names.known_names import Type
@@ -125,8 +125,9 @@ def _named_in(project: EditedProject, file: str, routine: Routine) -> Iterator[t
     program, read = project.program(file), project.project.file(file)
     scopes: dict[int, Scope] = {}
     for i, _ in routine.lines():
-        for token, referent in referents_of(line_context(program, read, i, scopes)):
-            yield read.file.position(i, token.column), referent
+        for token, referent in named_in(line_context(program, read, i, scopes)):
+            if referent is not None:
+                yield read.file.position(i, token.column), referent
 
 
 def _routine_at(project: EditedProject, place: SourcePosition) -> Routine | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,8 +15,8 @@ from lwr_dyn.krl.editor.referents import (
     Referent,
     line_context,
     name_column,
+    named_in,
     referent_at,
-    referents_of,
 )
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.language.source import is_krl_file, krl_files, parse_text
@@ -104,22 +104,33 @@ class EditedProject:
         found = referent_at(context, column)
         return None if found is None else (context, *found)
 
+    def undeclared(self, name: str) -> Iterator[SourcePosition]:
+        """The places where a name is used that nothing declares, neither the project nor the controller."""
+        for file, context in self._lines_with(name, self.project.files):
+            for token, found in named_in(context, name):
+                if found is None or (found.position is None and context.scope.known.text(found.owner or name) is None):
+                    yield file.file.position(context.line, name_column(token))
+
     def uses(self, wanted: Referent, within: str | None = None) -> list[SourcePosition]:
         """All places of the project, or of one file, that mean the same, with its declaration: where the name begins.
 
         The # of a constant stands before its place.
         """
         out: list[SourcePosition] = []
-        pattern = re.compile(re.escape(wanted.name), re.IGNORECASE)
-        for file in self.project.files if within is None else (self.project.file(within),):
+        files = self.project.files if within is None else (self.project.file(within),)
+        for file, context in self._lines_with(wanted.name, files):
+            same = (token for token, x in named_in(context, wanted.name) if x is not None and x.key == wanted.key)
+            out += [file.file.position(context.line, name_column(token)) for token in same]
+        return out
+
+    def _lines_with(self, name: str, files: Iterable[ModuleFile]) -> Iterator[tuple[ModuleFile, LineContext]]:
+        """The lines of files in which a text stands, with the names that they see."""
+        pattern = re.compile(re.escape(name), re.IGNORECASE)
+        for file in files:
             scopes: dict[int, Scope] = {}
             for i, line in enumerate(file.file.lines):
-                if line.layout is None or pattern.search(line.layout) is None:
-                    continue
-                context = line_context(self.program(file.file.name), file, i, scopes)
-                same = (token for token, found in referents_of(context, wanted.name) if found.key == wanted.key)
-                out += [file.file.position(i, name_column(token)) for token in same]
-        return out
+                if line.layout is not None and pattern.search(line.layout) is not None:
+                    yield file, line_context(self.program(file.file.name), file, i, scopes)
 
     def with_texts(self, texts: Mapping[str, str]) -> EditedProject:
         """The project as it would be with other texts of some files; this one stays as it is."""

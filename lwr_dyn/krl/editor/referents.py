@@ -82,14 +82,12 @@ def referent_at(context: LineContext, column: int) -> tuple[Token, Referent] | N
     return None if found is None else (tokens[i], found)
 
 
-def referents_of(context: LineContext, name: str | None = None) -> Iterator[tuple[Token, Referent]]:
-    """All names of a line, or those that are spelt so (in any case), with what they refer to."""
+def named_in(context: LineContext, name: str | None = None) -> Iterator[tuple[Token, Referent | None]]:
+    """All names of a line, or those that are spelt so (in any case), with what they refer to, None if nothing known."""
     tokens = _tokens(context.text)
     for i, token in enumerate(tokens):
         if token.kind in _NAMES and (name is None or token.text.lstrip("# \t").upper() == name.upper()):
-            found = _referent(context, tokens, i)
-            if found is not None:
-                yield token, found
+            yield token, _referent(context, tokens, i)
 
 
 def unresolved(program: Program, file: ModuleFile, wanted: Referent) -> Iterator[int]:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 from pathlib import PurePosixPath
 
+from lwr_dyn.krl.checks.global_names import repeated_globals
 from lwr_dyn.krl.diagnostics import SourcePosition
 from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, unresolved
@@ -54,7 +55,8 @@ def renamed(project: EditedProject, file: str, line: int, column: int, new: str)
     _check_spelling(new)
     uses = project.uses(found)
     if new.upper() != found.name.upper():
-        _check_places(project, found, new, uses)
+        _check_taken(project, found, new, uses)
+        _check_uses(project, found)
     _check_inline_forms(project, found, uses)
     after = project.with_texts(_texts(project, found.name, new, uses))
     shift = len(new) - len(found.name)
@@ -75,11 +77,22 @@ def _check_spelling(new: str) -> None:
         raise KeptNameError(f"{new} is a keyword")
 
 
-def _check_places(project: EditedProject, found: Referent, new: str, uses: Iterable[SourcePosition]) -> None:
+def _check_taken(project: EditedProject, found: Referent, new: str, uses: Iterable[SourcePosition]) -> None:
     for place in uses:
         scope = _context(project, place).scope
         if _is_taken(scope, found, new.upper()):
             raise KeptNameError(f"{new} is taken, as {place.file} sees it in line {place.line}")
+    if not found.owner:
+        for at in project.undeclared(new):
+            raise KeptNameError(f"{new} is used in {at.file}, line {at.line}, where nothing declares it")
+
+
+def _check_uses(project: EditedProject, found: Referent) -> None:
+    """Whether it is certain which places mean the name."""
+    assert found.position is not None
+    for twice in repeated_globals(project.program(found.position.file)):
+        if twice.position == found.position:
+            raise KeptNameError(f"{twice.message}: which of them a use means is not certain, rename by hand")
     if found.owner:
         for file in project.project.files:
             for i in unresolved(project.program(file.file.name), file, found):

@@ -17,7 +17,7 @@ _TAG = re.compile(r"<(/?[\w:.-]+)(?:[^<>\"']|\"[^\"]*\"|'[^']*')*>")
 
 @dataclass(frozen=True, slots=True)
 class UrdfRemark:
-    """A finding of the linter: absolute path, line and column from 1, and `instead`, the tag to write, where it is one."""
+    """A finding of the linter: absolute path, line and column from 1, and `instead`, a tag to write or nothing."""
 
     file: str
     line: int

@@ -5,10 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from lwr_dyn.krl.editor import renaming
 from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.renaming import KeptNameError, renamed
 from tests.krl import planting
-from tests.krl.rename_trial import rename_trial, written
+from tests.krl.rename_trial import random_backup, rename_trial, written
 from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, place_of, write_backup
 
 CELL = Path(planting.__file__).parent / "cell"
@@ -93,10 +94,23 @@ def test_a_component_of_an_unknown_structure_keeps_all_of_its_name(project):
 
 
 def test_a_name_that_nothing_declares_yet_is_not_caught(project):
-    """The places that mean the same would be others than before."""
     project.set_text(MAIN, FILES[MAIN].replace("GOTO again\n", "caught = 1\nGOTO again\n"))
-    with pytest.raises(KeptNameError, match="would mean something else"):
+    with pytest.raises(KeptNameError, match=r"caught is used in KRC/R1/Program/main.src, line 19, where nothing"):
         rename(project, "caught", MAIN, "LIN pick", 0, "pick")
+
+
+def test_of_a_name_that_is_global_in_two_modules_no_use_is_certain(project):
+    twin = {"KRC/R1/Program/two.dat": "DEFDAT two PUBLIC\nDECL GLOBAL INT shared_count=1\nENDDAT\n"}
+    with pytest.raises(KeptNameError, match="which of them a use means is not certain"):
+        rename(project.with_texts(twin), "other", MAIN, "shared_count = ", 0, "shared_count")
+
+
+def test_a_change_that_would_catch_other_places_is_found_out(project, monkeypatch):
+    """With the checks before it out of the way, the proof alone still says no."""
+    for name in ("_check_taken", "_check_uses"):
+        monkeypatch.setattr(renaming, name, lambda *_: None)
+    with pytest.raises(KeptNameError, match="would mean something else"):
+        rename(project, "grip", MAIN, "FOR i", 0, "i")
 
 
 def test_only_the_case_of_letters_may_change(project):
@@ -115,6 +129,13 @@ def test_renames_drawn_by_a_seed_change_no_diagnosis(tmp_path):
     small = rename_trial(EditedProject(write_backup(tmp_path)), random.Random(3), 15)
     assert (small.renamed, small.changed) == (15, [])
     assert small.kept
+
+
+def test_where_modules_see_each_other_in_part_no_name_is_caught(tmp_path):
+    found = [rename_trial(random_backup(random.Random(seed), tmp_path), random.Random(seed), 4) for seed in range(6)]
+    assert sum(x.renamed for x in found) > 10
+    assert [x.changed for x in found if x.changed] == []
+    assert any("is taken" in why or "mean" in why for x in found for why in x.kept)
 
 
 @pytest.mark.slow
