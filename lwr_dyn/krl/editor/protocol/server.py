@@ -21,9 +21,11 @@ from lwr_dyn.krl.editor.protocol.open_files import OpenFiles, path_of
 from lwr_dyn.krl.editor.protocol.urdf_documents import UrdfDocuments
 from lwr_dyn.krl.editor.session import Session
 from lwr_dyn.krl.editor.urdf_files import UrdfJudge, is_urdf
-from lwr_dyn.krl.language.source import SourceFile
+from lwr_dyn.krl.language.source import ENDINGS, SourceFile
 from lwr_dyn.krl.names.known_names import known_names
 
+LANGUAGE = "krl"
+"""What an editor calls KRL; a file of another ending that it calls so is read as KRL too."""
 DEBOUNCE = 0.1
 """[s] After the last change, until the file is checked again."""
 
@@ -128,14 +130,15 @@ class _Editor:
         uri = params.text_document.uri
         if is_urdf(path_of(uri)):
             self.urdf.ask(uri)
-            return
-        self.files.paths[uri] = path_of(uri)
-        self._check(uri)
+        elif path_of(uri).suffix.lower() in ENDINGS or params.text_document.language_id == LANGUAGE:
+            self.files.paths[uri] = path_of(uri)
+            self._check(uri)
 
     def changed(self, params: lsp.DidChangeTextDocumentParams) -> None:
         uri = params.text_document.uri
         if is_urdf(path_of(uri)):
             self.urdf.changed(uri)
+        if uri not in self.files.paths:
             return
         self._cancel(uri)
         self.waiting[uri] = asyncio.get_running_loop().call_later(DEBOUNCE, self._check, uri)
@@ -148,10 +151,11 @@ class _Editor:
         uri = params.text_document.uri
         if is_urdf(path_of(uri)):
             self.urdf.closed(uri)
+        if uri not in self.files.paths:
             return
         self._cancel(uri)
         self.files.shown.pop(uri, None)
-        project, name = self.files.session.place(self.files.paths.pop(uri, path_of(uri)))
+        project, name = self.files.session.place(self.files.paths.pop(uri))
         project.close(name)
         self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, []))
 

@@ -144,3 +144,15 @@ def test_a_file_that_is_not_open_or_not_there_is_answered(client, backup):
     (folder / "shut.src").unlink()
     client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut["textDocument"]["uri"], "type": 3}]})
     assert client.request("textDocument/hover", {**shut, **place}) is None
+
+
+def test_a_file_of_another_language_is_left_alone(client, backup):
+    other, scratch = backup / "world.xml", backup / "scratch"
+    client.open(other, "<world>", "xml")
+    client.open(scratch, "DEF a( )\nnix = 1\nEND\n")
+    assert [d["code"] for d in client.diagnostics(scratch)[1]] == ["undeclared"]
+    client.change(other, "<world/>")
+    for path in (other, scratch):
+        client.notify("textDocument/didClose", {"textDocument": {"uri": path.as_uri()}})
+    assert client.diagnostics(scratch)[1] == []
+    assert not [m for _, m in client.other if m.get("params", {}).get("uri") == other.as_uri()]
