@@ -102,7 +102,7 @@ def callers(project: EditedProject, called: Referent) -> list[RoutineCalls]:
     found: dict[tuple[str, int], tuple[Routine, list[SourcePosition]]] = {}
     for place in project.uses(called):
         around = _routine_at(project, place)
-        if around is not None and place != called.position:
+        if around is not None:  # the head of a routine stands before its body
             found.setdefault((place.file, around.first), (around, []))[1].append(place)
     return [RoutineCalls(routine, file, tuple(places)) for (file, _), (routine, places) in found.items()]
 
