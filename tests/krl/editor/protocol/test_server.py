@@ -80,9 +80,14 @@ def test_a_text_may_be_anything_while_it_is_written(client, backup):
         client.change(main, text)
         found = client.diagnostics(main)[1]
         assert all(d["range"]["start"]["line"] <= text.count("\n") + 1 for d in found)
-        for what in ("hover", "definition"):
+        for what in ("hover", "definition", "completion", "signatureHelp", "documentHighlight", "prepareCallHierarchy"):
             client.ask(what, main, 0, 3)
-        client.request("textDocument/documentSymbol", {"textDocument": {"uri": main.as_uri()}})
+        document = {"textDocument": {"uri": main.as_uri()}}
+        part = {"start": {"line": 0, "character": 0}, "end": {"line": 9, "character": 0}}
+        for what in ("documentSymbol", "foldingRange", "semanticTokens/full", "formatting"):
+            client.request(f"textDocument/{what}", {**document, "options": {"tabSize": 2, "insertSpaces": True}})
+        for what in ("inlayHint", "codeAction", "semanticTokens/range"):
+            client.request(f"textDocument/{what}", {**document, "range": part, "context": {"diagnostics": []}})
     client.change(main, FILES[MAIN])
     assert client.diagnostics(main)[1] == []
 
