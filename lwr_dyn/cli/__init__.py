@@ -17,6 +17,7 @@ krl          `lwr-dyn krl`: one file a subcommand, one group
 lint         `lwr-dyn lint`: faults in URDFs and in tables of numbers that show in the file; exit 1 when there are
              some
 list_        `lwr-dyn list`: the robots, their readings, and where their numbers come from
+lsp          `lwr-dyn lsp`: a language server for KRL, URDF and xacro files
 main         `lwr-dyn`: the subcommands, and how errors become one line and an exit code
 margins      `lwr-dyn margins`: what sampling, delay and elastic joints leave of a loop's stability, and where it is
              worst

@@ -115,6 +115,7 @@ COMMANDS: Registry[click.Command] = Registry(
         "origin": _row("origin", "Whose numbers a URDF has: which published set, and where they differ."),
         "lint": _row("lint", "Faults in URDFs and tables, with place and reason."),
         "krl": _row("krl.group", "Write, check and run KRL programs on a robot's model.", "krl"),
+        "lsp": _row("lsp", "A language server for editors: KRL, URDF, xacro.", "krl"),
         "conventions": _row("conventions", "The possible conventions of a table that states none."),
         "sensitivity": _row("sensitivity", "One task under all readings of a paper's tables."),
         "reproduce": _row("reproduce", "Recompute what a paper prints.", "all"),

@@ -32,7 +32,7 @@ from tests.identification.simulated import ideal_cruise
 from tests.json_schemas import disagreement
 from tests.optional import missing_packages, skipped_for
 
-SLOW = {"sensitivity", "reproduce", "sweep", "krl server"}
+SLOW = {"sensitivity", "reproduce", "sweep", "krl server", "lsp"}
 """Half a minute and more, or until an editor ends it; tests of their packages run them."""
 
 

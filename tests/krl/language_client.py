@@ -1,4 +1,4 @@
-"""A scripted editor: starts `lwr-dyn krl server` and speaks the Language Server Protocol with it."""
+"""A scripted editor: starts `lwr-dyn lsp` and speaks the Language Server Protocol with it."""
 
 import json
 import queue
@@ -17,7 +17,7 @@ class LanguageClient:
     def __init__(self, folder, encodings=("utf-16",), options=(), **capabilities):
         self.began = time.perf_counter()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "lwr_dyn", "krl", "server", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            [sys.executable, "-m", "lwr_dyn", "lsp", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
         self.messages = queue.Queue()
         threading.Thread(target=self._read, daemon=True).start()
@@ -60,12 +60,19 @@ class LanguageClient:
         self.send({"method": method, "params": params})
 
     def request(self, method, params):
+        message = self._answer(method, params)
+        assert "error" not in message, message
+        return message["result"]
+
+    def refused(self, method, params):
+        """What an error says."""
+        return self._answer(method, params)["error"]["message"]
+
+    def _answer(self, method, params):
         self.count += 1
         wanted = self.count
         self.send({"id": wanted, "method": method, "params": params})
-        message = self.until(lambda m: m.get("id") == wanted and "method" not in m)[1]
-        assert "error" not in message, message
-        return message["result"]
+        return self.until(lambda m: m.get("id") == wanted and "method" not in m)[1]
 
     def until(self, holds):
         """(Time, message) of the next message that is wanted; the others are kept in `other`."""
@@ -81,9 +88,9 @@ class LanguageClient:
                 return got
             self.other.append(got)
 
-    def open(self, path, text):
+    def open(self, path, text, language="krl"):
         self.versions[path] = 1
-        document = {"uri": path.as_uri(), "languageId": "krl", "version": 1, "text": text}
+        document = {"uri": path.as_uri(), "languageId": language, "version": 1, "text": text}
         self.notify("textDocument/didOpen", {"textDocument": document})
 
     def change(self, path, text):
@@ -98,6 +105,9 @@ class LanguageClient:
             lambda m: m.get("method") == "textDocument/publishDiagnostics" and m["params"]["uri"] == uri
         )
         return at, message["params"]["diagnostics"]
+
+    def save(self, path):
+        self.notify("textDocument/didSave", {"textDocument": {"uri": path.as_uri()}})
 
     def ask(self, what, path, line, character, **more):
         place = {"textDocument": {"uri": path.as_uri()}, "position": {"line": line, "character": character}}

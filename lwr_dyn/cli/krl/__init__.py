@@ -7,6 +7,5 @@ group    The group `lwr-dyn krl`: a new subcommand is one file here and one row 
          used
 options  The options that `krl check` and `krl run` share; `lwr-dyn new cell`, a commented cell file to start from
 run      `lwr-dyn krl run`: cycle time, motions, speeds and torques of a program, as text and as one JSON object
-server   `lwr-dyn krl server`: a language server for editors
 write    `lwr-dyn krl write`: a program from a task file of points, a run, or a table of poses or axes
 """

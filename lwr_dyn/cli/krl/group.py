@@ -11,11 +11,11 @@ _ABOUT = {
     "run:run": "Run a program on a model: cycle time, motions, speeds, torques.",
     "diff:diff": "What two programs or backups differ in: points, values, logic.",
     "format:format_files": "Layout of files in order; what they mean stays.",
-    "server:server": "A language server for editors.",
 }
 SUBCOMMANDS: Registry[click.Command] = Registry(
     "krl_command",
-    {target.partition(":")[0]: Row(f"lwr_dyn.cli.krl.{target}", text, "krl") for target, text in _ABOUT.items()},
+    {target.partition(":")[0]: Row(f"lwr_dyn.cli.krl.{target}", text, "krl") for target, text in _ABOUT.items()}
+    | {"server": Row("lwr_dyn.cli.lsp:command", "A language server for editors: lwr-dyn lsp.", "krl")},
 )
 
 

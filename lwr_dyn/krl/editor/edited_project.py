@@ -1,118 +1,33 @@
-"""The KRL files of a folder as an editor has them: texts that are open stand in the place of those on disk.
-
-Each file is also a tree: routines, their blocks and folds; of a `.dat` what it declares.
-"""
+"""The KRL files of a folder as an editor has them: texts that are open stand in the place of those on disk."""
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
 
 from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.krl.checks.static_checks import static_diagnostics
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition, sorted_diagnostics
-from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, referent_at, referents_in
-from lwr_dyn.krl.language import statements as s
-from lwr_dyn.krl.language.blocks import FileOutline
-from lwr_dyn.krl.language.declarations import Declaration, EnumType, Signal, StructType
+from lwr_dyn.krl.editor.referents import (
+    LineContext,
+    Referent,
+    line_context,
+    name_column,
+    named_in,
+    referent_at,
+)
 from lwr_dyn.krl.language.lexer import Token
-from lwr_dyn.krl.language.source import SourceFile, is_krl_file, krl_files, parse_text
-from lwr_dyn.krl.language.unparse import statement_text
+from lwr_dyn.krl.language.source import is_krl_file, krl_files, parse_text
 from lwr_dyn.krl.names.known_names import KnownNames, known_names
 from lwr_dyn.krl.project.program import Program, Scope, program_in, read_file
 from lwr_dyn.krl.project.project import ModuleFile, Project, module_file, project_of
 
-Kind = Literal["routine", "block", "fold", "variable", "type"]
-LONGEST = 80
-"""Characters of a name."""
-_FOLD = re.compile(r"\s*(END)?FOLD\b([^;]*)", re.IGNORECASE)
-
-
-@dataclass(slots=True)
-class OutlineItem:
-    """One entry: lines `first` to `last` (from 0, both included), and the entries within."""
-
-    name: str
-    kind: Kind
-    first: int
-    last: int
-    detail: str = ""
-    items: list[OutlineItem] = field(default_factory=list)
-
-
-def outline_items(file: SourceFile, outline: FileOutline) -> list[OutlineItem]:
-    """The tree of a file; an entry that begins inside another one and ends after it is cut at its end."""
-    return _nested([*_routines(file, outline), *_folds(file), *_declared(outline.data)])
-
-
-def folds_of(file: SourceFile, outline: FileOutline) -> list[OutlineItem]:
-    """Routines, blocks and folds of more than one line, each by itself."""
-    return [x for x in (*_routines(file, outline), *_folds(file)) if x.last > x.first]
-
-
-def _routines(file: SourceFile, outline: FileOutline) -> Iterator[OutlineItem]:
-    """Routines and their blocks."""
-    last = max(len(file.lines) - 1, 0)
-    for routine in outline.routines:
-        head = routine.head
-        yield OutlineItem(head.name, "routine", routine.first - 1, min(routine.last, last), head.returns or "")
-        for block in {id(block): block for block in routine.blocks.values()}.values():
-            statement = file.lines[block.first].statement
-            text = block.kind if statement is None else statement_text(statement)
-            yield OutlineItem(_shortened(text), "block", block.first, min(block.last, last))
-
-
-def _folds(file: SourceFile) -> Iterator[OutlineItem]:
-    """`;FOLD name` to `;ENDFOLD`; a fold without its end is left out."""
-    opened: list[tuple[int, str]] = []
-    for i, line in enumerate(file.lines):
-        mark = None if line.comment is None or line.statement is not None else _FOLD.match(line.comment)
-        if mark is None:
-            continue
-        if mark[1] is None:
-            opened.append((i, _shortened(mark[2])))
-        elif opened:
-            first, name = opened.pop()
-            yield OutlineItem(name, "fold", first, i)
-
-
-def _declared(data: Iterable[tuple[int, s.Statement]]) -> Iterator[OutlineItem]:
-    for i, x in data:
-        if isinstance(x, Declaration):
-            for d in x.names:
-                brackets = "" if d.sizes is None else "[]"
-                yield OutlineItem(d.name, "variable", i, i, f"{x.type or ''}{brackets}")
-        elif isinstance(x, Signal):
-            yield OutlineItem(x.name, "variable", i, i, "SIGNAL")
-        elif isinstance(x, StructType | EnumType):
-            yield OutlineItem(x.name, "type", i, i, "STRUC" if isinstance(x, StructType) else "ENUM")
-
-
-def _nested(found: Iterable[OutlineItem]) -> list[OutlineItem]:
-    top: list[OutlineItem] = []
-    above: list[OutlineItem] = []
-    for item in sorted(found, key=lambda x: (x.first, -x.last)):
-        while above and item.first > above[-1].last:
-            above.pop()
-        if above:
-            item.last = min(item.last, above[-1].last)
-        (above[-1].items if above else top).append(item)
-        if item.last > item.first:  # on one line stands nothing within
-            above.append(item)
-    return top
-
-
-def _shortened(text: str) -> str:
-    words = " ".join(text.split()) or "fold"
-    return words if len(words) <= LONGEST else f"{words[: LONGEST - 1]}…"
-
-
 LOST = "\ufffd"
 """Stands in a text where bytes could not be decoded."""
+LOOKED_AT = 4096
+"""[bytes] Of a file that is not open: with a zero among them it is no text, so nothing more of it is read."""
 
 
 @dataclass(slots=True, eq=False)
@@ -189,18 +104,39 @@ class EditedProject:
         found = referent_at(context, column)
         return None if found is None else (context, *found)
 
-    def uses(self, wanted: Referent) -> list[SourcePosition]:
-        """All places of the project that mean the same, with its declaration."""
+    def undeclared(self, name: str) -> Iterator[SourcePosition]:
+        """The places where a name is used that nothing declares, neither the project nor the controller."""
+        for file, context in self._lines_with(name, self.project.files):
+            for token, found in named_in(context, name):
+                if found is None or (found.position is None and context.scope.known.text(found.owner or name) is None):
+                    yield file.file.position(context.line, name_column(token))
+
+    def uses(self, wanted: Referent, within: str | None = None) -> list[SourcePosition]:
+        """All places of the project, or of one file, that mean the same, with its declaration: where the name begins.
+
+        The # of a constant stands before its place.
+        """
         out: list[SourcePosition] = []
-        pattern = re.compile(re.escape(wanted.name), re.IGNORECASE)
-        for file in self.project.files:
+        files = self.project.files if within is None else (self.project.file(within),)
+        for file, context in self._lines_with(wanted.name, files):
+            same = (token for token, x in named_in(context, wanted.name) if x is not None and x.key == wanted.key)
+            out += [file.file.position(context.line, name_column(token)) for token in same]
+        return out
+
+    def _lines_with(self, name: str, files: Iterable[ModuleFile]) -> Iterator[tuple[ModuleFile, LineContext]]:
+        """The lines of files in which a text stands, with the names that they see."""
+        pattern = re.compile(re.escape(name), re.IGNORECASE)
+        for file in files:
             scopes: dict[int, Scope] = {}
             for i, line in enumerate(file.file.lines):
-                if line.layout is None or pattern.search(line.layout) is None:
-                    continue
-                context = line_context(self.program(file.file.name), file, i, scopes)
-                same = (token for token, found in referents_in(context, wanted.name) if found.key == wanted.key)
-                out += [file.file.position(i, token.column) for token in same]
+                if line.layout is not None and pattern.search(line.layout) is not None:
+                    yield file, line_context(self.program(file.file.name), file, i, scopes)
+
+    def with_texts(self, texts: Mapping[str, str]) -> EditedProject:
+        """The project as it would be with other texts of some files; this one stays as it is."""
+        out = EditedProject(self.folder, self.whole, self.known, {**self.texts, **texts})
+        kept = (x for x in self.project.files if x.file.name not in texts)
+        out._keep(project_of([*kept, *(_parsed(name, text) for name, text in texts.items())], self.folder))
         return out
 
     def _keep(self, project: Project) -> None:
@@ -211,31 +147,15 @@ class EditedProject:
         return (x for x in self.project.files if x.file.name != name)
 
 
-@dataclass(slots=True, eq=False)
-class Session:
-    """The folders that an editor has open; a file outside of them sees those beside it."""
-
-    folders: dict[Path, EditedProject] = field(default_factory=dict)
-    known: KnownNames = field(default_factory=known_names)
-
-    def add_folder(self, folder: Path) -> None:
-        """Take a folder as a project."""
-        self.folders.setdefault(folder, EditedProject(folder, known=self.known))
-
-    def place(self, path: Path) -> tuple[EditedProject, str]:
-        """The project of a file, and its name there."""
-        above = [x for x, project in self.folders.items() if project.whole and x in path.parents]
-        folder = max(above, key=lambda x: len(x.parts), default=path.parent)
-        project = self.folders.setdefault(folder, EditedProject(folder, bool(above), self.known))
-        return project, os.path.relpath(path, folder).replace(os.sep, "/")
-
-
 def _read(paths: Iterable[Path], folder: Path) -> list[ModuleFile]:
     out = []
     for path in paths:
         try:
-            out.append(read_file(path, folder))
-        except FileAccessError:  # gone meanwhile, or not ours to read
+            with path.open("rb") as file:
+                is_text = b"\0" not in file.read(LOOKED_AT)
+            if is_text:
+                out.append(read_file(path, folder))
+        except (FileAccessError, OSError):  # gone meanwhile, or not ours to read
             continue
     return out
 

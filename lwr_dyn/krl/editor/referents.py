@@ -1,7 +1,7 @@
 """What the name at a place in a file refers to, with its declaration, type and value as text for an editor."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ from lwr_dyn.krl.diagnostics import SourcePosition
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import Routine
-from lwr_dyn.krl.language.declarations import Declaration
+from lwr_dyn.krl.language.declarations import Declaration, EnumType, StructType
 from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
 from lwr_dyn.krl.language.unparse import expression_text, statement_text
 from lwr_dyn.krl.names.known_names import Type
@@ -82,14 +82,39 @@ def referent_at(context: LineContext, column: int) -> tuple[Token, Referent] | N
     return None if found is None else (tokens[i], found)
 
 
-def referents_in(context: LineContext, name: str) -> Iterator[tuple[Token, Referent]]:
-    """All names of a line that are spelt so (in any case), with what they refer to."""
+def named_in(context: LineContext, name: str | None = None) -> Iterator[tuple[Token, Referent | None]]:
+    """All names of a line, or those that are spelt so (in any case), with what they refer to, None if nothing known."""
     tokens = _tokens(context.text)
     for i, token in enumerate(tokens):
-        if token.kind in _NAMES and token.text.lstrip("#").upper() == name.upper():
-            found = _referent(context, tokens, i)
-            if found is not None:
-                yield token, found
+        if token.kind in _NAMES and (name is None or token.text.lstrip("# \t").upper() == name.upper()):
+            yield token, _referent(context, tokens, i)
+
+
+def unresolved(program: Program, file: ModuleFile, wanted: Referent) -> Iterator[int]:
+    """The lines (from 0) with a component of the wanted one's name, of a structure that is not known."""
+    scopes: dict[int, Scope] = {}
+    for i, line in enumerate(file.file.lines):
+        if wanted.meaning != "component" or line.statement is None or wanted.name.upper() not in line.shown.upper():
+            continue
+        context, tokens = line_context(program, file, i, scopes), _tokens(line.shown)
+        for k, token in enumerate(tokens):
+            named = token.kind == "NAME" and token.text.upper() == wanted.name.upper()
+            member = k and (tokens[k - 1].kind in ("_DOT", "BRACE") or _is_item(context.statement, token))
+            if named and member and _referent(context, tokens, k) is None:
+                yield i
+
+
+def _is_item(statement: s.Statement | None, token: Token) -> bool:
+    return any(isinstance(x, e.Item) and x.column == token.column for x in _nodes(statement))
+
+
+def name_column(token: Token) -> int:
+    """The column (from 1) at which the name in a token begins: behind the # of a constant.
+
+    >>> name_column(Token("ENUMERATION", "# OPEN", 5))
+    7
+    """
+    return token.column + len(token.text) - len(token.text.lstrip("# \t"))
 
 
 _NAMES = ("NAME", "ENUMERATION")
@@ -108,6 +133,10 @@ def _referent(context: LineContext, tokens: list[Token], i: int) -> Referent | N
     token, statement = tokens[i], context.statement
     if token.kind == "ENUMERATION":
         return _constant(context, token)
+    if isinstance(statement, StructType | EnumType) and token.column > statement.column:
+        return _member(context, statement, token)
+    if isinstance(statement, Declaration) and token.column < statement.names[0].column:
+        return _type(context.scope, token, None)
     here = (x for x in _nodes(statement) if getattr(x, "column", 0) == token.column)
     node = next((x for x in here if str(getattr(x, "name", "")).upper() == token.text.upper()), None)
     if isinstance(node, e.Component):
@@ -162,23 +191,41 @@ def _type(scope: Scope, token: Token, node: Any) -> Referent | None:
     return Referent("type", token.text) if scope.is_type(key) else None
 
 
+def _member(context: LineContext, x: StructType | EnumType, token: Token) -> Referent | None:
+    """A component or a constant where its type declares it, or the type of a component."""
+    meaning: Meaning = "component" if isinstance(x, StructType) else "constant"
+    if isinstance(x, StructType):
+        declarators = [d for _, names in x.members for d in names]
+        if not any(d.column == token.column for d in declarators):
+            sizes = any(isinstance(n, e.Name) and n.column == token.column for n in _nodes(x))
+            return (_variable if sizes else _type)(context.scope, token, None)
+    position = context.file.file.position(context.line, token.column)
+    return Referent(meaning, token.text, x.name.upper(), position=position)
+
+
 def _constant(context: LineContext, token: Token) -> Referent:
-    name = token.text[1:]
+    name = token.text[1:].lstrip()
     enums = (pair for table in context.scope.tables for pair in table.enums.items())
     owner = next((enum for enum, members in enums if name.upper() in members), "")
-    return Referent("constant", name, owner or "#", position=_member_position(context.scope, owner))
+    return Referent("constant", name, owner or "#", position=_member_position(context.scope, owner, name))
 
 
 def _component(scope: Scope, owner: Type, name: str, node: Any) -> Referent | None:
     components = scope.structure(owner.name)
     if components is None or name.upper() not in components:
         return None
-    return Referent("component", name, owner.name, position=_member_position(scope, owner.name), node=node)
+    return Referent("component", name, owner.name, position=_member_position(scope, owner.name, name), node=node)
 
 
-def _member_position(scope: Scope, owner: str) -> SourcePosition | None:
-    """Where the type of a component or constant is declared."""
-    return next((x.types[owner].position for x in scope.tables if owner in x.types), None)
+def _member_position(scope: Scope, owner: str, name: str) -> SourcePosition | None:
+    """Where the type of a component or constant declares it."""
+    of_type = next((x.types[owner].position for x in scope.tables if owner in x.types), None)
+    if of_type is None:
+        return None
+    line = scope.program.project.file(of_type.file).file.lines[of_type.line - 1]
+    members = (t for t in _tokens(line.shown) if t.kind == "NAME" and t.column > of_type.column)
+    columns = (t.column for t in members if t.text.upper() == name.upper())
+    return replace(of_type, column=next(columns, of_type.column))
 
 
 def _label(context: LineContext, token: Token) -> Referent | None:

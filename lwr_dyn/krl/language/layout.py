@@ -114,7 +114,7 @@ def formatted(file: SourceFile, indent: int = INDENT) -> SourceFile:
       ENDIF
     END
     """
-    depths, inline = _depths(file), _inline_forms(file)
+    depths, inline = _depths(file), inline_forms(file)
     lines = [
         line if kept else _formatted_line(line, " " * indent * depth, file.is_data)
         for line, depth, kept in zip(file.lines, depths, inline, strict=True)
@@ -143,7 +143,7 @@ def _depths(file: SourceFile) -> Iterator[int]:
             open_.append(keyword)
 
 
-def _inline_forms(file: SourceFile) -> Iterator[bool]:
+def inline_forms(file: SourceFile) -> Iterator[bool]:
     """Whether each line belongs to an inline form."""
     folds: list[bool] = []
     for line in file.lines:

@@ -6,7 +6,9 @@ import time
 
 import pytest
 
-from lwr_dyn.krl.editor.edited_project import LOST, EditedProject, Session, folds_of, outline_items
+from lwr_dyn.krl.editor.edited_project import LOST, EditedProject
+from lwr_dyn.krl.editor.outlines import folds_of, outline_items
+from lwr_dyn.krl.editor.session import Session
 from lwr_dyn.krl.language.blocks import outline_of
 from lwr_dyn.krl.language.source import parse_text
 from tests.krl.edited_texts import edits_agree
@@ -80,7 +82,7 @@ def test_a_file_outside_of_all_folders_sees_those_beside_it(tmp_path):
 @pytest.mark.slow
 def test_editor_and_checks_load_no_numerics():
     program = """import sys
-import lwr_dyn.krl.editor.server, lwr_dyn.cli.krl.server
+import lwr_dyn.krl.editor.protocol.server, lwr_dyn.cli.lsp
 print([m for m in ("numpy", "scipy", "pinocchio", "meshcat") if m in sys.modules])"""
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"

@@ -83,7 +83,7 @@ def test_uses_of_what_other_files_declare(project):
         ("main.src", 13),
     ]
     assert lines_of(project, CONFIG, "GRIP_T") == [("$config.dat", 3), ("close_it.src", 2), ("main.src", 4)]
-    assert lines_of(project, MAIN, "grip.state", "state") == [("close_it.src", 4), ("main.src", 12)]
+    assert lines_of(project, MAIN, "grip.state", "state") == [("$config.dat", 3), ("close_it.src", 4), ("main.src", 12)]
     assert lines_of(project, MAIN, "GOTO again", "again") == [("main.src", 9), ("main.src", 19)]
 
 

@@ -1,22 +1,9 @@
-"""`lwr-dyn krl server` with a scripted editor: diagnoses as texts change, answers, places in all encodings."""
+"""`lwr-dyn lsp` with a scripted editor: diagnoses as texts change, answers, places in all encodings."""
 
 import pytest
 
 from tests.krl.language_client import LanguageClient
 from tests.krl.small_backup import CLOSE, FILES, MAIN, place_of, write_backup
-
-
-@pytest.fixture(scope="module")
-def backup(tmp_path_factory):
-    return write_backup(tmp_path_factory.mktemp("backup").resolve())
-
-
-@pytest.fixture(scope="module")
-def client(backup):
-    with LanguageClient(backup) as client:
-        client.open(backup / MAIN, FILES[MAIN])
-        assert client.diagnostics(backup / MAIN)[1] == []
-        yield client
 
 
 def at(text, nth=0, word="", name=MAIN):
@@ -93,9 +80,14 @@ def test_a_text_may_be_anything_while_it_is_written(client, backup):
         client.change(main, text)
         found = client.diagnostics(main)[1]
         assert all(d["range"]["start"]["line"] <= text.count("\n") + 1 for d in found)
-        for what in ("hover", "definition"):
+        for what in ("hover", "definition", "completion", "signatureHelp", "documentHighlight", "prepareCallHierarchy"):
             client.ask(what, main, 0, 3)
-        client.request("textDocument/documentSymbol", {"textDocument": {"uri": main.as_uri()}})
+        document = {"textDocument": {"uri": main.as_uri()}}
+        part = {"start": {"line": 0, "character": 0}, "end": {"line": 9, "character": 0}}
+        for what in ("documentSymbol", "foldingRange", "semanticTokens/full", "formatting"):
+            client.request(f"textDocument/{what}", {**document, "options": {"tabSize": 2, "insertSpaces": True}})
+        for what in ("inlayHint", "codeAction", "semanticTokens/range"):
+            client.request(f"textDocument/{what}", {**document, "range": part, "context": {"diagnostics": []}})
     client.change(main, FILES[MAIN])
     assert client.diagnostics(main)[1] == []
 
@@ -157,3 +149,15 @@ def test_a_file_that_is_not_open_or_not_there_is_answered(client, backup):
     (folder / "shut.src").unlink()
     client.notify("workspace/didChangeWatchedFiles", {"changes": [{"uri": shut["textDocument"]["uri"], "type": 3}]})
     assert client.request("textDocument/hover", {**shut, **place}) is None
+
+
+def test_a_file_of_another_language_is_left_alone(client, backup):
+    other, scratch = backup / "world.xml", backup / "scratch"
+    client.open(other, "<world>", "xml")
+    client.open(scratch, "DEF a( )\nnix = 1\nEND\n")
+    assert [d["code"] for d in client.diagnostics(scratch)[1]] == ["undeclared"]
+    client.change(other, "<world/>")
+    for path in (other, scratch):
+        client.notify("textDocument/didClose", {"textDocument": {"uri": path.as_uri()}})
+    assert client.diagnostics(scratch)[1] == []
+    assert not [m for _, m in client.other if m.get("params", {}).get("uri") == other.as_uri()]
