@@ -7,11 +7,13 @@ python scripts/build_grammar.py --check    exit 1 when it is not fresh
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from lwr_dyn.krl.language.lexer import GRAMMAR as LANGUAGE
 from lwr_dyn.krl.language.lexer import KEYWORDS
 from lwr_dyn.krl.names.known_names import GEOMETRY, SIMPLE
 
@@ -24,6 +26,11 @@ MODIFIERS = frozenset(
         *("EXT", "EXTFCT", "EXTP", "EXTFCTP"),
     }
 )
+WITH_SOFT_WORDS = {
+    "keyword.control": ("FOR", "WAIT", "TRIGGER", "INTERRUPT", r"STOP(?=\s+WHEN)", "CONST_VEL", "TIME_BLOCK"),
+    "support.function.motion": ("CIRC", "CIRC_REL", "SCIRC", "SCIRC_REL"),
+}
+"""Statements in which some of the words are no names that may be names elsewhere: `FOR i = 1 TO 9 STEP 2`."""
 MOTIONS = frozenset({"MOVE", "CIRCULAR", "BLEND"})
 """Kinds of tokens that are motions, or how one blends into the next."""
 
@@ -56,12 +63,21 @@ def rule(scope: str, match: str, *captures: str) -> dict[str, Any]:
     return out | ({"captures": named} if named else {})
 
 
+def soft_words() -> frozenset[str]:
+    """Words with a meaning in one place only, which may be names elsewhere: rule `name` of the language's grammar."""
+    found = re.search(r"^name: NAME \| (.*)$", LANGUAGE, re.MULTILINE)
+    assert found is not None
+    return frozenset(found[1].split(" | "))
+
+
 def heads() -> Iterator[dict[str, Any]]:
     """Lines that begin a routine or a file."""
     shared = r"(?i)^\s*(GLOBAL\s+)?"
     yield rule("", rf"{shared}(DEF)\s+({NAME})", "storage.modifier", "keyword.control", "entity.name.function")
-    yield rule("", rf"{shared}(DEFFCT)\s+({NAME})(?:\s*\[[^\]]*\])?\s+({NAME})",
-               "storage.modifier", "keyword.control", "storage.type", "entity.name.function")  # fmt: skip
+    yield rule("", rf"{shared}(DEFFCT)\s+({NAME})(?:\s*\[\s*(\d*)[^\]]*\])?\s+({NAME})", "storage.modifier",
+               "keyword.control", "storage.type", "constant.numeric", "entity.name.function")  # fmt: skip
+    yield rule("", rf"(?i)^\s*(DEFDAT)\s+({NAME})\s+(PUBLIC)", "keyword.control", "entity.name.module",
+               "storage.modifier")  # fmt: skip
     yield rule("", rf"(?i)^\s*(DEFDAT)\s+({NAME})", "keyword.control", "entity.name.module")
 
 
@@ -81,9 +97,14 @@ def signs() -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
+def _word(words: Iterable[str]) -> str:
+    return rf"(?i)(?<![\w$.])(?:{one_of(words)})(?![\w$])"
+
+
 def grammar() -> dict[str, Any]:
     """The grammar; inside braces and in STRUC and ENUM a keyword is the name of a component, as for the lexer."""
-    words = [rule(scope, rf"(?i)(?<![\w$])(?:{one_of(group)})(?![\w$])") for scope, group in groups().items()]
+    soft = soft_words()
+    words = [rule(scope, _word(group - soft)) for scope, group in groups().items()]
     types, values = words[0], [words[1], words[2]]
     member = rule("variable.other.property", rf"(?<=[{{,:])\s*{NAME}")
     rest = [
@@ -94,22 +115,32 @@ def grammar() -> dict[str, Any]:
     ]
     braces = {
         "begin": r"\{", "end": r"\}|$", "name": "meta.aggregate.krl",
-        "patterns": [*signs(), {"include": "#braces"}, member, *values, *rest],
+        "patterns": [*signs(), {"include": "#braces"}, {"include": "#inside"}, member, *values, *rest],
+    }  # fmt: skip
+    inside = {  # arguments and indices of a value in braces: there a comma begins no component
+        "begin": r"[(\[]", "end": r"[)\]]|$",
+        "patterns": [*signs(), {"include": "#braces"}, {"include": "#inside"}, *values, *rest],
     }  # fmt: skip
     declared = {
         "begin": r"(?i)^\s*(GLOBAL\s+)?(STRUC|ENUM)\s+", "end": r"$",
         "beginCaptures": {str(i): {"name": "storage.modifier.krl"} for i in (1, 2)},
         "patterns": [*signs(), types, *rest],
     }  # fmt: skip
+    there = [*signs(), {"include": "#braces"}, *words]
+    in_place = [
+        {"begin": _word(firsts), "end": r"$", "beginCaptures": {"0": {"name": f"{scope}.krl"}},
+         "patterns": [*there, rule("keyword.control", _word(soft)), *rest]}
+        for scope, firsts in WITH_SOFT_WORDS.items()
+    ]  # fmt: skip
     return {
         "name": "KRL",
         "scopeName": "source.krl",
         "comment": "Written by scripts/build_grammar.py from the words of lwr_dyn.krl.language.lexer.",
         "patterns": [
             rule("meta.preprocessor", r"^\s*&.*$"),
-            declared, *signs(), {"include": "#braces"}, *heads(), *words, *rest,
+            declared, *heads(), *in_place, *there, *rest,
         ],
-        "repository": {"braces": braces},
+        "repository": {"braces": braces, "inside": inside},
     }  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, tokens_of
 from lwr_dyn.krl.language.source import parse_text
 from lwr_dyn.krl.names.known_names import GEOMETRY
-from scripts.build_grammar import GRAMMAR, grammar, groups, main
+from scripts.build_grammar import GRAMMAR, grammar, groups, main, soft_words
 from scripts.build_vsix import EDITOR, FILES, build
 from tests.krl.random_programs import Writer
 from tests.krl.small_backup import FILES as BACKUP
@@ -33,6 +33,7 @@ SCOPES = {
     "DECIMAL": r"constant\.numeric\.krl",
     "INTEGER": r"constant\.numeric\.krl",
     "keyword": r"keyword|storage|support|constant\.language",
+    "soft": r"keyword\.control|storage\.modifier|variable|entity",
     "structure": r"storage\.type",
 }
 """What a token of the lexer may look like."""
@@ -43,7 +44,7 @@ def kind_of(token):
     if token.kind == "NAME" and token.text.upper() in GEOMETRY:
         return "structure"
     if token.kind != "NAME" and token.text.upper() in KEYWORDS:
-        return "keyword"
+        return "soft" if token.text.upper() in soft_words() else "keyword"
     return token.kind if token.kind in SCOPES else None
 
 
@@ -53,7 +54,7 @@ def sources():
     for path in sorted(PROGRAMS.rglob("*")):
         if path.suffix in (".src", ".dat", ".sub"):
             yield path.read_text(encoding="latin-1")
-    for seed in range(40):
+    for seed in range(400):
         yield Writer(seed).file().text()
 
 
@@ -112,8 +113,35 @@ def test_colours_agree_with_the_lexer(packages):
     lines = list(lines_of_tokens())
     asked = json.dumps([[text, [column for column, _, _ in tokens]] for text, tokens in lines])
     scopes = json.loads(node(EDITOR / "test/agree.js", GRAMMAR, text=asked, modules=packages))
-    assert sum(len(tokens) for _, tokens in lines) > 5000
+    assert sum(len(tokens) for _, tokens in lines) > 10000
     assert disagreements(lines, scopes) == []
+
+
+LINES = [
+    ("FOR i=1 TO 9 STEP 2", {"STEP": "keyword.control"}),
+    ("  step.Y = 60.0*(i-1)", {"step": "variable.other"}),
+    ("LIN step:pick C_DIS", {"LIN": "support.function.motion", "step": "variable.other", "C_DIS": "support"}),
+    ("WAIT SEC 0.2", {"WAIT": "keyword.control", "SEC": "keyword.control"}),
+    ("TRIGGER WHEN PATH=0 DELAY=0 DO f( )", {"PATH": "keyword", "DELAY": "keyword", "f": "entity.name.function"}),
+    ("P = {X 1, OUT 2, T 3}", {"OUT": "variable.other.property", "T": "variable.other.property"}),
+    ("STRUC s INT in, REAL out", {"INT": "storage.type", "in": "variable", "out": "variable"}),
+    ("DEFDAT a PUBLIC", {"DEFDAT": "keyword", "a": "entity.name.module", "PUBLIC": "storage.modifier"}),
+    (";FOLD PTP P1 Vel=100 %;%{PE}%R 8", {"FOLD": "keyword.other.fold", "PTP": "entity.name", "PE": "comment"}),
+    ("GLOBAL DEFFCT CHAR[15] g( )", {"GLOBAL": "storage", "CHAR": "storage.type", "15": "constant.numeric"}),
+]
+"""Lines, and what some of their words look like."""
+
+
+@pytest.mark.slow
+def test_colours_of_chosen_lines(packages):
+    asked = [[text, [re.search(rf"\b{word}\b", text).start() for word in wanted]] for text, wanted in LINES]
+    scopes = json.loads(node(EDITOR / "test/agree.js", GRAMMAR, text=json.dumps(asked), modules=packages))
+    for (text, wanted), found in zip(LINES, scopes, strict=True):
+        looks = {
+            word: scope if not scope.startswith(wanted[word]) else wanted[word]
+            for word, scope in zip(wanted, found, strict=True)
+        }
+        assert (text, looks) == (text, wanted)
 
 
 @pytest.mark.slow
@@ -136,8 +164,8 @@ def test_the_package_holds_what_it_should_and_is_small(packages, tmp_path):
 
 
 BUILT_IN = {
-    "vscode", "child_process", "crypto", "fs", "net", "os", "path", "process", "url", "util", "worker_threads",
-    "node:child_process", "node:fs", "node:fs/promises", "node:os", "node:path",
+    "vscode", "child_process", "crypto", "fs", "net", "os", "path", "process", "readline", "url", "util",
+    "worker_threads", "node:child_process", "node:fs", "node:fs/promises", "node:os", "node:path",
 }  # fmt: skip
 """What the script may ask of node and of the editor: nothing that is not in it."""
 

@@ -15,7 +15,7 @@ async function main(file) {
   const lines = JSON.parse(fs.readFileSync(0, "utf8"));
   const scopes = lines.map(([text, columns]) => {
     const found = grammar.tokenizeLine(text, INITIAL);
-    if (!found.ruleStack.equals(INITIAL)) throw new Error(`a rule runs on into the next line: ${text}`);
+    if (found.ruleStack.depth !== 1) throw new Error(`a rule runs on into the next line: ${text}`);
     return columns.map((column) => found.tokens.findLast((token) => token.startIndex <= column).scopes.at(-1));
   });
   process.stdout.write(JSON.stringify(scopes));
