@@ -15,14 +15,17 @@ function found(record, folder) {
   return [...(record.diagnoses ?? []).map(ofProgram), ...(record.findings ?? []).map(ofModel)];
 }
 
-/** The commands by name, as the editor calls them. */
-function commands({ vscode, service, problems, output }) {
+const lastLine = (text) => text.trim().split("\n").pop();
+
+/** The commands by name, as the editor calls them; what must be given back at the end is added to `subscriptions`. */
+function commands({ vscode, service, problems, output, subscriptions }) {
   const { window, workspace, Uri } = vscode;
   const texts = new Map(); // address -> what a command printed
-  workspace.registerTextDocumentContentProvider("lwr-dyn", { provideTextDocumentContent: (uri) => texts.get(uri.toString()) ?? "" });
+  const provideTextDocumentContent = (uri) => texts.get(uri.toString()) ?? "";
+  subscriptions.push(workspace.registerTextDocumentContentProvider("lwr-dyn", { provideTextDocumentContent }));
 
   /** Run `lwr-dyn`; undefined, with the reason shown, where there is none or it printed only an error. */
-  async function lwr(title, args, options, accept = (result) => result.code === 0 || result.code === 1) {
+  async function lwr(title, args, options) {
     const command = await service.command();
     if (!command) {
       window.showWarningMessage(`${title}: ${service.status.tooltip}`);
@@ -31,9 +34,8 @@ function commands({ vscode, service, problems, output }) {
     const progress = { location: vscode.ProgressLocation.Notification, title };
     const result = await window.withProgress(progress, () => run(command, args, options));
     output.info(`lwr-dyn ${args.join(" ")}: exit code ${result.code}\n${result.stderr.trim()}`);
-    if (accept(result)) return result;
-    const lines = result.stderr.trim().split("\n");
-    window.showErrorMessage(`${title}: ${lines[lines.length - 1]}`);
+    if (result.code === 0 || result.code === 1) return result;
+    window.showErrorMessage(`${title}: ${lastLine(result.stderr)}`);
     return undefined;
   }
 
@@ -59,10 +61,13 @@ function commands({ vscode, service, problems, output }) {
     const folder = await fs.mkdtemp(path.join(os.tmpdir(), "lwr-dyn-"));
     const file = path.join(folder, "page.html");
     try {
-      const accept = (result) => result.code === 0 || result.code === 1;
-      if (!(await lwr(title, [...args, "--html", file], { cwd: path.dirname(uri.fsPath) }, accept))) return;
+      const result = await lwr(title, [...args, "--html", file], { cwd: (workspace.getWorkspaceFolder(uri) ?? { uri: Uri.joinPath(uri, "..") }).uri.fsPath });
+      if (!result) return;
       const html = await fs.readFile(file, "utf8").catch(() => undefined);
-      if (html === undefined) return void window.showErrorMessage(`${title}: no page was written; the log says why.`);
+      if (html === undefined) {
+        window.showErrorMessage(`${title}: ${lastLine(result.stderr) || "no page was written"}`);
+        return;
+      }
       const options = { enableScripts: true, retainContextWhenHidden: true, localResourceRoots: [] };
       const panel = window.createWebviewPanel("lwr-dyn", title, vscode.ViewColumn.Beside, options);
       panel.webview.html = html; // one file that loads nothing
@@ -107,8 +112,8 @@ function commands({ vscode, service, problems, output }) {
       const program = active(uri);
       if (!program) return;
       await saved(program);
-      const robot = workspace.getConfiguration("lwr-dyn", program).get("robot");
-      return page(`Run ${path.basename(program.fsPath)}`, ["krl", "run", program.fsPath, ...(robot ? ["--robot", robot] : [])], program);
+      const options = workspace.getConfiguration("lwr-dyn", program).get("runOptions");
+      return page(`Run ${path.basename(program.fsPath)}`, ["krl", "run", program.fsPath, ...options], program);
     },
 
     async showArm(uri) {

@@ -83,7 +83,7 @@ exports.activate = async (context) => {
     problems,
     service.status,
     ...guard.start(),
-    ...Object.entries(commands({ vscode, service, problems, output })).map(([name, act]) => vscode.commands.registerCommand(`lwr-dyn.${name}`, act)),
+    ...Object.entries(commands({ vscode, service, problems, output, subscriptions: context.subscriptions })).map(([name, act]) => vscode.commands.registerCommand(`lwr-dyn.${name}`, act)),
     vscode.workspace.onDidOpenTextDocument(opened),
     vscode.workspace.onDidGrantWorkspaceTrust(() => service.restart()),
     vscode.workspace.onDidChangeConfiguration((event) => event.affectsConfiguration("lwr-dyn.command") && service.restart()),

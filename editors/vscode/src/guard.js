@@ -177,8 +177,9 @@ class ByteGuard {
       return;
     }
     if (refusal !== "lost") {
-      const code = refusal.sign.codePointAt(0).toString(16).toUpperCase().padStart(4, "0");
-      window.showErrorMessage(`${name} ${what}: ${refusal.sign} (U+${code}) in line ${refusal.line}, which ${document.encoding} does not have.`);
+      const code = `U+${refusal.sign.codePointAt(0).toString(16).toUpperCase().padStart(4, "0")}`;
+      const sign = /[\p{L}\p{N}\p{P}\p{S}]/u.test(refusal.sign) ? refusal.sign : code;
+      window.showErrorMessage(`${name} ${what}: line ${refusal.line} has ${sign}, not in ${document.encoding}`);
       return;
     }
     const right = encodingOf(record.bytes, document.languageId === "krl", document.encoding);
