@@ -56,7 +56,7 @@ function commands({ vscode, service, problems, output, subscriptions }) {
     if (rows.length) vscode.commands.executeCommand("workbench.actions.view.problems");
   }
 
-  /** A page that a command wrote, beside the editor. */
+  /** A page that a command wrote, one file that loads nothing, beside the editor. */
   async function page(title, args, uri) {
     const folder = await fs.mkdtemp(path.join(os.tmpdir(), "lwr-dyn-"));
     const file = path.join(folder, "page.html");
@@ -70,7 +70,7 @@ function commands({ vscode, service, problems, output, subscriptions }) {
       }
       const options = { enableScripts: true, retainContextWhenHidden: true, localResourceRoots: [] };
       const panel = window.createWebviewPanel("lwr-dyn", title, vscode.ViewColumn.Beside, options);
-      panel.webview.html = html; // one file that loads nothing
+      panel.webview.html = html.replace("</head>", "<style>html > body { padding: 0 }</style></head>"); // VS Code's is 20 px
     } finally {
       await fs.rm(folder, { recursive: true, force: true });
     }

@@ -61,7 +61,7 @@ async function find(vscode, folder, log) {
   for await (const [where, command] of candidates(vscode, folder)) {
     let result;
     for (const server of SERVERS) {
-      result = await run(command, [...server.args, "--help"], { timeout: 30_000 });
+      result = await run(command, [...server.args, "--help"], { timeout: 60_000 });
       if (result.code === 0) {
         log(`${where}: ${command.join(" ")} ${server.args.join(" ")}`);
         return { where, command, server };
