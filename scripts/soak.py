@@ -31,6 +31,7 @@ LINES = {
     "default_compare": "surveys:default_compare",
     "default_gains": "surveys:default_gains",
     "default_study": "surveys:default_study",
+    "editor": "editor:editor",
     "elastic": "elastic:elastic",
     "elastic_ist": "elastic:elastic_ist",
     "elastic_plant": "elastic_plant:elastic_plant",
