@@ -44,7 +44,7 @@ def command(sets_of: str, log: str, as_json: bool, **given: Any) -> None:
     with progress("ranking"):
         found = rank(
             sets_of, log, given["sets"], free=given["free"], test=given["test"], cutoff=given["cutoff"],
-            folder=given["logs_in"], columns=column_map(given["columns"]), units=units,
+            folder=given["logs_in"], columns=column_map(*given["columns"]), units=units,
         )  # fmt: skip
     show(found.document, as_json)
     if given["html"] is not None:
