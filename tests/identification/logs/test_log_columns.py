@@ -144,7 +144,7 @@ def test_maps_that_are_given_one_by_one_are_one_map(tmp_path):
     assert found.columns == {"time": ("stamp",), "q": ("pos_*",), "tau": ("effort_*",)}
     assert (found.units, found.joints) == ({"q": "deg"}, ("a", "b"))
     for given in (("q=a", "q=b"), ("q=a,q=b",), ("tau=x", tmp_path / "map.toml")):
-        with pytest.raises(OptionError, match="--columns: (q|tau) twice; allowed: each quantity once"):
+        with pytest.raises(OptionError, match=r"--columns: (q|tau) twice; allowed: each quantity once"):
             column_map(*given)
 
 
