@@ -19,7 +19,7 @@ PACKAGES = {
     "control": "control", "cvxpy": "cvxpy", "dask": "dask", "distributed": "distributed", "docutils": "sphinx",
     "eaik": "EAIK", "fmpy": "fmpy", "ipykernel": "ipykernel", "jax": "jax",
     "jsonschema": "jsonschema",
-    "lark": "lark", "llvmlite": "numba", "lsprotocol": "pygls", "lxml": "lxml",
+    "lark": "lark", "libcosimpy": "libcosimpy", "llvmlite": "numba", "lsprotocol": "pygls", "lxml": "lxml",
     "matplotlib": "matplotlib", "mcap": "mcap", "mcap_ros2": "mcap-ros2-support",
     "mpmath": "mpmath", "mujoco": "mujoco", "myst_nb": "myst-nb",
     "myst_parser": "myst-nb", "nbclient": "myst-nb", "nbformat": "myst-nb", "numba": "numba", "pandas": "pandas",
