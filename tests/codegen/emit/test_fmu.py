@@ -219,6 +219,37 @@ def test_every_law_can_be_written(law):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("robot", "version"), [("wam7", "2"), ("lwr4plus", "3")])
+def test_directional_derivatives_are_those_of_the_batch_and_of_differences(tmp_path, robot, version):
+    arm, plant = lwr_dyn.load(robot), instance(tmp_path, robot, version)
+    n, rng = arm.n, np.random.default_rng(8)
+    q, dq, tau = rng.uniform(0.2, 0.6, (3, n))
+    tau[1] = 2.0 * arm.effort[1]  # cut at its limit: it changes nothing there
+    plant.begin(q_start=q, dq_start=dq, **({"friction_width": 0.5} if arm.has_friction else {}))
+    plant.set("tau", tau)
+    applied = np.clip(tau, -arm.effort, arm.effort)
+    if arm.has_friction:
+        applied = applied - smooth_friction(arm.friction_models(), 0.5)(dq)
+    slopes = lwr_dyn.batch_dynamics(arm).forward_dynamics_derivatives(q, dq, applied)
+    free = np.abs(tau) < arm.effort
+    for known, matrix in (("q", slopes.by_q[0]), ("tau", slopes.by_tau[0] * free)):
+        seed = rng.uniform(-1, 1, n)
+        status, found = plant.directional("ddq", known, seed)
+        assert status == 0
+        assert np.abs(found - matrix @ seed).max() < 1e-9 * np.abs(matrix).max()
+    h, seed = 1e-5, rng.uniform(-1, 1, n)
+    ends = [plant.derivatives(np.r_[q, dq + side * h * seed])[n:] for side in (1.0, -1.0)]
+    plant.derivatives(np.r_[q, dq])
+    status, found = plant.directional("ddq", "dq", seed)
+    assert np.abs(found - (ends[0] - ends[1]) / (2 * h)).max() < 1e-6 * np.abs(found).max()
+    assert (plant.directional("der_q", "dq", seed)[1] == seed).all()
+    pose = [lwr_dyn.forward_kinematics(arm, q + side * h * seed).ravel() for side in (1.0, -1.0)]
+    assert np.abs(plant.directional("tip", "q", seed)[1] - (pose[0] - pose[1]) / (2 * h)).max() < 1e-8
+    assert plant.directional("ddq", "gravity", np.ones(3))[0] != 0
+    assert plant.directional("payload_mass", "q", seed)[0] != 0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("version", ["2", "3"])
 @pytest.mark.parametrize("robot", ["lwr4plus", "wam7", "ur5"])
 def test_fmpy_finds_no_fault_and_runs_it_as_we_do(tmp_path, robot, version):
