@@ -17,9 +17,11 @@ import pytest
 PACKAGES = {
     "PIL": "pillow", "axe_playwright_python": "axe-playwright-python", "casadi": "casadi", "clarabel": "clarabel",
     "control": "control", "cvxpy": "cvxpy", "dask": "dask", "distributed": "distributed", "docutils": "sphinx",
-    "eaik": "EAIK", "fmpy": "fmpy", "ipykernel": "ipykernel", "jsonschema": "jsonschema",
-    "lark": "lark", "llvmlite": "numba", "lsprotocol": "pygls", "lxml": "lxml",
-    "matplotlib": "matplotlib", "mpmath": "mpmath", "mujoco": "mujoco", "myst_nb": "myst-nb",
+    "eaik": "EAIK", "fmpy": "fmpy", "ipykernel": "ipykernel", "jax": "jax",
+    "jsonschema": "jsonschema",
+    "lark": "lark", "libcosimpy": "libcosimpy", "llvmlite": "numba", "lsprotocol": "pygls", "lxml": "lxml",
+    "matplotlib": "matplotlib", "mcap": "mcap", "mcap_ros2": "mcap-ros2-support",
+    "mpmath": "mpmath", "mujoco": "mujoco", "myst_nb": "myst-nb",
     "myst_parser": "myst-nb", "nbclient": "myst-nb", "nbformat": "myst-nb", "numba": "numba", "pandas": "pandas",
     "pyarrow": "pyarrow", "pybullet": "pybullet", "pydrake": "drake", "pygls": "pygls", "rosbags": "rosbags",
     "selenium": "selenium", "sphinx": "sphinx", "sympy": "sympy", "toppra": "toppra", "xacro": "xacro",
@@ -29,6 +31,7 @@ PACKAGES = {
 NOT_IN_CI = {
     "drake": "230 MB, and not for every Python; `lwr-dyn parity` and `scripts/soak.py parity` run it",
     "pybullet": "built from source on new Pythons; `scripts/soak.py parity` runs it",
+    "jax": "380 MB for one page; its lines run where it is installed",
     "EAIK": "no wheel for Python 3.14; a stand-in of its module is tested",
 }
 """Package -> why CI does not install it."""

@@ -48,7 +48,7 @@ def command(robot: str, loading: Loading, log: str, as_json: bool, **given: Any)
     with progress("ranking"):
         found = rank(
             robot, log, given["sets"], free=given["free"], test=given["test"], cutoff=given["cutoff"],
-            folder=given["logs_in"], columns=column_map(given["columns"]), units=units,
+            folder=given["logs_in"], columns=column_map(*given["columns"]), units=units,
             loading=loading.options,
         )  # fmt: skip
     show(found.document, as_json)

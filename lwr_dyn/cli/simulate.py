@@ -141,7 +141,7 @@ LOOP = [
         "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
     ),
     options.option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
-    shared("--out", " a run file, .npz"),
+    shared("--out", " the run: .npz, or for other tools .mcap (a ROS 2 bag), .parquet, .mat, .csv"),
     options.option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
     options.option(
         "--plot",
@@ -178,7 +178,7 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
         options.check_code([given["controller"]], given["no_code"])
     options.refuse_unused(RULES, given)
     out = given["out"]
-    _check_target(out, ".npz")
+    _check_target(out)
     _check_target(given["csv"], ".csv")
     pictures = [plot_writer(wish) for wish in given["plot"]]
     arm = loading.arm(robot, options.used_by(given["elastic"]))
@@ -194,7 +194,8 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     _note([] if given["json"] else sampled.after)
     options.show(run_document(run, arm, given["full"], sampled.record), given["json"], others)
     if out is not None and not given["json"]:
-        click.echo(f"wrote {out}; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html")
+        seen = f"; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html"
+        click.echo(f"wrote {out}{seen if out.endswith('.npz') else ''}")
 
 
 def _note(lines: list[str]) -> None:
@@ -296,8 +297,11 @@ def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
     return ({"plant": ", ".join(parts)} if parts else {}) | known
 
 
-def _check_target(out: str | None, ending: str) -> None:
-    """Raise `FileAccessError` where no file with this ending can be written, `MissingPackageError` if nothing can."""
+def _check_target(out: str | None, ending: str = "") -> None:
+    """Raise `FileAccessError` where no file with this ending can be written, `MissingPackageError` if nothing can.
+
+    Without `ending` any that a run can have.
+    """
     if out is not None:
         if not out.endswith(ending):
             raise FileAccessError(out, f"does not end in {ending}", f"a path that ends in {ending}")

@@ -1,7 +1,8 @@
 """Columns of numbers in CSV and Parquet files (extra `logs`), in and out.
 
 NumPy reads a million CSV rows of 22 columns in 4 s and 0.2 GB; pyarrow's CSV reader took half the time and two to five
-times the memory, so CSV needs no extra package.
+times the memory, so CSV needs no extra package. A Parquet column of lists of numbers (LeRobot's `observation.state`)
+counts as a column an entry: `observation.state.0`, `observation.state.1`, ...
 """
 
 import re
@@ -21,6 +22,8 @@ LARGEST = 2_000_000_000
 """[bytes] The longest CSV file, and the largest table of numbers that is taken from a Parquet file."""
 LONGEST_HEAD = 1_000_000
 """Characters of the line of column names."""
+LONGEST_LIST = 1000
+"""Entries of a list in a cell; a column of longer ones (a picture) stays one column, which is no number."""
 _AT = re.compile(r"at row (\d+)")
 _BAD_TEXT = re.compile(r"convert string '([^']*)'.* at row (\d+), column (\d+)")
 
@@ -40,7 +43,7 @@ def read_head(path: Path) -> FileHeader:
     check_readable(path, "a log (.csv or .parquet)", LARGEST)
     try:
         if path.suffix == ".parquet":
-            return FileHeader(tuple(_parquet_file(path).schema_arrow.names), 0)
+            return FileHeader(tuple(column.shown for column in _parquet_columns(path, _parquet_file(path))), 0)
         with open(path, encoding="utf-8-sig") as stream:
             for count, line in enumerate(iter(lambda: stream.readline(LONGEST_HEAD), ""), 1):
                 if line.strip() and not line.startswith("#"):
@@ -57,7 +60,7 @@ def read_head(path: Path) -> FileHeader:
 def read_columns(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
     """The wanted columns (k, len(wanted)) as float64, empty cells and nulls as NaN; raises as `read_head`."""
     if path.suffix == ".parquet":
-        return _read_parquet(path, head, wanted)
+        return _read_parquet(path, wanted)
     try:
         with open(path, encoding="utf-8-sig") as stream:
             for _ in range(head.lines):
@@ -99,20 +102,21 @@ def _bad_row(path: Path, head: FileHeader, message: str) -> LogError:
     return LogError(str(path), where, "not as many cells as columns", f"{len(head.names)} cells in every row")
 
 
-def _read_parquet(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
+def _read_parquet(path: Path, wanted: Sequence[int]) -> Array:
     file = _parquet_file(path)
-    names, rows = [head.names[i] for i in wanted], file.metadata.num_rows
+    every, rows = _parquet_columns(path, file), file.metadata.num_rows
+    columns = [every[i] for i in wanted]
     if not 0 <= rows * len(wanted) * 8 <= LARGEST:
         raise LogError(str(path), "rows", f"{rows}", f"at most {LARGEST} bytes of numbers")
     out = np.empty((rows, len(wanted)))
     row = 0
     try:
-        for batch in file.iter_batches(columns=names):
+        for batch in file.iter_batches(columns=[*dict.fromkeys(column.name for column in columns)]):
             if row + batch.num_rows > rows:
                 raise _not_whole(path)
-            for j, name in enumerate(names):
-                cells = batch.column(batch.schema.get_field_index(name))
-                out[row : row + len(cells), j] = _numbers(path, name, cells)
+            for j, column in enumerate(columns):
+                cells = batch.column(batch.schema.get_field_index(column.name))
+                out[row : row + len(cells), j] = _numbers(path, column.shown, _entries(path, row, column, cells))
             row += batch.num_rows
     except (LogError, FileAccessError):
         raise
@@ -121,6 +125,60 @@ def _read_parquet(path: Path, head: FileHeader, wanted: Sequence[int]) -> Array:
     if not row:
         raise LogError(str(path), "rows", "none", "rows of numbers")
     return out[:row]
+
+
+@dataclass(frozen=True, slots=True)
+class _ParquetColumn:
+    """A column of numbers: one of the file, or the entry `place` of one whose cells are lists of `width` numbers."""
+
+    name: str
+    place: int = 0
+    width: int | None = None
+
+    @property
+    def shown(self) -> str:
+        return self.name if self.width is None else f"{self.name}.{self.place}"
+
+
+def _parquet_columns(path: Path, file: Any) -> list[_ParquetColumn]:
+    try:
+        return [
+            _ParquetColumn(field.name, place, width)
+            for field in file.schema_arrow
+            for width in (_width(file, field),)
+            for place in range(width or 1)
+        ]
+    except Exception:  # as in `_read_parquet`
+        raise _not_whole(path) from None
+
+
+def _width(file: Any, field: Any) -> int | None:
+    """The number of entries in the cells of a column of lists, as its type or its first row has it; None for others."""
+    types = _pyarrow()[0].types
+    fixed = types.is_fixed_size_list(field.type)
+    if not (fixed or types.is_list(field.type) or types.is_large_list(field.type)):
+        return None
+    number = field.type.value_type
+    if not (types.is_floating(number) or types.is_integer(number)):
+        return None
+    if fixed:
+        width = field.type.list_size
+    else:
+        first = next(file.iter_batches(batch_size=1, columns=[field.name]), None)
+        width = len(first.column(0)[0]) if first is not None and first.column(0)[0].is_valid else 0
+    return width if 0 < width <= LONGEST_LIST else None
+
+
+def _entries(path: Path, row: int, column: _ParquetColumn, cells: Any) -> Any:
+    """The cells, or one entry of every list; `row` rows of the file stand before them."""
+    if column.width is None:
+        return cells
+    sizes = [len(cell) if cell.is_valid else 0 for cell in cells] if cells.null_count else cells.value_lengths()
+    wrong = np.flatnonzero(np.asarray(sizes) != column.width)
+    if wrong.size:
+        where = f"row {row + int(wrong[0]) + 1}, column {column.name}"
+        raise LogError(str(path), where, f"{sizes[int(wrong[0])]} numbers", f"{column.width}, as in the first row")
+    return cells.flatten()[column.place :: column.width]
 
 
 def _numbers(path: Path, name: str, cells: Any) -> Array:

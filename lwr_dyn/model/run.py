@@ -11,6 +11,7 @@ import textwrap
 import zipfile
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any, Protocol, Self
 
@@ -31,11 +32,12 @@ RUN_FORMATS: Registry[Callable[[Any], bytes]] = Registry(
     "run_format",
     {
         ".csv": Row("lwr_dyn.model.run_formats:csv_bytes", "text, every number to its last bit"),
-        ".parquet": Row("lwr_dyn.model.run_formats:parquet_bytes", "Parquet", extra="logs"),
+        ".parquet": Row("lwr_dyn.model.run_formats:parquet_bytes", "Parquet", "logs", {"package": "pyarrow"}),
         ".mat": Row("lwr_dyn.model.run_formats:matlab_bytes", "MATLAB"),
+        ".mcap": Row("lwr_dyn.arms.export.run_bag:mcap_bytes", "ROS 2 bag", "logs", {"package": "rosbags"}),
     },
 )
-"""Ending of a file -> a run as its bytes; .npz is `Run.save`'s own."""
+"""Ending of a file -> a run as its bytes; .npz is `Run.save`'s own. The fact `package` is what its extra must bring."""
 
 _WIDTH, _LINES = 110, 5
 
@@ -49,7 +51,13 @@ def format_of(path: str | Path) -> Callable[[Any], bytes] | None:
     if suffix != ".npz" and suffix not in RUN_FORMATS.names:
         known = ", ".join((".npz", *RUN_FORMATS.names))
         raise FileAccessError(str(path), f"ends in {suffix or 'nothing'!r}", f"a path that ends in one of {known}")
-    return None if suffix == ".npz" else RUN_FORMATS.load(suffix)
+    if suffix == ".npz":
+        return None
+    row = RUN_FORMATS[suffix]
+    package = row.facts.get("package")
+    if package is not None and find_spec(package) is None:
+        raise MissingPackageError(package, row.extra)
+    return RUN_FORMATS.load(suffix)
 
 
 def short_repr(value: Any) -> str:

@@ -23,7 +23,7 @@ BAD = {
     "controller": (("--controller", "fuzzy"), "'fuzzy' is not one of 'pd-gravity', 'pid', 'inverse-dynamics'"),
     "plant": (("--plant-reading", "real"), "no reading of lwr4plus named 'real'"),
     "folder that is not there": (("--out", "none/run.npz"), "none/run.npz: no directory none"),
-    "other ending": (("--out", "run.txt"), "run.txt: does not end in .npz; allowed: a path that ends in .npz"),
+    "other ending": (("--out", "run.txt"), "run.txt: ends in '.txt'; allowed: a path that ends in one of .npz,"),
     "outside the limits": (("--from-deg", "0,130,0,0,0,0,0"), "joint_2"),
     "no start": (("--task", "point-to-point"), "--from-deg: not given"),
 }

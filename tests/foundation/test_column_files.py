@@ -60,3 +60,47 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
     path.write_bytes(table_bytes(NAMES, COLUMNS, ".parquet")[:-10])
     with pytest.raises(FileAccessError, match="not a whole Parquet file"):
         read_head(path)
+
+
+def lists_file(path, cells, kind):
+    import pyarrow
+    from pyarrow import parquet
+
+    table = {"t": pyarrow.array([0.0, 0.1, 0.2]), "state": pyarrow.array(cells, kind)}
+    parquet.write_table(pyarrow.table(table), path)
+    return path
+
+
+@pytest.mark.parametrize("form", ["fixed", "list", "large"])
+def test_lists_of_numbers_are_a_column_an_entry(tmp_path, form):
+    import pyarrow
+
+    kinds = {
+        "fixed": pyarrow.list_(pyarrow.float32(), 2),
+        "list": pyarrow.list_(pyarrow.float64()),
+        "large": pyarrow.large_list(pyarrow.int64()),
+    }
+    cells = [[1, 2], [3, 4], [5, 6]]
+    path = lists_file(tmp_path / "log.parquet", cells, kinds[form])
+    assert read_head(path).names == ("t", "state.0", "state.1")
+    assert read(path, [2, 0]).tolist() == [[2.0, 0.0], [4.0, 0.1], [6.0, 0.2]]
+
+
+@pytest.mark.parametrize(("cells", "found"), [([[1.0, 2.0], [3.0], [5.0, 6.0]], 1), ([[1.0, 2.0], None, [5.0]], 0)])
+def test_lists_of_unequal_length_are_refused(tmp_path, cells, found):
+    import pyarrow
+
+    path = lists_file(tmp_path / "log.parquet", cells, pyarrow.list_(pyarrow.float64()))
+    with pytest.raises(LogError, match=f"row 2, column state: {found} numbers; needed: 2, as in the first row"):
+        read(path, [0, 1])
+
+
+def test_lists_of_texts_and_long_ones_stay_one_column(tmp_path):
+    import pyarrow
+
+    path = lists_file(tmp_path / "log.parquet", [["a"], ["b"], ["c"]], pyarrow.list_(pyarrow.string()))
+    assert read_head(path).names == ("t", "state")
+    with pytest.raises(LogError, match="column state: of type list"):
+        read(path, [1])
+    picture = lists_file(tmp_path / "log.parquet", [[0] * 2000] * 3, pyarrow.list_(pyarrow.int64()))
+    assert read_head(picture).names == ("t", "state")

@@ -103,7 +103,7 @@ def test_the_same_run_gives_the_same_bytes(run):
 
 
 BAD = {
-    "another ending": ("run.txt", "ends in '.txt'; allowed: a path that ends in one of .npz, .csv, .parquet, .mat"),
+    "another ending": ("run.txt", "ends in '.txt'; allowed: a path that ends in one of .npz, .csv, .parquet,"),
     "no ending": ("run", "ends in 'nothing'; allowed"),
     "no folder": ("none/run.csv", "no directory none"),
 }

@@ -56,7 +56,7 @@ def command(robot: str, loading: Loading, logs: tuple[str, ...], units: str | No
     arm = None if model is None else loading.arm(model)
     with progress("reading and fitting the logs"):
         result = identify_friction.identify_friction_files(
-            logs, declared_units(units), arm, given["subtract"], options, column_map(given["columns"])
+            logs, declared_units(units), arm, given["subtract"], options, column_map(*given["columns"])
         )
     if result.points:
         show(identify_friction.friction_document(result, model), given["as_json"])

@@ -31,7 +31,9 @@ RUN = ".npz"
 columns_option = click.option(
     "--columns",
     metavar="MAP",
-    help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics).",
+    multiple=True,
+    help="What the logs call their columns: a .toml file or q=joint_pos_*,tau=effort_* (ROS 2 bags: topics). "
+    "Repeatable.",
 )
 
 
@@ -65,7 +67,7 @@ def check_option(command: F) -> F:
 
 
 def readable_logs(
-    paths: Iterable[str], units: Mapping[str, str], arm: Arm, columns: str | None = None, as_logged: bool = False,
+    paths: Iterable[str], units: Mapping[str, str], arm: Arm, columns: Sequence[str] = (), as_logged: bool = False,
     needs: Sequence[str] = ("q", "tau"), also: Sequence[str] = ("dq",),
 ) -> tuple[list[JointLog], list[LwrDynError]]:  # fmt: skip
     """The logs of the files that can be used, and a fault for each other one.
@@ -74,7 +76,7 @@ def readable_logs(
     signs, order or units of columns, none can be used; with `as_logged` that is a warning too. With
     a torque that never changes none can be used in any case.
     """
-    prepared = prepared_logs(paths, units, arm, column_map(columns), needs, also)
+    prepared = prepared_logs(paths, units, arm, column_map(*columns), needs, also)
     warn(prepared.notes)
     logs, errors = list(prepared.logs), list(prepared.errors)
     if not logs or any(np.isnan(log.q).any() for log in logs):
@@ -155,7 +157,7 @@ def sample_rule(cutoff: float | None, slowest: float, motors: MotorMap | None, l
 
 
 def joint_logs(
-    paths: Iterable[str], units: Mapping[str, str], arm: Arm, motors: MotorMap | None, columns: str | None,
+    paths: Iterable[str], units: Mapping[str, str], arm: Arm, motors: MotorMap | None, columns: Sequence[str],
     as_logged: bool = False,
 ) -> tuple[list[JointLog], list[LwrDynError]]:  # fmt: skip
     """As `readable_logs`; logs of motors are brought to the joints, and not tried for other signs, order or units."""

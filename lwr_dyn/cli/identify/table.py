@@ -39,7 +39,7 @@ from lwr_dyn.pages.document import page_html
               help="Speed up to which a joint's torques are left out, rad/s or m/s.")  # fmt: skip
 @link_side_option
 def command(
-    robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, columns: str | None, deviation: float,
+    robot: str, loading: Loading, logs: tuple[str, ...], units: str | None, columns: tuple[str, ...], deviation: float,
     cutoff: float | None, slowest: float, link_side: bool, html: str | None, as_json: bool, as_logged: bool,
 ) -> None:  # fmt: skip
     """Masses, centres, tensors and rotors of the table of ROBOT against logs; which cells are wrong, and how.

@@ -14,4 +14,5 @@ further_functions  Functions beside those of a batch: the regressor by its disti
                    laws as one step
 javascript_file    An arm's functions as one JavaScript file: a plain script that defines one name, or an ES module
 restricted_c       Texts in a small part of C, as C with an arm's constants and as JavaScript: one text, two languages
+tangents           Derivatives along a direction, made from emitted functions by forward mode
 """

@@ -60,9 +60,9 @@ static void load_of(Instance *m, double out[10])
     out[9] = i[5] + mass * (xx + yy);
 }
 
-static void accelerations(Instance *m, const double *q, const double *dq, double *ddq)
+/* What moves the arm: the torques up to their limits, less friction. */
+static void net_torque(Instance *m, const double *dq, double tau[N])
 {
-    double tau[N], load[10];
     int i;
 #ifdef FRICTION
     double loss[N];
@@ -75,8 +75,52 @@ static void accelerations(Instance *m, const double *q, const double *dq, double
         tau[i] -= *at(m, FRICTION_SCALE) * loss[i];
 #endif
     }
+}
+
+static void accelerations(Instance *m, const double *q, const double *dq, double *ddq)
+{
+    double tau[N], load[10];
+    net_torque(m, dq, tau);
     load_of(m, load);
     ARM(forward_dynamics)(q, dq, tau, load, at(m, GRAVITY), ddq);
+}
+
+/* The derivatives of what is computed from states and torques, along `seed`; a torque at its limit does not count. */
+static void tangent(Instance *m, const double seed[SIZE], double out[SIZE])
+{
+    const double *q = at(m, Q), *dq = at(m, DQ), *vq = seed + offset[Q], *vdq = seed + offset[DQ];
+    double tau[N], along[N], load[10];
+    int i;
+#ifdef FRICTION
+    double loss[N];
+    ARM(smooth_friction_torque_tangent)(dq, at(m, FRICTION_WIDTH), vdq, loss);
+#endif
+    for (i = 0; i < N; i++) {
+        along[i] = fabs(at(m, TAU)[i]) < at(m, TORQUE_LIMIT)[i] ? seed[offset[TAU] + i] : 0.0;
+#ifdef FRICTION
+        along[i] -= *at(m, FRICTION_SCALE) * loss[i];
+#endif
+    }
+    net_torque(m, dq, tau);
+    load_of(m, load);
+    memcpy(out + offset[Q], vq, N * sizeof(double));
+    memcpy(out + offset[DQ], vdq, N * sizeof(double));
+    memcpy(out + offset[DER_Q], vdq, N * sizeof(double));
+    ARM(forward_dynamics_tangent)(q, dq, tau, load, at(m, GRAVITY), vq, vdq, along, out + offset[DDQ]);
+    ARM(flange_pose_tangent)(q, vq, out + offset[TIP]);
+}
+
+/* Where the seed of a variable counts, as a block; -1 for one in whose direction nothing is differentiated. */
+static int moved(int block)
+{
+    if (block == Q_START) return Q;
+    if (block == DQ_START) return DQ;
+    return block == Q || block == DQ || block == TAU ? block : -1;
+}
+
+static int follows(int block)
+{
+    return block == Q || block == DQ || block == DER_Q || block == DDQ || block == TIP;
 }
 
 static void refresh(Instance *m)
@@ -153,6 +197,10 @@ static void initialise(Instance *m)
 {
     sample(m, SAMPLE_TIME, 0);
 }
+
+static void tangent(Instance *m, const double seed[SIZE], double out[SIZE]) { (void)m, (void)seed, (void)out; }
+static int moved(int block) { return (void)block, -1; }
+static int follows(int block) { return (void)block, 0; }
 #endif
 #ifdef PLANT
 enum { Q_STATE = Q, RATES = DER_Q };
@@ -204,6 +252,44 @@ static Status ones(double x[], size_t count)
 #if FMI == 2
 typedef fmi2Component C;
 typedef const fmi2ValueReference *Refs;
+enum { PLACES = 1000 };
+#else
+typedef fmi3Instance C;
+typedef const fmi3ValueReference *Refs;
+enum { PLACES = 1 };
+#endif
+
+/* The block of a value reference, with the first number and how many it means; -1 for a reference that is none. */
+static int block_of(unsigned long reference, size_t *first, size_t *count)
+{
+    const size_t block = reference / PLACES;
+    *first = reference % PLACES;
+    if (block >= BLOCKS || *first >= width[block]) return -1;
+    *count = PLACES > 1 ? 1 : width[block];
+    return (int)block;
+}
+
+static Status directional(Instance *m, Refs unknown, size_t unknowns, Refs known, size_t knowns, const double *seed,
+                          size_t seeds, double *out, size_t outs)
+{
+    double given[SIZE] = {0.0}, found[SIZE] = {0.0};
+    size_t i, k, first, count = 0, used = 0;
+    for (i = 0; i < knowns; i++, used += count) {
+        const int block = block_of(known[i], &first, &count), to = block < 0 ? -1 : moved(block);
+        if (to < 0 || used + count > seeds) return ERR;
+        for (k = 0; k < count; k++) given[offset[to] + first + k] += seed[used + k];
+    }
+    if (used != seeds) return ERR;
+    tangent(m, given, found);
+    for (i = 0, used = 0; i < unknowns; i++, used += count) {
+        const int block = block_of(unknown[i], &first, &count);
+        if (block < 0 || !follows(block) || used + count > outs) return ERR;
+        memcpy(out + used, found + offset[block] + first, count * sizeof(double));
+    }
+    return used == outs ? OK : ERR;
+}
+
+#if FMI == 2
 
 static Status scalars(Instance *m, Refs vr, size_t n, double v[], int set)
 {
@@ -262,7 +348,10 @@ F2(DeSerializeFMUstate, C c, const fmi2Byte b[], size_t n, fmi2FMUstate *s)
     memcpy(*s, b, sizeof(Instance));
     return OK;
 }
-F2(GetDirectionalDerivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi2Real d[], fmi2Real o[]) { return ERR; }
+F2(GetDirectionalDerivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi2Real d[], fmi2Real o[])
+{
+    return directional(c, u, nu, k, nk, d, nk, o, nu);
+}
 F2(EnterEventMode, C c) { return OK; }
 F2(NewDiscreteStates, C c, fmi2EventInfo *e) { memset(e, 0, sizeof *e); return OK; }
 F2(EnterContinuousTimeMode, C c) { return OK; }
@@ -284,9 +373,6 @@ F2(SetContinuousStates, C c, const fmi2Real x[], size_t n) { return states(c, Q_
 F2(GetDerivatives, C c, fmi2Real x[], size_t n) { return states(c, RATES, x, n, 0); }
 F2(GetNominalsOfContinuousStates, C c, fmi2Real x[], size_t n) { return ones(x, n); }
 #else
-typedef fmi3Instance C;
-typedef const fmi3ValueReference *Refs;
-
 static Status arrays(Instance *m, Refs vr, size_t n, double v[], size_t numbers, int set)
 {
     size_t i, k = 0;
@@ -377,11 +463,16 @@ F3(DeserializeFMUState, C c, const fmi3Byte b[], size_t n, fmi3FMUState *s)
     memcpy(*s, b, sizeof(Instance));
     return OK;
 }
-#define DERIVATIVE(name) \
-    F3(Get##name##Derivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi3Float64 s[], size_t ns, \
-       fmi3Float64 o[], size_t no) { return ERR; }
-DERIVATIVE(Directional)
-DERIVATIVE(Adjoint)
+F3(GetDirectionalDerivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi3Float64 s[], size_t ns,
+   fmi3Float64 o[], size_t no)
+{
+    return directional(c, u, nu, k, nk, s, ns, o, no);
+}
+F3(GetAdjointDerivative, C c, Refs u, size_t nu, Refs k, size_t nk, const fmi3Float64 s[], size_t ns,
+   fmi3Float64 o[], size_t no)
+{
+    return ERR;
+}
 #define PLAIN(name) F3(name, C c) { return OK; }
 PLAIN(EnterConfigurationMode)
 PLAIN(ExitConfigurationMode)

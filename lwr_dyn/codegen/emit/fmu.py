@@ -25,6 +25,7 @@ from lwr_dyn.codegen.emit.c_file import c_files
 from lwr_dyn.codegen.emit.emission import EmittedArm, emitted_arm, identifier, provenance_lines
 from lwr_dyn.codegen.emit.fmu_description import FmuVariable, build_description, model_description
 from lwr_dyn.codegen.emit.functions import EMITTED
+from lwr_dyn.codegen.emit.tangents import with_tangents
 from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.control.controllers import make_controller
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError, UnknownNameError
@@ -43,9 +44,8 @@ FRICTION_WIDTH = 0.01
 """Of tanh(dq / width), where nothing else is set [rad/s or m/s]."""
 NOT_IN_IT = (
     "position stops and impacts", "sticking friction (its sign is tanh(dq / friction_width))", "elastic joints",
-    "directional derivatives",
 )  # fmt: skip
-"""What simulate has, or the kernels have, and an FMU of a plant has not."""
+"""What simulate has and an FMU of a plant has not."""
 _FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fPIC", "-shared")
 _COMPILERS = ("cc", "gcc", "clang")
 _PATIENCE = 300
@@ -129,7 +129,7 @@ def plant_fmu(arm: Arm, version: str = "3") -> Fmu:
     """
     names = ["forward_dynamics", "flange_pose", *(["smooth_friction_torque"] if arm.has_friction else [])]
     emitted = emitted_arm(arm, names, inputs=("payload", "gravity"), prefix=f"{identifier(arm.name)}_plant")
-    variables = _plant_variables(arm)
+    emitted, variables = with_tangents(emitted), _plant_variables(arm)
     lines = ["#define PLANT", *(["#define FRICTION"] if arm.has_friction else [])]
     return _fmu(emitted, version, variables, lines, None)
 

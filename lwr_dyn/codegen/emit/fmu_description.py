@@ -108,6 +108,8 @@ def _interfaces(version: str, name: str, sources: Sequence[str], sample: float |
     state = "state" if version == "2" else "State"
     can = f'canGetAndSetFMU{state}="true" canSerializeFMU{state}="true"'
     inside = ""
+    if sample is None:
+        can += f' providesDirectionalDerivative{"" if version == "2" else "s"}="true"'
     if version == "2":
         listed = "".join(f'<File name="{x}"/>' for x in sources)
         inside = f"<SourceFiles>{listed}</SourceFiles>"

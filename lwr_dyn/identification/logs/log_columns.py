@@ -275,24 +275,41 @@ class ColumnMap:
 NO_MAP = ColumnMap({})
 
 
-def column_map(text: str | Path | None) -> ColumnMap:
-    """A map from `q=joint_pos_*,tau=effort_*`, or from the file named by a path that ends in .toml.
+def column_map(*given: str | Path | None) -> ColumnMap:
+    """A map from `q=joint_pos_*,tau=effort_*`, or from the file named by a path that ends in .toml; several as one.
 
     Raises
     ------
     OptionError
-        A quantity or unit that does not exist, a name that is empty.
+        A quantity or unit that does not exist, a name that is empty, a quantity that is mapped twice.
     FileAccessError
         The file cannot be read, or is not TOML.
 
-    >>> column_map("time=stamp,q=joint_pos_*").columns["q"]
-    ('joint_pos_*',)
+    >>> column_map("time=stamp", "q=joint_pos_*").columns
+    {'time': ('stamp',), 'q': ('joint_pos_*',)}
     """
-    if text is None:
+    maps = [_one_map(str(text)) for text in given if text is not None]
+    if not maps:
         return NO_MAP
-    if str(text).endswith(".toml"):
-        return _from_file(str(text))
-    parts = [part.partition("=") for part in str(text).split(",") if part.strip()]
+    rows = [row for one in maps for row in (*one.columns.items(), *(("joints", one.joints),) * bool(one.joints))]
+    units = [row for one in maps for row in one.units.items()]
+    for found in ([name for name, _ in rows], [f"units of {name}" for name, _ in units]):
+        for name in found:
+            if found.count(name) > 1:
+                raise OptionError("--columns", f"{name} twice", "each quantity once")
+    columns = dict(rows)
+    joints = columns.pop("joints", ())
+    return ColumnMap(columns, dict(units), joints, ", ".join(dict.fromkeys(one.source for one in maps)))
+
+
+def _one_map(text: str) -> ColumnMap:
+    if text.endswith(".toml"):
+        return _from_file(text)
+    parts = [part.partition("=") for part in text.split(",") if part.strip()]
+    names = [quantity.strip() for quantity, _, _ in parts]
+    if len(set(names)) < len(names):
+        again = next(name for name in names if names.count(name) > 1)
+        raise OptionError("--columns", f"{again} twice", "each quantity once")
     return _checked({quantity.strip(): [name.strip()] for quantity, _, name in parts}, "--columns")
 
 

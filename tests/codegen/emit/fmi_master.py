@@ -82,3 +82,13 @@ class Instance:
         name = "GetDerivatives" if self.version == "2" else "GetContinuousStateDerivatives"
         assert self.call(name, out, _S(len(x))) == 0
         return np.array(out)
+
+    def directional(self, unknown, known, seed):
+        """(status, derivative of a variable along a direction of another)."""
+        rows = [self.references[x] for x in (unknown, known)]
+        references = [(ctypes.c_uint32 * len(x))(*(r for r, _ in x)) for x in rows]
+        out, given = (_D * sum(w for _, w in rows[0]))(), (_D * len(seed))(*seed)
+        places = [x for pair in zip(references, map(_S, map(len, rows)), strict=True) for x in pair]
+        sizes = [[_S(len(x))] if self.version == "3" else [] for x in (given, out)]
+        status = self.call("GetDirectionalDerivative", *places, given, *sizes[0], out, *sizes[1])
+        return status, np.array(out)

@@ -136,3 +136,29 @@ def test_motor_positions_and_currents_stand_in_for_what_is_not_measured(tmp_path
             read_log(path)
     (tmp_path / "e.csv").write_text("time,q1\n0,0\n0.1,0.1\n0.2,0.1\n")
     assert np.isnan(read_log(tmp_path / "e.csv", needs=("q",)).tau).all()
+
+
+def test_maps_that_are_given_one_by_one_are_one_map(tmp_path):
+    (tmp_path / "map.toml").write_text('tau = "effort_*"\njoints = ["a", "b"]\n\n[units]\nq = "deg"\n')
+    found = column_map("time=stamp,q=pos_*", tmp_path / "map.toml")
+    assert found.columns == {"time": ("stamp",), "q": ("pos_*",), "tau": ("effort_*",)}
+    assert (found.units, found.joints) == ({"q": "deg"}, ("a", "b"))
+    for given in (("q=a", "q=b"), ("q=a,q=b",), ("tau=x", tmp_path / "map.toml")):
+        with pytest.raises(OptionError, match=r"--columns: (q|tau) twice; allowed: each quantity once"):
+            column_map(*given)
+
+
+def test_a_table_of_lerobot_is_read(tmp_path):
+    import pyarrow
+    from pyarrow import parquet
+
+    vectors = {"observation.state": LOG.q, "observation.effort": LOG.tau}
+    fixed = pyarrow.list_(pyarrow.float32(), 2)
+    columns = {name: pyarrow.array(values.astype(np.float32).tolist(), fixed) for name, values in vectors.items()}
+    columns |= {"timestamp": LOG.t, "episode_index": np.zeros(len(LOG.t), dtype=int)}
+    parquet.write_table(pyarrow.table(columns), tmp_path / "data.parquet")
+    names = column_map("time=timestamp", "q=observation.state.*", "tau=observation.effort.*")
+    log = read_log(tmp_path / "data.parquet", {"time": "s", "q": "rad", "tau": "N m"}, columns=names)
+    assert log.joints == (1, 2)
+    assert (log.q == LOG.q.astype(np.float32)).all()
+    assert (log.tau == LOG.tau.astype(np.float32)).all()
