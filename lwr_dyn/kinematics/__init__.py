@@ -2,6 +2,8 @@
 
 arm_angle     A smooth arm angle along a path that maximises the smallest joint-limit margin
 arm_geometry  The geometry of arms with a closed form of inverse kinematics, read off their axes at q = 0: S-R-S arms
+closed_forms  Closed forms of inverse kinematics, written once in a small part of C, from which every language is
+              made
 forward       Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate
 inverse       Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a
               numeric search
