@@ -5,7 +5,7 @@ Python finds.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -76,10 +76,10 @@ def inverse_kinematics_function(spec: KernelSpec, name: str, arm: Arm) -> Templa
 
 
 def _template(
-    source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str,
+    source: str, functions: tuple[str, ...], text: str, constants: Mapping[str, Any], test: str,
     vectors: Callable[[], tuple[TemplateCase, ...]],
 ) -> TemplateFunction:  # fmt: skip
-    constants |= ANGLE_NUMBERS
+    constants = {**constants, **ANGLE_NUMBERS}
     library = used_functions(source, functions)
     texts = {}
     for kind, whole in (("", with_own_angles(source)), (" libm", source)):

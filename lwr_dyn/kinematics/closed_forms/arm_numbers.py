@@ -5,10 +5,14 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry
-from lwr_dyn.kinematics.six_joints.spherical_wrist import SixJointGeometry
-from lwr_dyn.kinematics.solution import REACH_SLACK, joint_ranges
+from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR, SixJointGeometry
+from lwr_dyn.kinematics.solution import MOST_COPIES, REACH_SLACK, SAME, joint_ranges
 from lwr_dyn.kinematics.srs_margins import UNLIMITED
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import ORTHONORMAL
+
+DOUBT = 1e-13
+"""[rad] A copy nearer than this to the line between inside and outside is judged in the order that NumPy's form has."""
 
 MOST_INTERVALS = 16
 """On one branch: each of 24 crossings ends at most one interval, each of 4 alignments at most two."""
@@ -40,6 +44,31 @@ def numbers_of_six_joints(arm: Arm, g: SixJointGeometry, slack: float) -> dict[s
         "BALL_BASIS": g.ball.basis, "OFFSET": g.ball.offset, "LEVER": g.lever,
         "SENSE": float(np.sign(g.ball.basis[:, 2] @ g.frame[:, 1])),
     }  # fmt: skip
+
+
+def numbers_of_solutions(arm: Arm) -> dict[str, Any]:
+    """Further ones, of the text that judges branches: frames, limits, and places in its result (whole numbers)."""
+    chain, ahead, frames = arm.chain, np.eye(4), []
+    for link in chain.links:
+        frames.append(ahead @ link.before.matrix())
+        ahead = link.after.matrix()
+    frames.append(ahead @ chain.flange.matrix())
+    return {
+        "FRAMES": np.array([frame[:3] for frame in frames]), "LOW": arm.lower, "UP": arm.upper,
+        "LIMITED": (np.isfinite(arm.lower) & np.isfinite(arm.upper)) * 1.0, "LARGEST": float(np.finfo(float).max),
+        "ORTHONORMAL": ORTHONORMAL, "SAME": 2.0 * SAME, "DOUBT": DOUBT, "MOST_COPIES": float(MOST_COPIES),
+        "NEAR_SINGULAR": NEAR_SINGULAR, **places(arm.n),
+    }  # fmt: skip
+
+
+def places(n: int) -> dict[str, int]:
+    """Where in the result of `solutions` things stand, for n joints: q of the branches first."""
+    rows = {"RESIDUAL": 8, "SINGULAR": 8, "COPIES": 8, "FIRST": 8 * n, "MANY": 8 * n}
+    single = ("LEAST", "WORST", "INSIDE", "OUTSIDE", "LEFT_OUT", "MARGIN", "JOINT", "SPECIAL")
+    at, found = 8 * n, {}
+    for name, size in (rows | dict.fromkeys(single, 1)).items():
+        found[name], at = at, at + size
+    return found | {"SIZE": at}
 
 
 def _of_joints(arm: Arm, slack: float) -> dict[str, Any]:
