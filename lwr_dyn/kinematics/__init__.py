@@ -15,4 +15,5 @@ srs           Closed-form inverse kinematics of an S-R-S arm for a flange pose, 
               branches
 srs_margins   Joint-limit margins of an S-R-S arm over the arm angle, and the arm angles at which a margin is kept, in
               closed form
+srs_solver    One pose of an S-R-S arm by the text of its closed form, fast, where it is machine code; else by NumPy
 """

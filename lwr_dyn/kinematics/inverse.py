@@ -201,7 +201,7 @@ SOLVER = solution.IkSolver(lambda chain: chain, solve_pose, "any arm")
 IK_SOLVERS: Registry[solution.IkSolver[Any]] = Registry(
     "solver",
     {
-        "srs": Row("lwr_dyn.kinematics.srs_margins:SOLVER", "S-R-S arms with an arm angle, in closed form"),
+        "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
         "spherical-wrist": Row("lwr_dyn.kinematics.six_joints.exact_arms:WRIST_SOLVER", "six joints, in closed form"),
         "three-parallel": Row(
             "lwr_dyn.kinematics.six_joints.exact_arms:THREE_PARALLEL_SOLVER", "six joints, in closed form, polished"
@@ -279,9 +279,9 @@ def inverse_kinematics(
     ('solved', 8, True)
     """
     arm_argument(arm)
-    if arm_angle is None and reference is None and not position_only and (ready := _ready(arm, solver)) is not None:
+    if reference is None and not position_only and (ready := _ready(arm, solver)) is not None:
         known = type(T) is np.ndarray and T.shape == (4, 4) and T.dtype is _FLOAT
-        found = ready(T if known else fixed_array("T", T, (4, 4)), limits)  # type: ignore[arg-type]
+        found = ready(T if known else fixed_array("T", T, (4, 4)), limits, arm_angle)  # type: ignore[arg-type]
         if found is not None:
             return found
     if position_only and (arm_angle is not None or reference is not None or solver not in (None, "numeric")):

@@ -283,8 +283,8 @@ class InverseResult:
         return Document("Inverse kinematics", "; ".join(said), [solutions], facts=facts)
 
 
-ReadySolver = Callable[[Array, bool], InverseResult | None]
-"""From a pose (4, 4) of float64, not checked, and `limits`; None where `solve` shall look at it."""
+ReadySolver = Callable[[Array, bool, float | None], InverseResult | None]
+"""From a pose (4, 4) of float64, not checked, `limits` and an arm angle; None where `solve` shall look at it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,7 +54,7 @@ def kept_machine_code(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Loa
         return _codes[key]
 
 
-class _Desk(threading.local):
+class _CallRoom(threading.local):
     """Room for one call of a thread, at the same addresses every time."""
 
     def __init__(self, size: int, numbers: Array) -> None:
@@ -66,10 +66,12 @@ class _Desk(threading.local):
 def compiled_runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
     """The row "compiled" of `RUNNERS`."""
     code, size, numbers_of_arm = kept_machine_code(texts, numbers), int(numbers["SIZE"]), table(numbers)
-    desk, function = _Desk(size, numbers_of_arm), code.call
+    room, function = _CallRoom(size, numbers_of_arm), code.call
 
-    def run(given: Array) -> Array | None:
-        desk.pose[:] = given
-        return None if function(*desk.call) else desk.out.copy()
+    def run(pose: Array, *more: float) -> Array | None:
+        room.pose[:] = pose
+        if more:
+            room.given[16 : 16 + len(more)] = more
+        return None if function(*room.call) else room.out.copy()
 
     return run

@@ -13,24 +13,24 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.closed_forms.text_parser import (
-    Binary,
-    Call,
-    Choice,
-    Do,
-    Expression,
-    For,
-    Function,
-    If,
-    Item,
-    Name,
-    Number,
-    Return,
-    Room,
-    Set,
-    Statement,
-    Text,
-    Unary,
-    While,
+    CBinary,
+    CCall,
+    CChoice,
+    CDo,
+    CExpression,
+    CFor,
+    CFunction,
+    CIf,
+    CItem,
+    CName,
+    CNumber,
+    CReturn,
+    CRoom,
+    CSet,
+    CStatement,
+    CText,
+    CUnary,
+    CWhile,
 )
 
 _KINDS = {"double": "double", "int": "i64", "void": "void", "double*": "ptr"}
@@ -56,19 +56,19 @@ def double(x: float) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class TablePlace:
     """Where in the table of an arm's numbers a name begins."""
 
     at: int
     is_array: bool
 
 
-def table_places(numbers: Mapping[str, Any]) -> dict[str, Place]:
+def table_places(numbers: Mapping[str, Any]) -> dict[str, TablePlace]:
     """Of all names; whole numbers are in the text itself."""
     found, at = {}, 0
     for name, value in numbers.items():
         if not isinstance(value, int):
-            found[name] = Place(at, np.ndim(value) > 0)
+            found[name] = TablePlace(at, np.ndim(value) > 0)
             at += np.size(value)
     return found
 
@@ -80,7 +80,7 @@ def table(numbers: Mapping[str, Any]) -> Array:
     )
 
 
-def llvm_text(text: Text, constants: Mapping[str, Any], places: Mapping[str, Place], entry: str) -> str:
+def llvm_text(text: CText, constants: Mapping[str, Any], places: Mapping[str, TablePlace], entry: str) -> str:
     """A module with the function `kernel` (given, step, out, numbers, start, stop) around the text's function `entry`.
 
     Constants are the same for every arm; `places` are those of `table_places`.
@@ -94,7 +94,7 @@ def llvm_text(text: Text, constants: Mapping[str, Any], places: Mapping[str, Pla
     ]
     kinds = {f.name: f for f in text.functions}
     for function in text.functions:
-        lines += _Writer(function, kinds, known, places).lines()
+        lines += _LlvmWriter(function, kinds, known, places).lines()
     lines += [f"declare double @{name}(double)" for name in list(_INTRINSICS.values())[:3]]
     lines += ["declare double @llvm.copysign.f64(double, double)"]
     lines += [
@@ -104,15 +104,15 @@ def llvm_text(text: Text, constants: Mapping[str, Any], places: Mapping[str, Pla
     return "\n".join(lines) + "\n"
 
 
-class _Writer:
+class _LlvmWriter:
     """Of one function."""
 
     def __init__(
         self,
-        function: Function,
-        functions: Mapping[str, Function],
+        function: CFunction,
+        functions: Mapping[str, CFunction],
         known: Mapping[str, Any],
-        places: Mapping[str, Place],
+        places: Mapping[str, TablePlace],
     ) -> None:
         self._function, self._functions, self._known, self._places = function, functions, known, places
         self._room: list[str] = []
@@ -155,33 +155,33 @@ class _Writer:
             self._room.append(room)
         self._variables[name] = kind
 
-    def _statements(self, statements: Iterable[Statement]) -> None:
+    def _statements(self, statements: Iterable[CStatement]) -> None:
         for x in statements:
             self._statement(x)
 
-    def _statement(self, x: Statement) -> None:
+    def _statement(self, x: CStatement) -> None:
         match x:
-            case Room(name, size):
+            case CRoom(name, size):
                 self._room.append(f"  %{name}.p = alloca [{size} x double]")
                 self._variables[name] = "ptr"
-            case Set():
+            case CSet():
                 self._set(x)
-            case Do(call):
+            case CDo(call):
                 self._call(call)
-            case Return(value):
+            case CReturn(value):
                 self._return(value)
-            case For(name, first, end, step, body):
-                self._set(Set("int", Name(name), first))
-                counted = Set("", Name(name), Binary("+", Name(name), Number(step)))
-                self._while(Binary("<", Name(name), end), (*body, counted))
-            case While(test, body):
+            case CFor(name, first, end, step, body):
+                self._set(CSet("int", CName(name), first))
+                counted = CSet("", CName(name), CBinary("+", CName(name), CNumber(step)))
+                self._while(CBinary("<", CName(name), end), (*body, counted))
+            case CWhile(test, body):
                 self._while(test, body)
-            case If(test, yes, no):
+            case CIf(test, yes, no):
                 self._branch(test, lambda: self._statements(yes), lambda: self._statements(no))
 
-    def _set(self, x: Set) -> None:
+    def _set(self, x: CSet) -> None:
         value = self._value(x.value)
-        if isinstance(x.target, Item):
+        if isinstance(x.target, CItem):
             kind, place = "double", self._place(x.target)
         else:
             if x.declared:
@@ -190,12 +190,12 @@ class _Writer:
             place = f"%{x.target.name}.{kind}"
         self._body.append(f"  store {kind} {self._as(value, kind)}, ptr {place}")
 
-    def _return(self, value: Expression | None) -> None:
+    def _return(self, value: CExpression | None) -> None:
         kind = _KINDS[self._function.kind]
         result = "void" if value is None else f"{kind} {self._as(self._value(value), kind)}"
         self._body += [f"  ret {result}", f"{self._new()[1:]}.dead:"]
 
-    def _while(self, test: Expression, body: Iterable[Statement]) -> None:
+    def _while(self, test: CExpression, body: Iterable[CStatement]) -> None:
         name = self._new()[1:]
         self._label(f"{name}.test")
         condition = self._as(self._value(test), "i1")
@@ -203,7 +203,7 @@ class _Writer:
         self._statements(body)
         self._body += [f"  br label %{name}.test", f"{name}.end:"]
 
-    def _branch(self, test: Expression, yes: Callable[[], None], no: Callable[[], None]) -> None:
+    def _branch(self, test: CExpression, yes: Callable[[], None], no: Callable[[], None]) -> None:
         """What `yes` or `no` emit, by the test."""
         name, condition = self._new()[1:], self._as(self._value(test), "i1")
         self._body += [f"  br i1 {condition}, label %{name}.yes, label %{name}.no", f"{name}.yes:"]
@@ -221,7 +221,7 @@ class _Writer:
             return self._emit(kind, f"sitofp i64 {self._as(value, 'i64')} to double")[1]
         return self._emit(kind, f"zext i1 {name} to i64" if kind == "i64" else f"icmp ne i64 {name}, 0")[1]
 
-    def _place(self, x: Item) -> str:
+    def _place(self, x: CItem) -> str:
         """The address of an array's number."""
         at = self._as(self._value(x.place), "i64")
         if x.array in self._places and x.array not in self._variables:
@@ -231,21 +231,21 @@ class _Writer:
             base = f"@{x.array}" if x.array in self._known else f"%{x.array}.p"
         return self._emit("ptr", f"getelementptr double, ptr {base}, i64 {at}")[1]
 
-    def _value(self, x: Expression) -> Value:
+    def _value(self, x: CExpression) -> Value:
         match x:
-            case Number(value):
+            case CNumber(value):
                 return ("i64", str(value)) if isinstance(value, int) else ("double", double(value))
-            case Name(name):
+            case CName(name):
                 return self._named(name)
-            case Item():
+            case CItem():
                 return self._emit("double", f"load double, ptr {self._place(x)}")
-            case Call():
+            case CCall():
                 return self._call(x)
-            case Unary(sign, of):
+            case CUnary(sign, of):
                 return self._unary(sign, self._value(of))
-            case Binary():
+            case CBinary():
                 return self._binary(x)
-            case Choice(test, yes, no):
+            case CChoice(test, yes, no):
                 return self._choice(test, lambda: self._value(yes), lambda: self._value(no))
 
     def _named(self, name: str) -> Value:
@@ -264,7 +264,7 @@ class _Writer:
             return self._emit("i1", f"xor i1 {self._as(value, 'i1')}, true")
         return self._emit(value[0], f"fneg double {value[1]}" if value[0] == "double" else f"sub i64 0, {value[1]}")
 
-    def _binary(self, x: Binary) -> Value:
+    def _binary(self, x: CBinary) -> Value:
         if x.sign == "&&":
             return self._choice(x.left, lambda: self._truth(x.right), lambda: ("i1", "false"))
         if x.sign == "||":
@@ -279,10 +279,10 @@ class _Writer:
         prefix = "f" if kind == "double" else "s" if sign in "/%" else ""
         return self._emit(kind, f"{prefix}{name} {pair}")
 
-    def _truth(self, x: Expression) -> Value:
+    def _truth(self, x: CExpression) -> Value:
         return "i1", self._as(self._value(x), "i1")
 
-    def _choice(self, test: Expression, yes: Callable[[], Value], no: Callable[[], Value]) -> Value:
+    def _choice(self, test: CExpression, yes: Callable[[], Value], no: Callable[[], Value]) -> Value:
         """By a branch, as only the one that is chosen may be worked out; both are of one type."""
         kinds, room = set[str](), f"%choice.{self._new()[1:]}"
 
@@ -296,7 +296,7 @@ class _Writer:
         self._room.append(f"  {room} = alloca {kind}")
         return self._emit(kind, f"load {kind}, ptr {room}")
 
-    def _call(self, x: Call) -> Value:
+    def _call(self, x: CCall) -> Value:
         given = [self._value(y) for y in x.arguments]
         if x.function in _INTRINSICS:
             numbers = ", ".join(f"double {self._as(y, 'double')}" for y in given)

@@ -1,6 +1,7 @@
 """Closed forms of inverse kinematics, written once in a small part of C, from which every language is made.
 
 arm_numbers     The numbers of an arm in the texts of its closed form, by their names there
+judged          The result of inverse kinematics from the numbers that a text's `solutions` gives
 lazy_solutions  The solutions of a pose as rows of numbers, copies whole turns apart among them; a `Solution` is made
                 when read
 python_text     The texts as Python: plain functions on lists of floats, short loops written out, for where nothing is

@@ -7,12 +7,15 @@ import numpy as np
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry
 from lwr_dyn.kinematics.six_joints.spherical_wrist import NEAR_SINGULAR, SixJointGeometry
 from lwr_dyn.kinematics.solution import MOST_COPIES, REACH_SLACK, SAME, joint_ranges
-from lwr_dyn.kinematics.srs_margins import UNLIMITED
+from lwr_dyn.kinematics.srs_margins import CERTAIN, TIE, UNLIMITED
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import ORTHONORMAL
 
 DOUBT = 1e-13
 """[rad] A copy nearer than this to the line between inside and outside is judged in the order that NumPy's form has."""
+
+SEARCHED = {"GRID": 48, "ZOOMS": 13, "POINTS": 13, "HALF_POINTS": 6.0, "ROUNDS": 20}
+"""Of the search for the best arm angle, as in `srs_margins.best_angles`."""
 
 MOST_INTERVALS = 16
 """On one branch: each of 24 crossings ends at most one interval, each of 4 alignments at most two."""
@@ -57,7 +60,7 @@ def numbers_of_solutions(arm: Arm) -> dict[str, Any]:
         "FRAMES": np.array([frame[:3] for frame in frames]), "LOW": arm.lower, "UP": arm.upper,
         "LIMITED": (np.isfinite(arm.lower) & np.isfinite(arm.upper)) * 1.0, "LARGEST": float(np.finfo(float).max),
         "ORTHONORMAL": ORTHONORMAL, "SAME": 2.0 * SAME, "DOUBT": DOUBT, "MOST_COPIES": float(MOST_COPIES),
-        "NEAR_SINGULAR": NEAR_SINGULAR, **places(arm.n),
+        "NEAR_SINGULAR": NEAR_SINGULAR, "TIE": TIE, "CERTAIN": CERTAIN, **SEARCHED, **places(arm.n),
     }  # fmt: skip
 
 
@@ -65,8 +68,9 @@ def places(n: int) -> dict[str, int]:
     """Where in the result of `solutions` things stand, for n joints: q of the branches first."""
     rows = {"RESIDUAL": 8, "SINGULAR": 8, "COPIES": 8, "FIRST": 8 * n, "MANY": 8 * n}
     single = ("LEAST", "WORST", "INSIDE", "OUTSIDE", "LEFT_OUT", "MARGIN", "JOINT", "SPECIAL")
+    more = {"ARM_ANGLE": 8, "COUNTS": 8, "PAIRS": 256} if n == 7 else {}
     at, found = 8 * n, {}
-    for name, size in (rows | dict.fromkeys(single, 1)).items():
+    for name, size in (rows | more | dict.fromkeys(single, 1)).items():
         found[name], at = at, at + size
     return found | {"SIZE": at}
 

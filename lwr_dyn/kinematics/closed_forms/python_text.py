@@ -7,24 +7,24 @@ import keyword
 from collections.abc import Iterable, Mapping
 
 from lwr_dyn.kinematics.closed_forms.text_parser import (
-    Binary,
-    Call,
-    Choice,
-    Do,
-    Expression,
-    For,
-    Function,
-    If,
-    Item,
-    Name,
-    Number,
-    Return,
-    Room,
-    Set,
-    Statement,
-    Text,
-    Unary,
-    While,
+    CBinary,
+    CCall,
+    CChoice,
+    CDo,
+    CExpression,
+    CFor,
+    CFunction,
+    CIf,
+    CItem,
+    CName,
+    CNumber,
+    CReturn,
+    CRoom,
+    CSet,
+    CStatement,
+    CText,
+    CUnary,
+    CWhile,
 )
 
 MOST_WRITTEN_OUT = 240
@@ -38,12 +38,12 @@ Wholes = Mapping[str, int]
 """The loops' variables that are written out -> number."""
 
 
-def python_text(text: Text) -> str:
+def python_text(text: CText) -> str:
     """The functions; constants are names from outside, an array's number behind a known place is NAME_PLACE."""
     lines = [_IMPORTS, *(f"{name} = {value!r}" for name, value in text.constants.items())]
     for function in text.functions:
         names = ", ".join(_name(name) for _, name in function.arguments)
-        lines += ["", "", f"def {function.name}({names}):", *_Writer(function).block(function.body, {})]
+        lines += ["", "", f"def {function.name}({names}):", *_PythonWriter(function).block(function.body, {})]
     return "\n".join(lines) + "\n"
 
 
@@ -51,97 +51,97 @@ def _name(name: str) -> str:
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
-def _size(statements: Iterable[Statement]) -> int:
+def _size(statements: Iterable[CStatement]) -> int:
     """Statements inside, loops counted once."""
     total = 0
     for x in statements:
-        inner = x.body if isinstance(x, For | While) else (*x.yes, *x.no) if isinstance(x, If) else ()
+        inner = x.body if isinstance(x, CFor | CWhile) else (*x.yes, *x.no) if isinstance(x, CIf) else ()
         total += 1 + _size(inner)
     return total
 
 
-class _Writer:
+class _PythonWriter:
     """Of one function."""
 
-    def __init__(self, function: Function) -> None:
+    def __init__(self, function: CFunction) -> None:
         self.local = {name for _, name in function.arguments}
         self._find(function.body)
 
-    def _find(self, statements: Iterable[Statement]) -> None:
+    def _find(self, statements: Iterable[CStatement]) -> None:
         """Local arrays."""
         for x in statements:
-            if isinstance(x, Room):
+            if isinstance(x, CRoom):
                 self.local.add(x.name)
 
-    def block(self, statements: Iterable[Statement], known: Wholes) -> list[str]:
+    def block(self, statements: Iterable[CStatement], known: Wholes) -> list[str]:
         """Its lines, one step in."""
         lines = [line for x in statements for line in self._statement(x, known)]
         return ["    " + line for line in lines] or ["    pass"]
 
-    def _statement(self, x: Statement, known: Wholes) -> list[str]:
+    def _statement(self, x: CStatement, known: Wholes) -> list[str]:
         match x:
-            case Room(name, size):
+            case CRoom(name, size):
                 return [f"{_name(name)} = [0.0] * {size}"]
-            case Set(_, target, value):
+            case CSet(_, target, value):
                 return [f"{self.expression(target, known)} = {self._bare(value, known)}"]
-            case Do(call):
+            case CDo(call):
                 return [self.expression(call, known)]
-            case Return(value):
+            case CReturn(value):
                 return ["return" if value is None else f"return {self._bare(value, known)}"]
-            case For():
+            case CFor():
                 return self._for(x, known)
-            case While(test, body):
+            case CWhile(test, body):
                 return [f"while {self._bare(test, known)}:", *self.block(body, known)]
-            case If():
+            case CIf():
                 return self._if(x, known)
 
-    def _if(self, x: If, known: Wholes) -> list[str]:
+    def _if(self, x: CIf, known: Wholes) -> list[str]:
         test = folded(x.test, known)
-        if isinstance(test, Number):
+        if isinstance(test, CNumber):
             return [line for y in (x.yes if test.value else x.no) for line in self._statement(y, known)]
         lines = [f"if {self._bare(test, known)}:", *self.block(x.yes, known)]
         return [*lines, "else:", *self.block(x.no, known)] if x.no else lines
 
-    def _for(self, x: For, known: Wholes) -> list[str]:
+    def _for(self, x: CFor, known: Wholes) -> list[str]:
         first, end = folded(x.first, known), folded(x.end, known)
-        if isinstance(first, Number) and isinstance(end, Number):
+        if isinstance(first, CNumber) and isinstance(end, CNumber):
             turns = range(int(first.value), int(end.value), x.step)
             lines = [line for i in turns[:1] for line in self._written_out(x, i, known)]
             if len(lines) * len(turns) <= MOST_WRITTEN_OUT:
                 return lines + [line for i in turns[1:] for line in self._written_out(x, i, known)]
-        bounds = ", ".join(self._bare(y, known) for y in (first, end, Number(x.step)))
+        bounds = ", ".join(self._bare(y, known) for y in (first, end, CNumber(x.step)))
         return [f"for {_name(x.name)} in range({bounds}):", *self.block(x.body, known)]
 
-    def _written_out(self, x: For, i: int, known: Wholes) -> list[str]:
+    def _written_out(self, x: CFor, i: int, known: Wholes) -> list[str]:
         return [line for y in x.body for line in self._statement(y, {**known, x.name: i})]
 
-    def _bare(self, x: Expression, known: Wholes) -> str:
+    def _bare(self, x: CExpression, known: Wholes) -> str:
         """Without brackets around the whole."""
         text = self.expression(x, known)
-        return text[1:-1] if isinstance(folded(x, known), Binary | Choice) else text
+        return text[1:-1] if isinstance(folded(x, known), CBinary | CChoice) else text
 
-    def expression(self, x: Expression, known: Wholes) -> str:
+    def expression(self, x: CExpression, known: Wholes) -> str:
         """As Python."""
         x = folded(x, known)
         match x:
-            case Number(value):
+            case CNumber(value):
                 return repr(value)
-            case Name(name):
+            case CName(name):
                 return _name(name)
-            case Item():
+            case CItem():
                 return self._item(x, known)
-            case Call(function, arguments):
+            case CCall(function, arguments):
                 return self._call(function, [self._bare(y, known) for y in arguments])
-            case Unary(sign, of):
+            case CUnary(sign, of):
                 return f"{'not ' if sign == '!' else sign}{self.expression(of, known)}"
-            case Binary(sign, left, right):
+            case CBinary(sign, left, right):
                 return f"({self.expression(left, known)} {_SIGNS.get(sign, sign)} {self.expression(right, known)})"
-            case Choice(test, yes, no):
+            case CChoice(test, yes, no):
                 parts = (self.expression(y, known) for y in (yes, test, no))
                 return "({} if {} else {})".format(*parts)
 
-    def _item(self, x: Item, known: Wholes) -> str:
-        if isinstance(x.place, Number) and x.array not in self.local:
+    def _item(self, x: CItem, known: Wholes) -> str:
+        if isinstance(x.place, CNumber) and x.array not in self.local:
             return f"{x.array}_{x.place.value}"
         return f"{_name(x.array)}[{self._bare(x.place, known)}]"
 
@@ -151,35 +151,35 @@ class _Writer:
         return f"{'abs' if function == 'fabs' else function}({', '.join(arguments)})"
 
 
-def folded(x: Expression, known: Wholes) -> Expression:
+def folded(x: CExpression, known: Wholes) -> CExpression:
     """With what follows from whole numbers put in; arithmetic of doubles is left as it is."""
     match x:
-        case Name(name) if name in known:
-            return Number(known[name])
-        case Item(array, place):
-            return Item(array, folded(place, known))
-        case Binary(sign, left, right):
+        case CName(name) if name in known:
+            return CNumber(known[name])
+        case CItem(array, place):
+            return CItem(array, folded(place, known))
+        case CBinary(sign, left, right):
             left, right = folded(left, known), folded(right, known)
             if _is_whole(left) and _is_whole(right):
                 return _worked_out(sign, int(left.value), int(right.value))  # type: ignore[union-attr]
-            return Binary(sign, left, right)
-        case Choice(test, yes, no):
+            return CBinary(sign, left, right)
+        case CChoice(test, yes, no):
             test = folded(test, known)
-            if isinstance(test, Number):
+            if isinstance(test, CNumber):
                 return folded(yes if test.value else no, known)
-            return Choice(test, folded(yes, known), folded(no, known))
+            return CChoice(test, folded(yes, known), folded(no, known))
     return x
 
 
-def _is_whole(x: Expression) -> bool:
-    return isinstance(x, Number) and isinstance(x.value, int)
+def _is_whole(x: CExpression) -> bool:
+    return isinstance(x, CNumber) and isinstance(x.value, int)
 
 
-def _worked_out(sign: str, a: int, b: int) -> Expression:
+def _worked_out(sign: str, a: int, b: int) -> CExpression:
     values = {
         "+": a + b, "-": a - b, "*": a * b, "<": a < b, ">": a > b, "<=": a <= b, ">=": a >= b, "==": a == b,
         "!=": a != b,
     }  # fmt: skip
     if sign == "%" and b > 0:
-        return Number(a % b)
-    return Number(int(values[sign])) if sign in values else Binary(sign, Number(a), Number(b))
+        return CNumber(a % b)
+    return CNumber(int(values[sign])) if sign in values else CBinary(sign, CNumber(a), CNumber(b))

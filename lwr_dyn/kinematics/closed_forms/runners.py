@@ -15,7 +15,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.closed_forms.python_text import python_text
-from lwr_dyn.kinematics.closed_forms.text_parser import Text, parsed
+from lwr_dyn.kinematics.closed_forms.text_parser import CText, parsed
 from lwr_dyn.kinematics.closed_forms.texts import (
     ANGLE_NUMBERS,
     closed_form_text,
@@ -26,8 +26,8 @@ from lwr_dyn.kinematics.closed_forms.texts import (
 ENTRY = "solutions"
 """The function of the text that a runner calls."""
 
-Runner = Callable[[Array], Array | None]
-"""From given numbers (16,), or more, to the result's numbers."""
+Runner = Callable[..., Array | None]
+"""From a pose (4, 4), and for an S-R-S arm arm angle and margin [rad], to the result's numbers."""
 
 RUNNERS: Registry[Callable[[tuple[str, ...], Mapping[str, Any]], Runner]] = Registry(
     "runner of closed forms",
@@ -48,7 +48,7 @@ def runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
 
 
 @cache
-def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...]) -> Text:
+def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...]) -> CText:
     """The tree of what `ENTRY` needs of these texts, with these whole numbers put in."""
     text = used_functions(with_own_angles(closed_form_text(*texts)), (ENTRY,))
     return parsed(text, dict(wholes))
@@ -79,8 +79,8 @@ def python_runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
     exec(_python_code(texts, wholes), names)
     function, size = names[ENTRY], dict(wholes)["SIZE"]
 
-    def run(given: Array) -> Array | None:
+    def run(pose: Array, *more: float) -> Array | None:
         out = [0.0] * size
-        return None if function(given.ravel().tolist(), out) else np.array(out)
+        return None if function([*pose.ravel().tolist(), *more], out) else np.array(out)
 
     return run

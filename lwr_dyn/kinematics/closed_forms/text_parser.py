@@ -12,66 +12,66 @@ from lwr_dyn.foundation.errors import OptionError
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class CNumber:
     """A whole number or a double."""
 
     value: int | float
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class CName:
     """A variable, an argument or a constant."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class CItem:
     """One number of an array."""
 
     array: str
-    place: "Expression"
+    place: "CExpression"
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class CCall:
     """A call of a function."""
 
     function: str
-    arguments: tuple["Expression", ...]
+    arguments: tuple["CExpression", ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Unary:
+class CUnary:
     """- or !"""
 
     sign: str
-    of: "Expression"
+    of: "CExpression"
 
 
 @dataclass(frozen=True, slots=True)
-class Binary:
+class CBinary:
     """Arithmetic, comparison, && or ||."""
 
     sign: str
-    left: "Expression"
-    right: "Expression"
+    left: "CExpression"
+    right: "CExpression"
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class CChoice:
     """test ? yes : no."""
 
-    test: "Expression"
-    yes: "Expression"
-    no: "Expression"
+    test: "CExpression"
+    yes: "CExpression"
+    no: "CExpression"
 
 
-Expression = Number | Name | Item | Call | Unary | Binary | Choice
+CExpression = CNumber | CName | CItem | CCall | CUnary | CBinary | CChoice
 
 
 @dataclass(frozen=True, slots=True)
-class Room:
+class CRoom:
     """A local array, its numbers not set."""
 
     name: str
@@ -79,75 +79,75 @@ class Room:
 
 
 @dataclass(frozen=True, slots=True)
-class Set:
+class CSet:
     """target = value; `declared` is "double" or "int" where the variable begins here."""
 
     declared: str
-    target: Name | Item
-    value: Expression
+    target: CName | CItem
+    value: CExpression
 
 
 @dataclass(frozen=True, slots=True)
-class For:
+class CFor:
     """`name` from `first` up to `end` (excluded) by `step`."""
 
     name: str
-    first: Expression
-    end: Expression
+    first: CExpression
+    end: CExpression
     step: int
-    body: tuple["Statement", ...]
+    body: tuple["CStatement", ...]
 
 
 @dataclass(frozen=True, slots=True)
-class While:
+class CWhile:
     """A loop."""
 
-    test: Expression
-    body: tuple["Statement", ...]
+    test: CExpression
+    body: tuple["CStatement", ...]
 
 
 @dataclass(frozen=True, slots=True)
-class If:
+class CIf:
     """A branch."""
 
-    test: Expression
-    yes: tuple["Statement", ...]
-    no: tuple["Statement", ...]
+    test: CExpression
+    yes: tuple["CStatement", ...]
+    no: tuple["CStatement", ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Return:
+class CReturn:
     """The end of a function."""
 
-    value: Expression | None
+    value: CExpression | None
 
 
 @dataclass(frozen=True, slots=True)
-class Do:
+class CDo:
     """A call whose result, if any, does not count."""
 
-    call: Call
+    call: CCall
 
 
-Statement = Room | Set | For | While | If | Return | Do
+CStatement = CRoom | CSet | CFor | CWhile | CIf | CReturn | CDo
 
 
 @dataclass(frozen=True, slots=True)
-class Function:
+class CFunction:
     """A function; its kind and those of its arguments are "double", "int", "void", "double*"."""
 
     name: str
     kind: str
     arguments: tuple[tuple[str, str], ...]
     """(kind, name)."""
-    body: tuple[Statement, ...]
+    body: tuple[CStatement, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class CText:
     """A whole text."""
 
-    functions: tuple[Function, ...]
+    functions: tuple[CFunction, ...]
     constants: Mapping[str, float]
     """Those that the text itself defines."""
 
@@ -160,7 +160,7 @@ _LEVELS = (("||",), ("&&",), ("==", "!="), ("<", ">", "<=", ">="), ("+", "-"), (
 
 
 @dataclass(slots=True)
-class _Reader:
+class _CReader:
     """What is left of a text."""
 
     tokens: Sequence[str]
@@ -188,7 +188,7 @@ class _Reader:
         return True
 
 
-def parsed(text: str, wholes: Mapping[str, int]) -> Text:
+def parsed(text: str, wholes: Mapping[str, int]) -> CText:
     """The tree of a text, with those whole numbers put in; raises `OptionError` for what is not of this part of C."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     tokens, at = [], 0
@@ -198,7 +198,7 @@ def parsed(text: str, wholes: Mapping[str, int]) -> Text:
             raise OptionError("a text", text[at : at + 20], "numbers, names and signs of C")
         tokens.append(match[0].strip())
         at = match.end()
-    reader, functions = _Reader([*tokens, ""], wholes), []
+    reader, functions = _CReader([*tokens, ""], wholes), []
     while reader.next:
         reader.passes("static")
         if reader.passes("const"):
@@ -209,10 +209,10 @@ def parsed(text: str, wholes: Mapping[str, int]) -> Text:
             reader.take(";")
         else:
             functions.append(_function(reader))
-    return Text(tuple(functions), reader.constants)
+    return CText(tuple(functions), reader.constants)
 
 
-def _function(reader: _Reader) -> Function:
+def _function(reader: _CReader) -> CFunction:
     kind, name, arguments = reader.take("double", "int", "void"), reader.take(), []
     reader.take("(")
     while not reader.passes(")"):
@@ -224,39 +224,39 @@ def _function(reader: _Reader) -> Function:
             reader.take("]")
             arguments[-1] = (argument + "*", arguments[-1][1])
         reader.passes(",")
-    return Function(name, kind, tuple(arguments), _block(reader))
+    return CFunction(name, kind, tuple(arguments), _block(reader))
 
 
-def _block(reader: _Reader) -> tuple[Statement, ...]:
+def _block(reader: _CReader) -> tuple[CStatement, ...]:
     reader.take("{")
-    statements: list[Statement] = []
+    statements: list[CStatement] = []
     while not reader.passes("}"):
         statements.append(_statement(reader))
     return tuple(statements)
 
 
-def _statement(reader: _Reader) -> Statement:
+def _statement(reader: _CReader) -> CStatement:
     if reader.passes("for"):
         return _for(reader)
     if reader.passes("while"):
-        return While(_in_brackets(reader), _block(reader))
+        return CWhile(_in_brackets(reader), _block(reader))
     if reader.passes("if"):
         return _if(reader)
     if reader.passes("return"):
         value = None if reader.next == ";" else _expression(reader)
         reader.take(";")
-        return Return(value)
+        return CReturn(value)
     return _simple(reader)
 
 
-def _in_brackets(reader: _Reader) -> Expression:
+def _in_brackets(reader: _CReader) -> CExpression:
     reader.take("(")
     inner = _expression(reader)
     reader.take(")")
     return inner
 
 
-def _for(reader: _Reader) -> For:
+def _for(reader: _CReader) -> CFor:
     for token in ("(", "int"):
         reader.take(token)
     name = reader.take()
@@ -269,61 +269,61 @@ def _for(reader: _Reader) -> For:
     reader.take(name)
     step = 1 if reader.take("++", "+=") == "++" else int(reader.take())
     reader.take(")")
-    return For(name, first, end, step, _block(reader))
+    return CFor(name, first, end, step, _block(reader))
 
 
-def _if(reader: _Reader) -> If:
+def _if(reader: _CReader) -> CIf:
     test, yes = _in_brackets(reader), _block(reader)
     if reader.passes("else", "if"):
-        return If(test, yes, (_if(reader),))
-    return If(test, yes, _block(reader) if reader.passes("else") else ())
+        return CIf(test, yes, (_if(reader),))
+    return CIf(test, yes, _block(reader) if reader.passes("else") else ())
 
 
-def _simple(reader: _Reader) -> Statement:
+def _simple(reader: _CReader) -> CStatement:
     """A declaration, an assignment or a call."""
     reader.passes("const")
     declared = reader.take() if reader.next in ("double", "int") else ""
     target = _primary(reader)
-    if declared and isinstance(target, Item):
-        assert isinstance(target.place, Number)
+    if declared and isinstance(target, CItem):
+        assert isinstance(target.place, CNumber)
         reader.take(";")
-        return Room(target.array, int(target.place.value))
-    if isinstance(target, Call):
+        return CRoom(target.array, int(target.place.value))
+    if isinstance(target, CCall):
         reader.take(";")
-        return Do(target)
-    assert isinstance(target, Name | Item)
+        return CDo(target)
+    assert isinstance(target, CName | CItem)
     sign = reader.take("=", "+=", "-=", "*=", "++", "--")
-    value: Expression = Number(1) if sign in ("++", "--") else _expression(reader)
+    value: CExpression = CNumber(1) if sign in ("++", "--") else _expression(reader)
     reader.take(";")
-    return Set(declared, target, value if sign == "=" else Binary(sign[0], target, value))
+    return CSet(declared, target, value if sign == "=" else CBinary(sign[0], target, value))
 
 
-def _expression(reader: _Reader) -> Expression:
+def _expression(reader: _CReader) -> CExpression:
     test = _binary(reader, 0)
     if not reader.passes("?"):
         return test
     yes = _expression(reader)
     reader.take(":")
-    return Choice(test, yes, _expression(reader))
+    return CChoice(test, yes, _expression(reader))
 
 
-def _binary(reader: _Reader, level: int) -> Expression:
+def _binary(reader: _CReader, level: int) -> CExpression:
     """From the left to the right, signs of a higher level first."""
     if level == len(_LEVELS):
         return _unary(reader)
     left = _binary(reader, level + 1)
     while reader.next in _LEVELS[level]:
-        left = Binary(reader.take(), left, _binary(reader, level + 1))
+        left = CBinary(reader.take(), left, _binary(reader, level + 1))
     return left
 
 
-def _unary(reader: _Reader) -> Expression:
+def _unary(reader: _CReader) -> CExpression:
     if reader.next in ("-", "!"):
-        return Unary(reader.take(), _unary(reader))
+        return CUnary(reader.take(), _unary(reader))
     return _primary(reader)
 
 
-def _primary(reader: _Reader) -> Expression:
+def _primary(reader: _CReader) -> CExpression:
     if reader.passes("("):
         if reader.passes("double", ")"):
             return _primary(reader)
@@ -332,15 +332,15 @@ def _primary(reader: _Reader) -> Expression:
         return inner
     token = reader.take()
     if token[0].isdigit():
-        return Number(int(token) if token.isdigit() else float(token))
+        return CNumber(int(token) if token.isdigit() else float(token))
     if reader.passes("["):
         place = _expression(reader)
         reader.take("]")
-        return Item(token, place)
+        return CItem(token, place)
     if reader.passes("("):
         arguments = []
         while not reader.passes(")"):
             arguments.append(_expression(reader))
             reader.passes(",")
-        return Call(token, tuple(arguments))
-    return Number(reader.wholes[token]) if token in reader.wholes else Name(token)
+        return CCall(token, tuple(arguments))
+    return CNumber(reader.wholes[token]) if token in reader.wholes else CName(token)

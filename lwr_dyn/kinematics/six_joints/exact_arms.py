@@ -16,7 +16,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics import inverse, solution
 from lwr_dyn.kinematics.arm_geometry import required
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_six_joints, numbers_of_solutions, places
-from lwr_dyn.kinematics.closed_forms.lazy_solutions import LABELS, NEAR, Found, LazySolutions
+from lwr_dyn.kinematics.closed_forms.judged import Judge, judge_of
+from lwr_dyn.kinematics.closed_forms.lazy_solutions import LABELS, NEAR
 from lwr_dyn.kinematics.closed_forms.runners import Runner, runner
 from lwr_dyn.kinematics.six_joints import snapped_arms, spherical_wrist
 from lwr_dyn.kinematics.six_joints.snapped_arms import SnappedArm
@@ -25,12 +26,7 @@ from lwr_dyn.kinematics.solution import REACH_SLACK, InverseResult, PoseProblem,
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import pose_array
 
-Limits = tuple[Array, Array, tuple[str, ...]]
-"""Lower and upper (n,) [rad], and the joints' names."""
-
-_AT = places(6)
-
-_TAIL = _AT["LEAST"]
+_WORST = places(6)["WORST"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,55 +68,23 @@ class SixJointSolver:
     """Solves one pose after the other of one arm."""
 
     arm: Arm
-    limits: Limits
+    judge: Judge
     run: Runner
     largest: float
     """Largest residual [m and dimensionless] of solutions that need no polish."""
 
-    def __call__(self, T: Array, limits: bool) -> InverseResult | None:
-        """All solutions of a flange pose T (4, 4) of float64; None for what is no pose, or needs a polish."""
-        out = self.run(T)
-        if out is None:
+    def __call__(self, T: Array, limits: bool, arm_angle: float | None = None) -> InverseResult | None:
+        """All solutions of T (4, 4) of float64; None for what is no pose, or needs a polish, or has an arm angle."""
+        out = self.run(T) if arm_angle is None else None
+        if out is None or out.item(_WORST) > self.largest:
             return None
-        least, worst, inside, outside, left_out, margin, joint, special = out[_TAIL:].tolist()
-        if worst > self.largest:
-            return None
-        if not inside + outside:
-            return InverseResult("out of reach", (), (), True, distance=least)
-        if special:
-            return self._one_by_one(out, T, limits)
-        complete, more = not left_out, int(left_out)
-        if not limits:
-            return InverseResult("solved", self._listed(out, True, True), (), complete, turns_left_out=more)
-        beyond = self._listed(out, False, True) if outside else ()
-        if inside:
-            return InverseResult("solved", self._listed(out, True, False), beyond, complete, turns_left_out=more)
-        return InverseResult(
-            "outside limits", (), beyond, complete, self.limits[2][int(joint)], -margin, turns_left_out=more
-        )
 
-    def _listed(self, out: Array, inside: bool, outside: bool) -> LazySolutions:
-        size = inside * out.item(_AT["INSIDE"]) + outside * out.item(_AT["OUTSIDE"])
-        return LazySolutions(int(size), partial(_found, self.limits, out, inside, outside))
+        def one_by_one() -> InverseResult:
+            x, problem = self.judge.found(out, True, True), PoseProblem(self.arm, pose_array("T", T), limits)
+            names, labels = [NEAR[code] for code in x.singular], [LABELS[b] for b in x.branch]
+            return solution.turned_result(problem, x.q, True, labels, names)
 
-    def _one_by_one(self, out: Array, T: Array, limits: bool) -> InverseResult:
-        found = _found(self.limits, out, True, True)
-        names, labels = [NEAR[code] for code in found.singular], [LABELS[b] for b in found.branch]
-        return solution.turned_result(PoseProblem(self.arm, pose_array("T", T), limits), found.q, True, labels, names)
-
-
-def _found(limits: Limits, out: Array, inside: bool, outside: bool) -> Found:
-    """The branches inside the limits, those outside, or both, of the numbers that a runner gives."""
-    q, copies = out[:48].reshape(8, 6), out[_AT["COPIES"] :][:8]
-    reached = q[:, 0] == q[:, 0]
-    which = np.flatnonzero(reached & np.where(copies > 0.0, inside, outside))
-    first, many = (out[_AT[name] :][:48].reshape(8, 6)[which] for name in ("FIRST", "MANY"))
-    beyond = copies[which, None] == 0.0
-    return Found(
-        *limits, q[which], tuple(which.tolist()), tuple(out[_AT["RESIDUAL"] :][which].tolist()),
-        tuple(out[_AT["SINGULAR"] :][which].astype(int).tolist()), np.where(beyond, 0.0, first),
-        tuple(map(tuple, np.where(beyond, 1, many).astype(int).tolist())), (None,) * len(which),
-    )  # fmt: skip
+        return self.judge.result(out, limits, one_by_one)
 
 
 @lru_cache(maxsize=32)
@@ -131,8 +95,7 @@ def ready(arm: Arm) -> SixJointSolver | None:
         return None
     texts = (*form.texts, "solutions", "solutions_six_joints")
     largest = inverse.SOLVED if form.texts[-1] == "three_parallel" else np.inf
-    limits = (arm.lower, arm.upper, tuple(arm.joint_names))
-    return SixJointSolver(arm, limits, runner(texts, {**form.numbers, **numbers_of_solutions(arm)}), largest)
+    return SixJointSolver(arm, judge_of(arm), runner(texts, {**form.numbers, **numbers_of_solutions(arm)}), largest)
 
 
 def _solve_wrist(problem: PoseProblem, geometry: SixJointGeometry) -> InverseResult:

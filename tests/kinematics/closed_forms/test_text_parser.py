@@ -3,7 +3,7 @@
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.closed_forms.text_parser import Binary, Choice, For, If, Name, Number, Set, parsed
+from lwr_dyn.kinematics.closed_forms.text_parser import CBinary, CChoice, CFor, CIf, CName, CNumber, CSet, parsed
 
 
 def body(text, **wholes):
@@ -13,25 +13,25 @@ def body(text, **wholes):
 
 def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
     (statement,) = body("return x - 1.0 - 2.0 * -x;")
-    x, one = Name("x"), Number(1.0)
-    assert statement.value.left == Binary("-", x, one)
+    x, one = CName("x"), CNumber(1.0)
+    assert statement.value.left == CBinary("-", x, one)
     assert statement.value.right.sign == "*"
     (statement,) = body("return x < 1.0 && !(x > 2.0) || n == 3 ? x : 1.0;")
-    assert isinstance(statement.value, Choice)
+    assert isinstance(statement.value, CChoice)
     assert statement.value.test.sign == "||"
     assert statement.value.test.left.sign == "&&"
 
 
 def test_names_of_whole_numbers_are_those_numbers():
     (loop,) = body("for (int i = 2; i < 3 * MANY; i += 4) {\n    x += a[i];\n}", MANY=5)
-    assert loop == For("i", Number(2), Binary("*", Number(3), Number(5)), 4, loop.body)
-    assert loop.body == (Set("", Name("x"), Binary("+", Name("x"), loop.body[0].value.right)),)
+    assert loop == CFor("i", CNumber(2), CBinary("*", CNumber(3), CNumber(5)), 4, loop.body)
+    assert loop.body == (CSet("", CName("x"), CBinary("+", CName("x"), loop.body[0].value.right)),)
 
 
 def test_else_if_is_a_branch_in_a_branch():
     (first,) = body("if (x > 0.0) {\n n++;\n} else if (x < 0.0) {\n n--;\n} else {\n return x;\n}")
     (second,) = first.no
-    assert isinstance(second, If)
+    assert isinstance(second, CIf)
     assert len(second.no) == 1
 
 
