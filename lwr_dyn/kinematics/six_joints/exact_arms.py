@@ -28,6 +28,8 @@ from lwr_dyn.model.spatial import pose_array
 
 _WORST = places(6)["WORST"]
 
+_JUDGING = ("solutions", "solutions_six_joints")
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SixJointForm:
@@ -72,6 +74,9 @@ class SixJointSolver:
     run: Runner
     largest: float
     """Largest residual [m and dimensionless] of solutions that need no polish."""
+    texts: tuple[str, ...]
+    numbers: Mapping[str, Any]
+    """What the runner is made of."""
 
     def __call__(self, T: Array, limits: bool, arm_angle: float | None = None) -> InverseResult | None:
         """All solutions of T (4, 4) of float64; None for what is no pose, or needs a polish, or has an arm angle."""
@@ -93,9 +98,9 @@ def ready(arm: Arm) -> SixJointSolver | None:
     form = six_joint_form(arm)
     if form is None:
         return None
-    texts = (*form.texts, "solutions", "solutions_six_joints")
+    texts, numbers = (*form.texts, *_JUDGING), {**form.numbers, **numbers_of_solutions(arm)}
     largest = inverse.SOLVED if form.texts[-1] == "three_parallel" else np.inf
-    return SixJointSolver(arm, judge_of(arm), runner(texts, {**form.numbers, **numbers_of_solutions(arm)}), largest)
+    return SixJointSolver(arm, judge_of(arm), runner(texts, numbers), largest, texts, numbers)
 
 
 def _solve_wrist(problem: PoseProblem, geometry: SixJointGeometry) -> InverseResult:
