@@ -34,9 +34,32 @@ static int made_exact(const double *pose, double *T)
     return wrong;
 }
 
+/* sine and cosine of x by one reduction: the bits of own_sin and own_cos */
+static void sine_and_cosine(double x, double *out)
+{
+    const double scaled = x * PER_HALF_TURN;
+    const double turns = (scaled + MAGIC) - MAGIC;
+    const double pairs = (turns * 0.5 + MAGIC) - MAGIC;
+    const double odd = turns - 2.0 * pairs;
+    const double sign = 1.0 - 2.0 * (odd * odd);
+    const double r = (x - turns * PI_PARTS[0]) - (turns * PI_PARTS[1] + turns * PI_PARTS[2]);
+    const double square = r * r;
+    double total = 0.0;
+    for (int i = 0; i < COSINE_TERMS; i++) {
+        total = total * square + COSINE[i];
+    }
+    out[1] = sign * ((1.0 - 0.5 * square) + square * square * total);
+    total = 0.0;
+    for (int i = 0; i < SINE_TERMS; i++) {
+        total = total * square + SINE[i];
+    }
+    out[0] = sign * r + sign * r * square * total;
+}
+
 /* the largest entry of FK(q) - T for branch b; B keeps the frames of the branch before, of joints that have not moved */
 static double residual(const double *T, const double *q, int b, double *B)
 {
+    double turn[2];
     const int at = JOINTS * b;
     int moved_from = 0;
     while (b > 0 && moved_from < JOINTS && q[at + moved_from] == q[at + moved_from - JOINTS]) {
@@ -44,8 +67,9 @@ static double residual(const double *T, const double *q, int b, double *B)
     }
     for (int j = 0; j < JOINTS; j++) {
         if (j >= moved_from) {
-            const double c = cos(q[at + j]);
-            const double s = sin(q[at + j]);
+            sine_and_cosine(q[at + j], turn);
+            const double c = turn[1];
+            const double s = turn[0];
             for (int i = 0; i < 3; i++) {
                 const double x = c * B[12 * j + 4 * i] + s * B[12 * j + 4 * i + 1];
                 const double y = c * B[12 * j + 4 * i + 1] - s * B[12 * j + 4 * i];

@@ -79,7 +79,7 @@ static double best_arm_angle(const double *F, double shoulder, double wrist)
 }
 
 /* all solutions of a pose at given[16], or where that is NaN each branch at its best arm angle; what `judged` finds, the
-   arm angles, and the intervals of the arm angle in which all joints keep the margin given[17] */
+   arm angles, and unless it is NaN the intervals of the arm angle in which all joints keep the margin given[17] */
 int solutions(const double given[18], double out[472])
 {
     double T[12];
@@ -100,7 +100,9 @@ int solutions(const double given[18], double out[472])
                 const double psi = given[16] == given[16] ? given[16] : best_arm_angle(F, shoulder, wrist);
                 out[ARM_ANGLE + place] = psi;
                 branch(F, cos(psi), sin(psi), shoulder, wrist, out, 7 * place);
-                out[COUNTS + place] = branch_intervals(F, shoulder, wrist, given[17], out, PAIRS + 32 * place);
+                if (given[17] == given[17]) {
+                    out[COUNTS + place] = branch_intervals(F, shoulder, wrist, given[17], out, PAIRS + 32 * place);
+                }
             }
         }
     }
