@@ -49,7 +49,9 @@ def __getattr__(name: str) -> Any:
     from lwr_dyn.foundation.errors import needs_extra
 
     with needs_extra(_EXTRAS.get(name, "")):
-        return getattr(import_module(_PLACES[name]), name)
+        found = getattr(import_module(_PLACES[name]), name)
+    globals()[name] = found  # so that the next use is a plain attribute
+    return found
 
 
 def __dir__() -> list[str]:

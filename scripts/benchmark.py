@@ -34,7 +34,7 @@ from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
 
 PEERS = (
-    "pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "eaik",
+    "pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "eaik", "ssik",
     "lwr_dyn",
 )  # fmt: skip
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")

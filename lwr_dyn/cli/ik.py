@@ -64,7 +64,7 @@ def command(
         sys.exit(1)
 
 
-def _selected(arm: Arm, solutions: tuple[Solution, ...], given: dict[str, Any]) -> tuple[Solution, ...]:
+def _selected(arm: Arm, solutions: Sequence[Solution], given: dict[str, Any]) -> Sequence[Solution]:
     """The solutions with the Status and Turn that are given, and of these the one nearest to --from-deg."""
     s, t, start = given["status"], given["turn"], _start(arm, given)
     if s is not None or t is not None:
@@ -189,7 +189,7 @@ def _table(arm: Arm, solutions: Sequence[Solution], kuka: kuka_pose.KukaUnits | 
     return Table("", (*heads, "", ""), rows)
 
 
-def _without_copies(solutions: tuple[Solution, ...], turning: Array) -> tuple[Solution, ...]:
+def _without_copies(solutions: Sequence[Solution], turning: Array) -> tuple[Solution, ...]:
     """The first, that with the largest margin, of solutions that are equal up to whole turns."""
     first: dict[tuple[str, bytes], Solution] = {}
     for solution in solutions:

@@ -2,6 +2,8 @@
 
 arm_angle     A smooth arm angle along a path that maximises the smallest joint-limit margin
 arm_geometry  The geometry of arms with a closed form of inverse kinematics, read off their axes at q = 0: S-R-S arms
+closed_forms  Closed forms of inverse kinematics, written once in a small part of C, from which every language is
+              made
 forward       Forward kinematics of the native chain: poses, joint axes, geometric Jacobian and its rate
 inverse       Inverse kinematics of one flange pose: every branch in closed form for arms that allow it, else a
               numeric search
@@ -13,4 +15,5 @@ srs           Closed-form inverse kinematics of an S-R-S arm for a flange pose, 
               branches
 srs_margins   Joint-limit margins of an S-R-S arm over the arm angle, and the arm angles at which a margin is kept, in
               closed form
+srs_solver    One pose of an S-R-S arm by the text of its closed form, fast, where it is machine code; else by NumPy
 """

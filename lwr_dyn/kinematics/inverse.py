@@ -8,6 +8,7 @@ orientation is given.
 """
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -200,10 +201,10 @@ SOLVER = solution.IkSolver(lambda chain: chain, solve_pose, "any arm")
 IK_SOLVERS: Registry[solution.IkSolver[Any]] = Registry(
     "solver",
     {
-        "srs": Row("lwr_dyn.kinematics.srs_margins:SOLVER", "S-R-S arms with an arm angle, in closed form"),
-        "spherical-wrist": Row("lwr_dyn.kinematics.six_joints.spherical_wrist:SOLVER", "six joints, in closed form"),
+        "srs": Row("lwr_dyn.kinematics.srs_solver:SOLVER", "S-R-S arms with an arm angle, in closed form"),
+        "spherical-wrist": Row("lwr_dyn.kinematics.six_joints.exact_arms:WRIST_SOLVER", "six joints, in closed form"),
         "three-parallel": Row(
-            "lwr_dyn.kinematics.six_joints.snapped_arms:THREE_PARALLEL_SOLVER", "six joints, in closed form, polished"
+            "lwr_dyn.kinematics.six_joints.exact_arms:THREE_PARALLEL_SOLVER", "six joints, in closed form, polished"
         ),
         "rounded-wrist": Row(
             "lwr_dyn.kinematics.six_joints.snapped_arms:ROUNDED_WRIST_SOLVER",
@@ -278,6 +279,11 @@ def inverse_kinematics(
     ('solved', 8, True)
     """
     arm_argument(arm)
+    if reference is None and not position_only and (ready := _ready(arm, solver)) is not None:
+        known = type(T) is np.ndarray and T.shape == (4, 4) and T.dtype is _FLOAT
+        found = ready(T if known else fixed_array("T", T, (4, 4)), limits, arm_angle)  # type: ignore[arg-type]
+        if found is not None:
+            return found
     if position_only and (arm_angle is not None or reference is not None or solver not in (None, "numeric")):
         raise OptionError("arm_angle, reference, solver", "given for a position only", 'none, or solver="numeric"')
     if position_only:
@@ -289,6 +295,16 @@ def inverse_kinematics(
     if not chosen.has_arm_angle and (arm_angle is not None or reference is not None):
         raise OptionError("arm_angle, reference", f"given for {arm.name}", "only for an S-R-S arm")
     return chosen.solve(PoseProblem(arm, pose, limits, arm_angle, reference, starts, seed), geometry)
+
+
+_FLOAT = np.dtype(np.float64)
+
+
+@lru_cache(maxsize=32)
+def _ready(arm: Arm, name: str | None) -> solution.ReadySolver | None:
+    """What solves poses of this arm one after the other, where its solver has it."""
+    solver, _ = _solver_of(arm, name)
+    return None if solver.ready is None else solver.ready(arm)
 
 
 def _solver_of(arm: Arm, name: str | None) -> tuple[solution.IkSolver[Any], Any]:

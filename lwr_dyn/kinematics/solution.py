@@ -148,6 +148,8 @@ Geometry = TypeVar("Geometry")
 
 Status = Literal["solved", "out of reach", "outside limits"]
 
+SINGULARITIES = ("shoulder", "elbow", "wrist")
+
 SAME = 1e-9
 """[rad] Branches whose joints agree to this are one solution (aligned rolls, a straight elbow)."""
 
@@ -215,9 +217,9 @@ class InverseResult:
     """Result of inverse kinematics for one pose; `solutions` with the largest margin first."""
 
     status: Status
-    solutions: tuple[Solution, ...]
-    """Inside the limits, or all with limits=False."""
-    outside: tuple[Solution, ...]
+    solutions: Sequence[Solution]
+    """Inside the limits, or all with limits=False; a tuple, or a sequence that makes each solution when it is read."""
+    outside: Sequence[Solution]
     """Those outside the limits, least outside first (empty with limits=False)."""
     complete: bool
     """True: these are all branches (of an S-R-S arm each at one arm angle) with all copies whole turns of joints apart
@@ -281,6 +283,10 @@ class InverseResult:
         return Document("Inverse kinematics", "; ".join(said), [solutions], facts=facts)
 
 
+ReadySolver = Callable[[Array, bool, float | None], InverseResult | None]
+"""From a pose (4, 4) of float64, not checked, `limits` and an arm angle; None where `solve` shall look at it."""
+
+
 @dataclass(frozen=True, slots=True)
 class IkSolver(Generic[Geometry]):
     """A row of `inverse.IK_SOLVERS`."""
@@ -292,6 +298,8 @@ class IkSolver(Generic[Geometry]):
     """Which arms it recognises, in words."""
     has_arm_angle: bool = False
     """Whether it uses `arm_angle` and `reference`."""
+    ready: Callable[[Arm], ReadySolver | None] | None = None
+    """Where one pose after the other is solved faster than by `solve`: of an arm, what does it."""
 
 
 def make_solutions(

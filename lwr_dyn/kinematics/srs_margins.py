@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics import solution
-from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
+from lwr_dyn.kinematics.arm_geometry import SrsGeometry
 from lwr_dyn.kinematics.solution import ALIGNED, BRANCHES, TOUCH, TURN, JointRanges, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, ball_forms, closed_form, elbow_angle
 
@@ -309,7 +309,3 @@ def solve_pose(problem: solution.PoseProblem, geometry: SrsGeometry) -> solution
     )
     intervals_of = {label: intervals.of(b) for b, label in enumerate(labels)}
     return replace(result, solutions=solutions, outside=outside, arm_angle_intervals=intervals_of)
-
-
-SOLVER = solution.IkSolver(srs_geometry, solve_pose, SRS_ARM, has_arm_angle=True)
-"""The row "srs" of the solvers."""

@@ -1,13 +1,12 @@
-"""Closed-form inverse kinematics as C and JavaScript: S-R-S arms with an arm angle, six joints with a spherical wrist.
+"""Closed-form inverse kinematics as C and JavaScript: S-R-S arms, six joints with spherical wrist or parallel axes.
 
 Numbers are double in every file, also beside functions of float. Self-test and test vectors are a few calls, and what
 Python finds.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -18,11 +17,15 @@ from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, SrsGeometry, srs_geometry
+from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_srs
+from lwr_dyn.kinematics.closed_forms.texts import ANGLE_NUMBERS, closed_form_text, used_functions, with_own_angles
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.kinematics.six_joints.spherical_wrist import WRIST_ARM, SixJointGeometry, all_branches, wrist_arm_geometry
+from lwr_dyn.kinematics.six_joints.exact_arms import SixJointForm, six_joint_form
+from lwr_dyn.kinematics.six_joints.snapped_arms import PARALLEL_ARM
+from lwr_dyn.kinematics.six_joints.spherical_wrist import WRIST_ARM
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
-from lwr_dyn.kinematics.srs_margins import UNLIMITED, intervals_at_level, margin_problem
+from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
 from lwr_dyn.model.arm import Arm
 
 NAME = "inverse_kinematics"
@@ -30,9 +33,6 @@ NAME = "inverse_kinematics"
 SRS_FUNCTIONS = (NAME, f"{NAME}_arm_angle", f"{NAME}_intervals", f"{NAME}_near")
 
 SIX_JOINT_FUNCTIONS = (NAME, f"{NAME}_near")
-
-MOST_INTERVALS = 16
-"""On one branch: each of 24 crossings ends at most one interval, each of 4 alignments at most two."""
 
 _ROWS = (
     "out: a row for each of the branches +++ ++- +-+ +-- -++ -+- --+ --- (signs of shoulder, elbow, wrist), every "
@@ -60,77 +60,34 @@ SIX_JOINT_TEXT = "\n".join([
 
 def inverse_kinematics_function(spec: KernelSpec, name: str, arm: Arm) -> TemplateFunction:
     """The row of `EMITTED`; raises `OptionError` for an arm without a closed form."""
-    srs, six = srs_geometry(arm.chain), wrist_arm_geometry(arm.chain)
+    srs, six = srs_geometry(arm.chain), six_joint_form(arm)
     if srs is not None:
-        source = _source("shared", "srs", "srs_intervals")
-        constants = _of_srs(srs) | _of_joints(arm, srs)
         return _template(
-            source, SRS_FUNCTIONS, SRS_TEXT, constants, case_of_srs(arm, srs), partial(vectors_of_srs, arm, srs)
-        )
-    if six is not None:
-        source, constants = _source("shared", "six_joints"), _of_six(six) | _of_joints(arm, None)
-        return _template(
-            source, SIX_JOINT_FUNCTIONS, SIX_JOINT_TEXT, constants, case_of_six_joints(arm),
-            partial(vectors_of_six_joints, arm),
+            closed_form_text("shared", "srs", "srs_intervals"), SRS_FUNCTIONS, SRS_TEXT, numbers_of_srs(arm, srs),
+            case_of_srs(arm, srs), partial(vectors_of_srs, arm, srs),
         )  # fmt: skip
-    raise OptionError(name, f"{arm.name} has no closed form that is written out", f"{SRS_ARM}, or {WRIST_ARM}")
-
-
-def _source(*names: str) -> str:
-    folder = files("lwr_dyn.codegen.emit")
-    return "\n".join((folder / f"branches_{name}.c").read_text(encoding="utf-8") for name in names)
+    if six is not None:
+        return _template(
+            closed_form_text(*six.texts, "six_joints_near"), SIX_JOINT_FUNCTIONS, SIX_JOINT_TEXT, six.numbers,
+            case_of_six_joints(arm, six), partial(vectors_of_six_joints, arm, six),
+        )  # fmt: skip
+    allowed = f"{SRS_ARM}; {WRIST_ARM}; {PARALLEL_ARM}, to a billionth"
+    raise OptionError(name, f"{arm.name} has no closed form that is written out", allowed)
 
 
 def _template(
-    source: str, functions: tuple[str, ...], text: str, constants: dict[str, Any], test: str,
+    source: str, functions: tuple[str, ...], text: str, constants: Mapping[str, Any], test: str,
     vectors: Callable[[], tuple[TemplateCase, ...]],
 ) -> TemplateFunction:  # fmt: skip
-    constants |= restricted_c.angle_constants()
-    library = restricted_c.used_functions(source, functions)
+    constants = {**constants, **ANGLE_NUMBERS}
+    library = used_functions(source, functions)
     texts = {}
-    for kind, whole in (("", restricted_c.with_own_angles(source)), (" libm", source)):
-        used = restricted_c.used_functions(whole, functions)
+    for kind, whole in (("", with_own_angles(source)), (" libm", source)):
+        used = used_functions(whole, functions)
         texts[f"c{kind}"] = restricted_c.c_text(used, constants, "@NAME@")
         texts[f"js{kind}"] = restricted_c.javascript_text(used, constants)
     heads = {"c": restricted_c.declarations(library, functions, "@NAME@"), "js": ", ".join(functions)}
     return TemplateFunction(NAME, text, heads, texts, {"c": test}, vectors)
-
-
-def _of_joints(arm: Arm, srs: SrsGeometry | None) -> dict[str, Any]:
-    ranges = joint_ranges(arm)
-    numbers: dict[str, Any] = {
-        "JOINTS": arm.n, "UNLIMITED": UNLIMITED, "MIDDLE": ranges.middle, "HALF": np.minimum(ranges.half, UNLIMITED),
-        "NOWHERE": np.zeros(3),
-    }  # fmt: skip
-    if srs is None:
-        return numbers
-    offsets = np.array([srs.first.offset, 0.0, 0.0, 0.0, srs.last.offset])
-    centre = ranges.middle + np.array([0.0, offsets[0], 0.0, 0.0, 0.0, offsets[4], 0.0])
-    return numbers | {
-        "MOST": MOST_INTERVALS, "OFFSETS": offsets, "CENTRE_COSINE": np.cos(centre), "CENTRE_SINE": np.sin(centre),
-    }  # fmt: skip
-
-
-def _of_srs(g: SrsGeometry) -> dict[str, Any]:
-    return {
-        "LENGTHS": np.array(g.lengths), "SHOULDER": g.shoulder, "UPPER": g.upper, "FORE": g.fore,
-        "ELBOW_AXIS": g.elbow_axis, "STRAIGHT": g.straight, "WRIST_IN_FLANGE": g.wrist_in_flange,
-        "HOME_BACK": g.home_rotation.T @ g.last.back, "FIRST_TURNED": g.first.basis.T, "FIRST_BACK": g.first.back,
-        "FIRST_BASIS": g.first.basis, "FIRST_FRONT": g.first.back.T, "LAST_BASIS": g.last.basis,
-        "REFERENCE": g.reference, "SPARE": np.eye(3)[int(np.argmin(np.abs(g.reference)))],
-        "AXIS_Y": np.array([0.0, 1.0, 0.0]), "AXIS_Z": np.array([0.0, 0.0, 1.0]),
-    }  # fmt: skip
-
-
-def _of_six(g: SixJointGeometry) -> dict[str, Any]:
-    return {
-        "LENGTHS": np.array(g.lengths), "FRAME_TURNED": g.frame.T, "AXIS_1": g.frame[:, 2], "AXIS_2": g.frame[:, 1],
-        "ORIGIN": g.origin, "LATERAL": g.lateral, "SHOULDER": g.shoulder,
-        "LEAN": float(np.arctan2(g.upper[1], g.upper[0])),
-        "ELBOW_SIGN": float(g.elbow_sign), "FRONT": float(g.front), "STRAIGHT": g.straight,
-        "WRIST_IN_FLANGE": g.wrist_in_flange, "HOME_BACK": g.home_rotation.T @ g.ball.back,
-        "BALL_BASIS": g.ball.basis, "OFFSET": g.ball.offset,
-    }  # fmt: skip
 
 
 POSES = 3
@@ -169,10 +126,10 @@ def case_of_srs(arm: Arm, geometry: SrsGeometry) -> str:
     return _text(T, branches(arm, geometry, T, ARM_ANGLES), ARM_ANGLES)
 
 
-def case_of_six_joints(arm: Arm) -> str:
+def case_of_six_joints(arm: Arm, form: SixJointForm) -> str:
     """Of an arm with a spherical wrist."""
     T = poses(arm)
-    return _text(T, all_branches(arm, T).q, None)
+    return _text(T, form.branches(T).q, None)
 
 
 def positions(arm: Arm) -> Array:
@@ -237,11 +194,11 @@ def vectors_of_srs(arm: Arm, geometry: SrsGeometry) -> tuple[TemplateCase, ...]:
     )  # fmt: skip
 
 
-def vectors_of_six_joints(arm: Arm) -> tuple[TemplateCase, ...]:
+def vectors_of_six_joints(arm: Arm, form: SixJointForm) -> tuple[TemplateCase, ...]:
     """Of the two functions of an arm with a spherical wrist; one pose is out of reach."""
     T = poses(arm)
-    found, q = all_branches(arm, T), positions(arm)
-    beyond = all_branches(arm, _far(T)).reach_excess.min()
+    found, q = form.branches(T), positions(arm)
+    beyond = form.branches(_far(T)).reach_excess.min()
     return (
         _all(T, found.q, (*found.reach_excess.min(axis=1), float(beyond)), ()),
         _near(arm, T, None, q),

@@ -1,23 +1,15 @@
-"""Texts in a small part of C, as C with an arm's constants and as JavaScript: one text, two languages.
+"""The texts of `kinematics.closed_forms` as C with an arm's constants and as JavaScript: one text, two languages.
 
-The part: functions on double and int, local arrays of a fixed size, for, while, if, ?:, functions of <math.h>. In
-JavaScript local arrays are made once, beside the function, so that a call makes none. Sine, cosine, arctangent and
-arccosine are functions of a text too, products, sums and quotients in a fixed order, so inverse kinematics has the same
-bits on every machine: for angles up to 1.6e6 rad; atan2 errs by at most 1.6 units in the last place, acos by 2, sine
-and cosine by 3e-16.
+In JavaScript local arrays are made once, beside the function, so that a call makes none.
 """
 
 import re
 from collections.abc import Callable, Mapping
-from functools import cache
-from importlib.resources import files
-from typing import Any
 
-import mpmath
 import numpy as np
 from numpy.typing import ArrayLike
 
-from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.kinematics.closed_forms.texts import FUNCTION
 
 Constants = Mapping[str, ArrayLike]
 """Name -> number or array; whole Python numbers are for places in arrays."""
@@ -31,23 +23,9 @@ function copysign(size, x) {
 """
 """Of a size that is not negative; JavaScript has none."""
 
-_FUNCTION = re.compile(r"(?m)^(?:/\*(?:(?!\*/).)*\*/\n)?(?:static )?(?:double|int|void) (\w+)\(.*?^}\n", re.S | re.M)
-
 _HEAD = re.compile(r"^(?:static )?(?:double|int|void) (\w+)\((.*?)\)\n", re.M)
 
 _ARRAY = re.compile(r"^ +double (\w+)\[(\d+)\];\n", re.M)
-
-
-def used_functions(text: str, wanted: tuple[str, ...]) -> str:
-    """The text without the static functions that none of those wanted needs."""
-    bodies = {match[1]: match[0] for match in _FUNCTION.finditer(text)}
-    needed, waiting = set[str](), list(wanted)
-    while waiting:
-        name = waiting.pop()
-        if name not in needed:
-            needed.add(name)
-            waiting += [other for other in bodies if re.search(rf"\b{other}\(", bodies[name])]
-    return _FUNCTION.sub(lambda match: match[0] if match[1] in needed else "", text)
 
 
 def c_text(text: str, constants: Constants, prefix: str) -> str:
@@ -59,7 +37,7 @@ def c_text(text: str, constants: Constants, prefix: str) -> str:
 def javascript_text(text: str, constants: Constants) -> str:
     """The text as JavaScript: plain functions, to be put into a scope of their own."""
     lines = [f"const {name} = {_js_value(value)};" for name, value in constants.items() if _is_used(name, text)]
-    functions = _FUNCTION.sub(lambda match: _js_function(match[0]), text.replace("static const double ", "const "))
+    functions = FUNCTION.sub(lambda match: _js_function(match[0]), text.replace("static const double ", "const "))
     functions = functions.replace("(double)NAN", "NaN")
     for name, other in _MATH.items():
         functions = re.sub(rf"\b{name}\(", f"Math.{other}(", functions)
@@ -122,35 +100,3 @@ def _prefixed(made: str, prefix: str, text: str | None = None) -> str:
         )
         made = re.sub(rf"(?<![\w@]){name}\b", new, made)
     return made
-
-
-_NAMES = re.compile(r"\b(sin|cos|atan2|acos)\(")
-
-_DIGITS, _TERMS = 40, 12
-
-
-def with_own_angles(text: str) -> str:
-    """A text whose calls of sin, cos, atan2 and acos are those of functions in front of it."""
-    own = (files("lwr_dyn.codegen.emit") / "own_angles.c").read_text(encoding="utf-8")
-    return own + "\n" + _NAMES.sub(r"own_\1(", text)
-
-
-@cache
-def angle_constants() -> dict[str, Any]:
-    """The numbers of these functions."""
-    numbers = sincos("float64")
-    with mpmath.workdps(_DIGITS):
-        eighths = [k * mpmath.pi / 4 for k in range(5)]
-        near = [float(x) for x in eighths]
-        rest = [float(x - mpmath.mpf(y)) for x, y in zip(eighths, near, strict=True)]
-        arctangent = mpmath.chebyfit(  # (atan t - t) / t^3 at z = t^2, by its series
-            lambda z: mpmath.fsum((-1) ** (k + 1) * z**k / (2 * k + 3) for k in range(90)),
-            [0, mpmath.mpf(1) / 4],
-            _TERMS,
-        )
-    lists: dict[str, Any] = {
-        "PI_PARTS": numbers.pi_parts, "SINE": numbers.sine, "COSINE": numbers.cosine,
-        "ARCTANGENT": [*map(float, arctangent)], "EIGHTHS": near, "EIGHTHS_REST": rest,
-    }  # fmt: skip
-    counts = {f"{name}_TERMS": len(lists[name]) for name in ("SINE", "COSINE", "ARCTANGENT")}
-    return lists | counts | {"MAGIC": numbers.magic, "PER_HALF_TURN": float(1.0 / np.pi)}

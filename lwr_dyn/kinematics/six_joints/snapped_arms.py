@@ -174,11 +174,6 @@ def _reachable_turn(g: SixJointGeometry, along: Array, out: Array) -> Array:
     return np.asarray(np.arctan2(out, along) - np.arctan2(g.lever[1], g.lever[0]) + np.arccos(cosine))
 
 
-THREE_PARALLEL_SOLVER = solution.IkSolver(
-    partial(snapped_arm, ball_starts=4), partial(solve_snapped, three_parallel_closed_form), PARALLEL_ARM
-)
-"""The row "three-parallel" of the solvers."""
-
 CONFIRMED = 1e-9
 """Largest entry of FK(q) - T of a solution [m and dimensionless]."""
 

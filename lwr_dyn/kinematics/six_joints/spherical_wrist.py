@@ -20,7 +20,7 @@ Shoulder, elbow and wrist may be offset, the flange may be anywhere, and zero an
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Self
 
 import numpy as np
@@ -129,8 +129,6 @@ def require_wrist_arm(arm: Arm) -> SixJointGeometry:
 NEAR_SINGULAR = 1e-5
 """[m] (shoulder) and [rad] (elbow, wrist): a solution nearer than this to a singularity is marked with it."""
 
-SINGULARITIES = ("shoulder", "elbow", "wrist")
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SixJointBranches:
@@ -170,23 +168,12 @@ class SixJointBranches:
 ClosedForm = Callable[[SixJointGeometry, JointRanges, Array, float], SixJointBranches]
 
 
-def solve_pose(
-    closed_form: ClosedForm, problem: solution.PoseProblem, geometry: SixJointGeometry
-) -> solution.InverseResult:
-    """Every solution of one flange pose with all its copies of `whole_turns`; ungated."""
-    branches = closed_form(geometry, joint_ranges(problem.arm), problem.pose[None], REACH_SLACK)
-    which = np.flatnonzero(branches.reachable[0])
-    if not len(which):
-        return solution.InverseResult("out of reach", (), (), True, distance=float(branches.reach_excess.min()))
-    return branch_result(problem, branches, branches.q[0, which], which, complete=True)
-
-
 def branch_result(
     problem: solution.PoseProblem, branches: SixJointBranches, q: Array, which: NDArray[np.intp], complete: bool
 ) -> solution.InverseResult:
     """Solutions q (k, 6) of the branches `which` (k,) of one pose, with their singularities and whole turns."""
     near = branches.clearance[0, which] < NEAR_SINGULAR
-    names = [tuple(s for s, x in zip(SINGULARITIES, row, strict=True) if x) for row in near]
+    names = [tuple(s for s, x in zip(solution.SINGULARITIES, row, strict=True) if x) for row in near]
     return solution.turned_result(problem, q, complete, [BRANCHES[b].label for b in which], names)
 
 
@@ -272,7 +259,3 @@ def all_branches(arm: Arm, T: Array) -> SixJointBranches:
     Raises `OptionError` when the arm is not a six-joint arm with spherical wrist.
     """
     return closed_form(require_wrist_arm(arm), joint_ranges(arm), T)
-
-
-SOLVER = solution.IkSolver(wrist_arm_geometry, partial(solve_pose, closed_form), WRIST_ARM)
-"""The row "spherical-wrist" of the solvers."""

@@ -10,20 +10,21 @@ import pytest
 import lwr_dyn
 from lwr_dyn.codegen.emit.closed_form import NAME, inverse_kinematics_function
 from lwr_dyn.codegen.emit.emission import emitted_arm
-from lwr_dyn.codegen.emit.restricted_c import used_functions
+from lwr_dyn.dynamics.pinocchio_engine import flange_and_jacobian
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.arm_geometry import srs_geometry
 from lwr_dyn.kinematics.forward import flange_pose
-from lwr_dyn.kinematics.six_joints.spherical_wrist import all_branches
+from lwr_dyn.kinematics.six_joints.exact_arms import six_joint_form
 from lwr_dyn.kinematics.solution import BRANCHES, joint_ranges, wrap
 from lwr_dyn.kinematics.srs import arm_triangle, closed_form
 from lwr_dyn.kinematics.srs_margins import intervals_at_level, margin_problem
 from tests.codegen.emit.programs import program
 from tests.codegen.emit.shared_library import SharedLibrary
+from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
 CLOSE = 1e-12
 COUNT = 60
-ROBOTS = ("lwr4plus", "wam7", "kr30ha")
+ROBOTS = ("lwr4plus", "wam7", "kr30ha", "ur10")
 
 
 @pytest.fixture(scope="module", params=ROBOTS)
@@ -51,7 +52,7 @@ def branches(library, T, psi):
 
 def expected_branches(arm, T, psi):
     if arm.n == 6:
-        found = all_branches(arm, T)
+        found = six_joint_form(arm).branches(T)
         return found.q, found.reach_excess.min(axis=1)
     geometry = srs_geometry(arm.chain)
     excess = arm_triangle(geometry, T).reach_excess
@@ -184,11 +185,30 @@ console.log(JSON.stringify(rows));
     assert np.nanmax(np.abs(wrap(found[:, 1:] - q.reshape(COUNT, -1)))) < CLOSE * (1.0 if arm.n == 7 else 100.0)
 
 
-def test_an_arm_without_closed_form_says_so():
-    with pytest.raises(OptionError, match="no closed form"):
-        inverse_kinematics_function(None, NAME, lwr_dyn.load("lwr4plus", lock={"joint_3": 0.1}))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["ur10", "kr30ha"])
+def test_2000_poses_singular_and_out_of_reach_too(name, tmp_path):
+    """Pinocchio's flange is at the pose, and no branch of NumPy's closed form is missing."""
+    arm = lwr_dyn.load(name)
+    library, rng = SharedLibrary(emitted_arm(arm, [NAME]), tmp_path), np.random.default_rng(0)
+    q = rng.uniform(-np.pi, np.pi, (2000, 6))
+    q[::7, 4], q[1::7, 2], q[2::11] = 0.0, 0.0, np.round(q[2::11] / (np.pi / 2.0)) * (np.pi / 2.0)
+    T = np.ascontiguousarray(flange_pose(arm.chain, q))
+    T[::10, :3, 3] *= 1.7
+    out, excess = branches(library, T, T)
+    expected, beyond = expected_branches(arm, T, T)
+    there = ~np.isnan(out[..., 0])
+    assert (there == ~np.isnan(expected[..., 0])).all()
+    assert 100 < (excess > 0.0).sum() < 250
+    assert np.abs(excess - beyond).max() < CLOSE
+    flange = flange_and_jacobian(arm)
+    off = [np.abs(flange(row)[0][:3] - T[k, :3]).max() for k, rows in enumerate(out) for row in rows[there[k]]]
+    assert len(off) > 12000
+    assert max(off) < CLOSE
 
 
-def test_functions_that_nothing_calls_are_left_out():
-    text = "static double a(double x)\n{\n    return x;\n}\n\nstatic double b(double x)\n{\n    return a(x);\n}\n"
-    assert used_functions(text + "\ndouble c(double x)\n{\n    return a(x);\n}\n", ("c",)).count("static") == 1
+@pytest.mark.parametrize("name", ["lwr4plus", "ur10"])
+def test_an_arm_without_closed_form_says_so(name):
+    arm = six_joint_arm(name, 1e-4) if name == "ur10" else lwr_dyn.load(name, lock={"joint_3": 0.1})
+    with pytest.raises(OptionError, match=r"no closed form.*three parallel"):
+        inverse_kinematics_function(None, NAME, arm)

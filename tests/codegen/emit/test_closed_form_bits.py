@@ -8,7 +8,7 @@ from tests.codegen.emit.programs import output, program
 
 pytestmark = pytest.mark.slow
 
-ARMS, STATES = ("lwr4plus", "kr30ha"), 1000
+ARMS, STATES = ("lwr4plus", "kr30ha", "ur10"), 1000
 """The WAM has the text of the LWR 4+; it and 500 states on a Cortex-M7: soak.py emitted_bits."""
 BUILDS = {"gcc": ("-O2", "-std=c99"), "clang": ("-O2", "-std=c99", "-march=native")}
 """clang contracts products and sums of one statement where the processor can, if the file does not forbid it."""
@@ -29,7 +29,7 @@ def test_c_gives_the_bits_of_node(compiler, node_lines, tmp_path):
     files = [*map(str, sources), "print.c", "-lm", "-o", "digests"]
     output([program(compiler), *BUILDS[compiler], *files], tmp_path)
     assert output([str(tmp_path / "digests")]).splitlines() == node_lines
-    assert len(set(node_lines)) == 6
+    assert len(set(node_lines)) == 8
 
 
 def test_chromium_gives_the_bits_of_node(browser, node_lines, tmp_path):

@@ -56,8 +56,8 @@ static double away(double x, double y, double c, double s)
     return atan2(fabs(y * c - x * s), x * c + y * s);
 }
 
-/* the smallest margin of a ball's joints; G from `at` on holds its seven forms */
-static double ball_margin(const double *G, int at, double c, double s, double sign, int joint)
+/* margins of a ball's joints, the smallest and the sum, into m; G from `at` on holds its seven forms */
+static void ball_margins(const double *G, int at, double c, double s, double sign, int joint, double *m)
 {
     const double x = c * G[at] + s * G[at + 1] + G[at + 2];
     const double y = c * G[at + 3] + s * G[at + 4] + G[at + 5];
@@ -78,7 +78,16 @@ static double ball_margin(const double *G, int at, double c, double s, double si
         second = away(x2, y2, CENTRE_COSINE[joint + 2], CENTRE_SINE[joint + 2]);
     }
     const double middle = away(z, sign * tilt, CENTRE_COSINE[joint + 1], CENTRE_SINE[joint + 1]);
-    return smaller(smaller(HALF[joint] - first, HALF[joint + 2] - second), HALF[joint + 1] - middle);
+    m[0] = smaller(smaller(HALF[joint] - first, HALF[joint + 2] - second), HALF[joint + 1] - middle);
+    m[1] = HALF[joint] - first + (HALF[joint + 1] - middle) + (HALF[joint + 2] - second);
+}
+
+/* the smallest margin of a ball's joints */
+static double ball_margin(const double *G, int at, double c, double s, double sign, int joint)
+{
+    double m[2];
+    ball_margins(G, at, c, s, sign, joint, m);
+    return m[0];
 }
 
 /* the seven forms of a branch's ball from its matrix, and the 14 cuts of its joints */

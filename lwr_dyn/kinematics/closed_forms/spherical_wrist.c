@@ -47,20 +47,10 @@ static void elbow_branches(const double *target, double q1, double along, double
 
 double inverse_kinematics(const double pose[16], double out[48])
 {
-    double R[9];
     double w[3];
-    double v[3];
     double target[9];
     double least = UNLIMITED;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            R[3 * i + j] = pose[4 * i + j];
-        }
-        w[i] = pose[4 * i + 3] - ORIGIN[i];
-    }
-    product(R, HOME_BACK, target);
-    moved(R, WRIST_IN_FLANGE, w, v);
-    moved(FRAME_TURNED, v, NOWHERE, w);
+    wrist_centre(pose, target, w);
     const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
     const double lateral = fabs(LATERAL);
     const double root = sqrt(larger(radius - lateral, 0.0) * (radius + lateral));
@@ -85,31 +75,4 @@ double inverse_kinematics(const double pose[16], double out[48])
         }
     }
     return least;
-}
-
-int inverse_kinematics_near(const double pose[16], const double q_near[6], double out[6])
-{
-    double all[48];
-    double least = UNLIMITED;
-    int found = 2;
-    if (!(inverse_kinematics(pose, all) <= 0.0)) {
-        return 3;
-    }
-    for (int at = 0; at < 48; at += 6) {
-        if (smallest_margin(all, at) >= -TOUCH) {
-            double distance = 0.0;
-            for (int i = 0; i < 6; i++) {
-                all[at + i] = nearest_turn(all[at + i], q_near[i], i);
-                distance += (all[at + i] - q_near[i]) * (all[at + i] - q_near[i]);
-            }
-            if (distance < least) {
-                least = distance;
-                found = 0;
-                for (int i = 0; i < 6; i++) {
-                    out[i] = all[at + i];
-                }
-            }
-        }
-    }
-    return found;
 }

@@ -1,7 +1,6 @@
 static const double HALF_TURN = 3.141592653589793;
 static const double TURN = 6.283185307179586;
 static const double ALIGNED = 1e-13;
-static const double REACH_SLACK = 1e-12;
 static const double TOUCH = 1e-12;
 
 /* NaN passes where it is the first number */

@@ -1,0 +1,15 @@
+"""Closed forms of inverse kinematics, written once in a small part of C, from which every language is made.
+
+arm_numbers     The numbers of an arm in the texts of its closed form, by their names there
+judged          The result of inverse kinematics from the numbers that a text's `solutions` gives
+lazy_solutions  The solutions of a pose as rows of numbers, copies whole turns apart among them; a `Solution` is made
+                when read
+python_text     The texts as Python: plain functions on lists of floats, short loops written out, for where nothing is
+                compiled
+runners         What works a closed form's text out for one pose: machine code where LLVM is installed, else Python; the
+                same bits
+text_parser     The small part of C of the texts, parsed into a tree: functions, statements, expressions, each with its
+                place
+texts           The closed forms as texts in a small part of C, from which C, JavaScript, Python and machine code are
+                made
+"""

@@ -1,0 +1,106 @@
+"""One pose of an S-R-S arm by the text of its closed form, fast, where it is machine code; else by NumPy.
+
+In plain Python the search for the best arm angle would take longer than NumPy's for all branches at once.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from typing import Any
+
+from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.errors import MissingPackageError
+from lwr_dyn.kinematics import solution, srs_margins
+from lwr_dyn.kinematics.arm_geometry import SRS_ARM, require_srs, srs_geometry
+from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, numbers_of_srs
+from lwr_dyn.kinematics.closed_forms.judged import Judge, judge_of
+from lwr_dyn.kinematics.closed_forms.lazy_solutions import LABELS
+from lwr_dyn.kinematics.closed_forms.runners import RUNNERS, Runner
+from lwr_dyn.kinematics.solution import InverseResult, PoseProblem
+from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.spatial import pose_array
+
+Pairs = tuple[tuple[float, float], ...]
+
+TEXTS = ("shared", "srs", "srs_intervals", "solutions", "solutions_srs")
+
+
+class LazyIntervals(Mapping[str, Pairs]):
+    """Branch -> intervals of the arm angle [rad], found when first read; a copy is a plain dictionary."""
+
+    __slots__ = ("_find", "_found")
+
+    def __init__(self, find: Callable[[], dict[str, Pairs]]) -> None:
+        self._find, self._found = find, dict[str, Pairs]()
+
+    def _all(self) -> dict[str, Pairs]:
+        if not self._found:
+            self._found = self._find()
+        return self._found
+
+    def __getitem__(self, branch: str) -> Pairs:
+        return self._all()[branch]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(LABELS)
+
+    def __len__(self) -> int:
+        return len(LABELS)
+
+    def __repr__(self) -> str:
+        return repr(self._all())
+
+    def __reduce__(self) -> Any:
+        return dict, (self._all(),)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SrsSolver:
+    """Solves one pose after the other of one arm."""
+
+    arm: Arm
+    judge: Judge
+    run: Runner
+
+    def __call__(self, T: Array, limits: bool, arm_angle: float | None) -> InverseResult | None:
+        """All branches of T (4, 4) of float64 at an arm angle [rad] or each at its best; None for what is no pose."""
+        if arm_angle is not None and not (isinstance(arm_angle, float | int) and math.isfinite(arm_angle)):
+            return None
+        out = self.run(T, math.nan if arm_angle is None else float(arm_angle), math.nan)
+        if out is None:
+            return None
+
+        def one_by_one() -> InverseResult:
+            problem = PoseProblem(self.arm, pose_array("T", T), limits, arm_angle)
+            return srs_margins.solve_pose(problem, require_srs(self.arm))
+
+        margin = 0.0 if limits else srs_margins.NO_LIMIT
+        return self.judge.result(out, limits, one_by_one, LazyIntervals(partial(self._intervals, T.copy(), margin)))
+
+    def _intervals(self, T: Array, margin: float) -> dict[str, Pairs]:
+        at, out = self.judge.at, self.run(T, 0.0, margin)
+        assert out is not None  # it was a pose before
+        counts, pairs = out[at["COUNTS"] : at["COUNTS"] + 8].tolist(), out[at["PAIRS"] : at["PAIRS"] + 256].tolist()
+        return {
+            label: tuple((pairs[i], pairs[i + 1]) for i in range(32 * b, 32 * b + 2 * int(counts[b]), 2))
+            for b, label in enumerate(LABELS)
+        }
+
+
+@lru_cache(maxsize=32)
+def ready(arm: Arm) -> SrsSolver | None:
+    """What solves the poses of an S-R-S arm; None where there is no machine code."""
+    geometry = srs_geometry(arm.chain)
+    if geometry is None:
+        return None
+    try:
+        make = RUNNERS.load("compiled")
+    except MissingPackageError:
+        return None
+    numbers = {**numbers_of_srs(arm, geometry), **numbers_of_solutions(arm)}
+    return SrsSolver(arm, judge_of(arm), make(TEXTS, numbers))
+
+
+SOLVER = solution.IkSolver(srs_geometry, srs_margins.solve_pose, SRS_ARM, has_arm_angle=True, ready=ready)
+"""The row "srs" of the solvers."""

@@ -1,0 +1,44 @@
+"""Solutions that are made when read behave as a tuple of them."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.kinematics.closed_forms.lazy_solutions import LazySolutions
+
+
+@pytest.fixture(scope="module")
+def result():
+    arm = lwr_dyn.load("kr30ha")
+    return lwr_dyn.inverse_kinematics(arm, lwr_dyn.forward_kinematics(arm, [0.3, -0.8, 1.0, 2.5, -1.7, 0.9]))
+
+
+def test_places_slices_and_iteration(result):
+    ours, listed = result.solutions, tuple(result.solutions)
+    assert isinstance(ours, LazySolutions)
+    assert len(ours) == len(listed) > 4
+    assert ours[0] is listed[0] is ours[-len(listed)]
+    assert ours[1:3] == listed[1:3]
+    assert ours[::-1] == listed[::-1]
+    assert ours == listed
+    assert listed[2] in ours
+    assert ours.index(listed[3]) == 3
+    assert (*ours, *result.outside)[-1] is result.outside[-1]
+    for place in (len(ours), -len(ours) - 1):
+        with pytest.raises(IndexError, match="solution"):
+            ours[place]
+
+
+def test_rows_are_the_solutions(result):
+    assert np.array_equal(result.solutions.q, [s.q for s in result.solutions])
+    assert not result.solutions.q.flags.writeable
+    assert result.document.text
+
+
+def test_copies_are_the_same(result):
+    for other in (copy.deepcopy(result), pickle.loads(pickle.dumps(result))):
+        assert np.array_equal(other.solutions.q, result.solutions.q)
+        assert [s.branch for s in other.outside] == [s.branch for s in result.outside]

@@ -1,0 +1,47 @@
+"""The small part of C as a tree: precedence, whole numbers put in, what does not belong to it refused."""
+
+import pytest
+
+from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.closed_forms.text_parser import CBinary, CChoice, CFor, CIf, CName, CNumber, CSet, parsed
+
+
+def body(text, **wholes):
+    (function,) = parsed(f"static double f(const double *a, double x, int n)\n{{\n{text}\n}}\n", wholes).functions
+    return function.body
+
+
+def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
+    (statement,) = body("return x - 1.0 - 2.0 * -x;")
+    x, one = CName("x"), CNumber(1.0)
+    assert statement.value.left == CBinary("-", x, one)
+    assert statement.value.right.sign == "*"
+    (statement,) = body("return x < 1.0 && !(x > 2.0) || n == 3 ? x : 1.0;")
+    assert isinstance(statement.value, CChoice)
+    assert statement.value.test.sign == "||"
+    assert statement.value.test.left.sign == "&&"
+
+
+def test_names_of_whole_numbers_are_those_numbers():
+    (loop,) = body("for (int i = 2; i < 3 * MANY; i += 4) {\n    x += a[i];\n}", MANY=5)
+    assert loop == CFor("i", CNumber(2), CBinary("*", CNumber(3), CNumber(5)), 4, loop.body)
+    assert loop.body == (CSet("", CName("x"), CBinary("+", CName("x"), loop.body[0].value.right)),)
+
+
+def test_else_if_is_a_branch_in_a_branch():
+    (first,) = body("if (x > 0.0) {\n n++;\n} else if (x < 0.0) {\n n--;\n} else {\n return x;\n}")
+    (second,) = first.no
+    assert isinstance(second, CIf)
+    assert len(second.no) == 1
+
+
+def test_arguments_and_constants():
+    text = parsed("static const double A = 1e-3;\nint g(const double pose[16], double *q, int k)\n{\n}\n", {})
+    assert text.constants == {"A": 1e-3}
+    assert text.functions[0].arguments == (("double*", "pose"), ("double*", "q"), ("int", "k"))
+
+
+@pytest.mark.parametrize("text", ["x = 1.0", "for (int i = 0; i > 3; i++) {\n}", "x @ 2.0;", "float y = x;"])
+def test_what_is_not_of_it_is_refused(text):
+    with pytest.raises((OptionError, AssertionError)):
+        body(text)
