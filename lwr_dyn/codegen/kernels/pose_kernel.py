@@ -62,7 +62,7 @@ def finish(chain: Chain, ranges: SearchRanges, T: Array, row: Array, near: Array
     return row
 
 
-GENERATOR = 7
+GENERATOR = 8
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 
 _CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
