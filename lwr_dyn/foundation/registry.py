@@ -151,7 +151,7 @@ class Registry(Generic[T]):
         return factory(*arguments, **options)
 
     def _added(self) -> dict[str, Row]:
-        points = _entry_points(*sys.path).select(group=f"lwr_dyn.{self.kind}")
+        points = _entry_points(f"lwr_dyn.{self.kind}", *sys.path)
         return {
             point.name: Row(point.value, f"from {point.dist.name if point.dist else point.module}")
             for point in points
@@ -160,9 +160,14 @@ class Registry(Generic[T]):
 
 
 @lru_cache(maxsize=1)
-def _entry_points(*places: str) -> Any:
+def _all_entry_points(*places: str) -> Any:
     """What the packages in these places offer; read once, since it opens a file of every package installed."""
     return entry_points()
+
+
+@lru_cache(maxsize=64)
+def _entry_points(group: str, *places: str) -> Any:
+    return _all_entry_points(*places).select(group=group)
 
 
 def check_options(subject: str, factory: Callable[..., Any], given: int, options: Mapping[str, Any]) -> None:

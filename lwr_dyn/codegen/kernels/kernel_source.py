@@ -5,15 +5,17 @@ The body is plain Python over lanes; `lowering.straight_line` gives it to numba 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.kernels.elementary import SinCos, sincos
 from lwr_dyn.codegen.kernels.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
 from lwr_dyn.codegen.kernels.result_form import row_step
 from lwr_dyn.codegen.kernels.straight_line import (
     OPERATIONS,
+    FlaggedBy,
     Node,
     StraightLineCode,
     Value,
@@ -104,9 +106,7 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
     limit = float((numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1)))
     lanes = lanes_of(spec.dtype) if lanes is None else lanes
-    code = straight_line_code(
-        symbolic, numbers, flagged_by="results" if function == "forward_dynamics" else "few results"
-    )  # accelerations are not determined where B is singular
+    code = _flagged(symbolic, function, numbers)
     entries, constants = tuple[int, ...](), tuple[float, ...]()
     if spec.structure == "compact":
         code, entries, constants = compact(code)
@@ -145,6 +145,17 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     return KernelSource(
         text, KernelInterface(names, tuple(widths), width, size, lanes, limit, *counts, entries, constants)
     )
+
+
+def function_code(spec: KernelSpec, function: str) -> StraightLineCode:
+    """The code of a function, for one state; raises `UnknownNameError` for an unknown function."""
+    return _flagged(symbolic_function(spec, function), function, sincos(spec.dtype))
+
+
+def _flagged(symbolic: Any, function: str, numbers: SinCos) -> StraightLineCode:
+    # accelerations are not determined where B is singular
+    by: FlaggedBy = "results" if function == "forward_dynamics" else "few results"
+    return straight_line_code(symbolic, numbers, flagged_by=by)
 
 
 def _copy(name: str, width: int, first: int, lanes: int) -> str:

@@ -74,7 +74,8 @@ class StraightLineCode:
         for i, node in enumerate(self.nodes):
             if node.op in ("+", "-"):
                 products = [x for x in (node.a, node.b) if self.nodes[x].op == "*" and uses[x] == 1]
-                taken |= {i: x for x in products[:1]}
+                if products:
+                    taken[i] = products[0]
         return taken
 
     def operations_after_contraction(self) -> int:
