@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from inspect import Parameter, signature
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar, cast, get_type_hints
@@ -162,6 +161,8 @@ class Registry(Generic[T]):
 @lru_cache(maxsize=1)
 def _all_entry_points(*places: str) -> Any:
     """What the packages in these places offer; read once, since it opens a file of every package installed."""
+    from importlib.metadata import entry_points  # not for --version
+
     return entry_points()
 
 
