@@ -83,6 +83,8 @@ LINES = {
     "rollout_laws": "rollout_laws:rollout_laws",
     "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
+    "single_arrays": "single_states:single_arrays",
+    "single_memory": "single_states:single_memory",
     "slips": "identification_slips:slips",
     "special_logs": "identification_special:special_logs",
     "sweep_kills": "sweeps:sweep_kills",

@@ -1,20 +1,24 @@
 """`lwr-dyn check`: every check of one robot's model and file; exit 1 when one fails."""
 
+from __future__ import annotations
+
 import sys
+from typing import TYPE_CHECKING
 
 import click
 
 from lwr_dyn.arms.loading import xacro_arguments
 from lwr_dyn.checks.arm.run_checks import CheckReport, check_arm
 from lwr_dyn.checks.urdf.document import UrdfRecord
-from lwr_dyn.checks.urdf.lint import LintReport, lint_file
-from lwr_dyn.checks.urdf.reports import report_text
 from lwr_dyn.cli.options import Loading, robot_options, show
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
+
+if TYPE_CHECKING:
+    from lwr_dyn.checks.urdf.lint import LintReport
 
 
 @click.command("check")
@@ -32,10 +36,14 @@ def command(robot: str, loading: Loading, as_json: bool) -> None:
         fault = refused
     written = None
     if ends_in(robot, ".urdf", ".xacro"):
+        from lwr_dyn.checks.urdf.lint import lint_file  # not for a robot from a table
+
         given = xacro_arguments(loading.further["xacro_args"] or ())
         written = lint_file(robot, xacro_args=given, trust_xacro=loading.further["trust_xacro"])
     left: list[str] = []
     if not as_json and written:
+        from lwr_dyn.checks.urdf.reports import report_text
+
         click.echo(report_text(written))
     if fault is not None:
         # a tree in which no chain is chosen, or whose chain moves as no arm does

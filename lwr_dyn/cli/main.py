@@ -13,7 +13,6 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from lwr_dyn.arms.papers.catalog import open_paper, robots
 from lwr_dyn.cli.help_text import command_path, grouped, with_help
 from lwr_dyn.cli.renamed import new_name
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, RatingWarning, UnknownNameError
@@ -208,7 +207,11 @@ def _code_of(error: BaseException, interrupted: bool) -> object:
 
 def _with_masses(error: LwrDynError) -> str:
     """The robots to take instead, where one without masses was given."""
-    if not (isinstance(error, MissingDataError) and error.missing == "masses and inertias" and error.arm in robots()):
+    if not (isinstance(error, MissingDataError) and error.missing == "masses and inertias"):
+        return ""
+    from lwr_dyn.arms.papers.catalog import open_paper, robots  # not for --help: it loads NumPy
+
+    if error.arm not in robots():
         return ""
     known = [name for name in robots() if "inertial.mass" in open_paper(name).columns]
     return f"; robots with masses: {', '.join(known)}"

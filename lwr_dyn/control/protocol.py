@@ -5,7 +5,7 @@ that may also run continuously gives its memory a derivative (`WithMemory`), whi
 around a controller (`Wrapped`) adds to the torques, and offers what the inner controller offers.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import exp, isfinite, pi
 from typing import Annotated, Any, Protocol, runtime_checkable
@@ -122,6 +122,16 @@ def saturate(tau: Any, effort: Any, out: Array | None = None) -> Any:
         return tau.fmin(effort).fmax(-effort)
     within: Array = np.maximum(np.minimum(tau, effort, out=out), -effort, out=out)
     return within
+
+
+def saturating(effort: Array) -> Callable[[Array, Array], None]:
+    """`saturate` of one plant, into an array, with its limits looked at once: for loops."""
+    lower, minimum, maximum = -effort, np.minimum, np.maximum
+
+    def cut(tau: Array, out: Array) -> None:
+        maximum(minimum(tau, effort, out=out), lower, out=out)
+
+    return cut
 
 
 def joint_torque(name: str, tau: object, n: int) -> Array:

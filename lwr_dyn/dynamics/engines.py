@@ -20,14 +20,18 @@ ENGINES: Registry[Callable[[Arm, str], Dynamics]] = Registry(
         "newton-euler": Row(
             "lwr_dyn.dynamics.newton_euler:newton_euler_of_arm", "the recursion on the paper's own frames"
         ),
-        "kernels": Row("lwr_dyn.codegen.kernels.batch:kernel_engine", "generated code, for large batches", "batch"),
+        "kernels": Row(
+            "lwr_dyn.codegen.kernels.engine:kernel_engine", "generated code, for loops and large batches", "batch"
+        ),
     },
 )
 """Engines by name; each row is a function of the arm and the treatment of its rotors, `ROTORS` where it names none."""
 
 
 def dynamics_of(arm: Arm, engine: str = "pinocchio", rotors: str = "armature") -> Dynamics:
-    """The dynamics of an arm by one of `engines()`: "pinocchio", "newton-euler", or "kernels" for large batches.
+    """The dynamics of an arm by one of `engines()`: "pinocchio", "newton-euler", or "kernels".
+
+    "kernels" is for loops in Python and for large batches; it compiles a function when it is first used.
 
     They can be pickled and copied: the copy is made again from the arm and gives the same bits. So can all that
     `lwr_dyn` makes of them: controllers, references, solvers and results go to a process pool.

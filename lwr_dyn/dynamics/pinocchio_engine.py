@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,13 @@ def pinocchio_model(arm: Arm) -> PinocchioModel:
     """The arm's URDF text as a Pinocchio model, with rotor inertia in `armature` and the arm's gravity.
 
     The text is in the arm's own frames, not in those of a foreign file: there a `continuous` joint has two coordinates.
+    Each call gives a model of its own.
     """
+    return _built(arm).copy()
+
+
+@lru_cache(maxsize=32)
+def _built(arm: Arm) -> PinocchioModel:
     model = pin.buildModelFromXML(urdf_text(replace(arm, layout=None)))
     model.armature = arm.armature
     model.gravity.linear = np.array(arm.chain.gravity)

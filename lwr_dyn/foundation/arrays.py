@@ -69,14 +69,14 @@ def number_of(text: str) -> float:
 
 
 def real_array(name: str, value: ArrayLike) -> Array:
-    """A finite float64 array of any shape; raises `ShapeError` for text, ragged lists, NaN or infinity."""
+    """A finite float64 array of any shape; raises `ShapeError` for text, dates, ragged lists, NaN or infinity."""
     try:
         raw = np.asarray(value)
         array = np.asarray(raw.real if raw.dtype.kind == "c" else raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as fault:
         raise ShapeError(name, "not an array of numbers", "real numbers") from fault
-    if raw.dtype.kind == "c":
-        raise ShapeError(name, "complex numbers", "real numbers")
+    if raw.dtype.kind in "cmM":
+        raise ShapeError(name, "complex numbers" if raw.dtype.kind == "c" else "dates or times", "real numbers")
     finite = np.isfinite(array)
     if not finite.all():
         where = tuple(int(i) for i in np.argwhere(~finite)[0])

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from inspect import Parameter, signature
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar, cast, get_type_hints
@@ -151,7 +150,7 @@ class Registry(Generic[T]):
         return factory(*arguments, **options)
 
     def _added(self) -> dict[str, Row]:
-        points = _entry_points(*sys.path).select(group=f"lwr_dyn.{self.kind}")
+        points = _entry_points(f"lwr_dyn.{self.kind}", *sys.path)
         return {
             point.name: Row(point.value, f"from {point.dist.name if point.dist else point.module}")
             for point in points
@@ -160,9 +159,16 @@ class Registry(Generic[T]):
 
 
 @lru_cache(maxsize=1)
-def _entry_points(*places: str) -> Any:
+def _all_entry_points(*places: str) -> Any:
     """What the packages in these places offer; read once, since it opens a file of every package installed."""
+    from importlib.metadata import entry_points  # not for --version
+
     return entry_points()
+
+
+@lru_cache(maxsize=64)
+def _entry_points(group: str, *places: str) -> Any:
+    return _all_entry_points(*places).select(group=group)
 
 
 def check_options(subject: str, factory: Callable[..., Any], given: int, options: Mapping[str, Any]) -> None:

@@ -23,22 +23,18 @@ Scalar = Any
 """A float, complex number, NumPy array, or symbol with + - * and NumPy's cos and sin."""
 
 
-def _literal(x: Scalar, value: float) -> bool:
-    return x.__class__ is float and bool(x == value)
-
-
 def add(a: Scalar, b: Scalar) -> Scalar:
     """a + b; a literal 0.0 adds no term."""
-    if _literal(a, 0.0):
+    if a.__class__ is float and a == 0.0:
         return b
-    return a if _literal(b, 0.0) else a + b
+    return a if b.__class__ is float and b == 0.0 else a + b
 
 
 def subtract(a: Scalar, b: Scalar) -> Scalar:
     """a - b; a literal 0.0 adds no term."""
-    if _literal(b, 0.0):
+    if b.__class__ is float and b == 0.0:
         return a
-    return -b if _literal(a, 0.0) else a - b
+    return -b if a.__class__ is float and a == 0.0 else a - b
 
 
 def multiply(a: Scalar, b: Scalar) -> Scalar:
@@ -47,12 +43,10 @@ def multiply(a: Scalar, b: Scalar) -> Scalar:
     >>> multiply(0.0, "a symbol")
     0.0
     """
-    for one, other in ((a, b), (b, a)):
-        if one.__class__ is float:
-            if one == 0.0:
-                return 0.0
-            if one in (1.0, -1.0):
-                return other if one > 0 else -other
+    if a.__class__ is float and a in (0.0, 1.0, -1.0):
+        return 0.0 if a == 0.0 else b if a > 0.0 else -b
+    if b.__class__ is float and b in (0.0, 1.0, -1.0):
+        return 0.0 if b == 0.0 else a if b > 0.0 else -a
     return a * b
 
 

@@ -30,13 +30,10 @@ from lwr_dyn.simulation.plant import Plant
 
 JUDGED = 200
 """Intervals of a run, evenly spread; each costs as much as 40 inverse dynamics."""
-
 NODES = 6
 """Samples of the polynomial that stands for the torque between the samples of a continuous run."""
-
 TORQUE_TOLERANCE = 1e-9
 """Of the largest torque: the engines agree to 1e-14, and rounding of dq over a sample of 1 us leaves 1e-10 of it."""
-
 GAP_TOLERANCE = 1e-12
 """[rad or m] Rounding leaves 1e-15; a stretched time column shows as the way of a whole sample."""
 
@@ -180,16 +177,19 @@ class Intervals:
     def residuals(self) -> tuple[Array, Array]:
         """Residuals and gaps, (k, n) each; NaN where the other engine cannot follow."""
         k, n = self.q.shape
+        first = list[tuple[Array, Array, Array]]()  # every method's first stage is the start itself
 
         def rates(s: float, y: Array) -> Array:
             x, v = y.reshape(2, k, n)
-            return np.concatenate([self.h * v, self.h * self.motion(x, v, s)[0]]).ravel()
+            motion = self.motion(x, v, s)
+            first[:] = first or [motion]
+            return np.concatenate([self.h * v, self.h * motion[0]]).ravel()
 
         start = np.concatenate([self.q, self.dq]).ravel()
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 end = self.loop.integrator()(rates, 0.0, start, 1.0).reshape(2, k, n)
-                ddq, B, net = self.motion(self.q, self.dq, 0.0)
+            ddq, B, net = first[0]
         except (ShapeError, np.linalg.LinAlgError):
             unknown = np.full((k, n), np.nan)
             return unknown, unknown

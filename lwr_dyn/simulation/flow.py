@@ -16,7 +16,7 @@ from lwr_dyn.model.run import Event
 from lwr_dyn.simulation import contact
 from lwr_dyn.simulation.arm_friction import Mask, Sides
 from lwr_dyn.simulation.contact import HOLDING, TURN, ContactMode, EventFunction, Interval, followable
-from lwr_dyn.simulation.integrators import HeldStep, Integrator, Rates, held_rk4
+from lwr_dyn.simulation.integrators import BoundedStep, HeldStep, Integrator, Rates, held_rk4
 from lwr_dyn.simulation.plant import ExternalTorque, Plant
 
 Drive = Callable[[float, Array, Array, Array], tuple[Array, Array]]
@@ -199,6 +199,10 @@ def _change(t: float, joint: int, old: int, new: int, at_stop: bool) -> Event:
     return Event(t, "reverse", joint, float(new))
 
 
+NO_WORK = (0.0, 0.0)
+"""Of friction and the like in a step without any."""
+
+
 class FastStep:
     """One sample of `h` [s] in RK4 substeps.
 
@@ -217,18 +221,26 @@ class FastStep:
         self._mode: ContactMode | None = None
         self._step: HeldStep = lambda t, now, tau, after: (0.0, 0.0)
         self.friction, self.on_stop = np.zeros(n), np.zeros(n, dtype=bool)
-        self.work: tuple[float, ...] = (0.0, 0.0)
+        self.work: tuple[float, ...] = NO_WORK
 
     def take(self, t: float, now: Array, tau: Array, after: Array) -> bool:
         """The step from `now` at t into `after`, states (2, n) = (q, dq); False where refused: `after` is invalid."""
         flow, mode = self._flow, self._flow.mode
         if mode is not self._mode:
             self._adopt(mode)
+        if self._own is not None:
+            self.work = NO_WORK
+            flow.evaluations += 4 * self._substeps
+            return self._own(now, tau, after) is None
+        return self._take_judged(mode, t, now, tau, after)
+
+    def _take_judged(self, mode: ContactMode, t: float, now: Array, tau: Array, after: Array) -> bool:
+        flow = self._flow
         if not self._plain:
             if not self._stays_at_rest(mode, t, now, tau):
                 return False
             if mode.all_at_rest and flow.external is None:
-                after[:], self.work = now, (0.0, 0.0)
+                after[:], self.work = now, NO_WORK
                 flow.stop_seconds += self._h * self.on_stop
                 return True
         self.work = self._step(t, now, tau, after)
@@ -250,6 +262,10 @@ class FastStep:
         self._step, self._tangent = held_rk4(self._accelerate, n, self._h, self._substeps, mode.friction, external)
         self._high, self._low = mode.highest + HOLDING, mode.lowest - HOLDING
         self._plain = mode.friction is None and not mode.any_at_rest
+        own = getattr(mode.plant.ungated, "held_step", None)
+        self._own: BoundedStep | None = None  # of an engine that has one
+        if self._plain and external is None and own is not None:
+            self._own = own(self._h, self._substeps, (self._floor, self._ceiling))
 
     def _stays_at_rest(self, mode: ContactMode, t: float, state: Array, tau: Array) -> bool:
         """Whether joints at rest, if any, stay so under tau; it also keeps the friction torque."""

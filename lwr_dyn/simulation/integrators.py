@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.integrate import DOP853
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.simulation.arm_friction import FrictionTorque
@@ -18,6 +17,8 @@ Accelerate = Callable[[Array, Array, Array], Array]
 HeldStep = Callable[[float, Array, Array, Array], tuple[float, ...]]
 """`step(t, now, tau, after)` writes the state `after` (2, n) that follows `now` (2, n) under the torque tau (n,); it
 returns 0, the work of friction and, where they act, of external torques [J]."""
+BoundedStep = Callable[[Array, Array, Array], bool | None]
+"""`step(now, tau, after)` as `HeldStep`; it gives None, or False for an end outside its bounds: `after` is invalid."""
 
 NODES = (0.5, 0.5, 1.0)
 WEIGHTS = np.array([1, 2, 2, 1])
@@ -50,6 +51,8 @@ def rk4(substeps: int = 1) -> Integrator:
 
 def dop853(rtol: float = 1e-12, atol: float = 1e-13) -> Integrator:
     """Dormand and Prince's method of order 8 with its step adapted to the error; a failed step gives NaN."""
+
+    from scipy.integrate import DOP853  # a third of a second that most commands do not need
 
     def advance(rates: Rates, t: float, x: Array, h: float) -> Array:
         solver = DOP853(lambda s, y: rates(t + s, y), 0.0, x, h, rtol=rtol, atol=atol, first_step=h)
@@ -85,7 +88,7 @@ def held_rk4(
         The speeds (n,) at the end of the last substep if the first acceleration in it had stayed.
     """
     d, brake = h / substeps, friction or np.zeros_like
-    *stages, end = _second_order_tables(d)
+    *stages, end = second_order_tables(d)
     table, stage, dot, repeats = np.zeros((6, n)), np.zeros((2, n)), np.dot, range(substeps)
     start, k1, (q0, dq0), (q, dq) = table[:2], table[2], table[:2], stage
     later = [(c, table[:i], table[i]) for i, c in enumerate(stages, start=3)]
@@ -123,7 +126,7 @@ def held_rk4(
     return (frictionless if friction is None and external is None else loaded), lambda: dq0 + d * k1
 
 
-def _second_order_tables(h: float) -> list[Array]:
+def second_order_tables(h: float) -> list[Array]:
     """From (q, dq, k1, ..) to (q, dq) of the stages 2, 3 and 4, and of the end of a step: the tableau applied twice."""
     stages = np.diag(NODES, -1)
     tables = []

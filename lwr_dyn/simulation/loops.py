@@ -10,7 +10,15 @@ from typing import Any, Self
 
 import numpy as np
 
-from lwr_dyn.control.protocol import Controller, JointReadings, WithJointSensors, WithMemory, joint_torque, saturate
+from lwr_dyn.control.protocol import (
+    Controller,
+    JointReadings,
+    WithJointSensors,
+    WithMemory,
+    joint_torque,
+    saturate,
+    saturating,
+)
 from lwr_dyn.dynamics.protocol import mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import DivergenceError, ShapeError
@@ -18,7 +26,7 @@ from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Event, Motion, Reference, Run
 from lwr_dyn.simulation.audit import audit
 from lwr_dyn.simulation.contact import ACTIVE_FRICTION, TURN, followable
-from lwr_dyn.simulation.flow import Drive, FastStep, Flow
+from lwr_dyn.simulation.flow import NO_WORK, Drive, FastStep, Flow
 from lwr_dyn.simulation.setup import Setup
 
 
@@ -221,7 +229,7 @@ def run_sampled(
     """
     plant, loop = setup.plant, setup.loop
     controller = delayed(sensed(setup.controller, log), loop.delay)
-    n, h, effort = plant.n, 1 / loop.rate, plant.effort
+    n, h, cut = plant.n, 1 / loop.rate, saturating(plant.effort)
     fast = fast_step(flow, h, loop.substeps)
     friction, signals = log.friction, log.signal_writer(setup.controller)
     work = log.works
@@ -244,10 +252,11 @@ def run_sampled(
                 tau = joint_torque(f"torque of the controller at sample {k}", tau, n)
             command[:] = tau
             signals(k)
-            saturate(tau, effort, applied)
+            cut(tau, applied)
             log.done = k + 1
             if not with_events and fast.take(t, now, applied, after):
-                work[k + 1] = fast.work
+                if fast.work is not NO_WORK:
+                    work[k + 1] = fast.work
                 if friction is not None:
                     friction[k] = fast.friction
                 continue

@@ -1,9 +1,10 @@
 """`Loop`: what closes a loop; `prepare`: arm, controller, reference and loop, checked, as a `Setup` that can be run."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from importlib.metadata import version
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from enum import Enum
 from math import ceil, isfinite
+from pathlib import Path
 from typing import Annotated, Any, NotRequired, TypedDict
 
 import numpy as np
@@ -14,7 +15,7 @@ from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array, read_only
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.foundation.tables import json_text
-from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.foundation.version import VERSION, package_version
 from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.model.run import Motion, Reference, reference_argument, short_repr
@@ -158,9 +159,50 @@ OPTIONS = (
 """Fields of a `Loop` that stand under "options" in the record of a run."""
 
 
+_KEPT, _LONGEST = 16, 50_000
+"""Motions that are kept, and samples of the longest: 150 MB at most."""
+
+_motions: dict[tuple[Any, int, float], Motion] = {}
+
+
+def known_motion(reference: Reference, t: Array) -> Motion:
+    """The reference at times from 0 on in equal steps, (k,) [s]: following a path in space takes longer than a run.
+
+    A motion is kept where it cannot change: the reference is made of this package's frozen records, numbers and
+    read-only arrays alone. A user's own, or one that calls a function of a user, is sampled at every call.
+    """
+    key = reference, len(t), float(t[-1])
+    try:
+        known = _motions.get(key)
+    except TypeError:  # it cannot be hashed
+        return reference.sample(t)
+    if known is not None:
+        return known
+    motion = reference.sample(t)
+    if len(t) <= _LONGEST and _is_fixed(reference):
+        for old in list(_motions)[: 1 + len(_motions) - _KEPT]:
+            _motions.pop(old, None)
+        _motions[key] = motion
+    return motion
+
+
+def _is_fixed(x: Any) -> bool:
+    """Whether an object and all that it holds cannot change."""
+    if isinstance(x, str | float | int | Enum | Path | None):
+        return True
+    if isinstance(x, np.ndarray):
+        return not x.flags.writeable
+    if isinstance(x, tuple | frozenset | list | Mapping):
+        return all(map(_is_fixed, [*x.keys(), *x.values()] if isinstance(x, Mapping) else x))
+    own: Any = type(x)
+    if not (is_dataclass(x) and own.__module__.startswith("lwr_dyn.") and own.__dataclass_params__.frozen):
+        return False
+    return all(_is_fixed(getattr(x, each.name)) for each in fields(x))
+
+
 def sampled_reference(reference: Reference, t: Array, n: int) -> Motion:
     """The reference at every sample in one call; raises `ShapeError` when it is for another number of joints."""
-    motion = reference.sample(t)
+    motion = known_motion(reference, t)
     for name in ("q", "dq", "ddq"):
         shape = getattr(motion, name).shape
         if shape != (t.size, n):
@@ -210,7 +252,7 @@ def arm_record(arm: Arm) -> dict[str, Any]:
 
 def versions() -> dict[str, str]:
     """Versions of the packages that compute a run."""
-    return {"lwr_dyn": VERSION, **{name: version(name) for name in ("numpy", "scipy", "pin")}}
+    return {"lwr_dyn": VERSION, **{name: package_version(name) for name in ("numpy", "scipy", "pin")}}
 
 
 class ArmRecord(TypedDict):

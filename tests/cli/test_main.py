@@ -25,6 +25,24 @@ def test_the_front_door_is_light():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize(
+    ("command", "heavy"),
+    [
+        ("--version", {"numpy", "importlib.metadata"}),
+        ("--help", {"numpy"}),
+        ("check lwr4plus", {"scipy", "yourdfpy", "lwr_dyn.checks.urdf.lint", "lwr_dyn.simulation"}),
+    ],
+)
+def test_a_command_loads_what_it_needs(command, heavy):
+    code = (
+        "import sys\nfrom lwr_dyn.cli import main\n"
+        f"try: main.main({command.split()})\nexcept SystemExit: pass\n"
+        f"print(sorted({heavy} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OMP_NUM_THREADS": "3"}, "3")])
 def test_blas_has_one_thread_unless_told_otherwise(given, used):

@@ -1,5 +1,6 @@
 """Registries: each row loads, options come from the factory's signature, other packages add rows."""
 
+import importlib.metadata
 import subprocess
 import sys
 from importlib import import_module
@@ -12,7 +13,6 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS
-from lwr_dyn.foundation import registry
 from lwr_dyn.foundation.errors import LwrDynError, MissingPackageError, OptionError, UnknownNameError
 from lwr_dyn.foundation.registry import REQUIRED, Option, Quantity, Registry, Row, options_of
 from lwr_dyn.kinematics.inverse import IK_SOLVERS
@@ -186,8 +186,8 @@ def test_rows_of_another_package_come_after_our_own(distribution):
 
 
 def test_what_is_installed_is_read_once_for_a_path(monkeypatch, tmp_path):
-    seen, read = [], registry.entry_points
-    monkeypatch.setattr(registry, "entry_points", lambda: seen.append(1) or read())
+    seen, read = [], importlib.metadata.entry_points
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda: seen.append(1) or read())
     monkeypatch.syspath_prepend(str(tmp_path))
     assert CONTROLLERS.names == CONTROLLERS.names
     assert REFERENCES.names

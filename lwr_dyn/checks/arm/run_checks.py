@@ -12,7 +12,6 @@ from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.checks.arm import model_laws
 from lwr_dyn.checks.arm.model_laws import EXACT, States, Verdict, equality, relative, verdict_table
 from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts
-from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts
 from lwr_dyn.dynamics.newton_euler import Recursion, newton_euler_dynamics
 from lwr_dyn.dynamics.pinocchio_engine import flange_poses, pinocchio_dynamics, pinocchio_model
 from lwr_dyn.dynamics.protocol import Dynamics, Gated, singular_joint
@@ -87,6 +86,8 @@ def check_arm(arm: Arm, paper: Paper | None = None, states: int = STATES, seed: 
     verdicts += model_laws.fit_verdicts(arm)
     left = model_laws.not_judged(arm)
     if arm.file and arm.layout is not None:
+        from lwr_dyn.checks.engines.pinocchio_loader import file_verdicts  # not for a robot from a table
+
         found, unjudged = file_verdicts(arm)
         verdicts, left = verdicts + found, left + unjudged
     if road_a is None:

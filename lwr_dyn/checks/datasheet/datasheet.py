@@ -20,11 +20,9 @@ from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.checks.arm.model_laws import Verdict
 from lwr_dyn.checks.conventions.printed_table import printed_rows
-from lwr_dyn.checks.datasheet.envelope import SECTION, working_envelope
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import LwrDynError, MissingDataError
 from lwr_dyn.kinematics.forward import flange_pose, joint_axes
-from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain, Convention, DHRow, link_frames
 from lwr_dyn.model.spatial import Pose, from_rpy
@@ -60,6 +58,8 @@ def _poses(arm: Arm, paper: Paper) -> Iterator[Verdict]:
     if "flange_rpy" in printed:
         yield _rotation_verdict("flange at mastering: rotation against the maker's", mastered, printed["flange_rpy"][0])
     if "mastering_wrist" in printed:
+        from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry  # it loads much of SciPy
+
         geometry = wrist_arm_geometry(arm.chain)
         wrist = np.full(3, np.nan) if geometry is None else mastered[:3, :3] @ geometry.wrist_in_flange
         deviation = float(np.linalg.norm(mastered[:3, 3] + wrist - printed["mastering_wrist"][0]))
@@ -75,7 +75,11 @@ def _ranges(arm: Arm) -> Iterator[Verdict]:
 
     The mirror reverses axes 1, 4 and 6, which lie in that plane, and axis 5 where the wrist is straight.
     """
-    if arm.ratings.envelope_volume is None or wrist_arm_geometry(arm.chain) is None:
+    if arm.ratings.envelope_volume is None:
+        return
+    from lwr_dyn.kinematics.six_joints.spherical_wrist import wrist_arm_geometry
+
+    if wrist_arm_geometry(arm.chain) is None:
         return
     for i in (0, 3, 4, 5):
         asymmetry = abs(float(arm.upper[i] + arm.lower[i]))
@@ -86,6 +90,8 @@ def _envelope(arm: Arm) -> Iterator[Verdict]:
     reach, volume = arm.ratings.reach, arm.ratings.envelope_volume
     if reach is None and volume is None:
         return
+    from lwr_dyn.checks.datasheet.envelope import SECTION, working_envelope
+
     try:
         envelope = working_envelope(arm)
         computed_reach, computed_volume = envelope.reach, envelope.volume

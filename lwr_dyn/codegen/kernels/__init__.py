@@ -1,9 +1,12 @@
 """Generated code for one arm: batch dynamics and inverse kinematics on symbols, simplified, written, compiled.
 
-batch               Batch dynamics: an arm's functions over rows of states, by compiled kernels; and the engine
-                    "kernels" on them
+batch               Batch dynamics: an arm's functions over rows of states, by compiled kernels
 elementary          Sine, cosine, exponential, tanh, logarithm, choices and whole numbers as straight-line code,
                     without a branch
+engine              The engine "kernels": generated code for single states and for batches, behind the same gate as
+                    the other engines
+held_step           One step of RK4 under a held torque as a single call at C level: the method of
+                    `simulation.integrators.held_rk4`
 kernel              A compiled function: of this process, from the cache on disk, or built now
 kernel_source       Generates the Python source of a kernel: a block of W states is copied to a buffer, the code works
                     on its lanes
@@ -21,6 +24,9 @@ pose_kernel         The search for one solution of a pose, by a kernel compiled 
 pose_source         Generates the Python source of an arm's kernel of inverse kinematics: its step, as straight-line
                     code
 result_form         How results of a batch lie in memory, and which entries of a matrix are computed and stored at all
+scalar_code         Straight-line code as text of LLVM's language, for one state: the same operations as in the vector
+                    kernels
+single_state        One state at a time: functions that Python calls as it calls C, in a fifth of a microsecond
 straight_line       Straight-line code: a symbolic function as a list of additions, products and quotients, each
                     computed once
 symbolic_functions  The functions of a batch on symbols: the lean recursion traced as CasADi expressions

@@ -1,4 +1,4 @@
-"""Batch dynamics: an arm's functions over rows of states, by compiled kernels; and the engine "kernels" on them.
+"""Batch dynamics: an arm's functions over rows of states, by compiled kernels.
 
 Arguments become rows that a kernel can step through, if possible uncopied. Results are new arrays, or written to `out`.
 A state with a value that is not finite gives a row of NaN and a `NotFiniteWarning` with its index; all other states are
@@ -9,8 +9,6 @@ import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,8 +17,7 @@ from numpy.typing import NDArray
 from lwr_dyn.codegen.kernels.kernel import Kernel, kernel_of, require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import KernelSpec, function_shape, kernel_spec, parameter_shape
 from lwr_dyn.codegen.kernels.result_form import MatrixEntries, ResultForm, matrix_entries
-from lwr_dyn.dynamics.protocol import FUNCTIONS, Gated
-from lwr_dyn.foundation.arrays import Array, arm_argument
+from lwr_dyn.foundation.arrays import arm_argument
 from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
@@ -313,66 +310,3 @@ def batch_dynamics(
         raise OptionError("threads", repr(threads), "a whole number above 0, or None for all processors")
     require_packages()
     return BatchDynamics(spec, (os.cpu_count() or 1) if threads is None else threads)
-
-
-def kernel_engine(arm: Arm, rotors: str = "armature") -> Gated[SimpleNamespace]:
-    """The engine "kernels": its kernels are compiled when first used. Errors are those of `batch_dynamics`."""
-    batch = batch_dynamics(arm, rotors=rotors)
-    single = SimpleNamespace(**{function: partial(_single_state, batch, function) for function in FUNCTIONS})
-    single.rotors = rotors
-    single.mechanical_energy = partial(_mechanical_energy, batch)
-    batched = SimpleNamespace(**{function: partial(_over_rows, getattr(batch, function)) for function in FUNCTIONS})
-    engine = Gated("kernels", arm.n, single, batched, maker=(kernel_engine, (arm, rotors)))
-    for function in FUNCTIONS:
-        setattr(engine, function, _unread(batch, function, getattr(engine, function)))
-    return engine
-
-
-def _unread(batch: BatchDynamics, function: str, gated: Any) -> Any:
-    """`gated`, but rows of float64 go to the kernel at once: it finds itself what is not finite, and `gated` says it.
-
-    A pass over the arguments before and one over the results after it would take half as long as the kernel.
-    """
-    count, form = len(FUNCTIONS[function][0]), batch.form(function)
-
-    def unread(*given: Any) -> Any:
-        first = given[0] if given else None
-        if type(first) is not np.ndarray or first.ndim < 2 or first.shape[-1] != batch.n or not first.size:
-            return gated(*given)
-        if len(given) != count or any(type(x) is not np.ndarray or x.shape != first.shape for x in given):
-            return gated(*given)
-        if any(x.dtype != np.float64 for x in given):
-            return gated(*given)
-        rows = [np.ascontiguousarray(x) for x in given]
-        states = first.size // batch.n
-        out = form.empty(states).reshape((*first.shape[:-1], *form.shape))
-        places = [(x.__array_interface__["data"][0], batch.n) for x in rows]
-        invalid = batch.kernel(function).run(places, out.__array_interface__["data"][0], states)
-        return gated(*given) if invalid else out
-
-    unread.__name__, unread.__doc__ = function, gated.__doc__
-    return unread
-
-
-def _over_rows(function: Any, *states: Array) -> Array:
-    """Call a function of rows (k, n) with states (..., n)."""
-    *batch, n = states[0].shape
-    out: Array = function(*(x.reshape(-1, n) for x in states))
-    return out.reshape((*batch, *out.shape[1:]))
-
-
-def _mechanical_energy(batch: BatchDynamics, q: Array, dq: Array) -> Any:
-    return _single_state(batch, "kinetic_energy", q, dq) + _single_state(batch, "potential_energy", q)
-
-
-def _single_state(batch: BatchDynamics, function: str, *state: Any) -> Any:
-    """Call a kernel with a single state, (n,) each, unchecked: for loops."""
-    kernel = batch.kernel(function)
-    arrays = [np.ascontiguousarray(x, dtype=np.float64) for x in state]
-    out = np.empty(function_shape(function).result(batch.n))
-    place = out.__array_interface__["data"][0]
-    if kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1):
-        with np.errstate(invalid="ignore"):  # a state that is not finite gives NaN, as in the other engines
-            arrays[0] = wrap_angles(batch.spec.chain, arrays[0])
-        kernel.run([(x.__array_interface__["data"][0], 0) for x in arrays], place, 1)
-    return out[()]

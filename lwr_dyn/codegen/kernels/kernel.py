@@ -25,7 +25,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields
-from importlib.metadata import version
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
@@ -37,6 +36,7 @@ from numpy.typing import NDArray
 from lwr_dyn.codegen.kernels.kernel_spec import KernelInterface, KernelSpec, function_shape
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.foundation.files import LEFT_OVER, cache_folder, user_folder, write_in_place
+from lwr_dyn.foundation.version import package_version
 
 T = TypeVar("T")
 
@@ -276,7 +276,7 @@ def key_of(spec: KernelSpec, function: str) -> str:
     """Name of a kernel in the cache, from the arm's data, the generator, the compiler and the processor."""
     from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
 
-    text = [spec.digest(function), *host_cpu(), str(lanes_of(spec.dtype)), *map(version, MAKERS)]
+    text = [spec.digest(function), *host_cpu(), str(lanes_of(spec.dtype)), *map(package_version, MAKERS)]
     return cache_name(function, text)
 
 

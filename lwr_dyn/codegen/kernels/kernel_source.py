@@ -5,14 +5,23 @@ The body is plain Python over lanes; `lowering.straight_line` gives it to numba 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from lwr_dyn.codegen.kernels.elementary import sincos
+from lwr_dyn.codegen.kernels.elementary import SinCos, sincos
 from lwr_dyn.codegen.kernels.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
 from lwr_dyn.codegen.kernels.result_form import row_step
-from lwr_dyn.codegen.kernels.straight_line import OPERATIONS, StraightLineCode, Value, compact, straight_line_code
+from lwr_dyn.codegen.kernels.straight_line import (
+    OPERATIONS,
+    FlaggedBy,
+    Node,
+    StraightLineCode,
+    Value,
+    compact,
+    straight_line_code,
+)
 from lwr_dyn.codegen.kernels.symbolic_functions import symbolic_function
 from lwr_dyn.foundation.version import VERSION
 
@@ -97,9 +106,7 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     widths = [symbolic.size1_in(i) for i in range(symbolic.n_in())]
     limit = float((numbers.most_half_turns - 1) * np.pi / np.sqrt(max(spec.n, 1)))
     lanes = lanes_of(spec.dtype) if lanes is None else lanes
-    code = straight_line_code(
-        symbolic, numbers, flagged_by="results" if function == "forward_dynamics" else "few results"
-    )  # accelerations are not determined where B is singular
+    code = _flagged(symbolic, function, numbers)
     entries, constants = tuple[int, ...](), tuple[float, ...]()
     if spec.structure == "compact":
         code, entries, constants = compact(code)
@@ -138,6 +145,17 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     return KernelSource(
         text, KernelInterface(names, tuple(widths), width, size, lanes, limit, *counts, entries, constants)
     )
+
+
+def function_code(spec: KernelSpec, function: str) -> StraightLineCode:
+    """The code of a function, for one state; raises `UnknownNameError` for an unknown function."""
+    return _flagged(symbolic_function(spec, function), function, sincos(spec.dtype))
+
+
+def _flagged(symbolic: Any, function: str, numbers: SinCos) -> StraightLineCode:
+    # accelerations are not determined where B is singular
+    by: FlaggedBy = "results" if function == "forward_dynamics" else "few results"
+    return straight_line_code(symbolic, numbers, flagged_by=by)
 
 
 def _copy(name: str, width: int, first: int, lanes: int) -> str:
@@ -182,15 +200,29 @@ def _early_lines(
 def _operations(
     code: StraightLineCode, slots: dict[tuple[str, int, int], int], lanes: int
 ) -> Iterator[tuple[int, str]]:
-    """Every node with the line that computes it; constants need none."""
+    """Every node with the line that computes it; constants and products that a sum takes in need none."""
+    fused = code.contraction()
+    within = set(fused.values())
     for i, node in enumerate(code.nodes):
         line = ""
         if node.op == "in":
             line = f"v{i} = b[{slots[node] * lanes} + k]"
-        elif node.op in OPERATIONS:
+        elif i in fused:
+            line = f"v{i} = {_fused(code, node, fused[i])}"
+        elif node.op in OPERATIONS and i not in within:
             form = _FORMS.get(node.op, f"{{0}} {node.op} {{1}}")
             line = f"v{i} = {form.format(_name(code, node.a), _name(code, node.b))}"
         yield i, line
+
+
+def _fused(code: StraightLineCode, sum_: Node, product: int) -> str:
+    """A sum or difference with a product in it, as one instruction."""
+    x, y = (_name(code, factor) for factor in (code.nodes[product].a, code.nodes[product].b))
+    is_first = product == sum_.a
+    other = _name(code, sum_.b if is_first else sum_.a)
+    if sum_.op == "-":
+        x, other = (x, f"-{other}") if is_first else (f"-{x}", other)
+    return f"fma({x}, {y}, {other})"
 
 
 def _name(code: StraightLineCode, i: int) -> str:

@@ -18,10 +18,9 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from lwr_dyn.codegen.kernels.machine_code import fuses
 from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows
 
-_FLAGS = ("contract",)
-"""A product and a sum may become one instruction; nothing else may change, so rounding and NaN stay exact."""
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
 _BYTES = {"float64": 8, "float32": 4}
@@ -46,7 +45,8 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
     """A decorator: the function `body(b)` or `body(b, out, at)` of one loop ``for k in range(W)`` as a numba intrinsic.
 
     Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = z if x > y else w``, ``v = f(x)`` with f of
-    sqrt, abs, two_to, exponent, significand (the last three of float64 alone), ``b[I + k] = x`` and ``b[I + k] = -x``,
+    sqrt, abs, two_to, exponent, significand (the last three of float64 alone), ``v = fma(x, y, z)``, which is x y + z
+    rounded once, ``b[I + k] = x`` and ``b[I + k] = -x``,
     where x, y, z, w are names or numbers (of the type of b, `dtype`), and I a multiple of W. Results also go to rows,
     ``out[at + k * S + J] = x``, W columns J at once when they are known, or to blocks, ``out[at + I + k] = x``, and do
     not overlap b. The intrinsic calls a function of `intrinsic.assembly`, which `machine_code.compiled` links.
@@ -167,12 +167,17 @@ class _Lanes:
     def constant(self, x: float) -> Any:
         return ir.Constant(self.vector, [ir.Constant(self.number, x)] * self.lanes)
 
-    def _call(self, name: str, x: Any) -> Any:
-        if name in _BITS:
-            return _BITS[name](self, x)
-        kind = ir.FunctionType(self.vector, [self.vector])
-        full = f"llvm.{_INTRINSICS[name]}.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
-        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, full), [x])
+    def _call(self, name: str, *x: Any) -> Any:
+        return _RARER[name](self, *x) if name in _RARER else self._intrinsic(_INTRINSICS[name], *x)
+
+    def _intrinsic(self, name: str, *x: Any) -> Any:
+        kind = ir.FunctionType(self.vector, [self.vector] * len(x))
+        full = f"llvm.{name}.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
+        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, full), x)
+
+    def fused(self, x: Any, y: Any, z: Any) -> Any:
+        """x y + z with one rounding; with two where the processor has no such instruction."""
+        return self._intrinsic("fma", x, y, z) if fuses() else self.builder.fadd(self.builder.fmul(x, y), z)
 
     def whole(self, x: int) -> Any:
         """A whole number in every lane."""
@@ -195,12 +200,12 @@ class _Lanes:
             case ast.Subscript():
                 return self.builder.load(self._place(node), align=self.align)
             case ast.Call(func=ast.Name(id=name)):
-                return self._call(name, self._value(node.args[0]))
+                return self._call(name, *map(self._value, node.args))
             case ast.UnaryOp():
                 return self.builder.fneg(self._value(node.operand))
             case ast.BinOp():
                 instruction = getattr(self.builder, _INSTRUCTIONS[type(node.op)])
-                return instruction(self._value(node.left), self._value(node.right), flags=_FLAGS)
+                return instruction(self._value(node.left), self._value(node.right))
             case ast.IfExp(test=ast.Compare() as test):
                 left, right = self._value(test.left), self._value(test.comparators[0])
                 above = self.builder.fcmp_ordered(">", left, right)
@@ -233,4 +238,4 @@ def _significand(lanes: _Lanes, x: Any) -> Any:
 
 
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs"}
-_BITS = {"two_to": _two_to, "exponent": _exponent, "significand": _significand}
+_RARER: dict[str, Any] = {"two_to": _two_to, "exponent": _exponent, "significand": _significand, "fma": _Lanes.fused}

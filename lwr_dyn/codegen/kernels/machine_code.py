@@ -29,6 +29,12 @@ def lanes_of(dtype: str) -> int:
     return (VECTOR_BYTES_WIDE if wide else VECTOR_BYTES) // (8 if dtype == "float64" else 4)
 
 
+def fuses() -> bool:
+    """Whether this processor multiplies and adds in one instruction; LLVM would call a library in place of it."""
+    triple, _, features = host_cpu()
+    return not triple.startswith(("x86_64", "i386", "i686")) or "+fma" in features.split(",")
+
+
 def target_machine(near: bool = False) -> Any:
     """LLVM's back end for this processor; with `near`, one instruction finds a constant, within 32 bits of the code."""
     triple, name, features = host_cpu()

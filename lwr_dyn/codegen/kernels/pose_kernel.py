@@ -12,13 +12,13 @@ up to |e|^2, with z_i the axis of joint i (0 where it slides). Eigenvalues count
 
 import threading
 from collections.abc import Callable
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.codegen.kernels.kernel import address, aligned, cache_name, kept_code, require_packages
 from lwr_dyn.foundation.arrays import Array, fixed_array
+from lwr_dyn.foundation.version import package_version
 from lwr_dyn.kinematics import pose_solver
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_solver import FOUND, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE, SearchRanges, search_ranges
@@ -62,7 +62,7 @@ def finish(chain: Chain, ranges: SearchRanges, T: Array, row: Array, near: Array
     return row
 
 
-GENERATOR = 7
+GENERATOR = 8
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 
 _CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
@@ -189,5 +189,5 @@ def _key(arm: Arm) -> str:
     numbers = [*frames, arm.chain.flange.matrix(), arm.lower, arm.upper]
     text = [f"generator {GENERATOR}", *(link.kind.value for link in arm.chain.links)]
     text += [np.asarray(x, dtype=np.float64).tobytes().hex() for x in numbers]
-    text += [*host_cpu(), str(lanes_of("float64")), version("numba"), version("llvmlite")]
+    text += [*host_cpu(), str(lanes_of("float64")), package_version("numba"), package_version("llvmlite")]
     return cache_name("pose", text)

@@ -60,21 +60,27 @@ class StraightLineCode:
         """Additions, products, quotients, comparisons and roots of one state."""
         return sum(node.op in OPERATIONS for node in self.nodes)
 
-    def operations_after_contraction(self) -> int:
-        """The same with fused multiply-add: a product that only one sum uses is not counted."""
-        uses: dict[int, list[str]] = {}
+    def contraction(self) -> dict[int, int]:
+        """Sums that become one instruction with a product that nothing else uses (fused multiply-add): sum -> product.
+
+        Chosen here and not by a compiler, whose choice depends on the number of lanes: so all kernels give the same
+        bits.
+        """
+        uses = Counter(value.node for value in (*self.results, self.flag))
         for node in self.nodes:
             if node.op in OPERATIONS:
-                for i in {node.a, node.b}:
-                    uses.setdefault(i, []).append(node.op)
-        taken: set[int] = set()
-        fused = 0
+                uses.update((node.a, node.b))  # a root has its operand twice
+        taken: dict[int, int] = {}
         for i, node in enumerate(self.nodes):
             if node.op in ("+", "-"):
-                for operand in (node.a, node.b):
-                    if i not in taken and self.nodes[operand].op == "*" and uses[operand] in (["+"], ["-"]):
-                        fused, taken = fused + 1, taken | {i}
-        return self.operations - fused
+                products = [x for x in (node.a, node.b) if self.nodes[x].op == "*" and uses[x] == 1]
+                if products:
+                    taken[i] = products[0]
+        return taken
+
+    def operations_after_contraction(self) -> int:
+        """The same with fused multiply-add."""
+        return self.operations - len(self.contraction())
 
 
 Traced = tuple[Sequence[Node], Sequence[Value], Value]

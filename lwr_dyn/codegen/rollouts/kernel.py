@@ -6,7 +6,6 @@ same kernel serves whatever varies; the rows of a reference are shared, or picke
 
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 from lwr_dyn.codegen.rollouts.step import FIGURES, GENERATOR, SAMPLE, Slots, Step, StepPlan, steps
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.foundation.version import VERSION, package_version
 
 INPUTS = ("common", "given", "places", "reference", "which", "record", "trace", "noise")
 """Pairs of an address and a number, in this order: the common row and whether runs are traced; values of each run and
@@ -255,7 +254,7 @@ def room_for_record(runs: int, kept: int, width: int) -> Array:
 
 def plan_key(kind: str, plan: StepPlan, form: str) -> str:
     """Name of a kernel in the cache, from the plan, the generator, the compiler and the processor."""
-    return cache_name(kind, [plan.digest, form, *host_cpu(), version("casadi"), *map(version, MAKERS)])
+    return cache_name(kind, [plan.digest, form, *host_cpu(), *map(package_version, ("casadi", *MAKERS))])
 
 
 def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:

@@ -245,12 +245,9 @@ class FrictionForm:
 
 STEP = 1e-3
 """[s] Between the samples of the check."""
-
 SAMPLES, SEED = 4, 0
-
 ERRORS = (1e-4, 1e-2, 1.0)
 """[rad, rad/s or m] Size of the errors, of as many sequences of samples: inside and outside of layers and limits."""
-
 CLOSE = 1e-9
 """Of the largest torque at a sample: what form and controller may differ by; rounding leaves 1e-14."""
 
@@ -267,16 +264,29 @@ def traced(form: LawForm, arm: Arm) -> tuple[dict[str, Column], tuple[Column, Co
     return x | gains, form.torque(SymbolicModel.of(arm.chain), LawInputs(**x, parameters=gains))
 
 
+_KEPT, _functions = 32, dict[tuple[Any, ...], Any]()  # of forms: to trace one takes longer than a run of its loop
+
+
+def _function_of(form: LawForm, arm: Arm) -> Any:
+    """The form as a casadi.Function from one column to one; kept by all that it depends on (`LawForm.digest`)."""
+    key = type(form), form.name, form.digest, repr(dict(form.parameters)), form.memory, arm.chain
+    if key not in _functions:
+        x, out = traced(form, arm)
+        if len(_functions) >= _KEPT:
+            _functions.clear()
+        _functions[key] = casadi.Function("law", [casadi.vertcat(*x.values())], [casadi.densify(casadi.vertcat(*out))])
+    return _functions[key]
+
+
 def form_function(form: LawForm, arm: Arm) -> Step:
     """The form in NumPy: (q, dq, q_ref, dq_ref, ddq_ref, memory, values, h) -> torque (n,), next memory (m,)."""
-    x, out = traced(form, arm)
-    function = casadi.Function("law", list(x.values()), [casadi.densify(y) for y in out])
+    function = _function_of(form, arm)
 
     def step(*given: Any) -> tuple[Array, Array]:
         *state, values, time = given
-        flat = [np.asarray(values[name], dtype=np.float64).ravel() for name in form.parameters]
-        tau, after = function(*state, time, *flat)
-        return np.array(tau).ravel(), np.array(after).ravel()
+        flat = [np.ravel(values[name]) for name in form.parameters]
+        out = np.array(function(np.concatenate([*map(np.ravel, state), [time], *flat]))).ravel()
+        return out[: arm.n], out[arm.n :]
 
     return step
 

@@ -1,7 +1,7 @@
 """What goes into rollouts, checked: the loop that runs share, and the parameters that differ from run to run.
 
 The loop is checked as `simulate` checks it: arms, references at every sample, options. References are sampled once for
-many calls: following a path in space takes longer than a hundred runs of it. Parameters have names, shapes and what is
+many calls (`simulation.setup.known_motion`). Parameters have names, shapes and what is
 allowed; of them come arms of runs, and rows for kernels. Gains obey the rules of the controllers' own constructors. A
 load is a point mass at its centre in the flange's frame, as `model.arm.arm_with_payload` without an inertia.
 """
@@ -231,37 +231,7 @@ def _bodies(rows: Array) -> list[Body]:
 
 
 _KEPT = 16
-"""Motions of each reference, references, and tables that are kept."""
-
-
-class KnownReference:
-    """A reference that keeps the motions that it was asked for."""
-
-    __slots__ = ("_motions", "about", "duration", "name", "reference")
-
-    def __init__(self, reference: Reference) -> None:
-        self.reference, self.duration = reference, float(reference.duration)
-        self.name = getattr(reference, "name", type(reference).__name__)
-        self.about: Any = getattr(reference, "about", {})
-        self._motions: dict[tuple[int, float], Motion] = {}
-
-    def sample(self, t: Array) -> Motion:
-        """The motion at times from 0 on in equal steps, (k,) [s]."""
-        key = len(t), float(t[-1])
-        if key not in self._motions:
-            if len(self._motions) >= _KEPT:
-                self._motions.clear()
-            self._motions[key] = self.reference.sample(t)
-        return self._motions[key]
-
-
-def known_reference(reference: Reference) -> KnownReference:
-    """The same object for the same reference of this package; a user's own may change, and is sampled at every call."""
-    own: Any = reference
-    return _known(own) if type(own).__module__.startswith("lwr_dyn.") else KnownReference(reference)
-
-
-_known = lru_cache(maxsize=_KEPT)(KnownReference)
+"""Tables that are kept."""
 
 
 @lru_cache(maxsize=_KEPT)
@@ -333,7 +303,7 @@ def loop_setup(
         raise OptionError("encoder", f"{type(encoder).__name__}, with a sensor of its own", "an Encoder")
     long = max(float(each.duration) for each in references) if loop.duration is None else loop.duration
     free = replace(loop, friction="none", duration=long)
-    motions = tuple(prepare(arm, controller, known_reference(each), free).motion for each in references)
+    motions = tuple(prepare(arm, controller, each, free).motion for each in references)
     if loop.seed > MOST_SEED:
         raise OptionError("seed", loop.seed, "a whole number below 2^64")
     own = replace(free, friction="smooth") if loop.friction == "smooth" else free

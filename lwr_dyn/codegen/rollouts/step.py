@@ -9,6 +9,8 @@ numbers of one run stand by name in rows of lanes of a kernel's block (`Slots`).
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
+from functools import lru_cache
+from itertools import accumulate
 from math import prod
 from typing import Any, NamedTuple
 
@@ -23,6 +25,7 @@ from lwr_dyn.codegen.rollouts.symbolic_arm import Column, KeptParameters, Symbol
 from lwr_dyn.control.protocol import saturate
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import Vector
 
 STATE = ("q", "dq", "memory", "encoder", "commands")
@@ -68,17 +71,20 @@ class Slots:
 
     def first(self, name: str) -> int:
         """The row at which a name begins."""
-        names = list(self.widths)
-        return sum(self.widths[x] for x in names[: names.index(name)])
+        return self._ranges()[name].start
 
     def places(self, name: str) -> range:
         """The rows of a name."""
-        first = self.first(name)
-        return range(first, first + self.widths[name])
+        return self._ranges()[name]
 
     def all_places(self, names: Iterable[str]) -> list[int]:
         """The rows of several names."""
-        return [place for name in names for place in self.places(name)]
+        ranges = self._ranges()
+        return [place for name in names for place in ranges[name]]
+
+    def _ranges(self) -> dict[str, range]:
+        ends = accumulate(self.widths.values())
+        return {name: range(end - width, end) for (name, width), end in zip(self.widths.items(), ends, strict=True)}
 
     @property
     def size(self) -> int:
@@ -87,10 +93,11 @@ class Slots:
 
     def filled(self, values: Mapping[str, ArrayLike]) -> Array:
         """The numbers of a run, (size,), from values by their names; zeros elsewhere."""
-        row = np.zeros(self.size)
+        row, ranges = np.zeros(self.size), self._ranges()
         for name, value in values.items():
-            if self.widths[name]:
-                row[self.places(name)] = np.ravel(value)
+            place = ranges[name]
+            if place:
+                row[place.start : place.stop] = np.ravel(value)
         return row
 
 
@@ -216,7 +223,7 @@ def late_command(command: Column, memory: Column, delay: Any, sample: Any) -> La
     return LateCommand(out, casadi.vertcat(command, memory[: n * (most - 1)]) if most else memory)
 
 
-GENERATOR = 3
+GENERATOR = 4
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
 
 MOST_DELAY = 8
@@ -267,11 +274,16 @@ class StepPlan:
     @property
     def digest(self) -> str:
         """SHA-256 of the plan."""
-        arms = [KernelSpec("", arm.chain, None).digest("rollout") for arm in (self.arm, self.plant)]
+        arms = [_chain_digest(arm.chain) for arm in (self.arm, self.plant)]
         text = [f"rollout generator {GENERATOR}", *arms, self.form.name, self.form.digest]
         text.append(repr(dict(self.slots.widths)))
         text += [repr(getattr(self, field.name)) for field in fields(self)[3:]]  # all but arms and form
         return hashlib.sha256("\n".join(text).encode()).hexdigest()
+
+
+@lru_cache(maxsize=64)
+def _chain_digest(chain: Chain) -> str:
+    return KernelSpec("", chain, None).digest("rollout")
 
 
 class Step(NamedTuple):

@@ -291,7 +291,7 @@ class ElasticStep(FastStep):
         FastStep._adopt(self, mode)
         model: Any = mode.plant.dynamics
         held = self._held = HeldExponential(model, mode, self._h, self._substeps, self._flow.external)
-        self._step, self._tangent = held.step, held.slowest
+        self._own, self._step, self._tangent = None, held.step, held.slowest
 
 
 class OneSide:

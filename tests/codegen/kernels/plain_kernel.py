@@ -20,7 +20,7 @@ def body_of(text):
     """`body(b, out, at, where)` of a kernel's text for the first lane; choices are made by `where`."""
     loop = text[text.index("    for k in range(", text.index("def body(b, out, at):")) : text.index("@cfunc")]
     lines = [_CHOICE.sub(r"\1 = where(\3, \2, \4)", line.strip()) for line in loop.splitlines()[1:]]
-    names = {"sqrt": np.sqrt, "abs": np.abs}
+    names = {"sqrt": np.sqrt, "abs": np.abs, "fma": lambda x, y, z: x * y + z}
     exec("\n ".join(["def body(b, out, at, where, k=0):", *(line for line in lines if line)]), names)
     return names["body"]
 

@@ -159,7 +159,7 @@ def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, pack
     )
     for module, key in makers:
         before = key()
-        monkeypatch.setattr(module, "version", lambda name: "0.0" if name == package else version(name))
+        monkeypatch.setattr(module, "package_version", lambda name: "0.0" if name == package else version(name))
         assert key() != before
 
 

@@ -58,7 +58,7 @@ def test_the_text_is_python_that_makes_the_step():
     assert text.startswith('"""Inverse kinematics of KR: ')
     assert "2 starts at once." in text
     assert "kernel = pose_kernel(body, 2)" in text
-    names = {"sqrt": math.sqrt, "abs": abs}
+    names = {"sqrt": math.sqrt, "abs": abs, "fma": lambda x, y, z: x * y + z}
     exec(text[text.index("def body(b):") : text.index("kernel = ")], names)
     given = [off(1, 0.1, [0.01, 0.0, 0.0]), off(3, -0.2, [0.0, 0.3, 0.0])]
     b = np.zeros(30 * lanes)

@@ -1,0 +1,203 @@
+import ctypes
+import gc
+import pickle
+import platform
+import sys
+import tracemalloc
+
+import numpy as np
+import pytest
+
+import lwr_dyn
+from lwr_dyn.codegen.kernels import single_state
+from lwr_dyn.codegen.kernels.scalar_code import scalar_function
+from lwr_dyn.codegen.kernels.single_state import Signature, closed_because, single_call
+from lwr_dyn.codegen.kernels.straight_line import Node, StraightLineCode, Value
+from lwr_dyn.dynamics.protocol import FUNCTIONS
+from lwr_dyn.foundation.errors import ShapeError
+from tests.codegen.kernels.wrong_arrays import BAD, GOOD, references, refused_or_right
+from tests.codegen.rollouts.beside import first_joints
+
+ARM = lwr_dyn.load("lwr4plus")
+ENGINE = lwr_dyn.dynamics_of(ARM, "kernels")
+TWO = first_joints(2)
+open_here = pytest.mark.skipif(bool(closed_because()), reason=closed_because() or "open")
+
+
+def doubled(behind, doc=""):
+    """x -> 2 x of three numbers."""
+    nodes = [Node("in", 0, j) for j in range(3)] + [Node("+", j, j) for j in range(3)] + [Node("const", 0.0)]
+    code = StraightLineCode(tuple(nodes), tuple(Value(1, 3 + j) for j in range(3)), Value(1, 6))
+    body = lambda: scalar_function("body", code, 1)  # noqa: E731
+    return single_call("doubled", Signature(((3,),), (3,)), ["doubled"], body, behind, doc)
+
+
+@open_here
+def test_what_the_code_does_not_take_goes_to_the_function_behind():
+    call = doubled(lambda *given: ("behind", given), "doubled(x, /)\n--\n\nTwice x.")
+    x = np.arange(3.0)
+    assert np.array_equal(call(x), 2 * x)
+    assert (call.__name__, call.__doc__) == ("doubled", "Twice x.")
+    for other in (
+        x.tolist(),
+        x[:2],
+        x.astype("f4"),
+        x.astype(">f8"),
+        x[::-1],
+        np.zeros((3, 1)),
+        None,
+        x.view(np.matrix),
+    ):
+        assert call(other)[0] == "behind"
+        assert call(other)[1][0] is other
+    assert call() == ("behind", ())
+    assert call(x, x)[0] == "behind"
+    with pytest.raises(TypeError, match="keyword"):
+        call(x=x)
+
+
+@open_here
+def test_an_error_behind_comes_through():
+    def behind(*given):
+        raise LookupError("no such thing")
+
+    with pytest.raises(LookupError, match="no such thing"):
+        doubled(behind)([1, 2, 3])
+
+
+@open_here
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_every_function_is_one_call_at_c_level(function):
+    for call in (getattr(ENGINE, function), getattr(ENGINE.ungated, function)):
+        assert type(call).__name__ == "builtin_function_or_method"
+        assert call.__name__ == function
+        assert call.__doc__.endswith(".")
+
+
+@pytest.mark.parametrize("function", FUNCTIONS)
+def test_random_arrays_are_refused_or_right(function):
+    refused, answered = refused_or_right(getattr(ENGINE, function), len(FUNCTIONS[function][0]), ARM.n, 900, seed=7)
+    assert min(refused, answered) > 20
+
+
+@pytest.mark.parametrize("kind", GOOD)
+def test_each_kind_of_good_array_is_read(kind):
+    x = np.random.default_rng(3).uniform(-3.0, 3.0, ARM.n)
+    given = GOOD[kind](x, np.random.default_rng(0))
+    assert np.array_equal(ENGINE.mass_matrix(given), ENGINE.mass_matrix(x))
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_each_kind_of_bad_array_is_refused(kind):
+    x, rng = np.random.default_rng(3).uniform(-3.0, 3.0, (3, ARM.n)), np.random.default_rng(0)
+    for place in range(3):
+        rows = list(x)
+        rows[place] = BAD[kind](x[place], rng)
+        with pytest.raises((ValueError, TypeError)):
+            ENGINE.inverse_dynamics(*rows)
+
+
+def test_an_array_with_a_dtype_of_its_own_is_read_by_its_kind():
+    x = pickle.loads(pickle.dumps(np.random.default_rng(5).uniform(-1.0, 1.0, ARM.n)))
+    assert np.array_equal(ENGINE.gravity_vector(x), ENGINE.gravity_vector(np.array(x)))
+
+
+def test_results_are_new_arrays():
+    q = np.full(ARM.n, 0.3)
+    first, second = ENGINE.mass_matrix(q), ENGINE.mass_matrix(q)
+    assert not np.shares_memory(first, second)
+    assert (first.flags.owndata, first.flags.writeable, first.flags.c_contiguous) == (True,) * 3
+
+
+def test_calls_leave_nothing_behind():
+    q, calls = np.full(ARM.n, 0.3), (ENGINE.mass_matrix, ENGINE.gravity_vector, ENGINE.potential_energy)
+    bad = np.zeros(3)
+
+    def all_ways(times):
+        for _ in range(times):
+            for call in calls:
+                call(q)
+                with pytest.raises(ShapeError):
+                    call(bad)
+
+    all_ways(20)
+    gc.collect()
+    held = references(q), references(bad), references(np.float64), references(None)
+    tracemalloc.start()
+    all_ways(20)
+    gc.collect()
+    before = tracemalloc.get_traced_memory()[0]
+    for _ in range(3000):
+        for call in calls:
+            call(q)
+    all_ways(20)
+    gc.collect()
+    grown = tracemalloc.get_traced_memory()[0] - before
+    tracemalloc.stop()
+    assert grown < 20_000  # one array a call would be a megabyte
+    assert (references(q), references(bad)) == held[:2]
+    assert abs(references(np.float64) - held[2]) < 500
+    assert abs(references(None) - held[3]) < 500
+
+
+@open_here
+def test_the_code_lives_as_long_as_the_function():
+    call = doubled(lambda x: x)
+    single_state._engines.clear()
+    gc.collect()
+    assert np.array_equal(call(np.ones(3)), np.full(3, 2.0))
+
+
+def closed_on(monkeypatch, **changes):
+    for name, (of, value) in changes.items():
+        monkeypatch.setattr(of, name, value)
+    single_state.closed_because.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        pytest.param(
+            {"machine": (platform, lambda: "aarch64")}, "not tried on linux on aarch64", marks=pytest.mark.slow
+        ),
+        ({"_layout_holds": (single_state, lambda x: False)}, "in another way"),
+    ],
+)
+def test_where_the_road_is_closed_the_function_behind_serves(monkeypatch, changes, why):
+    monkeypatch.setattr(sys, "platform", "linux")
+    open_engine = lwr_dyn.dynamics_of(TWO, "kernels")
+    for function in FUNCTIONS:
+        getattr(open_engine, function)
+    closed_on(monkeypatch, **changes)
+    try:
+        assert why in closed_because()
+        behind = lambda x: x  # noqa: E731
+        assert doubled(behind) is behind
+        plain, states = lwr_dyn.dynamics_of(TWO, "kernels"), np.random.default_rng(1).uniform(-2.0, 2.0, (3, 2))
+        for function, (arguments, _) in FUNCTIONS.items():
+            rows = states[: len(arguments)]
+            assert np.array_equal(getattr(plain, function)(*rows), getattr(open_engine, function)(*rows))
+            assert type(getattr(plain, function)).__name__ == "function"
+        assert plain.ungated.held_step(1e-3, 1, np.zeros((2, 2, 2))) is None
+        with pytest.raises(ShapeError):
+            plain.mass_matrix(np.zeros(3))
+    finally:
+        single_state.closed_because.cache_clear()
+
+
+def test_an_object_of_another_size_has_no_lock_or_another_width(monkeypatch):
+    # a free-threaded Python has a larger head, so that all offsets are others
+    monkeypatch.setattr(single_state, "object", type("Wide", (), {"__basicsize__": 32}), raising=False)
+    single_state.closed_because.cache_clear()
+    try:
+        assert "lock" in closed_because()
+    finally:
+        single_state.closed_because.cache_clear()
+
+
+@open_here
+def test_the_layout_is_looked_at():
+    assert single_state._layout_holds(np.arange(3.0))
+    assert not single_state._layout_holds(np.arange(3.0).astype(">f8"))
+    assert not single_state._layout_holds(np.arange(6.0)[::2])
+    assert ctypes.sizeof(ctypes.c_void_p) == 8
