@@ -262,5 +262,5 @@ def test_a_sigmoid_is_emitted_as_it_is():
     v = np.random.default_rng(3).uniform(-2.0, 2.0, arm.n)
     expected = friction_torque(arm.friction_models(), v)
     for name, arguments in (("friction_torque", (v,)), ("smooth_friction_torque", (v, 1e-3))):
-        function = friction_function(kernel_spec(arm), name, arm).function
+        function = friction_function(kernel_spec(arm), name, arm).symbolic
         np.testing.assert_allclose(np.array(function(*arguments)).ravel(), expected, atol=1e-14)
