@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
+from lwr_dyn.model.caveats import KINEMATICS
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.transmission import JointElasticity, Transmission, chosen_elasticity
 
@@ -167,3 +168,18 @@ def test_what_an_arm_does_not_give_is_missing():
 def test_a_locked_joint_takes_its_spring_along():
     locked = ARM.with_locked_joint("joint_4", 0.0)
     assert locked.elasticity.stiffness.tolist() == [1e4, 1e4, 1e4, 6e3, 6e3, 6e3]
+
+
+def test_rotors_of_a_coupled_wrist_stand_between_joints_and_equal_ones_of_a_differential_do_not():
+    """TX40: motor 6 turns with joints 5 and 6; WAM: two equal motors turn joints 2 and 3, and 5 and 6."""
+    tx40, wam = lwr_dyn.load("tx40"), lwr_dyn.load("wam7")
+    J = np.array([0.0, 0.0, 0.0, 0.0, (0.0468 - 0.0105) / 45**2, 0.0105 / 32**2])
+    whole = tx40.transmission.reflected_inertia(J)
+    added = tx40.transmission.between_joints(tx40.armature)
+    np.testing.assert_allclose(added[4:, 4:], whole[4:, 4:] - np.diag(np.diag(whole))[4:, 4:], atol=1e-15)
+    assert np.abs(wam.transmission.between_joints(wam.armature)).max() < 1e-12
+    assert wam.coupled_rotors == ""
+    assert tx40.caveat().startswith("tx40 (body): ")
+    assert "a rotor that turns with joint_5 and joint_6 adds 0.0105 kg m^2 between them" in tx40.caveat()
+    assert "an MJCF cannot hold it" in lwr_dyn.urdf_text(tx40)
+    assert "rotor" not in tx40.caveat(used=KINEMATICS)

@@ -273,8 +273,8 @@ def notes(result: Sensitivity) -> list[str]:
     for r in result.runs:
         if r.fault:
             faults.setdefault((r.plant, r.fault), []).append(f"{r.controller}, {r.model}")
-    everything = len(result.study.labels) * len(result.names)
     for (plant, fault), of in faults.items():
-        which = "any law and model" if len(of) == everything else "; ".join(of)
+        alone = len(of) > 1 and len(of) == sum(r.plant == plant for r in result.runs)
+        which = "any law and model" if alone else "; ".join(of)
         lines.append(f"no run of {which} on {plant}: {fault}")
     return lines

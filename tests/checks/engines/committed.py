@@ -54,13 +54,20 @@ COUPLED = {"tx40"}
 
 
 def pairs() -> list[Pair]:
-    """Every committed file with every engine that reads such files."""
+    """Every committed file with every engine that reads such files; MuJoCo refuses a moving link without mass.
+
+    The stand-in of such a link in our MJCF is weighed in tests/arms/export/test_mjcf.py.
+    """
     return [
         Pair(path, arm, engine)
         for path, arm in committed_models().items()
         for engine, ending in KEEPS_ROTORS
-        if path.suffix == ending and arm.name not in COUPLED
+        if path.suffix == ending and arm.name not in COUPLED and (_all_weigh(arm) or engine != "mujoco")
     ]
+
+
+def _all_weigh(arm: Arm) -> bool:
+    return arm.chain.bodies is not None and all(body.mass > 0.0 for body in arm.chain.bodies)
 
 
 def compared(pair: Pair, states: int) -> tuple[Agreement, list[str]]:

@@ -17,6 +17,7 @@ from lwr_dyn.codegen.emit.further_functions import (
     TEXT,
     compact_regressor,
     compact_result,
+    friction_function,
     step_function,
 )
 from lwr_dyn.codegen.emit.javascript_file import javascript_source
@@ -253,3 +254,13 @@ def test_friction_is_that_of_the_models(curve, tmp_path):
 def test_an_arm_without_friction_has_none():
     with pytest.raises(MissingDataError, match="friction"):
         emitted_arm(lwr_dyn.load("lwr4plus"), ["friction_torque"])
+
+
+def test_a_sigmoid_is_emitted_as_it_is():
+    """Of the Panda: smooth by itself, whatever the width."""
+    arm = lwr_dyn.load("panda")
+    v = np.random.default_rng(3).uniform(-2.0, 2.0, arm.n)
+    expected = friction_torque(arm.friction_models(), v)
+    for name, arguments in (("friction_torque", (v,)), ("smooth_friction_torque", (v, 1e-3))):
+        function = friction_function(kernel_spec(arm), name, arm).symbolic
+        np.testing.assert_allclose(np.array(function(*arguments)).ravel(), expected, atol=1e-14)
