@@ -55,6 +55,7 @@ def test_a_law_is_passed_over_where_its_poles_say_so_and_simulation_agrees(panda
     assert np.abs(run.q - run.q_ref).max() < 1e-3
 
 
+@pytest.mark.slow
 def test_from_the_least_rate_on_the_first_law_is_taken(panda):
     task = usual_task(panda)
     slow = law_stability(panda, lwr_dyn.dynamics_of(panda), maker(panda)("pd-gravity"), task.reference, 1000.0)
