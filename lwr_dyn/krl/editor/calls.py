@@ -10,6 +10,7 @@ from lwr_dyn.krl.diagnostics import SourcePosition
 from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context, named_in
 from lwr_dyn.krl.language.blocks import Routine
+from lwr_dyn.krl.language.declarations import Parameter
 from lwr_dyn.krl.language.lexer import LineError, Token, tokens_of
 from lwr_dyn.krl.names.known_names import Type
 from lwr_dyn.krl.project.program import Scope
@@ -77,8 +78,8 @@ def _parameters(scope: Scope, name: str) -> tuple[tuple[str, ...], tuple[Type, .
     """The parameters of a subprogram as text, and their types."""
     routine, external = scope.program.routine(name), scope.external(name)
     if routine is not None:
-        taken = taken_by(routine)
-        return tuple(map(str, taken)), tuple(x.type for x in taken)
+        types = tuple(x.type for x in taken_by(routine))
+        return tuple(map(_text, types, routine.head.parameters)), types
     if external is not None:
         return tuple(external.parameters), tuple(Type(x.partition(":")[0].upper()) for x in external.parameters)
     known = scope.known.functions.get(name.upper())
@@ -86,6 +87,12 @@ def _parameters(scope: Scope, name: str) -> tuple[tuple[str, ...], tuple[Type, .
         return None
     more = ("...",) if known.open else ()
     return (*map(str, known.parameters), *more), tuple(x.type for x in known.parameters)
+
+
+def _text(kind: Type, parameter: Parameter) -> str:
+    """`INT N:IN`; without a mode a parameter is OUT, and before it is declared it has no type."""
+    declared = "" if kind.name == "?" else f"{kind} "
+    return f"{declared}{parameter.name}:{parameter.mode or 'OUT'}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

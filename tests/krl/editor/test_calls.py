@@ -52,6 +52,11 @@ def test_an_external_subprogram_has_the_parameters_of_its_declaration(project):
     assert (found.label, found.at) == ("far(INT:IN, REAL VALUE:OUT)", 1)
 
 
+def test_a_parameter_without_a_mode_is_out_and_without_a_declaration_has_no_type(project):
+    project.set_text(CLOSE, FILES[CLOSE].replace("g:OUT", "g").replace("DECL INT n\n", ""))
+    assert call_in(project, "close_it (").label == "close_it(GRIP_T g:OUT, n:IN)"
+
+
 def test_callers_and_callees_are_those_of_all_files(project):
     close = project.at(CLOSE, *place_of(CLOSE, "DEF close_it", word="close_it"))[2]
     (caller,) = callers(project, close)
