@@ -234,3 +234,19 @@ def test_steps_are_chosen_where_none_are_typed_and_they_matter(recorded):
     typed = recorded("simulate", "lwr4plus", *coarse, "--substeps", "1")["meta"]
     assert typed["options"]["substeps"] == 1
     assert "chosen" not in typed["note"]
+
+
+@pytest.mark.slow
+def test_a_bag_is_written_and_its_topics_are_named_one_by_one(lwr_dyn_command, tmp_path):
+    bag = str(tmp_path / "run.mcap")
+    code, out, _ = lwr_dyn_command("simulate", "lwr4plus", *SHORT, "--out", bag)
+    assert code == 0
+    assert out.splitlines()[-1] == f"wrote {bag}"
+    topics = [word for x in ("q", "dq", "tau") for word in ("--columns", f"{x}=/joint_states")]
+    code, _, err = lwr_dyn_command("identify", "friction", "lwr4plus", bag, *topics)
+    assert code == 2
+    assert "cruise" in err
+    code, _, err = lwr_dyn_command("identify", "friction", "lwr4plus", bag, *topics[:4])
+    assert "tau: effort of these joints in /joint_states, /reference, /friction; needed: one topic" in err
+    code, _, err = lwr_dyn_command("identify", "friction", "lwr4plus", bag, *topics, "--columns", "q=/reference")
+    assert err == "lwr-dyn: --columns: q twice; allowed: each quantity once\n"

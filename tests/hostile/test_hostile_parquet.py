@@ -47,7 +47,7 @@ def test_a_damaged_file_is_refused_by_its_name(damage, tmp_path):
 
 
 TYPES = {
-    "list<": [[1.0, 2.0]] * 50,
+    "list<": [["1.0", "2.0"]] * 50,
     "struct<": [{"a": 1.0}] * 50,
     "map<": pyarrow.array([[("a", 1.0)]] * 50, type=pyarrow.map_(pyarrow.string(), pyarrow.float64())),
     "string": ["a"] * 50,
@@ -59,6 +59,12 @@ TYPES = {
 def test_a_column_that_holds_no_numbers_is_named_with_its_type(kind, tmp_path):
     path = written(tmp_path / "x.parquet", GOOD | {"q1 [rad]": TYPES[kind]})
     with pytest.raises(LogError, match=rf"column q1 \[rad\]: of type {kind}.*; needed: numbers"):
+        read_log(path)
+
+
+def test_a_list_of_numbers_is_columns_of_other_names(tmp_path):
+    path = written(tmp_path / "x.parquet", GOOD | {"q1 [rad]": [[1.0, 2.0]] * 50})
+    with pytest.raises(LogError, match=r"q1 missing; the file has time \[s\], q1 \[rad\].0, q1 \[rad\].1, tau1"):
         read_log(path)
 
 
