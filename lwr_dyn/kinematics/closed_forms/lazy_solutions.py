@@ -95,6 +95,12 @@ class LazySolutions(Sequence[Solution]):
     def __iter__(self) -> Iterator[Solution]:
         return iter(self._all())
 
+    def __add__(self, other: Sequence[Solution]) -> tuple[Solution, ...]:
+        return (*self, *other)
+
+    def __radd__(self, other: Sequence[Solution]) -> tuple[Solution, ...]:
+        return (*other, *self)
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, LazySolutions | tuple) and self._all() == tuple(other)
 

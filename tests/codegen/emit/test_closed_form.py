@@ -210,5 +210,5 @@ def test_2000_poses_singular_and_out_of_reach_too(name, tmp_path):
 @pytest.mark.parametrize("name", ["lwr4plus", "ur10"])
 def test_an_arm_without_closed_form_says_so(name):
     arm = six_joint_arm(name, 1e-4) if name == "ur10" else lwr_dyn.load(name, lock={"joint_3": 0.1})
-    with pytest.raises(OptionError, match=r"no closed form.*three parallel"):
+    with pytest.raises(OptionError, match=r"no closed form.*3 and 4 parallel"):
         inverse_kinematics_function(None, NAME, arm)

@@ -24,6 +24,7 @@ def test_places_slices_and_iteration(result):
     assert ours[1:3] == listed[1:3]
     assert ours[::-1] == listed[::-1]
     assert ours == listed
+    assert ours + listed == listed + ours == ours + ours == listed + listed
     assert listed[2] in ours
     assert ours.index(listed[3]) == 3
     assert (*ours, *result.outside)[-1] is result.outside[-1]

@@ -64,6 +64,8 @@ def test_the_solutions_are_those_of_numpys_closed_form(name):
         limits = k % 4 != 1
         ours, theirs = inverse_kinematics(arm, pose, limits=limits), one_by_one(arm, pose, limits)
         assert facts(ours) == facts(theirs)
+        assert exact_arms.ready(arm)(pose, limits) is not None  # no other road did it
+        assert ours.solutions == () or isinstance(ours.solutions, LazySolutions)
         assert (ours.distance or 0.0) == pytest.approx(theirs.distance or 0.0, abs=1e-13)
         assert (ours.excess or 0.0) == pytest.approx(theirs.excess or 0.0, abs=1e-12)
         margins = [s.margin for s in ours.solutions]
