@@ -74,7 +74,7 @@ def friction_lines(run: Run, arm: Arm) -> list[str]:
     form = run.meta["friction_law"]["form"]
     if form == "none":
         return []
-    lines = [f"friction: {form}"]
+    lines = [f"friction of the plant: {form}"]
     for c in run.meta["note"].get("passive_refit", ()):
         before, after = (f"F_c {x['coulomb']:.4f}, sigma {x['viscous']:.4f}" for x in (c["before"], c["after"]))
         cost = f"RMS {c['rms']:.3g} N m up to {c['speed']:g} rad/s"

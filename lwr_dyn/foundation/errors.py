@@ -96,7 +96,8 @@ class NotPhysicalError(LwrDynError, ValueError):
         self.arm, self.links = arm, tuple(links)
         super().__init__(
             f"{arm}: the inertia of {', '.join(self.links)} is not physical; "
-            "allowed: a body that can exist (lwr-dyn check), another reading, or allow_unphysical (--allow-unphysical)"
+            "allowed: a body that can exist (lwr-dyn check), another reading, or allow_unphysical "
+            "(simulate --allow-unphysical)"
         )
 
 

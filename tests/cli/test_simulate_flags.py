@@ -151,7 +151,7 @@ FAST = (*LSPB, "--to-deg", "0,-60,0,130,0,0,0", "--duration", "1.0", "--blend", 
 @pytest.mark.slow
 def test_friction_that_drives_is_warned_of(printed):
     out = printed(*FAST)
-    assert "friction: set-valued\n" in out
+    assert "friction of the plant: set-valued\n" in out
     assert "warning: friction of joint_4 feeds energy in from" in out
 
 

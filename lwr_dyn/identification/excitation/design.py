@@ -171,7 +171,7 @@ class NoMotionError(ExcitationError):
     """A search ended in no motion that may be run: `best` is the one that comes nearest to it."""
 
     def __init__(self, best: Excitation) -> None:
-        words = f"in the best of {len(best.starts)} starts {'; '.join(best.faults)}"
+        words = f"in the best of {_starts(best)} {'; '.join(best.faults)}"
         super().__init__(f"excitation of {best.arm.name}", words, "more starts, a longer motion, less to keep")
         self.best = best
 
@@ -200,6 +200,11 @@ def _excitation(
 
 def _words_of(clearance: Clearance) -> str:
     return "; ".join(words for words in (column_words(clearance), near_words(clearance)) if words)
+
+
+def _starts(found: Excitation) -> str:
+    """How many starts were searched, in words."""
+    return "1 start" if len(found.starts) == 1 else f"{len(found.starts)} starts"
 
 
 def rows_of(motion: objectives.FourierMotion, rate: float = objectives.SCORE_RATE) -> Motion:
@@ -295,7 +300,7 @@ def _document(found: Excitation) -> Document:
     ), starts, key="starts", says="Where the search ended from each random motion.")  # fmt: skip
     title = (
         f"{arm.name}, reading {arm.reading}: {motion.duration:g} s at rest at both ends, {len(motion.sines)} harmonics"
-        f", objective {found.objective}, best of {len(found.starts)} starts in {found.seconds:.1f} s"
+        f", objective {found.objective}, best of {_starts(found)} in {found.seconds:.1f} s"
     )
     rows = zip(score.names, found.columns.base().statements(), own_values(found), score.sigma, strict=True)
     parameters = Table("", (

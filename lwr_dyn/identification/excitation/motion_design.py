@@ -298,7 +298,7 @@ class MotionDesign:
             )
         share = self.torques.share(q, dq, ddq)
         for name, x in zip(self.arm.joint_names, share, strict=True):
-            said += [f"{name} needs {x:.3g} times the torque that it may use"] if x > 1.0 else []
+            said += [f"{name} needs {x:.6g} times the torque that it may use"] if x > 1.0 else []
         return tuple(said)
 
     def states(self, X: Array) -> tuple[Array, Array, Array]:

@@ -130,8 +130,8 @@ def functions_script(arm: Arm, name: str) -> tuple[str, str]:
     for function in KINEMATICS if missing else FUNCTIONS:
         try:
             functions.append(emitted_function(spec, function, arm))
-        except LwrDynError as fault:
-            missing.append(str(fault))
+        except LwrDynError as fault:  # what would be allowed is another arm
+            missing.append(str(fault).partition("; allowed: ")[0].replace("_", " "))
     return javascript_source(functions, name, is_compact=True), "; ".join(dict.fromkeys(missing))
 
 

@@ -63,7 +63,7 @@ class RunComparison:
         rows = [
             (one.controller, one.typed, one.plant, *(Marked(v, self.mark(one, k)) for k, v in one.errors.items()),
              one.peak_torque, one.share, one.cuts.share, one.shakes,
-             one.figures.within_limits, one.audit, [k for k in one.errors if self.mark(one, k) == "best"],
+             LIMITS[one.figures.within_limits], one.audit, [k for k in one.errors if self.mark(one, k) == "best"],
              one.figures.to_json())
             for one in self.runs
         ]  # fmt: skip
@@ -150,6 +150,7 @@ def _percent(share: float) -> str:
 
 ROUNDING = 1e-9
 """Share of a torque limit below which a torque is a rounding error."""
+LIMITS = {True: "kept", False: "NOT kept", None: UNKNOWN}
 COLUMNS = (
     Heading("controller", key="controller", says="Label of the controller."),
     Heading(key="typed", says="The controller as typed; its label in runs that do not say."),
@@ -163,8 +164,7 @@ COLUMNS = (
             says="Share of the time in which the torque of one joint is cut at its limit, of the worst joint."),
     Heading(key="unstable",
             says="Whether torques are cut for so long that the loop counts as unstable; it is not ranked."),
-    Heading("limits", "", {True: "kept", False: "NOT kept", None: "unknown"}.__getitem__, None,
-            shade=lambda kept: 0.3 if kept is False else 0.0),
+    Heading("limits", key=None, shade=lambda words: 0.3 if words == LIMITS[False] else 0.0),
     Heading("audit", "J", lambda left: "none" if np.isnan(left) else f"{left:.0e}", "audit_residual_J",
             "Energy that the audit leaves unexplained, J; null without an audit."),
     Heading(key="best", says="Errors in which it is the smallest of its plant.",

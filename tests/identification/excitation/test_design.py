@@ -95,7 +95,7 @@ def test_a_motion_that_is_not_clear_is_refused_with_the_pair_and_kept_in_the_err
     monkeypatch.setattr(design, "check_room", lambda *_: None)  # which refuses before any search
     clearance = clearance_of(lwr, kept=0.6)
     words = (
-        r"excitation of lwr4plus: in the best of 1 starts .* and .* are .* m too near at .* s: 0\.6 m .*; allowed: more"
+        r"excitation of lwr4plus: in the best of 1 start .* and .* are .* m too near at .* s: 0\.6 m .*; allowed: more"
     )
     with pytest.raises(NoMotionError, match=words) as refused:
         design_excitation(lwr, **SHORT, clearance=clearance)
