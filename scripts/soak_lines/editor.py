@@ -73,8 +73,8 @@ def build_extension() -> None:
 def served(settings: dict[str, Any]) -> Iterator[None]:
     """A fresh VS Code with the extension, until the end of the block."""
     data = Path(tempfile.mkdtemp(dir=FOLDER))
-    (data / "User").mkdir()
-    (data / "User/settings.json").write_text(json.dumps(settings), encoding="utf-8")
+    (data / "Machine").mkdir()  # a window of a server takes settings of the machine from there, not from the user
+    (data / "Machine/settings.json").write_text(json.dumps(settings), encoding="utf-8")
     (data / "config.yaml").write_text(f"bind-addr: 127.0.0.1:{PORT}\n", encoding="utf-8")
     command = ["node", installed(), "--config", data / "config.yaml", "--user-data-dir", data]
     command += ["--extensions-dir", data / "extensions"]

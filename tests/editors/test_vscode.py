@@ -171,8 +171,8 @@ BUILT_IN = {
 
 
 @pytest.mark.slow
-def test_the_guard_of_bytes_and_the_search_for_python():
-    printed = node("--test", *sorted((EDITOR / "test").glob("*.test.js")))
+def test_the_guard_of_bytes_the_search_for_python_and_the_commands():
+    printed = node("--test", "--test-reporter=tap", *sorted((EDITOR / "test").glob("*.test.js")))
     assert int(re.search(r"^# pass (\d+)$", printed, re.M)[1]) >= 30
     assert re.search(r"^# fail 0$", printed, re.M)
 
