@@ -20,6 +20,7 @@ from benchmarks.control_laws import control_laws
 from benchmarks.dynamics_peers import mujoco_calls, mujoco_loop, toolbox_calls
 from benchmarks.emitted_code import emitted
 from benchmarks.friction import with_friction
+from benchmarks.front import front
 from benchmarks.identification import identification
 from benchmarks.inverse_kinematics import all_solutions
 from benchmarks.kernels import kernels
@@ -35,7 +36,7 @@ from lwr_dyn.trajectory.references.ist import ist_reference
 
 PEERS = (
     "pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "eaik", "ssik",
-    "lwr_dyn",
+    "dynibo", "lwr_dyn",
 )  # fmt: skip
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")
 
@@ -145,6 +146,7 @@ PARTS: dict[str, Callable[[int], None]] = {
     "loop": closed_loop,
     "control": control_laws,
     "friction": with_friction,
+    "front": front,
     "processes": starts,
     "kernels": kernels,
     "emitted": emitted,

@@ -1,9 +1,7 @@
 """`lwr-dyn check`: every check of one robot's model and file; exit 1 when one fails."""
 
-from __future__ import annotations
-
 import sys
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
@@ -16,9 +14,6 @@ from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import UrdfError
 from lwr_dyn.foundation.files import ends_in
 from lwr_dyn.foundation.progress import progress
-
-if TYPE_CHECKING:
-    from lwr_dyn.checks.urdf.lint import LintReport
 
 
 @click.command("check")
@@ -58,9 +53,7 @@ def command(robot: str, loading: Loading, as_json: bool) -> None:
     sys.exit(0 if holds else 1)
 
 
-def _document(
-    report: CheckReport | None, robot: str, written: LintReport | None, left: list[str], holds: bool
-) -> Document:
+def _document(report: CheckReport | None, robot: str, written: Any, left: list[str], holds: bool) -> Document:
     """The checks, and what stands in the file; without a report the file alone was judged."""
     found = CheckReport(robot, "", ()) if report is None else report
     as_written = "" if written is None or written.holds() else "; the file as written fails"

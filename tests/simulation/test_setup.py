@@ -18,10 +18,20 @@ from lwr_dyn.foundation.errors import (
 from lwr_dyn.model.arm import arm_with_scaled_inertia
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.model.run import Run
+from lwr_dyn.simulation import setup
 from lwr_dyn.simulation.arm_friction import chosen_friction
 from lwr_dyn.simulation.integrators import rk4
 from lwr_dyn.simulation.plant import Encoder, plant_of
-from lwr_dyn.simulation.setup import STABLE, Loop, friction_rate, prepare, sampled_reference, start_state, versions
+from lwr_dyn.simulation.setup import (
+    STABLE,
+    Loop,
+    friction_rate,
+    known_motion,
+    prepare,
+    sampled_reference,
+    start_state,
+    versions,
+)
 from lwr_dyn.simulation.simulate import free_swing, no_torque, simulate
 from tests.simulation.sample_runs import Still, controllers, joint_waves, lwr, lwr_dynamics, one_joint
 
@@ -268,3 +278,33 @@ def test_a_delay_longer_than_the_run_is_refused():
     assert options.times(0.005).size == 6
     with pytest.raises(OptionError, match="delay: 5 samples in a run of 4; allowed: a delay shorter than the run"):
         options.times(0.004)
+
+
+def counted(reference, monkeypatch):
+    """How often the reference is sampled by two runs' preparations."""
+    seen, sample = [], type(reference).sample
+    monkeypatch.setattr(type(reference), "sample", lambda self, t: seen.append(1) or sample(self, t))
+    times = np.arange(11) / 100.0
+    first, second = known_motion(reference, times), known_motion(reference, times)
+    assert np.array_equal(first.q, second.q)
+    known_motion(reference, np.arange(12) / 100.0)
+    return len(seen)
+
+
+def test_a_motion_that_cannot_change_is_followed_once(monkeypatch):
+    arm = lwr_dyn.load("lwr4plus")
+    assert counted(lwr_dyn.reference("ist", arm), monkeypatch) == 2  # of 11 and of 12 samples
+
+
+def test_a_users_function_is_followed_every_time(monkeypatch):
+    arm, size = lwr_dyn.load("lwr4plus"), [0.2]
+    own = lwr_dyn.reference(lambda t: [size[0] * t**3] * 7, arm, duration=1.0)
+    assert counted(own, monkeypatch) == 3
+
+
+def test_few_motions_are_kept():
+    arm = lwr_dyn.load("lwr4plus")
+    path = lwr_dyn.reference("ist", arm)
+    for count in range(2, 30):
+        known_motion(path, np.arange(count) / 100.0)
+    assert len(setup._motions) <= 16

@@ -99,7 +99,7 @@ class KernelEngine:
     def _checked(self, function: str, *states: Array) -> Any:
         """A function of states (..., n) that the gate has judged."""
         if states[0].ndim == 1:
-            return getattr(self.ungated, function)(*(np.require(x, requirements="CA") for x in states))
+            return getattr(self.ungated, function)(*(np.require(x, requirements=("C", "A")) for x in states))
         return _over_rows(getattr(self._batch, function), *states)
 
     def __reduce__(self) -> tuple[Call, tuple[Any, ...]]:

@@ -4,7 +4,7 @@ The text of forward dynamics stands in it once and is called four times. The num
 so that one code serves every step of time; a step that would end outside the bounds writes nothing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -47,7 +47,8 @@ def held_step_text(n: int, forward: str) -> str:
         ]
         lines += [line for j in range(n) for line in _load(f"a{stage}.{j}", f"k{stage}", j)]
         for row, coefficients in enumerate(table):
-            used = {c: places + i for i, c in enumerate(np.flatnonzero(coefficients[row + 1 :]) + row + 1)}
+            columns = (np.flatnonzero(coefficients[row + 1 :]) + row + 1).tolist()
+            used = {column: place for place, column in enumerate(columns, start=places)}
             places += len(used)
             lines += [x for place in used.values() for x in _load(f"c{place}", "table", place)]
             for j in range(n):
@@ -137,7 +138,9 @@ def held_step(
         slow(0.0, now, tau, after)
         return None if ((after >= bounds[0]) & (after <= bounds[1])).all() else False
 
-    one = single_call("held_step", signature, parts, lambda: held_step_text(n, forward_text()), behind)
+    one: Callable[..., bool | None] = single_call(
+        "held_step", signature, parts, lambda: held_step_text(n, forward_text()), behind
+    )
     limits, free = np.array(bounds, dtype=np.float64), np.full((2, 2, n), np.inf)
     free[0] = -np.inf
     if substeps == 1:

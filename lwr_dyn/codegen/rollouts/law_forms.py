@@ -172,15 +172,11 @@ class JointForm:
         return law
 
 
-_ATTRIBUTES = {"law_effort": "_effort"}
-"""Where a law keeps a gain that has another name."""
+_ATTRIBUTES = {"law_effort": "_effort"}  # where a law keeps a gain that has another name
 
 PD_GRAVITY = JointLaw(PDGravity, switches=("velocity_error",))
-
 PID_LAW = JointLaw(PID, ("Kp", "Ki", "Kd", "tracking_time", "law_effort"), ("velocity_error", "gravity"))
-
 INVERSE_DYNAMICS = JointLaw(InverseDynamics, switches=("feedforward", "gravity"))
-
 MOTOR_PD = JointLaw(MotorSidePD, switches=("feedforward",))
 """As it acts on rigid joints: no spring, no torque feedback."""
 
@@ -252,7 +248,6 @@ CLOSE = 1e-9
 """Of the largest torque at a sample: what form and controller may differ by; rounding leaves 1e-14."""
 
 JOINT = ("q", "dq", "q_ref", "dq_ref", "ddq_ref")
-
 Step = Callable[..., tuple[Array, Array]]
 
 
@@ -281,12 +276,18 @@ def _function_of(form: LawForm, arm: Arm) -> Any:
 def form_function(form: LawForm, arm: Arm) -> Step:
     """The form in NumPy: (q, dq, q_ref, dq_ref, ddq_ref, memory, values, h) -> torque (n,), next memory (m,)."""
     function = _function_of(form, arm)
+    buffer, run = function.buffer()  # a call with arrays takes a hundred times as long
+    x, y = np.zeros(function.numel_in(0)), np.zeros(function.numel_out(0))
+    buffer.set_arg(0, x.data)
+    buffer.set_res(0, y.data)
 
     def step(*given: Any) -> tuple[Array, Array]:
         *state, values, time = given
         flat = [np.ravel(values[name]) for name in form.parameters]
-        out = np.array(function(np.concatenate([*map(np.ravel, state), [time], *flat]))).ravel()
-        return out[: arm.n], out[arm.n :]
+        x[:] = np.concatenate([*map(np.ravel, state), [time], *flat])
+        run()
+        failed = buffer.ret() != 0  # it also keeps the buffer alive, which `run` alone does not
+        return np.where(failed, np.nan, y[: arm.n]), y[arm.n :].copy()
 
     return step
 
@@ -353,8 +354,7 @@ LAW_FORMS: Registry[Any] = Registry(
 )
 """By the controller's name: what has `takes`, the controllers' class, and `of(controller, arm) -> LawForm`."""
 
-WORDS = ("friction", "friction-measured")
-"""Of wrappers around a law that have a form too."""
+WORDS = ("friction", "friction-measured")  # of wrappers around a law that have a form too
 
 
 def law_form(controller: Controller, arm: Arm) -> LawForm:

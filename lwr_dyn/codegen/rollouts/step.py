@@ -82,9 +82,8 @@ class Slots:
         ranges = self._ranges()
         return [place for name in names for place in ranges[name]]
 
-    def _ranges(self) -> dict[str, range]:
-        ends = accumulate(self.widths.values())
-        return {name: range(end - width, end) for (name, width), end in zip(self.widths.items(), ends, strict=True)}
+    def _ranges(self) -> Mapping[str, range]:
+        return _ranges_of(tuple(self.widths.items()))
 
     @property
     def size(self) -> int:
@@ -99,6 +98,12 @@ class Slots:
             if place:
                 row[place.start : place.stop] = np.ravel(value)
         return row
+
+
+@lru_cache(maxsize=64)
+def _ranges_of(widths: tuple[tuple[str, int], ...]) -> Mapping[str, range]:
+    ends = accumulate(width for _, width in widths)
+    return {name: range(end - width, end) for (name, width), end in zip(widths, ends, strict=True)}
 
 
 STARTS = dict.fromkeys(FIGURES, 0.0) | {"margin": float("inf"), "violation": float("inf")}
