@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.foundation.errors import OptionError
@@ -108,8 +108,7 @@ def nearest_bodies(
     for iteration in range(_ROUNDS):
         slope, curvature = prior.derivatives(here, weight)
         slope, hessian = reduced(slope + target.slope(here)), reduced(curvature + target.curvature)
-        scale = 1.0 / np.sqrt(np.diag(hessian))
-        step = -scale * cho_solve(cho_factor(hessian * np.outer(scale, scale)), scale * slope)
+        step = _newton_step(hessian, slope)
         decrement, share = -float(slope @ step), 1.0
         if decrement < _SETTLED:
             break
@@ -120,6 +119,19 @@ def nearest_bodies(
                 return NearestBodies(*weights, here, value, hessian, free, iteration)
         here, value = here + share * move, there
     return NearestBodies(*weights, here, value, hessian, free, iteration)
+
+
+def _newton_step(hessian: Array, slope: Array) -> Array:
+    """-H^-1 slope. A log without noise leaves more digits between directions than a number has: the least ones then
+    count as rounding does."""
+    scale = 1.0 / np.sqrt(np.diag(hessian))
+    scaled = hessian * np.outer(scale, scale)
+    try:
+        return np.asarray(-scale * cho_solve(cho_factor(scaled), scale * slope))
+    except LinAlgError:
+        values, vectors = np.linalg.eigh(scaled)
+        values = np.maximum(values, len(values) * np.finfo(float).eps * values[-1])
+        return np.asarray(-scale * (vectors @ ((vectors.T @ (scale * slope)) / values)))
 
 
 PATH = (1e6, 1e5, 1e4, 1e3, 1e2, 10.0, 1.0)

@@ -14,10 +14,10 @@ it, where a filter smears the blow.
 
 Torques in the wrong unit are a thousand times too large or too small beside the gravity of the arm's table:
 
-    tau_j = a_j g_j(q) + friction and offset of joint j
+    tau_j = a_j g_j(q) + rotor, friction and offset of joint j
 
 The slope a_j is 1, give or take what the arm differs from its table; 1000 or 0.001 is a unit (mN m read as N m, or the
-other way). Of a joint that carries no weight nothing can be said.
+other way). Of a joint that carries no weight, or little beside what moves its links, nothing can be said.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -226,6 +226,8 @@ EXPLAINED = 0.5
 """Share of what friction leaves of a joint's torque that the prediction must explain, or nothing is said."""
 SLOW = 1e-3
 """Speed of an instant whose friction is not asked for [rad/s or m/s]."""
+WEIGHT = 0.1
+"""Least torque of weight, as a share of what accelerates the links, of a joint whose slope says something (RMS)."""
 
 
 def torque_scale_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
@@ -236,7 +238,9 @@ def torque_scale_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
     still = np.zeros(samples.q.shape)
     predicted = columns(samples.q, still, still) @ own
     slopes = np.array([_slope(samples, columns, predicted[:, j], j) for j in range(arm.n)])
-    known = np.isfinite(slopes)
+    moved = columns(samples.q, samples.dq, samples.ddq) @ own - predicted
+    heavy = np.square(predicted).sum(axis=0) > WEIGHT**2 * np.square(moved).sum(axis=0)
+    known = np.isfinite(slopes) & heavy
     where = ", ".join(dict.fromkeys(samples.sources))
     faults: list[LogFault] = []
     for slip, text in SLIPS.items():
@@ -256,8 +260,8 @@ def torque_scale_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
 def _slope(samples: Samples, columns: TorqueColumns, predicted: Array, joint: int) -> float:
     """a_j, NaN where it is not known."""
     rows = np.abs(samples.dq[:, joint]) > SLOW
-    friction = columns.own_columns(joint, samples.dq, samples.ddq)[rows, 1:]
-    beside = np.column_stack([friction[:, np.abs(friction).any(axis=0)], np.ones(len(friction))])
+    own = columns.own_columns(joint, samples.dq, samples.ddq)[rows]  # rotor and friction
+    beside = np.column_stack([own[:, np.abs(own).any(axis=0)], np.ones(len(own))])
     if len(beside) <= beside.shape[1] + 1:
         return float("nan")
     both = np.column_stack([samples.tau[rows, joint], predicted[rows]])

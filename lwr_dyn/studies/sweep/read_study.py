@@ -54,6 +54,8 @@ def read_study(path: str | Path, before_code: Callable[[str], None] = lambda _: 
 def study_of_text(text: str, path: Path, before_code: Callable[[str], None] = lambda _: None) -> SweepStudy:
     """The study of a file's text; files that it names are looked for beside `path`. Raises as `read_study`."""
     fields = Fields(parse_toml(text, path.name), path.name)
+    if "joints" in fields.unread():
+        raise fields.refuse("", "a robot's tables", "a study (lwr-dyn new study FILE ROBOT writes one)")
     study = _base(fields, path, text)
     loop, sampling, metrics, limits = (fields.table(name, {}) for name in ("loop", "sampling", "metrics", "limits"))
     tables, given = fields.tables("parameter", []), fields.table("task")

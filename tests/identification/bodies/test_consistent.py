@@ -11,10 +11,13 @@ from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.consistent import LEVEL, Price, Target, consistent_fit, nearest_bodies
 from lwr_dyn.identification.bodies.possible_bodies import are_bodies
 from lwr_dyn.identification.bodies.table_posterior import USUAL
+from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.inertial_parameters import pseudo_inertias
 from tests.identification.consistency_study import cases, summary
+from tests.identification.cover_truths import cover_arm
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
 
@@ -198,3 +201,14 @@ def test_a_table_of_another_arm(known, lwr, columns):
     broken[-1] = np.inf
     with pytest.raises(ShapeError, match="table: values that are not finite"):
         consistent_fit(known[1], broken)
+
+
+@pytest.mark.slow
+def test_a_log_without_noise_has_bodies():
+    """A short move of all joints alike, simulated: between its directions there are more digits than a number has."""
+    arm = cover_arm("iiwa14")
+    run = lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), lwr_dyn.reference("move", arm))
+    log = JointLog("run", tuple(range(1, 8)), run.t, run.q, run.tau_applied)
+    found = identify_motion([log], arm)
+    assert are_bodies(found.consistent.parameters[:70].reshape(7, 10)).all()
+    assert found.contradiction

@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.identification.log_faults.found_faults import cut_saturated, log_faults
-from lwr_dyn.identification.logs.joint_log import write_log
+from lwr_dyn.identification.logs.joint_log import JointLog, write_log
 from lwr_dyn.identification.motion.motion_result import MotionRule
 from lwr_dyn.identification.regression.information import equations_of, grouped
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.cover_truths import cover_arm
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 OF_THE_LWR = ("lwr4plus", "--reading", "physical")
@@ -118,3 +120,12 @@ def test_large_deviation_is_fitted_or_refused_in_one_line(deviation, log, tmp_pa
         assert (code, bool(out)) == (0, True)
     else:
         assert (code, out, len(err.splitlines())) == (2, "", 1)
+
+
+@pytest.mark.slow
+def test_a_joint_that_hardly_carries_weight_has_no_wrong_unit():
+    """The last link of an iiwa has its centre 4 micrometres off the axis: what turns it is no gravity in mN m."""
+    arm = cover_arm("iiwa14")
+    run = lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), lwr_dyn.reference("move", arm))
+    log = JointLog("run", tuple(range(1, 8)), run.t, run.q, run.tau_applied)
+    assert log_faults([log], arm) == ()

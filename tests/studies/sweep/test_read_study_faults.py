@@ -25,6 +25,7 @@ def swap(old, new):
 FAULTS = [
     ("robot = ", "TOML: "),
     ("x = 1", "robot: missing; allowed: text"),
+    ("[joints]", "a robot's tables; allowed: a study (lwr-dyn new study FILE ROBOT writes one)"),
     (swap("lwr4plus", "lwr4pluss"), "robot: no robot named 'lwr4pluss' (did"),
     (swap("lwr4plus", "mine.urdf"), "robot: mine.urdf: no such file"),
     (swap('"physical"', '"phys"'), "robot: no reading of lwr4plus named 'phys'"),
