@@ -55,7 +55,7 @@ def study_of_text(text: str, path: Path, before_code: Callable[[str], None] = la
     """The study of a file's text; files that it names are looked for beside `path`. Raises as `read_study`."""
     fields = Fields(parse_toml(text, path.name), path.name)
     if "joints" in fields.unread():
-        raise fields.refuse("", "a robot's tables", "a study (lwr-dyn new study FILE ROBOT writes one)")
+        raise fields.refuse("joints", "a robot's tables", "a study (lwr-dyn new study FILE ROBOT writes one)")
     study = _base(fields, path, text)
     loop, sampling, metrics, limits = (fields.table(name, {}) for name in ("loop", "sampling", "metrics", "limits"))
     tables, given = fields.tables("parameter", []), fields.table("task")

@@ -142,14 +142,15 @@ def measured(workshop: SweepWorkshop, controller: str, runs: int, chunk: int) ->
 
     Raises as `SweepWorkshop.runs`, so that a study that cannot run ends here.
     """
-    _timed(workshop, controller, 1)  # compiles the kernel
-    one, size, kernel = _timed(workshop, controller, 1)
-    count, spent = 1, one
-    while spent < one + ENOUGH and count < min(MOST, runs):
+    least = min(2, runs)  # one run alone has a kernel of its own, in scalar code
+    _timed(workshop, controller, least)  # compiles the kernel
+    few, size, kernel = _timed(workshop, controller, least)
+    count, spent = least, few
+    while spent < few + ENOUGH and count < min(MOST, runs):
         count = min(4 * count, MOST, runs)
         spent, size, _ = _timed(workshop, controller, count)
-    seconds = max(spent - one, 0.0) / (count - 1) if count > 1 else one
-    aside = max(one - seconds, 0.0)
+    seconds = max(spent - few, 0.0) / (count - least) if count > least else few / least
+    aside = max(few - least * seconds, 0.0)
     cost = ControllerCost(controller, runs, chunk, seconds, aside, size / count, count, False)
     found = workshop.steps(controller)
     better = workshop.enough_steps(controller) if found is not None and not found.are_enough else None
