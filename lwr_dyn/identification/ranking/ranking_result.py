@@ -125,7 +125,7 @@ def _sets(found: Ranking) -> Table:
         for free in steps
     ]  # fmt: skip
     if any(one.own for one in found.scores):
-        headings += [Heading("own friction", "", _known, None)]
+        headings += [Heading("own friction", unit, _known, None)]
     headings += [
         Heading("", "", "", "own_friction",
                 "RMS torque left with the friction that the set publishes, and nothing fitted.", float),
@@ -188,10 +188,11 @@ def _joints(found: Ranking) -> Table:
 
 def _misses(found: Ranking) -> Table:
     """What each set leaves with one thing freed alone: what it misses is where that falls."""
+    rotors = "with rotors" if any(len(one.alone) > 2 for one in found.scores) else ""  # not behind the gears
     headings = [
         Heading("set", key="set"), Heading("as published", found.unit, ".3f", "published"),
         Heading("with a load", "", ".3f", "load"), Heading("with gains", "", ".3f", "gain"),
-        Heading("with rotors", "", _known, "rotor"), Heading("load found", "kg", "+.2f", "mass"),
+        Heading(rotors, "", _known, "rotor"), Heading("load found", "kg", "+.2f", "mass"),
         Heading("its m c", "kg m", lambda x: " ".join(f"{v:+.3f}" for v in x), "first_moment",
                 "Of the load found, in the frame of the last link.", list[float]),
         Heading("worst joint", "", "", "worst", "The joint of which most is left, as a share of its torque."),
@@ -203,7 +204,7 @@ def _misses(found: Ranking) -> Table:
         assert load is not None
         worst = one.arm.joint_names[int(np.argmax(one.fits[0].rms / size))]
         totals = [fit.total for fit in (one.fits[0], *one.alone)]
-        totals += [float("nan")] * (4 - len(totals))  # rotors are not fitted to torques behind the gears
+        totals += [float("nan")] * (4 - len(totals))
         rows.append((one.name, *totals, float(load[0]), load[1:4].tolist(), worst))
     return Table("One thing freed alone", headings, rows, key="misses", says="A row a set.")
 
