@@ -7,6 +7,7 @@ import re
 
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
+from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.language.lexer import Token
 from lwr_dyn.krl.names.known_names import known_names
 from tests.krl.planting.line_faults import EXECUTABLE
@@ -16,8 +17,9 @@ _READ_ONLY = (
     ("$POS_ACT", "{X 0,Y 0,Z 0,A 0,B 0,C 0}"), ("$AXIS_ACT", "{A1 0,A2 0,A3 0,A4 0,A5 0,A6 0}"), ("$ROBRUNTIME", "0"),
     ("$PERI_RDY", "TRUE"), ("$STOPMESS", "FALSE"), ("$MODE_OP", "#EX"), ("$VEL_ACT", "0.1"), ("$ON_PATH", "TRUE"),
 )  # fmt: skip
-_OUT_OF_OPTIONS = {"EKI_GETINT": (2,), "EKI_GETREAL": (2,), "EKI_GETBOOL": (2,), "EKI_GETFRAME": (2,)}
-"""Which arguments (from 0) of the options' functions are written."""
+_OF_OPTIONS = {"EKI_GETINT": "INT", "EKI_GETREAL": "REAL", "EKI_GETBOOL": "BOOL", "EKI_GETFRAME": "FRAME"}
+"""Functions of an option that write their third argument, with its type."""
+_CONSTANTS = {"INT": "7", "REAL": "2.5", "BOOL": "TRUE", "FRAME": "{X 0,Y 0,Z 0,A 0,B 0,C 0}"}
 _STEPS = (s.Assign, s.Invoke, s.Move, s.Wait)
 
 
@@ -112,29 +114,36 @@ def text_without_brackets(site: PlantSite, rng: random.Random) -> PlantedFault |
 
 
 def constant_for_out(site: PlantSite, rng: random.Random) -> PlantedFault | None:
-    """A number in place of the variable that a subprogram writes."""
+    """A constant of the right type in place of the variable that a subprogram writes."""
     t = site.tokens
     if not isinstance(site.statement, EXECUTABLE):
         return None
     places = []
     for i in range(len(t) - 1):
         if t[i].kind == "NAME" and t[i + 1].kind == "_LPAR":
-            arguments = _arguments(t, i + 1)
-            places += [arguments[k] for k in _written_by(site, t[i].text.upper()) if k < len(arguments)]
-    variables = [(a, b) for a, b in places if t[a].kind == "NAME"]
+            arguments, written = _arguments(t, i + 1), _written_by(site, t[i].text.upper())
+            places += [(*arguments[k], constant) for k, constant in written.items() if k < len(arguments)]
+    variables = [x for x in places if t[x[0]].kind == "NAME"]
     if not variables:
         return None
-    first, last = (t[k] for k in rng.choice(variables))
-    end = last.column - 1 + len(last.text)
-    return changed(site, site.text[: first.column - 1] + str(rng.randrange(2, 90)) + site.text[end:])
+    first, last, constant = rng.choice(variables)
+    end = t[last].column - 1 + len(t[last].text)
+    return changed(site, site.text[: t[first].column - 1] + constant + site.text[end:])
 
 
-def _written_by(site: PlantSite, name: str) -> tuple[int, ...]:
-    """Which arguments of a subprogram are OUT and no arrays; of one that is defined once."""
-    heads = [r.head for of in site.of.project.files for r in of.outline.routines if r.name == name]
-    if len(heads) != 1:
-        return () if heads else _OUT_OF_OPTIONS.get(name, ())
-    return tuple(i for i, p in enumerate(heads[0].parameters) if p.mode == "OUT" and not p.dimensions)
+def _written_by(site: PlantSite, name: str) -> dict[int, str]:
+    """Which arguments of a subprogram are OUT and no arrays, with a constant of each type; of one defined once."""
+    routines = [r for of in site.of.project.files for r in of.outline.routines if r.name == name]
+    if len(routines) != 1:
+        return {} if routines else {2: _CONSTANTS[kind] for kind in [_OF_OPTIONS.get(name)] if kind}
+    declared = [(y.name.upper(), x.type) for _, x in routines[0].lines() if isinstance(x, Declaration) for y in x.names]
+    types = {key: _CONSTANTS.get((kind or "").upper(), "") for key, kind in declared}
+    found = {
+        i: types.get(p.name.upper(), "")
+        for i, p in enumerate(routines[0].head.parameters)
+        if p.mode == "OUT" and not p.dimensions
+    }
+    return {i: constant for i, constant in found.items() if constant}
 
 
 def _arguments(t: tuple[Token, ...], at: int) -> list[tuple[int, int]]:

@@ -117,9 +117,10 @@ def jump_into_loop(site: PlantSite, rng: random.Random) -> PlantedFault | None:
 
 
 def global_twice(site: PlantSite, rng: random.Random) -> PlantedFault | None:
-    """A GLOBAL subprogram of another module's name, or a new one in both; of two public `.dat`, a GLOBAL variable."""
+    """A GLOBAL subprogram of another module once more; where that has none, a new one in both."""
     head = site.statement
-    if not isinstance(head, Def) or site.routine is None or site.at != site.module.files[0].outline.routines[0].first - 1:
+    source = site.module.source
+    if not isinstance(head, Def) or source is None or site.at != source.outline.routines[0].first - 1:
         return None
     others = [
         x for m in site.of.project.modules if m is not site.module and m.name != site.module.name

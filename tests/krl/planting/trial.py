@@ -125,6 +125,7 @@ def _judged(kind: FaultKind, clean: CleanModule, site: PlantSite, fault: Planted
     found = diagnostics_of(project, project.homes[fault.file])
     at = [d for d in found if (d.position.file, d.position.line) in fault.places and d.severity != "note"]
     codes = tuple(d.code for d in at)
-    text = fault.lines[min(line for _, line in fault.places) - 1].strip()
+    line = min((line for file, line in fault.places if file == fault.file), default=site.at + 1)
+    text = fault.lines[min(line, len(fault.lines)) - 1].strip()
     named = any(code in kind.codes for code in codes)
     return PlantVerdict(kind.name, clean.of.name, site.file.name, site.at + 1, text, bool(codes), named, codes)
