@@ -57,4 +57,6 @@ def _component_meant(key: str, known: KnownNames) -> str | None:
 def _comparable(key: str, known: KnownNames) -> Iterable[str]:
     """System variables of nearly that length; of the shortest, one letter more, one less or two swapped only."""
     names = (name for name in known.variables if name.startswith("$") and abs(len(name) - len(key)) <= 1)
-    return (x for x in names if len(x) > SHORTEST or (len(x) == SHORTEST and (len(key) != len(x) or set(key) == set(x))))
+    return (
+        x for x in names if len(x) > SHORTEST or (len(x) == SHORTEST and (len(key) != len(x) or set(key) == set(x)))
+    )

@@ -134,8 +134,10 @@ def constant_for_out(site: PlantSite, rng: random.Random) -> PlantedFault | None
 def _written_by(site: PlantSite, name: str) -> dict[int, str]:
     """Which arguments of a subprogram are OUT and no arrays, with a constant of each type; of one defined once."""
     routines = [r for of in site.of.project.files for r in of.outline.routines if r.name == name]
+    if not routines and name in _OF_OPTIONS:
+        return {2: _CONSTANTS[_OF_OPTIONS[name]]}
     if len(routines) != 1:
-        return {} if routines else {2: _CONSTANTS[kind] for kind in [_OF_OPTIONS.get(name)] if kind}
+        return {}
     declared = [(y.name.upper(), x.type) for _, x in routines[0].lines() if isinstance(x, Declaration) for y in x.names]
     types = {key: _CONSTANTS.get((kind or "").upper(), "") for key, kind in declared}
     found = {
