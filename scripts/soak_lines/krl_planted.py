@@ -1,4 +1,4 @@
-"""Faults planted in a small KRL project of our own: each of 43 kinds at up to 200 seeded sites."""
+"""Faults planted in a small KRL project of our own: each of 44 kinds at up to 200 seeded sites."""
 
 from __future__ import annotations
 

@@ -3,10 +3,11 @@
     python scripts/studies/krl_planted_faults.py FOLDER [--seed 7 --seed 11 ...] [--refused] [--misses] [--alarms]
 
 FOLDER holds a folder a project (a repository, a backup). Its programs are only tried. What counts as told and as
-rightly named stands in `tests/krl/planting`, and was fixed before the first count. `--refused` plants the 17 kinds that
-the pendant refuses, 10 of each, also in programs that name what a missing file declares; folders `owner+name@part` count
-as one repository. `--misses` lists the faults that
+rightly named stands in `tests/krl/planting`, and was fixed before the first count. `--misses` lists the faults that
 are not told or wrongly named, `--alarms` what the five checks of constants say of the unchanged programs.
+
+`--refused` plants the 18 kinds that the pendant refuses, 10 of each, also in programs that name what a missing file
+declares. Folders `owner+name@part` are parts of one repository.
 """
 
 from __future__ import annotations
@@ -77,9 +78,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     projects = projects_in(options.folder)
     kinds, count = (REFUSED, COUNT_REFUSED) if options.refused else (KINDS, COUNT)
     modules = clean_modules(projects, MISSING if options.refused else frozenset())
-    print(
-        f"{len(modules)} modules to plant in, of {len({m.of.name for m in modules})} repositories; {len(projects)} projects"
-    )
+    names = {m.of.name for m in modules}
+    print(f"{len(modules)} modules to plant in, of {len(names)} repositories; {len(projects)} projects")
     good = True
     for seed in options.seed or [7]:
         found = verdicts(modules, seed, count, kinds)

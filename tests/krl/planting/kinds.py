@@ -73,6 +73,7 @@ REFUSED = (
     _kind(r.interrupt_undeclared, "interrupt"),
     _kind(r.forbidden_priority, "interrupt"),
     _kind(p.global_twice, "global-twice"),
+    _kind(p.global_variable_twice, "global-twice"),
     _kind(p.output_in_spline, "in-spline"),
     _kind(p.pause_in_spline, "in-spline"),
     _kind(p.motion_in_spline, "in-spline"),

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import random
+import re
+from pathlib import PurePosixPath
 
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import LOOPS, keyword_of
 from lwr_dyn.krl.language.declarations import Declaration, Def
-from lwr_dyn.krl.project.project import CONTROLLER_FILES
+from lwr_dyn.krl.project.project import CONTROLLER_FILES, ModuleFile
 from tests.krl.planting.site import PlantedFault, PlantSite, inserted, texts_of
 
 _REALS = ("$VEL.CP", "$AXIS_ACT.A1", "$ACC.CP", "0.5")
@@ -136,3 +138,31 @@ def global_twice(site: PlantSite, rng: random.Random) -> PlantedFault | None:
     lines, theirs = texts_of(site.file), texts_of(other.file)
     more = () if shared else ((other.file.name, (*theirs, *new)),)
     return PlantedFault(site.file.name, (*lines, *new), frozenset({(site.file.name, len(lines) + 1)}), more)
+
+
+def global_variable_twice(site: PlantSite, rng: random.Random) -> PlantedFault | None:
+    """A GLOBAL variable of another public `.dat` once more; where that has none, a new one in both."""
+    data = next((x for x in site.module.files if x.file is site.file), None)
+    if data is None or not data.file.is_data or keyword_of(site.statement) != "ENDDAT" or not _is_public(data):
+        return None
+    others = [
+        x for m in site.of.project.modules if m is not site.module and m.name != site.module.name
+        for x in m.files if x.file.is_data and m.path.parent == site.module.path.parent and _is_public(x)
+    ]  # fmt: skip
+    if not others:
+        return None
+    other = rng.choice(others)
+    shared = [x.name for x in other.shared.variables.values()]
+    line = f"DECL GLOBAL INT {rng.choice(shared) if shared else 'NEW_COUNT'}=0"
+    lines, theirs = texts_of(site.file), texts_of(other.file)
+    lines.insert(site.at, line)
+    end = max(i for i, x in enumerate(other.file.lines) if keyword_of(x.statement) == "ENDDAT")
+    more = () if shared else ((other.file.name, (*theirs[:end], line, *theirs[end:])),)
+    return PlantedFault(site.file.name, tuple(lines), frozenset({(site.file.name, site.at + 1)}), more)
+
+
+def _is_public(data: ModuleFile) -> bool:
+    """Whether other modules see the GLOBAL names of a `.dat`; those of the controller's own files are left out."""
+    if PurePosixPath(data.file.name).name.lower().startswith(CONTROLLER_FILES):
+        return False
+    return any(re.match(r"\s*DEFDAT\s+\w+\s+PUBLIC\b", text, re.IGNORECASE) for text in texts_of(data.file))
