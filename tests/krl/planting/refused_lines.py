@@ -138,8 +138,9 @@ def _written_by(site: PlantSite, name: str) -> dict[int, str]:
         return {2: _CONSTANTS[_OF_OPTIONS[name]]}
     if len(routines) != 1:
         return {}
-    declared = [(y.name.upper(), x.type) for _, x in routines[0].lines() if isinstance(x, Declaration) for y in x.names]
-    types = {key: _CONSTANTS.get((kind or "").upper(), "") for key, kind in declared}
+    lines = [x for _, x in routines[0].lines() if isinstance(x, Declaration) and x.type is not None]
+    declared = {y.name.upper(): x.type.upper() for x in lines if x.type for y in x.names if y.sizes is None}
+    types = {key: _CONSTANTS.get(kind, "") for key, kind in declared.items()}
     found = {
         i: types.get(p.name.upper(), "")
         for i, p in enumerate(routines[0].head.parameters)
