@@ -65,7 +65,7 @@ def clean_modules(projects: Sequence[SeededProject], passed: frozenset[str] = fr
             if module.source is None or not 5 <= len(module.source.file.lines) <= LONGEST:
                 continue
             found = diagnostics_of(of.project, module)
-            if has_no_error(d for d in found if d.code not in passed):
+            if has_no_error([d for d in found if d.code not in passed]):
                 out.append(CleanModule(of, module, frozenset((d.position.file, d.position.line) for d in found)))
     return out
 
