@@ -113,7 +113,7 @@ def _part(block: CodeBlock, i: int) -> int:
 
 @lru_cache(maxsize=4)
 def declared_interrupts(project: Project) -> tuple[set[int], bool]:
-    """The priorities that INTERRUPT DECL gives anywhere in the project, and whether one of them cannot be told.
+    """The priorities that INTERRUPT DECL gives anywhere in the project, and whether one of them is not known.
 
     A variable counts as its first value where no line assigns another.
     """
