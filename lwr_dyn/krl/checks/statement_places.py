@@ -9,6 +9,7 @@ from lwr_dyn.krl.checks.type_check import type_in
 from lwr_dyn.krl.language import expressions as e
 from lwr_dyn.krl.language import statements as s
 from lwr_dyn.krl.language.blocks import LOOPS, CodeBlock, keyword_of
+from lwr_dyn.krl.language.declarations import Declaration
 from lwr_dyn.krl.names.known_names import UNKNOWN, Type
 from lwr_dyn.krl.project.program import Scope
 from lwr_dyn.krl.project.project import Project
@@ -112,16 +113,31 @@ def _part(block: CodeBlock, i: int) -> int:
 
 @lru_cache(maxsize=4)
 def declared_interrupts(project: Project) -> tuple[set[int], bool]:
-    """The priorities that INTERRUPT DECL gives anywhere in the project, and whether one of them is no number."""
+    """The priorities that INTERRUPT DECL gives anywhere in the project, and whether one of them is not known.
+
+    A variable counts as its first value where no line assigns another.
+    """
     numbers: set[int] = set()
     others = False
     for file in project.files:
         for line in file.file.lines:
             if isinstance(line.statement, s.InterruptDeclaration):
-                number = e.number_of(line.statement.priority)
-                others = others or number is None
-                numbers |= set() if number is None else {int(number)}
+                x = line.statement.priority
+                found = _first_values(project, x.name.upper()) if isinstance(x, e.Name) else [e.number_of(x)]
+                others = others or not found or None in found
+                numbers |= {int(number) for number in found if number is not None}
     return numbers, others
+
+
+def _first_values(project: Project, name: str) -> list[int | float | None]:
+    """What the declarations of a variable give it; None where one gives no number, or where a line assigns to it."""
+    out: list[int | float | None] = []
+    for x in (line.statement for file in project.files for line in file.file.lines):
+        if isinstance(x, Declaration):
+            out += [e.number_of(y.value) for y in x.names if y.name.upper() == name]
+        elif isinstance(x, s.Assign) and e.root_name(x.target) == name:
+            out.append(None)
+    return out
 
 
 def check_priority(scope: Scope, x: e.Expression, of: str = "an interrupt") -> None:

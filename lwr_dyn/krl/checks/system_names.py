@@ -55,6 +55,8 @@ def _component_meant(key: str, known: KnownNames) -> str | None:
 
 
 def _comparable(key: str, known: KnownNames) -> Iterable[str]:
-    """System variables of nearly that length, the shortest with one letter more only."""
+    """System variables of nearly that length; of the shortest, one letter more, one less or two swapped only."""
     names = (name for name in known.variables if name.startswith("$") and abs(len(name) - len(key)) <= 1)
-    return (name for name in names if len(name) > SHORTEST or len(name) == SHORTEST < len(key))
+    return (
+        x for x in names if len(x) > SHORTEST or (len(x) == SHORTEST and (len(key) != len(x) or set(key) == set(x)))
+    )

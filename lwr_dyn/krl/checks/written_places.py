@@ -19,7 +19,8 @@ def check_written(scope: Scope, target: e.Expression) -> None:
         return
     root = e.root_name(target)
     declared = _declared(scope, root)
-    behind = root if declared is None else _behind(declared)
+    # machine data declare such variables as signals on outputs: SIGNAL $PERI_RDY $OUT[1012]
+    behind = root if declared is None or root in scope.known.read_only else _behind(declared)
     if declared is not None and declared.const:
         message = f"{declared.name} is CONST, a program cannot write it"
         scope.report(target.column, "read-only", message, "declare it without CONST, or write another variable")

@@ -207,6 +207,8 @@ def slip_of(name: str, known: Iterable[str], shortest: int = 4) -> str | None:
 
     >>> slip_of("INITMVO", ["INITMOV", "TOOL"]), slip_of("TOOL1", ["TOOL2"])
     ('INITMOV', None)
+    >>> slip_of("TIMERSTOP", ["TIMER_STOP"])
+    'TIMER_STOP'
     """
     upper = name.upper()
     return next((word for word in known if len(word) >= shortest and _is_slip(upper, word.upper())), None)
@@ -220,7 +222,7 @@ def _is_slip(one: str, other: str) -> bool:
     while one and other and one[-1] == other[-1]:
         one, other = one[:-1], other[:-1]
     swapped = len(one) == 2 and one == other[::-1]
-    return (one + other).isalpha() and (swapped or max(len(one), len(other)) == 1)
+    return (one + other).replace("_", "A").isalpha() and (swapped or max(len(one), len(other)) == 1)
 
 
 @dataclass(slots=True)

@@ -46,9 +46,13 @@ KINDS = [
     kind("a short $ name", "WAIT FOR $INP[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
     Kind("a parameter never declared", "DEF a(N:IN)\nHALT\nEND\n", 1, "parameter-type",
          "DEF a(N:IN)\nINT N\nEND\n", "INT N"),
+    kind("two letters of $IN swapped", "WAIT FOR $NI[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
+    kind("a letter of $IN left out", "WAIT FOR $I[3]", 2, "system-name", "WAIT FOR $IN[3]", "$IN"),
+    kind("an underscore twice", "$TIMER__STOP[1] = TRUE", 2, "system-name", "$TIMER_STOP[1] = TRUE", "$TIMER_STOP"),
     kind("writes an input", "$IN[3] = TRUE", 2, "read-only", "$OUT[3] = TRUE", "$OUT[3]"),
     kind("writes the actual position", f"$POS_ACT = {ZERO}", 2, "read-only", f"$BASE = {ZERO}"),
     kind("writes the running time", "$ROBRUNTIME = 3", 2, "read-only", "$TIMER[1] = 3"),
+    kind("writes a state of the controller", "$STOPMESS = FALSE", 2, "read-only", "$OUT[1] = $STOPMESS"),
     kind("writes a signal of an input", "SIGNAL S $IN[3]\nS = TRUE", 3, "read-only",
          "SIGNAL S $OUT[3]\nS = TRUE", "$OUT"),
     kind("a trigger writes an input", "TRIGGER WHEN DISTANCE=0 DELAY=0 DO $IN[3]=TRUE", 2, "read-only",
@@ -125,7 +129,34 @@ def test_a_dat_gives_read_only_variables_their_first_value():
     assert check_program(parse_program("DEF a( )\nEND\n", data, "a")) == ()
 
 
+def test_a_state_that_machine_data_put_on_an_output_is_read_only_all_the_same():
+    data = "DEFDAT a\nSIGNAL $PERI_RDY $OUT[1012]\nSIGNAL LAMP $OUT[12]\nENDDAT\n"
+    found = check_program(parse_program("DEF a( )\nLAMP = TRUE\n$PERI_RDY = TRUE\nEND\n", data, "a"))
+    assert [(d.position.line, d.code, d.severity) for d in found] == [(3, "read-only", "error")]
+
+
+DECLARED_BY_NAME = f"DEF a( )\n%sINTERRUPT DECL LEVEL WHEN $IN[1] DO sub()\nINTERRUPT ON %d\nEND\n{ROUTINES}"
+
+
+@pytest.mark.parametrize(
+    ("line", "number", "first", "codes"),
+    [
+        ("", 16, "=16", []),
+        ("", 11, "=16", ["interrupt"]),
+        ("", 11, "", []),
+        ("LEVEL = 11\n", 11, "=16", []),
+    ],
+)
+def test_an_interrupt_declared_by_the_first_value_of_a_variable(line, number, first, codes):
+    data = f"DEFDAT a\nINT LEVEL{first}\nENDDAT\n"
+    found = check_program(parse_program(DECLARED_BY_NAME % (line, number), data, "a"))
+    assert [d.code for d in found if d.code == "interrupt"] == codes
+
+
 SOUND = [
+    # RSI on KSS 8.5 takes the axes of the correction too
+    "DEF a( )\nINT R\nR = RSI_ON(#ABSOLUTE, #IPO, #BASE)\nEND\n",
+    "DEF a( )\nDECL STARCDAT_T W\nTS_CorrOff()\nArcMainNG(#ArcOnBeforeMoveStd, W)\nEND\n",
     "DEF a(N:IN)\nEND\n",  # a stub
     "DEF a( )\nINTERRUPT OFF 11\nINTERRUPT ON\nEND\n",
     "DEF a( )\nINT K\nK = 11\nINTERRUPT DECL K WHEN $IN[1] DO sub()\nINTERRUPT ON 11\nEND\nDEF sub( )\nHALT\nEND\n",

@@ -1,4 +1,7 @@
-"""The 26 kinds of planted faults, each with the codes that name it rightly; fixed before the first count."""
+"""The kinds of planted faults, each with the codes that name it rightly; fixed before the first count.
+
+`KINDS` are slips of any language; `REFUSED` is what the pendant refuses at once and version 0.2.0 of the check passed.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ from dataclasses import dataclass
 from tests.krl.planting import block_faults as b
 from tests.krl.planting import line_faults as w
 from tests.krl.planting import number_faults as n
+from tests.krl.planting import refused_lines as r
+from tests.krl.planting import refused_places as p
 from tests.krl.planting.site import PlantedFault, PlantSite
 
 
@@ -57,4 +62,25 @@ KINDS = (
     _kind(b.wrong_end, "stray-end missing-end"),
     _kind(b.end_lost, "missing-end"),
     _kind(b.declaration_lost, "undeclared"),
+)
+
+REFUSED = (
+    _kind(r.system_name_slip, "system-name"),
+    _kind(p.parameter_undeclared, "parameter-type undeclared"),
+    _kind(r.input_written, "read-only"),
+    _kind(r.read_only_written, "read-only"),
+    _kind(r.input_signal_written, "read-only"),
+    _kind(r.interrupt_undeclared, "interrupt"),
+    _kind(r.forbidden_priority, "interrupt"),
+    _kind(p.global_twice, "global-twice"),
+    _kind(p.global_variable_twice, "global-twice"),
+    _kind(p.output_in_spline, "in-spline"),
+    _kind(p.pause_in_spline, "in-spline"),
+    _kind(p.motion_in_spline, "in-spline"),
+    _kind(p.switch_on_real, "switch type"),
+    _kind(p.before_first_case, "switch"),
+    _kind(p.case_after_default, "switch"),
+    _kind(p.jump_into_loop, "goto"),
+    _kind(r.text_without_brackets, "text-brackets"),
+    _kind(r.constant_for_out, "arguments"),
 )

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
+from lwr_dyn.krl.language.blocks import Routine
 from lwr_dyn.krl.language.lexer import KEYWORDS, LineError, Token, tokens_of
 from lwr_dyn.krl.language.source import SourceFile
 from lwr_dyn.krl.language.statements import Statement
@@ -52,6 +53,19 @@ class PlantSite:
     def tokens(self) -> tuple[Token, ...]:
         return words_of(self.text)
 
+    @property
+    def routine(self) -> Routine | None:
+        """The subprogram of the line, its DEF included."""
+        of = next((x for x in self.module.files if x.file is self.file), None)
+        routines = () if of is None else of.outline.routines
+        return next((r for r in routines if r.first - 1 <= self.at <= r.last), None)
+
+    @property
+    def in_spline(self) -> bool:
+        """Whether the line stands in a spline block, where few others may stand."""
+        blocks = () if self.routine is None else self.routine.blocks.values()
+        return any(b.kind.endswith("SPLINE") and b.first <= self.at < b.last for b in blocks)
+
     def replaced(self, token: Token, new: str) -> str:
         """The line with another text in place of a token."""
         begin = token.column - 1
@@ -76,6 +90,8 @@ class PlantedFault:
     file: str
     lines: tuple[str, ...]
     places: frozenset[tuple[str, int]]
+    others: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """Other files (name, lines) that must change with it."""
 
 
 def changed(site: PlantSite, new: str, *more: int) -> PlantedFault:

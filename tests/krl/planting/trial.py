@@ -50,15 +50,22 @@ class CleanModule:
     lines: frozenset[tuple[str, int]]
 
 
-def clean_modules(projects: Sequence[SeededProject]) -> list[CleanModule]:
-    """The modules in which faults are planted: with a `.src`, of at most `LONGEST` lines, and without any error."""
+MISSING = frozenset({"undeclared", "unknown-call", "unknown-type"})
+"""Codes of names that a file which is not there may declare."""
+
+
+def clean_modules(projects: Sequence[SeededProject], passed: frozenset[str] = frozenset()) -> list[CleanModule]:
+    """The modules in which faults are planted: with a `.src`, of at most `LONGEST` lines, and without any error.
+
+    Errors of the codes `passed` do not count; no fault is planted in their lines.
+    """
     out = []
     for of in projects:
         for module in of.project.modules:
             if module.source is None or not 5 <= len(module.source.file.lines) <= LONGEST:
                 continue
             found = diagnostics_of(of.project, module)
-            if has_no_error(found):
+            if has_no_error([d for d in found if d.code not in passed]):
                 out.append(CleanModule(of, module, frozenset((d.position.file, d.position.line) for d in found)))
     return out
 
@@ -71,9 +78,11 @@ def diagnostics_of(project: Project, module: Module) -> tuple[Diagnostic, ...]:
     return sorted_diagnostics(d for d in found if d.position.file in own)
 
 
-def verdicts(modules: Sequence[CleanModule], seed: int, count: int) -> list[PlantVerdict]:
+def verdicts(
+    modules: Sequence[CleanModule], seed: int, count: int, kinds: Sequence[FaultKind] = KINDS
+) -> list[PlantVerdict]:
     """`count` faults of each kind, fewer where fewer sites are found."""
-    return [x for kind in KINDS for x in _verdicts_of(kind, modules, random.Random(f"{seed} {kind.name}"), count)]
+    return [x for kind in kinds for x in _verdicts_of(kind, modules, random.Random(f"{seed} {kind.name}"), count)]
 
 
 def _verdicts_of(kind: FaultKind, modules: Sequence[CleanModule], rng: random.Random, count: int) -> list[PlantVerdict]:
@@ -109,12 +118,14 @@ def _first(kind: FaultKind, queue: list[CleanModule], rng: random.Random) -> Pla
 
 
 def _judged(kind: FaultKind, clean: CleanModule, site: PlantSite, fault: PlantedFault) -> PlantVerdict:
-    new = module_file(*parse_text("\n".join(fault.lines) + "\n", fault.file))
+    texts = {fault.file: fault.lines, **dict(fault.others)}
+    new = [module_file(*parse_text("\n".join(lines) + "\n", name)) for name, lines in texts.items()]
     whole = clean.of.project
-    project = project_of([*(x for x in whole.files if x.file.name != fault.file), new], whole.folder)
+    project = project_of([*(x for x in whole.files if x.file.name not in texts), *new], whole.folder)
     found = diagnostics_of(project, project.homes[fault.file])
     at = [d for d in found if (d.position.file, d.position.line) in fault.places and d.severity != "note"]
     codes = tuple(d.code for d in at)
-    text = fault.lines[min(site.at, len(fault.lines) - 1)].strip()
+    line = min((line for file, line in fault.places if file == fault.file), default=site.at + 1)
+    text = fault.lines[min(line, len(fault.lines)) - 1].strip()
     named = any(code in kind.codes for code in codes)
     return PlantVerdict(kind.name, clean.of.name, site.file.name, site.at + 1, text, bool(codes), named, codes)
