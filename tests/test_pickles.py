@@ -5,6 +5,7 @@ user's own is bound to what pickle asks of functions: a place in a module.
 """
 
 import pickle
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
@@ -37,14 +38,14 @@ def there(made):
 
 def same(one, other):
     """The same kind of thing, and the same bits of all numbers in it; functions and engines are not looked at."""
+    if isinstance(one, Mapping):  # what is found when first read is there a plain dictionary
+        return same([*one.items()], [*other.items()])
     assert type(one) is type(other)
     if isinstance(one, np.ndarray):
         assert np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
     elif is_dataclass(one):
         for field in fields(one):
             same(getattr(one, field.name), getattr(other, field.name))
-    elif isinstance(one, dict):
-        same([*one.items()], [*other.items()])
     elif isinstance(one, list | tuple):
         assert len(one) == len(other)
         for pair in zip(one, other, strict=True):

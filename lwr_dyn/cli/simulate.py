@@ -141,7 +141,7 @@ LOOP = [
         "--loop", "compiled: the whole loop in generated code, without stops and stick.", options.OneOf(LOOPS.names)
     ),
     options.option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
-    shared("--out", " the run: .npz, or for other tools .mcap (a ROS 2 bag), .parquet, .mat, .csv"),
+    shared("--out", " the run: .npz, .mcap, .parquet, .mat, .csv"),
     options.option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
     options.option(
         "--plot",

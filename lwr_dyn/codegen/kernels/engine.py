@@ -5,7 +5,7 @@ judges batches. A batch of float64 goes to its kernel at once, which finds itsel
 """
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, wraps
 from types import SimpleNamespace
 from typing import Any
 
@@ -93,6 +93,7 @@ class KernelEngine:
             raise AttributeError(function)
         behind = _unread(self._batch, function, getattr(self._gated, function))
         made = single_function(self._batch.spec, function, behind)
+        made = made if function_shape(function).result(self.n) else _of_numpy(made)
         setattr(self, function, made)
         return made
 
@@ -112,6 +113,17 @@ class KernelEngine:
 def kernel_engine(arm: Arm, rotors: str = "armature") -> KernelEngine:
     """The engine "kernels": its code is compiled when first used. Errors are those of `batch_dynamics`."""
     return KernelEngine(arm, rotors)
+
+
+def _of_numpy(call: Call) -> Call:
+    """`call` with a number of NumPy in place of a float of Python, as the other engines give it."""
+
+    @wraps(call)
+    def number(*states: Any) -> Any:
+        found = call(*states)
+        return np.float64(found) if type(found) is float else found
+
+    return number
 
 
 def _unread(batch: BatchDynamics, function: str, gated: Any) -> Any:

@@ -2,6 +2,8 @@
 
 import pytest
 
+from tests.optional import need
+
 URDF = """<robot name="r">
   <link name="a"/>
   <link name="b">
@@ -50,7 +52,7 @@ def test_a_urdf_is_judged_as_it_is_written_and_its_fix_ends_the_finding(client, 
 
 @pytest.mark.slow
 def test_a_xacro_is_judged_where_its_macros_stand_and_runs_no_code(client, tmp_path):
-    pytest.importorskip("xacro")
+    need("xacro")
     head = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
     part, path = tmp_path / "part.xacro", tmp_path / "a.urdf.xacro"
     part.write_text(f'{head}\n<xacro:macro name="m"><link name="x"><inertial/></link></xacro:macro>\n</robot>\n')
