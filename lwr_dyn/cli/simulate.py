@@ -109,7 +109,7 @@ TASK = options.option("--task", options.TASK_HELP, options.OneOf(REFERENCES.name
 AROUND = f"A name, or a file of your own; behind it +{', +'.join(WRAPPERS.names)}."
 CONTROLLER = options.option("--controller", AROUND, NameOrFile(CONTROLLERS.names), LAWS[0])
 """Of a command that judges one law."""
-USUAL = f"{AROUND} If not given, the first of {', '.join(LAWS)} that is stable at this rate."
+USUAL = f"{AROUND} If not given, the first stable of {', '.join(LAWS)} at this rate."
 CHOSEN_CONTROLLER = options.option("--controller", USUAL, NameOrFile(CONTROLLERS.names))
 PLANT = [
     options.option("--plant-reading", "Simulate another reading than the controller's.", str),
