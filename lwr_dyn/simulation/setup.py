@@ -168,8 +168,9 @@ _motions: dict[tuple[Any, int, float], Motion] = {}
 def known_motion(reference: Reference, t: Array) -> Motion:
     """The reference at times from 0 on in equal steps, (k,) [s]: following a path in space takes longer than a run.
 
-    A motion is kept where it cannot change: the reference is made of this package's frozen records, numbers and
-    read-only arrays alone. A user's own, or one that calls a function of a user, is sampled at every call.
+    A motion is kept where nothing here changes it: the reference is made of this package's frozen records, numbers and
+    read-only arrays alone, and of lists and mappings of them, which are taken as they were. A user's own, or one that
+    calls a function of a user, is sampled at every call.
     """
     key = reference, len(t), float(t[-1])
     try:
@@ -187,7 +188,7 @@ def known_motion(reference: Reference, t: Array) -> Motion:
 
 
 def _is_fixed(x: Any) -> bool:
-    """Whether an object and all that it holds cannot change."""
+    """Whether an object and all that it holds are of those kinds."""
     if isinstance(x, str | float | int | Enum | Path | None):
         return True
     if isinstance(x, np.ndarray):

@@ -18,7 +18,8 @@ from lwr_dyn.simulation.loops import At, Diverged, Log, Progress, continuous_con
 from lwr_dyn.simulation.setup import Setup
 
 RTOL, ATOL = 1e-6, 1e-9
-"""Of LSODA, relative and in the units of the state: errors of the tip are those of 1e-8 to 2e-5 of their size."""
+"""Of LSODA, relative and in the units of the state. With 1e-8 errors of the tip differ by at most 2e-5 of their size, as
+tried on the Panda's sets."""
 
 
 def refused(setup: Setup) -> str:
@@ -40,7 +41,7 @@ def between_samples(motion: Motion) -> At:
     """
     h, ends = float(motion.t[1] - motion.t[0]), []
     for name, power in (("q", 0), ("dq", 1), ("ddq", 2)):
-        x = np.asarray(getattr(motion, name)) * float(motion.t[1] - motion.t[0]) ** power
+        x = np.asarray(getattr(motion, name)) * h**power
         ends += [x[:-1], x[1:]]
     q0, q1, v0, v1, a0, a1 = ends
     gap, speed, bend = q1 - q0 - v0 - a0 / 2, v1 - v0 - a0, a1 - a0  # of the cubic and higher part, at the end
@@ -91,7 +92,7 @@ def run_stiff(setup: Setup, progress: Progress | None = None) -> Run:
     for k, row in enumerate(y):
         log.states[k] = row[: 2 * n].reshape(2, n)
         log.command[k] = unlimited(float(log.t[k]), row[:n], row[n : 2 * n], row[2 * n + 2 :])[0]
-    log.applied[:] = np.clip(log.command, -plant.effort, plant.effort)
+    saturate(log.command, plant.effort, log.applied)
     log.works[1 : log.done] = np.diff(y[:, 2 * n : 2 * n + 2], axis=0)
     if log.friction is not None:
         log.friction[:] = np.array([brake(dq) for dq in log.states[:, 1]])
