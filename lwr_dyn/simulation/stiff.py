@@ -18,8 +18,8 @@ from lwr_dyn.simulation.loops import At, Diverged, Log, Progress, continuous_con
 from lwr_dyn.simulation.setup import Setup
 
 RTOL, ATOL = 1e-6, 1e-9
-"""Of LSODA, relative and in the units of the state. With 1e-8 errors of the tip differ by at most 2e-5 of their size, as
-tried on the Panda's sets."""
+"""Of LSODA, relative and in the units of the state. With 1e-8 errors of the tip differ by at most 2e-5 of their size,
+as tried on the Panda's sets."""
 
 
 def refused(setup: Setup) -> str:
