@@ -11,7 +11,7 @@ from pygls.uris import from_fs_path, to_fs_path
 
 from lwr_dyn.krl.diagnostics import Diagnostic, SourcePosition
 from lwr_dyn.krl.editor.edited_project import EditedProject
-from lwr_dyn.krl.editor.protocol.places import Places
+from lwr_dyn.krl.editor.protocol.places import Places, places_of
 from lwr_dyn.krl.editor.referents import LineContext, Referent, line_context
 from lwr_dyn.krl.editor.session import Session
 from lwr_dyn.krl.language.lexer import Token
@@ -31,8 +31,7 @@ class OpenFiles:
     @property
     def places(self) -> Places:
         """In the encoding that the editor has chosen."""
-        chosen = self.server.workspace.position_encoding
-        return Places(str(getattr(chosen, "value", chosen) or "utf-16"))
+        return places_of(self.server)
 
     def fresh(self, uri: str) -> tuple[EditedProject, str] | None:
         """The project of a file and its name there, with the editor's present text; of a closed one with the disk's.

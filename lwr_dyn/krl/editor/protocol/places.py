@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lsprotocol import types as lsp
+from pygls.lsp.server import LanguageServer
 
 from lwr_dyn.krl.diagnostics import SourcePosition
 from lwr_dyn.krl.language.source import SourceFile
@@ -83,3 +84,9 @@ class Places:
 def text_of(file: SourceFile, line: int) -> str:
     """A line without its end; empty where there is none."""
     return (file.lines[line].layout or "") if line < len(file.lines) else ""
+
+
+def places_of(server: LanguageServer) -> Places:
+    """In the encoding that the editor of a server has chosen."""
+    chosen = server.workspace.position_encoding
+    return Places(str(getattr(chosen, "value", chosen) or "utf-16"))

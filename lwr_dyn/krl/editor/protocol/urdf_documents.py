@@ -16,7 +16,7 @@ from pygls.lsp.server import LanguageServer
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.krl.editor.protocol.assistance import fix_action
 from lwr_dyn.krl.editor.protocol.open_files import path_of
-from lwr_dyn.krl.editor.protocol.places import Places
+from lwr_dyn.krl.editor.protocol.places import places_of
 from lwr_dyn.krl.editor.urdf_files import UrdfJudge, UrdfRemark, quick_fix, tag_at
 
 _SEVERITY = {"error": lsp.DiagnosticSeverity.Error, "warning": lsp.DiagnosticSeverity.Warning,
@@ -95,8 +95,7 @@ class UrdfDocuments:
         return lsp.Range(start, lsp.Position(x.line - 1, x.column)) if tag is None else self._span(text, *tag.span())
 
     def _span(self, text: str, first: int, last: int) -> lsp.Range:
-        chosen = self.server.workspace.position_encoding
-        return Places(str(getattr(chosen, "value", chosen) or "utf-16")).within(text, first, last)
+        return places_of(self.server).within(text, first, last)
 
     def _text(self, uri: str) -> str:
         """Of a file, in the editor or on the disk."""
