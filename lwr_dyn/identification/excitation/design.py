@@ -287,6 +287,7 @@ def _document(found: Excitation) -> Document:
              "Least distance at the instants of the check beyond the radii; null without obstacles.",
              f"checked at {checked}", format=lambda _: clear),
         Fact("nearest", found.nearest, "Between what."),
+        Note(f"no torque tells these apart, only their sums: {', '.join(score.together)}", bool(score.together)),
         Note(found.column, bool(found.column)),
     ])  # fmt: skip
     series = Section("", [

@@ -273,6 +273,8 @@ def _kernel(columns: TorqueColumns) -> BatchDynamics:
 
 SCORE_RATE = 100.0
 """[Hz] Rows of a log of which each counts as an equation of its own."""
+APART = 1000.0
+"""Above so many times the sigma that a parameter has alone, it is known only as part of a sum."""
 _BLOCK = 500
 """Rows whose columns are in memory at a time."""
 
@@ -287,12 +289,22 @@ class MotionScore:
     """Of the regressor with its columns scaled to length 1."""
     sigma: Array
     """(b,) of the base parameters [SI], for torques with the stated noise."""
+    alone: Array
+    """(b,) The same of each parameter where all others are known [SI]."""
     names: tuple[str, ...]
     """(b,) Columns that stand for the base parameters."""
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, "sigma")
+        freeze_arrays(self, "sigma", "alone")
+
+    @property
+    def together(self) -> tuple[str, ...]:
+        """Parameters that torques show only as a sum with others: their sigma is over `APART` times `alone`.
+
+        Axes that a file gives as right angles in a few digits are the usual cause (1.5708 for pi / 2).
+        """
+        return tuple(name for name, here in zip(self.names, self.sigma > APART * self.alone, strict=True) if here)
 
     @property
     def mean_sigma(self) -> float:
@@ -312,8 +324,9 @@ def motion_score(columns: TorqueColumns, rows: Motion, noise: Array) -> MotionSc
     scale = np.sqrt(np.diag(M))
     known = bool(np.isfinite(scale).all() and (scale > 0.0).all() and condition < LARGE)
     inverse = np.linalg.inv(M / np.outer(scale, scale)) if known else np.full_like(M, np.nan)
-    sigma = np.sqrt(np.diag(inverse) / len(rows.t)) / np.where(scale > 0.0, scale, 1.0)
-    return MotionScore(d, float(np.exp(condition)), sigma, tuple(base.names[k] for k in base.kept))
+    alone = 1.0 / np.where(scale > 0.0, scale, np.nan) / np.sqrt(len(rows.t))
+    sigma = np.sqrt(np.diag(inverse)) * alone
+    return MotionScore(d, float(np.exp(condition)), sigma, alone, tuple(base.names[k] for k in base.kept))
 
 
 def information_per_row(columns: TorqueColumns, rows: Motion, noise: Array) -> Array:

@@ -218,18 +218,20 @@ class ControllerStudy:
     def _makeable(self) -> tuple[ControllerStudy, list[str]]:
         """The study with the controllers that can be made, which is tried before anything is simulated."""
         workshop, kept, failures = Workshop(self), list[str](), list[str]()
+        missing: errors.LwrDynError | None = None
         for spec in self.specs:
             try:
                 workshop.controller(spec)
             except (errors.MissingDataError, errors.MissingPackageError) as fault:
                 if not self.lenient:
                     raise
+                missing = missing or fault
                 failures.append(f"{spec.text}: {fault}")
             else:
                 why = self._left_out(workshop.controller(spec), workshop.models[0]) if self.lenient else ""
                 (failures if why else kept).append(f"{spec.text}: left out: {why}" if why else spec.text)
         if not kept:
-            raise errors.OptionError("controllers", "none that can be made", failures[0])
+            raise missing or errors.OptionError("controllers", "none holds here", f"--controllers NAME; {failures[0]}")
         return replace(self, controllers=tuple(kept)), failures
 
     def _left_out(self, controller: Controller, dynamics: Dynamics) -> str:

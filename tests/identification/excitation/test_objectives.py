@@ -12,6 +12,7 @@ from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.samples import exact_samples
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
+from tests.public_arms import public_arm
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +39,17 @@ def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
     found = objectives.motion_score(columns, rows, np.full(7, 0.1))
     assert found.mean_sigma == pytest.approx(np.prod(found.sigma ** (1.0 / len(found.sigma))))
     assert np.exp(found.d / 2.0) / np.sqrt(len(rows.t)) < 0.95 * found.mean_sigma
+
+
+def test_parameters_that_only_a_sum_shows_are_named(columns, motion):
+    """Axes of xarm7's file are at right angles to 4e-6 only: without that, Izz_2 and the rotor would be one parameter."""
+    basis, X = motion
+    rows, noise = rows_of(basis.motion(X)), np.full(7, 0.1)
+    rounded = objectives.motion_score(TorqueColumns(public_arm("xarm7").chain), rows, noise)
+    assert rounded.together == ("Izz_2", "armature_2")
+    clean = objectives.motion_score(columns, rows, noise)
+    assert clean.together == ()
+    assert (clean.alone <= clean.sigma * (1 + 1e-12)).all()
 
 
 NOISE = np.array([0.4, 0.5, 0.3, 0.3, 0.1, 0.1, 0.05])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError, MissingDataError, OptionError
 from lwr_dyn.studies.compare.compared_run import torque_cuts
 from lwr_dyn.studies.compare.comparison import comparison_of
 from lwr_dyn.studies.compare.plants import plant_case
@@ -114,8 +114,10 @@ def test_a_law_that_the_arm_does_not_feed_is_left_out_only_where_all_are_asked_f
     assert compared.failures == ("motor-pd: wam7: joint stiffness not given; needed for elastic joints",)
     with pytest.raises(LwrDynError, match="joint stiffness"):
         replace(chosen, lenient=False).run()
-    with pytest.raises(LwrDynError, match="none that can be made"):
+    with pytest.raises(MissingDataError, match=r"^wam7: joint stiffness not given; needed for elastic joints$"):
         replace(chosen, controllers=["motor-pd"]).run()
+    with pytest.raises(OptionError, match=r"none holds here; allowed: .*hand-guiding: left out: it follows"):
+        replace(chosen, controllers=["hand-guiding"]).run()
 
 
 @pytest.mark.parametrize("processes", [0, -1, 1000])
