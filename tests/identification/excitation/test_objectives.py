@@ -42,7 +42,7 @@ def test_the_mean_half_axis_is_at_most_the_mean_sigma(columns, motion):
 
 
 def test_parameters_that_only_a_sum_shows_are_named(columns, motion):
-    """Axes of xarm7's file are at right angles to 4e-6 only: without that, Izz_2 and the rotor would be one parameter."""
+    """Axes of the file are at right angles to 4e-6 only; else Izz_2 and the rotor would be one parameter."""
     basis, X = motion
     rows, noise = rows_of(basis.motion(X)), np.full(7, 0.1)
     rounded = objectives.motion_score(TorqueColumns(public_arm("xarm7").chain), rows, noise)
