@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -46,20 +47,21 @@ def _one_state(arm: lwr_dyn.Arm, pairs: int) -> None:
 
 
 def _beside_dynibo(arm: lwr_dyn.Arm, states: np.ndarray, kernels: lwr_dyn.Dynamics, pairs: int) -> None:
-    """Its URDF has no rotors, so that its numbers are compared with ours without them."""
+    """It reads no rotors, and its gravity is 9.80665 m/s^2: compared with ours without rotors, in that gravity."""
     import dynibo
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "arm.urdf")
         path.write_text(lwr_dyn.urdf_text(arm), encoding="utf-8")
         robot = dynibo.Robot.from_urdf(str(path))
-    bare = lwr_dyn.dynamics_of(arm, "kernels", rotors="none")
+    chain = replace(arm.chain, gravity=arm.chain.gravity * (9.80665 / np.linalg.norm(arm.chain.gravity)))
+    bare = lwr_dyn.dynamics_of(replace(arm, chain=chain), "kernels", rotors="none")
     for name in ("mass_matrix", "inverse_dynamics", "forward_dynamics"):
         given = _given(name, states)
         ours, theirs = partial(getattr(kernels, name), *given), partial(getattr(robot, name), *given)
         want = getattr(bare, name)(*given)
         off = float(np.abs(np.reshape(theirs(), want.shape) - want).max())
-        note = f"differ by {off:.1e} without rotors"
+        note = f"differ by {off:.1e} without rotors, with its gravity"
         row(name, f"dynibo {version('dynibo')}", paired(ours, theirs, pairs, 20000), note)
 
 
