@@ -131,9 +131,18 @@ def unrated_load(arm: Arm, dynamics: Dynamics) -> float:
     q = poses_of_box(arm, POSES, POSES_SEED)
     own = dynamics.gravity_vector(q)
     per_kg = dynamics_of(arm_with_payload(arm, 1.0)).gravity_vector(q) - own
+    return max(min(LOAD, HEAVIEST_SHARE * moving, held_load(arm.effort, own, per_kg)), LIGHTEST_SHARE * moving)
+
+
+def held_load(effort: Array, own: Array, per_kg: Array) -> float:
+    """[kg] The largest load that the limits `effort` (n,) hold in all k states, beside the arm's `own` torques (k, n).
+
+    `per_kg` (k, n) are those of one kg: a load's torques are linear in its mass. inf without limits, below 0 where the
+    arm itself is not held.
+    """
     counts = np.abs(per_kg) > NO_LOAD
-    held = np.where(counts, arm.effort - np.sign(per_kg) * own, np.inf) / np.where(counts, np.abs(per_kg), 1.0)
-    return max(min(LOAD, HEAVIEST_SHARE * moving, float(held.min())), LIGHTEST_SHARE * moving)
+    held = np.where(counts, effort - np.sign(per_kg) * own, np.inf) / np.where(counts, np.abs(per_kg), 1.0)
+    return float(held.min())
 
 
 def tuned_robust(

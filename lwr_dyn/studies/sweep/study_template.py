@@ -1,7 +1,8 @@
 """The commented study that `lwr-dyn new study` writes: for the LWR 4+, or fitted to an arm.
 
 For an arm: a move inside its limits (`chosen_move`), laws whose sampled loop is stable at rest along it at the delays
-that the study varies, a load of a tenth of what moves, and friction where its steps are short enough for RK4.
+that the study varies, a load of a tenth of what moves where the motors hold it, and friction where its steps are short
+enough for RK4.
 """
 
 from collections.abc import Mapping
@@ -12,12 +13,13 @@ from textwrap import wrap
 import numpy as np
 
 from lwr_dyn.control.controllers import controller_spec
+from lwr_dyn.control.laws.robust import held_load
 from lwr_dyn.design.defaults import law_stability
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
-from lwr_dyn.model.arm import Arm
+from lwr_dyn.model.arm import Arm, arm_with_payload
 from lwr_dyn.model.chain import JointKind
 from lwr_dyn.simulation.arm_friction import ArmFriction, braking_rate
 from lwr_dyn.simulation.setup import STABLE
@@ -35,8 +37,10 @@ LAWS, MOST_LAWS = ("inverse-dynamics", "pd-gravity", "pid", "robust:omega-n=50")
 FRICTION, WIDTH = 0.02, 0.02
 """Share of the torque limit, and the speed [rad/s] over which the smooth law turns round."""
 
-LOAD = 0.1
-"""Largest load as a share of the mass that moves."""
+LOAD, LEAST_LOAD = 0.1, 0.001
+"""Largest load as a share of the mass that moves; what is left of it where the torque limits hold less."""
+MASSES = 0.1
+"""How far the template lets masses vary, as a share."""
 
 COLUMN = 28
 """Where a comment begins."""
@@ -107,7 +111,7 @@ def _of_arm(robot: str, arm: Arm) -> Mapping[str, str]:
         "duration": f"{move.duration:g}".ljust(16),
         "substeps": _steps_lines(friction),
         "saturated": OF_LWR["saturated"] if known else "# no saturated_s: torque limits are unknown",
-        "payload": _load(arm),
+        "payload": f"{_load(arm, dynamics, move):.2g}",
         "friction": FRICTION_TABLE.rstrip() if friction.varied else f"# no friction.coulomb: {friction.why}",
     }
 
@@ -160,9 +164,14 @@ def _stable_laws(arm: Arm, dynamics: Dynamics, move: JointReference) -> list[str
     return found[:MOST_LAWS]
 
 
-def _load(arm: Arm) -> str:
+def _load(arm: Arm, dynamics: Dynamics, move: JointReference) -> float:
+    """[kg] What the torque limits hold along the move beside the heaviest arm and friction of the study."""
+    motion = move.sample(np.linspace(0.0, move.duration, 21))
+    own = dynamics.inverse_dynamics(motion.q, motion.dq, motion.ddq)
+    loaded = dynamics_of(arm_with_payload(arm, 1.0)).inverse_dynamics(motion.q, motion.dq, motion.ddq)
+    held = held_load((1.0 - FRICTION) * arm.effort, (1.0 + MASSES) * own, loaded - own)
     mass = sum(body.mass for body in arm.chain.bodies or ())
-    return f"{LOAD * mass:.2g}"
+    return max(min(LOAD * mass, held), LEAST_LOAD * mass)
 
 
 def _steps_lines(friction: _StudyFriction) -> str:

@@ -10,10 +10,11 @@ import pytest
 import lwr_dyn
 from lwr_dyn.design.defaults import law_stability
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
-from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.arm import JointLimits, arm_with_payload
 from lwr_dyn.studies.sweep.read_study import study_of_text
 from lwr_dyn.studies.sweep.study_template import DELAYS, study_template
 from lwr_dyn.studies.sweep.sweep_study import references_of_study
+from lwr_dyn.trajectory.references.chosen_move import chosen_move
 
 ROBOTS = Path(pin.__file__).parents[4] / "share/example-robot-data/robots"
 URDF = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
@@ -47,6 +48,26 @@ def test_it_is_read_as_it_stands_and_its_task_and_laws_fit_the_arm(robot):
     (load,) = (one for one in study.parameters if one.path == "payload.mass")
     mass = sum(body.mass for body in arm.chain.bodies)
     assert 0.09 * mass < load.high < 0.11 * mass
+
+
+def test_the_load_is_one_that_the_torque_limits_hold_along_the_task():
+    """With motors that just hold the arm; masses may be a tenth more, and friction takes 2 % of a limit."""
+    arm = lwr_dyn.load(URDF)
+    effort = 0.53 * np.abs(_torques(arm, chosen_move(arm))).max()
+    weak = replace(arm, limits=tuple(replace(x, effort=effort) for x in arm.limits))
+    study = read(str(URDF), weak)
+    (load,) = (one for one in study.parameters if one.path == "payload.mass")
+    (move,) = references_of_study(study)
+    own = _torques(weak, move)
+    of_load = _torques(arm_with_payload(weak, load.high), move) - own
+    used = [np.abs(1.1 * own + share * of_load).max() / effort for share in (0.9, 1.1)]
+    assert load.high < 0.09 * sum(body.mass for body in arm.chain.bodies)
+    assert used[0] < 0.98 < used[1]
+
+
+def _torques(arm, move):
+    motion = move.sample(np.linspace(0.0, move.duration, 21))
+    return lwr_dyn.dynamics_of(arm).inverse_dynamics(motion.q, motion.dq, motion.ddq)
 
 
 @pytest.mark.slow
