@@ -23,7 +23,7 @@ from lwr_dyn.cli.simulate import task_of
 from lwr_dyn.cli.vocabulary import FOLDER, shared
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
-from lwr_dyn.foundation.errors import FileAccessError, OptionError
+from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.files import check_writable, ends_in, make_folder, write_files
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.model.caveats import ABSENT_ROTORS, ALL, DYNAMICS, ROTOR_RUN
@@ -85,9 +85,7 @@ def command(robot: tuple[str, ...], loading: Loading, **given: Any) -> None:
     """
     pages = {given[name]: make for name, make in PAGES.items() if given[name] is not None}
     for page in pages:
-        if not ends_in(page, ".html"):
-            raise FileAccessError(page, "does not end in .html", "a path that ends in .html")
-        check_writable(page)
+        check_writable(page, ".html")
     files = [target for target in robot if ends_in(target, RUNS)]
     if files and len(files) < len(robot):
         raise OptionError("compare", "run files and a robot", "run files alone, or one robot")

@@ -20,7 +20,7 @@ from lwr_dyn.design.sampled_stability import StabilityRecord
 from lwr_dyn.dynamics.engines import ENGINES, dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.document import Document, Fact, Note, Section
-from lwr_dyn.foundation.errors import DivergenceError, FileAccessError, OptionError
+from lwr_dyn.foundation.errors import DivergenceError, OptionError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.model.arm import Arm, arm_with_payload, arm_with_scaled_inertia
@@ -143,6 +143,7 @@ LOOP = [
     options.option("--engine", "Engine of the dynamics.", options.OneOf(ENGINES.names), "pinocchio"),
     shared("--out", " the run: .npz, .mcap, .parquet, .mat, .csv"),
     options.option("--csv", "File of columns to write, .csv; `lwr-dyn identify` reads it.", str),
+    shared("--html", ": the replay of the run"),
     options.option(
         "--plot",
         "Picture: FILE.png, FILE.svg or a quantity, as torque, tip-error. Repeatable.",
@@ -178,8 +179,7 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
         options.check_code([given["controller"]], given["no_code"])
     options.refuse_unused(RULES, given)
     out = given["out"]
-    _check_target(out)
-    _check_target(given["csv"], ".csv")
+    _check_targets(given)
     pictures = [plot_writer(wish) for wish in given["plot"]]
     arm = loading.arm(robot, options.used_by(given["elastic"]))
     setup = _setup(arm, robot, given)
@@ -187,15 +187,12 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     _note([] if given["json"] else [*setup.record()["note"].get("chosen", ()), *sampled.before])
     run = _simulated(setup, given["controller"] or "", out, [] if given["json"] else sampled.once_begun)
     _note([] if given["json"] else [x for x in run.meta["note"].get("chosen", ()) if x.startswith("substeps")])
-    others = [*filter(None, [given["csv"]])]
-    for path in others:
-        run.save(path)
-    others += [str(draw(run)) for draw in pictures]
+    others = [*_written(run, arm, given), *(str(draw(run)) for draw in pictures)]
     _note([] if given["json"] else sampled.after)
     options.show(run_document(run, arm, given["full"], sampled.record), given["json"], others)
     if out is not None and not given["json"]:
         seen = f"; see it:  lwr-dyn replay {out} --html {out.removesuffix('.npz')}.html"
-        click.echo(f"wrote {out}{seen if out.endswith('.npz') else ''}")
+        click.echo(f"wrote {out}{seen if out.endswith('.npz') and given['html'] is None else ''}")
 
 
 def _note(lines: list[str]) -> None:
@@ -297,16 +294,24 @@ def _plant_note(given: dict[str, Any]) -> dict[str, Any]:
     return ({"plant": ", ".join(parts)} if parts else {}) | known
 
 
-def _check_target(out: str | None, ending: str = "") -> None:
-    """Raise `FileAccessError` where no file with this ending can be written, `MissingPackageError` if nothing can.
+def _check_targets(given: Mapping[str, Any]) -> None:
+    """Raise `FileAccessError` where a file cannot be written, `MissingPackageError` if nothing writes its format."""
+    for name, ending in (("out", ""), ("csv", ".csv"), ("html", ".html")):
+        if given[name] is not None:
+            check_writable(given[name], ending)
+    if given["out"] is not None:
+        format_of(given["out"])
 
-    Without `ending` any that a run can have.
-    """
-    if out is not None:
-        if not out.endswith(ending):
-            raise FileAccessError(out, f"does not end in {ending}", f"a path that ends in {ending}")
-        format_of(out)
-        check_writable(out)
+
+def _written(run: Run, arm: Arm, given: Mapping[str, Any]) -> list[str]:
+    """Paths of the columns and the page that are asked for, which are then there."""
+    if given["csv"] is not None:
+        run.save(given["csv"])
+    if given["html"] is not None:
+        from lwr_dyn.pages.replay.replay_page import write_replay  # here: no other run needs the page
+
+        write_replay(given["html"], [run], arm)
+    return [given[name] for name in ("csv", "html") if given[name] is not None]
 
 
 def _simulated(setup: Setup, controller: str, out: str | None, notes: list[str]) -> Run:

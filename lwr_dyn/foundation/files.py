@@ -121,8 +121,10 @@ def _umask() -> int:
     return mask
 
 
-def check_writable(path: str | Path) -> None:
-    """Raise `FileAccessError` now, before long work, when a file could not be written there later."""
+def check_writable(path: str | Path, ending: str = "") -> None:
+    """Raise `FileAccessError` now, before long work, when a file that ends so could not be written there later."""
+    if not ends_in(path, ending):
+        raise FileAccessError(str(path), f"does not end in {ending}", f"a path that ends in {ending}")
     try:
         target = Path(os.path.realpath(path))
         kind = target.stat().st_mode if target.exists() else stat.S_IFREG

@@ -12,7 +12,6 @@ from lwr_dyn.cli.krl.options import SharedOptions, shared_options
 from lwr_dyn.cli.options import show
 from lwr_dyn.cli.vocabulary import with_shared
 from lwr_dyn.foundation.document import Document, Fact, Note, Part, Section
-from lwr_dyn.foundation.errors import FileAccessError
 from lwr_dyn.foundation.files import check_writable
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.foundation.tables import Heading, Table
@@ -185,9 +184,7 @@ def run(file: str, shared: SharedOptions, flange: bool, out: str | None, html: s
     """Run FILE.src on the model: cycle time, a line for each motion, peak speeds, static and dynamic torque."""
     for path, ending in ((out, ".npz"), (html, ".html")):
         if path is not None:
-            if not path.endswith(ending):
-                raise FileAccessError(path, f"does not end in {ending}", f"a path that ends in {ending}")
-            check_writable(path)
+            check_writable(path, ending)
     program = shared.program(file)
     arm = shared.arm(program)
     with progress(f"running {file}"):

@@ -95,6 +95,16 @@ def test_simulate_writes_columns_and_a_picture(lwr_dyn_command, tmp_path, monkey
 
 
 @pytest.mark.slow
+def test_simulate_writes_the_page_that_replay_writes(lwr_dyn_command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT, "--out", "x.npz", "--html", "x.html")
+    assert code == 0, err
+    assert out.splitlines()[-2:] == ["wrote x.html", "wrote x.npz"]
+    assert lwr_dyn_command("replay", "x.npz", "--html", "y.html")[0] == 0
+    assert (tmp_path / "x.html").read_bytes() == (tmp_path / "y.html").read_bytes()
+
+
+@pytest.mark.slow
 def test_simulate_writes_every_picture_that_is_asked_for(lwr_dyn_command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, err = lwr_dyn_command("simulate", "lwr4plus", *SHORT, "--plot", "torque", "--plot", "tip.svg")
@@ -115,6 +125,7 @@ REFUSED = {
     "unknown quantity": (("--plot", "jerk"), "no quantity named 'jerk'; known: overview, tip error"),
     "no folder for a picture": (("--plot", "none/x.png"), "none/x.png: no directory none"),
     "no folder for columns": (("--csv", "none/x.csv"), "none/x.csv: no directory none"),
+    "a page as another file": (("--html", "x.htm"), "x.htm: does not end in .html; allowed: a path that ends in .html"),
     "columns as another file": (("--csv", "x.txt"), "x.txt: does not end in .csv; allowed: a path that ends in .csv"),
 }
 
