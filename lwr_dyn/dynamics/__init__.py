@@ -8,5 +8,6 @@ protocol          What an engine of rigid-body dynamics offers: `Dynamics` behin
                   for loops
 recursion         Road B: the paper's Newton-Euler recursion, by hand, on the native chain
 regressor         Regressor of an arm: joint torques are linear in the ten inertial parameters of every link
+seen_inertia      The inertia seen at a joint, B_ii(q), for many states at once
 symbolic          Equations of motion and DH matrices in SymPy
 """

@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics
 from lwr_dyn.dynamics.regressor import chain_with_dynamics
+from lwr_dyn.dynamics.seen_inertia import seen_inertia
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
@@ -35,7 +36,11 @@ _STEP = 1e-5
 def diagonal(recursion: Recursion, i: int, q: Array) -> Array:
     """B_ii(q), (...), for q (..., n): the torque at joint i of a unit acceleration of joint i; links before it rest."""
     links = recursion.links[i:]
-    unit = [1.0] + [0.0] * (len(links) - 1)
+    if recursion.rotors != "full":
+        first = links[0]
+        rotor = first.gear_ratio**2 * first.rotor_inertia if recursion.rotors == "armature" else 0.0
+        return seen_inertia(links, q[..., i:].reshape(-1, len(links))).reshape(q.shape[:-1]) + rotor
+    unit = [1.0] + [0.0] * (len(links) - 1)  # the rotors of links behind it turn with them
     split = [q[..., i + j] for j in range(len(links))]
     tau: Any = inverse_dynamics(links, ZERO, split, [0.0] * len(links), unit, recursion.rotors)[0]
     return np.broadcast_to(np.asarray(tau, dtype=np.float64), q.shape[:-1])
