@@ -14,16 +14,15 @@ from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.kinematics import solution, srs_margins
 from lwr_dyn.kinematics.arm_geometry import SRS_ARM, require_srs, srs_geometry
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, numbers_of_srs
-from lwr_dyn.kinematics.closed_forms.judged import Judge, judge_of
-from lwr_dyn.kinematics.closed_forms.lazy_solutions import LABELS
-from lwr_dyn.kinematics.closed_forms.runners import RUNNERS, Runner
+from lwr_dyn.kinematics.closed_forms.judged import LABELS, Judge, judge_of
+from lwr_dyn.kinematics.closed_forms.runners import RUNNERS
 from lwr_dyn.kinematics.solution import InverseResult, PoseProblem
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import pose_array
 
 Pairs = tuple[tuple[float, float], ...]
 
-TEXTS = ("shared", "srs", "srs_intervals", "solutions", "solutions_srs")
+TEXTS = ("shared", "srs", "srs_intervals", "solutions", "solutions_srs", "rows")
 
 
 class LazyIntervals(Mapping[str, Pairs]):
@@ -61,7 +60,8 @@ class SrsSolver:
 
     arm: Arm
     judge: Judge
-    run: Runner
+    run: Callable[..., Array | None]
+    """`Runner.run`."""
 
     def __call__(self, T: Array, limits: bool, arm_angle: float | None) -> InverseResult | None:
         """All branches of T (4, 4) of float64 at an arm angle [rad] or each at its best; None for what is no pose."""
@@ -99,7 +99,8 @@ def ready(arm: Arm) -> SrsSolver | None:
     except MissingPackageError:
         return None
     numbers = {**numbers_of_srs(arm, geometry), **numbers_of_solutions(arm)}
-    return SrsSolver(arm, judge_of(arm), make(TEXTS, numbers))
+    made = make(TEXTS, numbers)
+    return SrsSolver(arm, judge_of(arm, made.rows_of), made.run)
 
 
 SOLVER = solution.IkSolver(srs_geometry, srs_margins.solve_pose, SRS_ARM, has_arm_angle=True, ready=ready)

@@ -80,8 +80,12 @@ def table(numbers: Mapping[str, Any]) -> Array:
     )
 
 
+DECLARATIONS = "declare double @llvm.sqrt.f64(double)\ndeclare double @llvm.fabs.f64(double)\n"
+"""What stands in front of the functions of a text, unless it stands there already."""
+
+
 def llvm_text(text: CText, constants: Mapping[str, Any], places: Mapping[str, TablePlace], entry: str) -> str:
-    """A module with the function `kernel` (given, step, out, numbers, start, stop) around the text's function `entry`.
+    """The functions of a text, and `kernel` (given, step, out, numbers, start, stop) around its function `entry`.
 
     Constants are the same for every arm; `places` are those of `table_places`.
     """
@@ -95,8 +99,7 @@ def llvm_text(text: CText, constants: Mapping[str, Any], places: Mapping[str, Ta
     kinds = {f.name: f for f in text.functions}
     for function in text.functions:
         lines += _LlvmWriter(function, kinds, known, places).lines()
-    lines += [f"declare double @{name}(double)" for name in list(_INTRINSICS.values())[:3]]
-    lines += ["declare double @llvm.copysign.f64(double, double)"]
+    lines += ["declare double @llvm.floor.f64(double)", "declare double @llvm.copysign.f64(double, double)"]
     lines += [
         "define i64 @kernel(ptr %given, i64 %step, ptr %out, ptr %numbers, i64 %start, i64 %stop) {",
         f"  %r = call i64 @{entry}(ptr %numbers, ptr %given, ptr %out)", "  ret i64 %r", "}",
@@ -298,6 +301,8 @@ class _LlvmWriter:
 
     def _call(self, x: CCall) -> Value:
         given = [self._value(y) for y in x.arguments]
+        if x.function == "int":
+            return self._emit("i64", f"fptosi double {self._as(given[0], 'double')} to i64")
         if x.function in _INTRINSICS:
             numbers = ", ".join(f"double {self._as(y, 'double')}" for y in given)
             return self._emit("double", f"call double @{_INTRINSICS[x.function]}({numbers})")

@@ -2,8 +2,8 @@
 
 arm_numbers     The numbers of an arm in the texts of its closed form, by their names there
 judged          The result of inverse kinematics from the numbers that a text's `solutions` gives
-lazy_solutions  The solutions of a pose as rows of numbers, copies whole turns apart among them; a `Solution` is made
-                when read
+lazy_solutions  The solutions of a pose, copies whole turns apart among them: rows are made when first read, then each
+                `Solution`
 python_text     The texts as Python: plain functions on lists of floats, short loops written out, for where nothing is
                 compiled
 runners         What works a closed form's text out for one pose: machine code where LLVM is installed, else Python; the

@@ -1,17 +1,18 @@
 """What works a closed form's text out for one pose: machine code where LLVM is installed, else Python; the same bits.
 
 A runner is made for one arm. It takes a pose and gives the numbers of `solutions`, at the places of
-`arm_numbers.places`, or None for what is no pose.
+`arm_numbers.places`, or None for what is no pose. Copies whole turns apart are listed by it when asked for.
 """
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from types import CodeType
 from typing import Any
 
 import numpy as np
 
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.kinematics.closed_forms.python_text import python_text
@@ -22,12 +23,26 @@ from lwr_dyn.kinematics.closed_forms.texts import (
     used_functions,
     with_own_angles,
 )
+from lwr_dyn.kinematics.solution import TURN
 
 ENTRY = "solutions"
-"""The function of the text that a runner calls."""
+"""The function of the text that a runner calls for a pose."""
 
-Runner = Callable[..., Array | None]
-"""From a pose (4, 4), and for an S-R-S arm arm angle and margin [rad], to the result's numbers."""
+ROWS = "rows"
+"""The one that it calls for copies."""
+
+RowsOf = Callable[[Array, int], Array]
+"""From the numbers of `solutions` and how many copies there are to `SolutionRows.numbers`, by falling margin."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Runner:
+    """Of one arm."""
+
+    run: Callable[..., Array | None]
+    """From a pose (4, 4) of float64, and for an S-R-S arm arm angle and margin [rad], to the numbers of `solutions`."""
+    rows_of: RowsOf
+
 
 RUNNERS: Registry[Callable[[tuple[str, ...], Mapping[str, Any]], Runner]] = Registry(
     "runner of closed forms",
@@ -48,9 +63,9 @@ def runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
 
 
 @cache
-def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...]) -> CText:
-    """The tree of what `ENTRY` needs of these texts, with these whole numbers put in."""
-    text = used_functions(with_own_angles(closed_form_text(*texts)), (ENTRY,))
+def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...], entry: str) -> CText:
+    """The tree of what a function needs of these texts, with these whole numbers put in."""
+    text = used_functions(with_own_angles(closed_form_text(*texts)), (entry,))
     return parsed(text, dict(wholes))
 
 
@@ -61,7 +76,7 @@ def whole_numbers(numbers: Mapping[str, Any]) -> tuple[tuple[str, int], ...]:
 
 @cache
 def _python_code(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...]) -> CodeType:
-    return compile(python_text(text_tree(texts, wholes)), f"<{' '.join(texts)}>", "exec")
+    return compile(python_text(text_tree(texts, wholes, ENTRY)), f"<{' '.join(texts)}>", "exec")
 
 
 def python_names(numbers: Mapping[str, Any]) -> dict[str, Any]:
@@ -83,4 +98,36 @@ def python_runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
         out = [0.0] * size
         return None if function([*pose.ravel().tolist(), *more], out) else np.array(out)
 
-    return run
+    return Runner(run, partial(numpy_rows, numbers))
+
+
+@cache
+def _turns(many: tuple[int, ...]) -> Array:
+    """All places (k, n) of a grid with so many of each, the last joint first."""
+    return read_only(np.indices(many).reshape(len(many), -1).T)
+
+
+def numpy_rows(numbers: Mapping[str, Any], out: Array, count: int) -> Array:
+    """`Runner.rows_of` in NumPy, with the bits of the text `rows`."""
+    n, copies = numbers["JOINTS"], out[numbers["COPIES"] :][:8].tolist()
+    first, many = out[numbers["FIRST"] :][: 8 * n], out[numbers["MANY"] :][: 8 * n].tolist()
+    listed = []
+    for b, x in enumerate(out[: 8 * n : n].tolist()):
+        at = slice(n * b, n * b + n)
+        if x == x and copies[b]:
+            listed.append((b, out[at] + TURN * (first[at] + _turns(tuple(map(int, many[at]))))))
+        elif x == x:
+            listed.append((b, out[None, at]))
+    rows = np.empty((count, n + 3))
+    rows[:, :n] = np.concatenate([q for _, q in listed])
+    room = np.minimum(numbers["UP"] - rows[:, :n], rows[:, :n] - numbers["LOW"])
+    rows[:, n + 1] = joint = room.argmin(axis=1)
+    rows[:, n] = room[np.arange(count), joint]
+    rows[:, n + 2] = np.repeat([b for b, _ in listed], [len(q) for _, q in listed])
+    return frozen(rows[np.argsort(-rows[:, n], kind="stable")])
+
+
+def frozen(rows: Array) -> Array:
+    """The array itself, read-only from now on."""
+    rows.flags.writeable = False
+    return rows

@@ -156,6 +156,11 @@ static void judged(const double *T, double *out)
     }
     for (int b = 0; b < 8; b++) {
         out[COPIES + b] = 0.0;
+        out[RESIDUAL + b] = 0.0;
+        for (int i = JOINTS * b; i < JOINTS * b + JOINTS; i++) {
+            out[FIRST + i] = 0.0;
+            out[MANY + i] = 0.0;
+        }
         if (out[JOINTS * b] <= UNLIMITED) {
             const double off = residual(T, out, b, B);
             const double total = copies(out, b);

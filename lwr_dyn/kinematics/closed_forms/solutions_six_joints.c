@@ -13,6 +13,7 @@ int solutions(const double pose[16], double out[176])
     const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
     const double shoulder = radius - fabs(LATERAL) < NEAR_SINGULAR ? 1.0 : 0.0;
     for (int b = 0; b < 8; b++) {
+        out[SINGULAR + b] = 0.0;
         if (out[6 * b] <= UNLIMITED) {
             const double bend = fabs(wrap(out[6 * b + 2] - STRAIGHT));
             const double tilt = fabs(wrap(out[6 * b + 4] + OFFSET));

@@ -96,6 +96,8 @@ int solutions(const double given[18], double out[472])
             const double shoulder = b < 2 ? 1.0 : -1.0;
             const double wrist = b % 2 == 0 ? 1.0 : -1.0;
             out[7 * place] = (double)NAN;
+            out[ARM_ANGLE + place] = 0.0;
+            out[COUNTS + place] = 0.0;
             if (excess <= 0.0) {
                 const double psi = given[16] == given[16] ? given[16] : best_arm_angle(F, shoulder, wrist);
                 out[ARM_ANGLE + place] = psi;

@@ -327,6 +327,8 @@ def _primary(reader: _CReader) -> CExpression:
     if reader.passes("("):
         if reader.passes("double", ")"):
             return _primary(reader)
+        if reader.passes("int", ")"):
+            return CCall("int", (_primary(reader),))
         inner = _expression(reader)
         reader.take(")")
         return inner
