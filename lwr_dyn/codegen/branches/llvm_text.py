@@ -123,11 +123,15 @@ class _LlvmWriter:
         self._variables: dict[str, str] = {}
         """Name -> LLVM's type; "ptr" for arrays."""
         self._count = 0
+        self._inlined = all(isinstance(x, CReturn) for x in function.body)
+        """Inside a loop that only sets numbers: what it calls is put in, so that LLVM can work at many at once."""
 
     def lines(self) -> list[str]:
         """The definition."""
         function = self._function
-        arguments = ", ".join(["ptr %numbers", *(f"{_KINDS[kind]} %given.{name}" for kind, name in function.arguments)])
+        arguments = ", ".join(
+            ["ptr noalias readonly %numbers", *(f"{_KINDS[kind]} %given.{name}" for kind, name in function.arguments)]
+        )
         for kind, name in function.arguments:
             if kind == "double*":
                 self._variables[name] = "ptr"
@@ -176,7 +180,9 @@ class _LlvmWriter:
             case CFor(name, first, end, step, body):
                 self._set(CSet("int", CName(name), first))
                 counted = CSet("", CName(name), CBinary("+", CName(name), CNumber(step)))
+                outside, self._inlined = self._inlined, all(isinstance(y, CSet) for y in body)
                 self._while(CBinary("<", CName(name), end), (*body, counted))
+                self._inlined = outside
             case CWhile(test, body):
                 self._while(test, body)
             case CIf(test, yes, no):
@@ -310,6 +316,7 @@ class _LlvmWriter:
         kinds = [_KINDS[kind] for kind, _ in function.arguments]
         arguments = ", ".join(f"{kind} {self._as(y, kind)}" for kind, y in zip(kinds, given, strict=True))
         code = f"call {_KINDS[function.kind]} @{function.name}(ptr %numbers, {arguments})"
+        code += " alwaysinline" * self._inlined
         if function.kind == "void":
             self._body.append(f"  {code}")
             return "void", ""

@@ -17,6 +17,9 @@ DOUBT = 1e-13
 SEARCHED = {"GRID": 48, "ZOOMS": 13, "POINTS": 13, "HALF_POINTS": 6.0, "ROUNDS": 20}
 """Of the search for the best arm angle, as in `srs_margins.best_angles`."""
 
+ROW = 16
+"""Arm angles whose margins are worked out side by side: the 13 of a zoom, a third of the grid, half of 29 pieces."""
+
 MOST_INTERVALS = 16
 """On one branch: each of 24 crossings ends at most one interval, each of 4 alignments at most two."""
 
@@ -26,7 +29,8 @@ def numbers_of_srs(arm: Arm, g: SrsGeometry) -> dict[str, Any]:
     ranges, offsets = joint_ranges(arm), np.array([g.first.offset, 0.0, 0.0, 0.0, g.last.offset])
     centre = ranges.middle + np.array([0.0, offsets[0], 0.0, 0.0, 0.0, offsets[4], 0.0])
     return _of_joints(arm, REACH_SLACK) | {
-        "MOST": MOST_INTERVALS, "OFFSETS": offsets, "CENTRE_COSINE": np.cos(centre), "CENTRE_SINE": np.sin(centre),
+        "MOST": MOST_INTERVALS, "ROW": ROW, "OFFSETS": offsets,
+        "CENTRE_COSINE": np.cos(centre), "CENTRE_SINE": np.sin(centre),
         "LENGTHS": np.array(g.lengths), "SHOULDER": g.shoulder, "UPPER": g.upper, "FORE": g.fore,
         "ELBOW_AXIS": g.elbow_axis, "STRAIGHT": g.straight, "WRIST_IN_FLANGE": g.wrist_in_flange,
         "HOME_BACK": g.home_rotation.T @ g.last.back, "FIRST_TURNED": g.first.basis.T, "FIRST_BACK": g.first.back,
@@ -68,7 +72,7 @@ def places(n: int) -> dict[str, int]:
     """Where in the result of `solutions` things stand, for n joints: q of the branches first."""
     rows = {"RESIDUAL": 8, "SINGULAR": 8, "COPIES": 8, "FIRST": 8 * n, "MANY": 8 * n}
     single = ("LEAST", "WORST", "INSIDE", "OUTSIDE", "LEFT_OUT", "MARGIN", "JOINT", "SPECIAL")
-    more = {"ARM_ANGLE": 8, "COUNTS": 8, "PAIRS": 256} if n == 7 else {}
+    more = {"ARM_ANGLE": 8, "COUNTS": 8, "PAIRS": 256, "POSE": 16} if n == 7 else {}
     at, found = 8 * n, {}
     for name, size in (rows | more | dict.fromkeys(single, 1)).items():
         found[name], at = at, at + size

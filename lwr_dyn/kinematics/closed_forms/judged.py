@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.records import quick_maker
 from lwr_dyn.kinematics.closed_forms.arm_numbers import places
 from lwr_dyn.kinematics.closed_forms.lazy_solutions import LazyRows, LazySolutions
 from lwr_dyn.kinematics.closed_forms.runners import RowsOf
@@ -23,6 +23,8 @@ NEAR = tuple(tuple(name for i, name in enumerate(SINGULARITIES) if code >> i & 1
 """Singularities by their code: 1 shoulder, 2 elbow, 4 wrist."""
 
 _NONE: Intervals = {}
+
+_result = quick_maker(InverseResult)
 
 _NO_ANGLES = (None,) * 8
 
@@ -51,16 +53,14 @@ class Judge:
             return InverseResult("out of reach", (), (), True, distance=least)
         if special:
             return one_by_one()
-        lazy, more = LazyRows(partial(self.rows, out, count)), int(left_out)
+        lazy, more = LazyRows(self.rows, out, count), int(left_out)
         within = count if not limits else int(inside)
+        listed = LazySolutions(lazy, 0, within) if within else ()
         beyond = LazySolutions(lazy, within, count) if within < count else ()
         if within:
-            listed = LazySolutions(lazy, 0, within)
-            return InverseResult("solved", listed, beyond, not more, None, None, None, None, intervals, more)
+            return _result("solved", listed, beyond, not more, None, None, None, None, intervals, more, False)
         name = self.joint_names[int(joint)]
-        return InverseResult(
-            "outside limits", (), beyond, not more, name, -margin, arm_angle_intervals=intervals, turns_left_out=more
-        )
+        return _result("outside limits", (), beyond, not more, name, -margin, None, None, intervals, more, False)
 
     def rows(self, out: Array, count: int) -> SolutionRows:
         """All copies of the branches."""

@@ -5,24 +5,26 @@ from itertools import repeat
 from typing import Any, overload
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.records import quick_maker
 from lwr_dyn.kinematics.solution_rows import Solution, SolutionRows
+
+_solution = quick_maker(Solution)
 
 
 class LazyRows:
     """All solutions of a pose by falling margin, so those inside the limits first."""
 
-    __slots__ = ("_make", "_rows")
+    __slots__ = ("_count", "_make", "_out", "_rows")
 
-    def __init__(self, make: Callable[[], SolutionRows]) -> None:
-        self._make: Callable[[], SolutionRows] | None = make
+    def __init__(self, make: Callable[[Array, int], SolutionRows], out: Array, count: int) -> None:
+        self._make, self._out, self._count = make, out, count
         self._rows: SolutionRows | None = None
 
     @property
     def rows(self) -> SolutionRows:
-        """They are made once."""
+        """They are made once, of the numbers `out`."""
         if self._rows is None:
-            assert self._make is not None
-            self._rows, self._make = self._make(), None
+            self._rows = self._make(self._out, self._count)
         return self._rows
 
     def __reduce__(self) -> Any:
@@ -30,7 +32,7 @@ class LazyRows:
 
 
 def _rows_there(rows: SolutionRows) -> LazyRows:
-    there = LazyRows(lambda: rows)
+    there = LazyRows(lambda *_: rows, rows.numbers, len(rows.numbers))
     assert there.rows is rows
     return there
 
@@ -86,7 +88,7 @@ class LazySolutions(Sequence[Solution]):
         made = self._made
         if isinstance(made, tuple):
             return made
-        every = list(map(Solution, repeat(self._lazy.rows), range(self._start, self._stop)))
+        every = list(map(_solution, repeat(self._lazy.rows), range(self._start, self._stop)))
         for i, one in (made or {}).items():  # a solution that was read stays the same one
             every[i] = one
         self._made = tuple(every)
@@ -98,5 +100,5 @@ class LazySolutions(Sequence[Solution]):
         if self._made is None:
             self._made = {}
         if i not in self._made:
-            self._made[i] = Solution(self._lazy.rows, self._start + i)
+            self._made[i] = _solution(self._lazy.rows, self._start + i)
         return self._made[i]

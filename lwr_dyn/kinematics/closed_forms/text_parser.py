@@ -267,7 +267,10 @@ def _for(reader: _CReader) -> CFor:
     end = _expression(reader)
     reader.take(";")
     reader.take(name)
-    step = 1 if reader.take("++", "+=") == "++" else int(reader.take())
+    step = 1
+    if reader.take("++", "+=") == "+=":
+        token = reader.take()
+        step = int(reader.wholes.get(token, token))
     reader.take(")")
     return CFor(name, first, end, step, _block(reader))
 
