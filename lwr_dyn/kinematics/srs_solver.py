@@ -104,7 +104,7 @@ def ready(arm: Arm) -> SrsSolver | None:
         make = RUNNERS.load("compiled")
     except MissingPackageError:
         return None
-    numbers = {**numbers_of_srs(arm, geometry), **numbers_of_solutions(arm)}
+    numbers = {**numbers_of_srs(arm, geometry), **numbers_of_solutions(arm, False)}
     made = make(TEXTS, numbers)
     return SrsSolver(arm, judge_of(arm, made.rows_of), made.run)
 

@@ -1,6 +1,8 @@
 """Closed forms of inverse kinematics, written once in a small part of C, from which every language is made.
 
 arm_numbers     The numbers of an arm in the texts of its closed form, by their names there
+inlining        A text with its shortest functions put in where they are called, for Python, where a call takes as long
+                as they do
 judged          The result of inverse kinematics from the numbers that a text's `solutions` gives
 lazy_solutions  The solutions of a pose, copies whole turns apart among them: rows are made when first read, then each
                 `Solution`

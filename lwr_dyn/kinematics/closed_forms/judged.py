@@ -66,8 +66,9 @@ class Judge:
         """All copies of the branches."""
         at = self.at
         angles = out[at["ARM_ANGLE"] : at["ARM_ANGLE"] + 8].tolist() if "ARM_ANGLE" in at else _NO_ANGLES
+        numbers = self.rows_of(out, count)  # which finds the residuals too
         residuals = out[at["RESIDUAL"] : at["RESIDUAL"] + 8].tolist()
-        return SolutionRows(self.joint_names, self.rows_of(out, count), LABELS, angles, residuals, self.near(out))
+        return SolutionRows(self.joint_names, numbers, LABELS, angles, residuals, self.near(out))
 
     def near(self, out: Array) -> tuple[tuple[str, ...], ...]:
         """The singularities that each branch is near to."""

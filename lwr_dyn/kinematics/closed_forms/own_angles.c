@@ -8,14 +8,14 @@ static double sine_or_cosine(double x, int is_cosine)
     const double sign = 1.0 - 2.0 * (odd * odd);
     const double r = (x - turns * PI_PARTS[0]) - (turns * PI_PARTS[1] + turns * PI_PARTS[2]);
     const double square = r * r;
-    double total = 0.0;
+    double total = is_cosine == 1 ? COSINE[0] : SINE[0];
     if (is_cosine == 1) {
-        for (int i = 0; i < COSINE_TERMS; i++) {
+        for (int i = 1; i < COSINE_TERMS; i++) {
             total = total * square + COSINE[i];
         }
         return sign * ((1.0 - 0.5 * square) + square * square * total);
     }
-    for (int i = 0; i < SINE_TERMS; i++) {
+    for (int i = 1; i < SINE_TERMS; i++) {
         total = total * square + SINE[i];
     }
     return sign * r + sign * r * square * total;
@@ -45,8 +45,8 @@ static double own_atan2(double y, double x)
     const double bottom = least > 0.5 * most ? least + most : most;
     const double t = bottom > 0.0 ? top / bottom : top + bottom;
     const double square = t * t;
-    double total = 0.0;
-    for (int i = 0; i < ARCTANGENT_TERMS; i++) {
+    double total = ARCTANGENT[0];
+    for (int i = 1; i < ARCTANGENT_TERMS; i++) {
         total = total * square + ARCTANGENT[i];
     }
     const double sense = steep == back ? 1.0 : -1.0;

@@ -4,8 +4,10 @@ Sums and products keep their order, and x // 1.0 is the floor of C, so each resu
 """
 
 import keyword
+import re
 from collections.abc import Iterable, Mapping
 
+from lwr_dyn.kinematics.closed_forms.inlining import inlined
 from lwr_dyn.kinematics.closed_forms.text_parser import (
     CBinary,
     CCall,
@@ -30,20 +32,31 @@ from lwr_dyn.kinematics.closed_forms.text_parser import (
 MOST_WRITTEN_OUT = 240
 """Statements that a loop may become; a longer one stays a loop."""
 
+MOST_MERGED = 1000
+"""Characters of a line."""
+
 _SIGNS = {"&&": "and", "||": "or"}
 
 _IMPORTS = "from math import copysign, nan as NAN, sqrt"
 
-Wholes = Mapping[str, int]
-"""The loops' variables that are written out -> number."""
+Wholes = Mapping[str, int | float]
+"""The loops' variables that are written out, and numbers known beforehand -> number."""
 
 
-def python_text(text: CText) -> str:
-    """The functions; constants are names from outside, an array's number behind a known place is NAME_PLACE."""
-    lines = [_IMPORTS, *(f"{name} = {value!r}" for name, value in text.constants.items())]
-    for function in text.functions:
+class _Known(CNumber):
+    """A number of an array, known beforehand."""
+
+
+def python_text(text: CText, known: Mapping[str, int | float] | None = None) -> str:
+    """The functions; constants are names from outside, an array's number behind a known place is NAME_PLACE.
+
+    Those that are `known` are put in. Products with a known 0 or 1 are left out, and sums with a known 0: the sign of a
+    zero may differ then, and what is not finite.
+    """
+    numbers, lines = {**text.constants, **(known or {})}, [_IMPORTS]
+    for function in inlined(text).functions:
         names = ", ".join(_name(name) for _, name in function.arguments)
-        lines += ["", "", f"def {function.name}({names}):", *_PythonWriter(function).block(function.body, {})]
+        lines += ["", "", f"def {function.name}({names}):", *_PythonWriter(function).block(function.body, numbers)]
     return "\n".join(lines) + "\n"
 
 
@@ -58,6 +71,23 @@ def _size(statements: Iterable[CStatement]) -> int:
         inner = x.body if isinstance(x, CFor | CWhile) else (*x.yes, *x.no) if isinstance(x, CIf) else ()
         total += 1 + _size(inner)
     return total
+
+
+_SET = re.compile(r"(\w+) = (.*)")
+
+
+def _merged(lines: Iterable[str]) -> list[str]:
+    """A variable that is set twice in succession, and read once in between, is set once."""
+    out: list[str] = []
+    for line in lines:
+        before, now = _SET.fullmatch(out[-1]) if out else None, _SET.fullmatch(line)
+        if before and now and before[1] == now[1] and len(line) + len(out[-1]) < MOST_MERGED:
+            used = re.findall(rf"\b{now[1]}\b", now[2])
+            if len(used) == 1:
+                out[-1] = f"{now[1]} = " + re.sub(rf"\b{now[1]}\b", lambda _, x=before[2]: f"({x})", now[2])
+                continue
+        out.append(line)
+    return out
 
 
 class _PythonWriter:
@@ -76,7 +106,7 @@ class _PythonWriter:
     def block(self, statements: Iterable[CStatement], known: Wholes) -> list[str]:
         """Its lines, one step in."""
         lines = [line for x in statements for line in self._statement(x, known)]
-        return ["    " + line for line in lines] or ["    pass"]
+        return ["    " + line for line in _merged(lines)] or ["    pass"]
 
     def _statement(self, x: CStatement, known: Wholes) -> list[str]:
         match x:
@@ -157,18 +187,35 @@ def folded(x: CExpression, known: Wholes) -> CExpression:
         case CName(name) if name in known:
             return CNumber(known[name])
         case CItem(array, place):
-            return CItem(array, folded(place, known))
+            place = folded(place, known)
+            name = f"{array}_{place.value}" if isinstance(place, CNumber) else ""
+            return _Known(known[name]) if name in known else CItem(array, place)
         case CBinary(sign, left, right):
             left, right = folded(left, known), folded(right, known)
             if _is_whole(left) and _is_whole(right):
                 return _worked_out(sign, int(left.value), int(right.value))  # type: ignore[union-attr]
-            return CBinary(sign, left, right)
+            return _with_known(sign, left, right)
         case CChoice(test, yes, no):
             test = folded(test, known)
             if isinstance(test, CNumber):
                 return folded(yes if test.value else no, known)
             return CChoice(test, folded(yes, known), folded(no, known))
     return x
+
+
+def _with_known(sign: str, left: CExpression, right: CExpression) -> CExpression:
+    """Without what a known 0, 1 or -1 leaves out."""
+    if sign == ">" and isinstance(left, _Known) and isinstance(right, CNumber):
+        return CNumber(int(left.value > right.value))
+    for one, other in ((left, right), (right, left)):
+        value = one.value if isinstance(one, _Known) else None
+        if sign == "*" and value in (0.0, 1.0, -1.0):
+            return _Known(0.0) if value == 0.0 else other if value == 1.0 else CUnary("-", other)
+        if sign == "+" and value == 0.0:
+            return other
+    if sign == "+" and isinstance(right, CUnary) and right.sign == "-":
+        return CBinary("-", left, right.of)
+    return CBinary(sign, left, right)
 
 
 def _is_whole(x: CExpression) -> bool:

@@ -69,7 +69,7 @@ static int branch_rows(const double *found, int b, int row, double *margins, dou
 
 /* all copies that `solutions` has found, by falling margin: q, margin, the joint that has it, branch; then in the order
    of the branches, as room; gives how many */
-int rows(const double *found, double *out)
+int rows(double *found, double *out)
 {
     double margins[2048];
     double places[2048];
@@ -78,6 +78,9 @@ int rows(const double *found, double *out)
     const int width = JOINTS + 3;
     const int count = (int)(found[INSIDE] + found[OUTSIDE]);
     int row = 0;
+    if (IS_CHECKED == 0) {
+        residuals(found);
+    }
     for (int b = 0; b < 8; b++) {
         if (found[JOINTS * b] <= UNLIMITED) {
             row = branch_rows(found, b, row, margins, places, out, width * count);

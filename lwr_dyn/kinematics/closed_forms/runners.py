@@ -6,7 +6,7 @@ A runner is made for one arm. It takes a pose and gives the numbers of `solution
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, lru_cache
 from types import CodeType
 from typing import Any
 
@@ -31,8 +31,12 @@ ENTRY = "solutions"
 ROWS = "rows"
 """The one that it calls for copies."""
 
+RESIDUALS = "residuals"
+"""The one that finds residuals, in Python beside the rows."""
+
 RowsOf = Callable[[Array, int], Array]
-"""From the numbers of `solutions` and how many copies there are to `SolutionRows.numbers`, by falling margin."""
+"""From the numbers of `solutions` and how many copies there are to `SolutionRows.numbers`, by falling margin; residuals
+that are not known yet are found and put in their places."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,9 +67,9 @@ def runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
 
 
 @cache
-def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...], entry: str) -> CText:
-    """The tree of what a function needs of these texts, with these whole numbers put in."""
-    text = used_functions(with_own_angles(closed_form_text(*texts)), (entry,))
+def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...], *entries: str) -> CText:
+    """The tree of what functions need of these texts, with these whole numbers put in."""
+    text = used_functions(with_own_angles(closed_form_text(*texts)), entries)
     return parsed(text, dict(wholes))
 
 
@@ -74,9 +78,24 @@ def whole_numbers(numbers: Mapping[str, Any]) -> tuple[tuple[str, int], ...]:
     return tuple(sorted((name, x) for name, x in {**ANGLE_NUMBERS, **numbers}.items() if isinstance(x, int)))
 
 
-@cache
-def _python_code(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...]) -> CodeType:
-    return compile(python_text(text_tree(texts, wholes, ENTRY)), f"<{' '.join(texts)}>", "exec")
+@lru_cache(maxsize=32)
+def _python_code(
+    texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...], plain: tuple[tuple[str, float], ...]
+) -> CodeType:
+    known = {**python_names({}), **dict(plain)}
+    text = python_text(
+        text_tree(texts, wholes, ENTRY, RESIDUALS), {k: x for k, x in known.items() if isinstance(x, float)}
+    )
+    return compile(text, f"<{' '.join(texts)}>", "exec")
+
+
+def _plain_numbers(numbers: Mapping[str, Any]) -> tuple[tuple[str, float], ...]:
+    """Which joints are limited, and zeros and ones of the links' frames.
+
+    In a residual they are multiplied with finite numbers, and no zero's sign counts.
+    """
+    flat = {**python_names({"FRAMES": numbers["FRAMES"]}), **python_names({"LIMITED": numbers["LIMITED"]})}
+    return tuple((name, x) for name, x in flat.items() if name not in ANGLE_NUMBERS and x in (0.0, 1.0, -1.0))
 
 
 def python_names(numbers: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,16 +108,23 @@ def python_names(numbers: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def python_runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
-    """The row "python" of `RUNNERS`: the texts are written and compiled once, arms differ in the names around them."""
+    """The row "python" of `RUNNERS`: the texts are written and compiled once for arms with the same plain frames."""
     wholes, names = whole_numbers(numbers), python_names(numbers)
-    exec(_python_code(texts, wholes), names)
-    function, size = names[ENTRY], dict(wholes)["SIZE"]
+    exec(_python_code(texts, wholes, _plain_numbers(numbers)), names)
+    function, size, at = names[ENTRY], numbers["SIZE"], numbers["RESIDUAL"]
 
     def run(pose: Array, *more: float) -> Array | None:
         out = [0.0] * size
         return None if function([*pose.ravel().tolist(), *more], out) else np.array(out)
 
-    return Runner(run, partial(numpy_rows, numbers))
+    def rows_of(out: Array, count: int) -> Array:
+        if not numbers["IS_CHECKED"]:
+            listed = out.tolist()
+            names[RESIDUALS](listed)
+            out[at : at + 8] = listed[at : at + 8]
+        return numpy_rows(numbers, out, count)
+
+    return Runner(run, rows_of)
 
 
 @cache
@@ -108,7 +134,7 @@ def _turns(many: tuple[int, ...]) -> Array:
 
 
 def numpy_rows(numbers: Mapping[str, Any], out: Array, count: int) -> Array:
-    """`Runner.rows_of` in NumPy, with the bits of the text `rows`."""
+    """The rows of `Runner.rows_of` in NumPy, with the bits of the text `rows`."""
     n, copies = numbers["JOINTS"], out[numbers["COPIES"] :][:8].tolist()
     first, many = out[numbers["FIRST"] :][: 8 * n], out[numbers["MANY"] :][: 8 * n].tolist()
     listed = []

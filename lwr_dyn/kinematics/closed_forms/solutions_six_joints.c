@@ -2,14 +2,13 @@
 int solutions(const double pose[16], double out[176])
 {
     double T[12];
-    double target[9];
     double w[3];
     if (made_exact(pose, T) == 1) {
         return 1;
     }
     out[LEAST] = inverse_kinematics(T, out);
     judged(T, out);
-    wrist_centre(T, target, w);
+    wrist_centre(T, w);
     const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
     const double shoulder = radius - fabs(LATERAL) < NEAR_SINGULAR ? 1.0 : 0.0;
     for (int b = 0; b < 8; b++) {

@@ -98,8 +98,9 @@ def ready(arm: Arm) -> SixJointSolver | None:
     form = six_joint_form(arm)
     if form is None:
         return None
-    texts, numbers = (*form.texts, *_JUDGING), {**form.numbers, **numbers_of_solutions(arm)}
-    largest = inverse.SOLVED if form.texts[-1] == "three_parallel" else np.inf
+    is_polished = form.texts[-1] == "three_parallel"
+    texts, numbers = (*form.texts, *_JUDGING), {**form.numbers, **numbers_of_solutions(arm, is_polished)}
+    largest = inverse.SOLVED if is_polished else np.inf
     made = runner(texts, numbers)
     return SixJointSolver(arm, judge_of(arm, made.rows_of), made.run, largest, texts, numbers)
 

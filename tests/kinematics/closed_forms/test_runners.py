@@ -16,7 +16,8 @@ from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 def of(make, arm):
     form = six_joint_form(arm)
     return make(
-        (*form.texts, "solutions", "solutions_six_joints", "rows"), {**form.numbers, **numbers_of_solutions(arm)}
+        (*form.texts, "solutions", "solutions_six_joints", "rows"),
+        {**form.numbers, **numbers_of_solutions(arm, form.texts[-1] == "three_parallel")},
     )
 
 
@@ -49,6 +50,9 @@ def test_python_gives_the_bits_of_machine_code(name):
             assert np.all(np.diff(listed[:, 6]) <= 0.0)
             assert listed.tobytes() == compiled.rows_of(theirs, count).tobytes()
             assert listed.tobytes() == by_ctypes.rows_of(theirs, count).tobytes()
+            residual = slice(places(6)["RESIDUAL"], places(6)["RESIDUAL"] + 8)
+            assert ours[residual].tobytes() == theirs[residual].tobytes()
+            assert ours[residual].max() > 0.0
 
 
 def test_rows_of_many_copies_and_of_none_inside():
