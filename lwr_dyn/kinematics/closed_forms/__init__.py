@@ -10,8 +10,9 @@ python_text     The texts as Python: plain functions on lists of floats, short l
                 compiled
 runners         What works a closed form's text out for one pose: machine code where LLVM is installed, else Python; the
                 same bits
-text_parser     The small part of C of the texts, parsed into a tree: functions, statements, expressions, each with its
-                place
+text_parser     The small part of C of the texts, parsed into a tree
+tree            The tree of a text: functions, statements, expressions, each with its place. Imported as a module:
+                `tree.CSet`
 texts           The closed forms as texts in a small part of C, from which C, JavaScript, Python and machine code are
                 made
 """

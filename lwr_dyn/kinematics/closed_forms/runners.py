@@ -15,8 +15,9 @@ import numpy as np
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import MissingPackageError
 from lwr_dyn.foundation.registry import Registry, Row
+from lwr_dyn.kinematics.closed_forms import tree
 from lwr_dyn.kinematics.closed_forms.python_text import python_text
-from lwr_dyn.kinematics.closed_forms.text_parser import CText, parsed
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 from lwr_dyn.kinematics.closed_forms.texts import (
     ANGLE_NUMBERS,
     closed_form_text,
@@ -67,7 +68,7 @@ def runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runner:
 
 
 @cache
-def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...], *entries: str) -> CText:
+def text_tree(texts: tuple[str, ...], wholes: tuple[tuple[str, int], ...], *entries: str) -> tree.CText:
     """The tree of what functions need of these texts, with these whole numbers put in."""
     text = used_functions(with_own_angles(closed_form_text(*texts)), entries)
     return parsed(text, dict(wholes))

@@ -4,9 +4,10 @@ import math
 
 import pytest
 
+from lwr_dyn.kinematics.closed_forms import tree
 from lwr_dyn.kinematics.closed_forms.inlining import MOST_SET, inlined, is_short
 from lwr_dyn.kinematics.closed_forms.python_text import python_text
-from lwr_dyn.kinematics.closed_forms.text_parser import CCall, parsed
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 SHORT = """
 static double larger(double a, double b)
@@ -77,4 +78,4 @@ def test_only_short_functions_are_put_in():
     )
     assert not is_short(text.functions[0])
     assert is_short(text.functions[1])
-    assert isinstance(inlined(text).functions[1].body[0].value, CCall)
+    assert isinstance(inlined(text).functions[1].body[0].value, tree.CCall)
