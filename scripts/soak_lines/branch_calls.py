@@ -10,7 +10,7 @@ import lwr_dyn
 from soak_lines.single_states import CALLS, GROWTH
 from tests.kinematics.wrong_poses import refused_or_right
 
-POSES = 100_000
+POSES = 1_000_000
 
 ARMS = ("kr30ha", "ur10", "lwr4plus")
 
