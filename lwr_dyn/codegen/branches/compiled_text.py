@@ -124,7 +124,7 @@ def compiled_runner(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> Runne
     """The row "compiled" of `RUNNERS`."""
     if closed_because():
         return ctypes_runner(texts, numbers)
-    arm, size, parts = table(numbers), int(numbers["SIZE"]), _parts(texts, numbers)
+    arm, size, parts = table(numbers), int(numbers["SIZE"]), [*_parts(texts, numbers), _WITH_MORE, _WITH_ONE]
     joints, has_more = int(numbers["JOINTS"]), "ARM_ANGLE" in numbers
 
     def body(entry: str, text: str, flag: str) -> str:

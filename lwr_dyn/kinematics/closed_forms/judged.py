@@ -22,8 +22,6 @@ LABELS = tuple(branch.label for branch in BRANCHES)
 NEAR = tuple(tuple(name for i, name in enumerate(SINGULARITIES) if code >> i & 1) for code in range(8))
 """Singularities by their code: 1 shoulder, 2 elbow, 4 wrist."""
 
-_NONE: Intervals = {}
-
 _result = quick_maker(InverseResult)
 
 _NO_ANGLES = (None,) * 8
@@ -44,7 +42,7 @@ class Judge:
     rows_of: RowsOf
 
     def result(
-        self, out: Array, limits: bool, one_by_one: Callable[[], InverseResult], intervals: Intervals = _NONE
+        self, out: Array, limits: bool, one_by_one: Callable[[], InverseResult], intervals: Intervals | None = None
     ) -> InverseResult:
         """Of the numbers `out`; `one_by_one` gives it where copies have to be listed and compared."""
         least, _, inside, outside, left_out, margin, joint, special = out[self.tail].tolist()
@@ -53,14 +51,14 @@ class Judge:
             return InverseResult("out of reach", (), (), True, distance=least)
         if special:
             return one_by_one()
-        lazy, more = LazyRows(self.rows, out, count), int(left_out)
+        lazy, more, of = LazyRows(self.rows, out, count), int(left_out), {} if intervals is None else intervals
         within = count if not limits else int(inside)
         listed = LazySolutions(lazy, 0, within) if within else ()
         beyond = LazySolutions(lazy, within, count) if within < count else ()
         if within:
-            return _result("solved", listed, beyond, not more, None, None, None, None, intervals, more, False)
+            return _result("solved", listed, beyond, not more, None, None, None, None, of, more, False)
         name = self.joint_names[int(joint)]
-        return _result("outside limits", (), beyond, not more, name, -margin, None, None, intervals, more, False)
+        return _result("outside limits", (), beyond, not more, name, -margin, None, None, of, more, False)
 
     def rows(self, out: Array, count: int) -> SolutionRows:
         """All copies of the branches."""
