@@ -8,7 +8,7 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.records import quick_maker
 from lwr_dyn.kinematics.solution_rows import Solution, SolutionRows
 
-_solution = quick_maker(Solution)
+_new_solution = quick_maker(Solution)
 
 
 class LazyRows:
@@ -88,7 +88,7 @@ class LazySolutions(Sequence[Solution]):
         made = self._made
         if isinstance(made, tuple):
             return made
-        every = list(map(_solution, repeat(self._lazy.rows), range(self._start, self._stop)))
+        every = list(map(_new_solution, repeat(self._lazy.rows), range(self._start, self._stop)))
         for i, one in (made or {}).items():  # a solution that was read stays the same one
             every[i] = one
         self._made = tuple(every)
@@ -100,5 +100,5 @@ class LazySolutions(Sequence[Solution]):
         if self._made is None:
             self._made = {}
         if i not in self._made:
-            self._made[i] = _solution(self._lazy.rows, self._start + i)
+            self._made[i] = _new_solution(self._lazy.rows, self._start + i)
         return self._made[i]
