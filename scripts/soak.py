@@ -18,6 +18,8 @@ Line = Callable[[], tuple[str, bool] | tuple[str, bool, str]]
 LINES = {
     "adaptation": "adaptation:adaptation",
     "base_fits": "identification_fits:base_fits",
+    "branch_arrays": "branch_calls:branch_arrays",
+    "branch_memory": "branch_calls:branch_memory",
     "branches": "branches:branches",
     "checks": "checks:checks",
     "cluster_kills": "sweeps:cluster_kills",

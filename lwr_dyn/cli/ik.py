@@ -15,7 +15,8 @@ from lwr_dyn.foundation.document import Document, Fact, Note, Section
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.kinematics.inverse import IK_SOLVERS, inverse_kinematics, nearest_words
-from lwr_dyn.kinematics.solution import InverseResult, Solution, SolutionRecord, nearest_solution
+from lwr_dyn.kinematics.solution import InverseResult, nearest_solution
+from lwr_dyn.kinematics.solution_rows import Solution, SolutionRecord
 from lwr_dyn.krl.robot import kuka_pose
 from lwr_dyn.model.arm import Arm, from_degrees
 from lwr_dyn.model.caveats import KINEMATICS

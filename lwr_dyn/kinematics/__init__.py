@@ -11,6 +11,7 @@ pose_solver   One solution for a flange pose, fast: `solve(T, q0)`. All solution
 six_joints    Closed forms of six-joint arms, reached through the registry of solvers
 solution      Inverse kinematics of one pose: the problem, the solver's interface, the result with its solutions in
               order
+solution_rows  Solutions of inverse kinematics as rows of one array; a `Solution` is a row's place, read when asked
 srs           Closed-form inverse kinematics of an S-R-S arm for a flange pose, an arm angle psi and one of eight
               branches
 srs_margins   Joint-limit margins of an S-R-S arm over the arm angle, and the arm angles at which a margin is kept, in

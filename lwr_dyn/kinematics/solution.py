@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
-from typing import Annotated, Generic, Literal, NamedTuple, TypedDict, TypeVar
+from typing import Generic, Literal, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,7 @@ from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.document import Document, Fact, Section
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.kinematics.forward import flange_pose
+from lwr_dyn.kinematics.solution_rows import TOUCH, Solution, SolutionRecord, SolutionRows
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.run import repr_html, short_repr
@@ -26,9 +27,6 @@ ALIGNED = 1e-13
 
 REACH_SLACK = 1e-12
 """[m] The wrist of a stretched arm, recomputed from its pose, may be this far out of reach."""
-
-TOUCH = 1e-12
-"""[rad] A margin this little below a level keeps it: a joint at its limit is inside."""
 
 TURN = 2.0 * np.pi
 
@@ -170,48 +168,6 @@ class PoseProblem:
     """(n,) Where a search of a position starts [rad or m]; the middle of the ranges if not given."""
 
 
-class SolutionRecord(TypedDict):
-    """`Solution.record`."""
-
-    q: Annotated[list[float], "Joint positions, rad (m for sliding joints)."]
-    branch: Annotated[str | None, "Signs of shoulder, elbow and wrist; null from the numeric search."]
-    arm_angle: Annotated[float | None, "rad; null for an arm that has none, and from the numeric search."]
-    margin: Annotated[float, "Distance from the nearest limit, rad (m), negative outside; null where none is known."]
-    joint: Annotated[str, "The joint that has this margin."]
-    inside_limits: Annotated[bool, "Whether all joints are inside their limits."]
-    residual: Annotated[float, "Largest difference that is left between the flange's pose and T."]
-    singular: Annotated[list[str], "Singularities nearby: shoulder, elbow, wrist."]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Solution:
-    """One set of joint positions q (n,) [rad or m] for a pose."""
-
-    q: Array
-    branch: str
-    """Signs of shoulder, elbow and wrist ("+-+"); empty from the numeric search."""
-    arm_angle: float | None
-    """[rad]; None for an arm that has none, and from the numeric search."""
-    margin: float
-    """Smallest distance to a position limit [rad or m], negative outside, infinite when no limit is known."""
-    joint: str
-    """The joint that has it."""
-    inside_limits: bool
-    residual: float
-    """Largest entry of FK(q) - T [m and dimensionless]."""
-    singular: tuple[str, ...] = ()
-    """Singularities (shoulder, elbow, wrist) nearer than `spherical_wrist.NEAR_SINGULAR`."""
-
-    @property
-    def record(self) -> SolutionRecord:
-        """For programs."""
-        return {
-            "q": self.q.tolist(), "branch": self.branch or None, "arm_angle": self.arm_angle, "margin": self.margin,
-            "joint": self.joint, "inside_limits": self.inside_limits, "residual": self.residual,
-            "singular": list(self.singular),
-        }  # fmt: skip
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class InverseResult:
     """Result of inverse kinematics for one pose; `solutions` with the largest margin first."""
@@ -303,25 +259,22 @@ class IkSolver(Generic[Geometry]):
 
 
 def make_solutions(
-    problem: PoseProblem, q: Array, branches: Sequence[str] = (), singular: Sequence[tuple[str, ...]] = ()
+    problem: PoseProblem,
+    q: Array,
+    branches: Sequence[str] = (),
+    singular: Sequence[tuple[str, ...]] = (),
+    arm_angles: Sequence[float] = (),
 ) -> list[Solution]:
-    """q (k, n) with their margins and residuals, and with branches and singularities where they are known."""
-    arm, q = problem.arm, read_only(q)
+    """q (k, n) with their margins and residuals, and with branches, singularities and arm angles where known."""
+    arm, k = problem.arm, len(q)
     margins = np.minimum(arm.upper - q, q - arm.lower)
-    names = np.array(arm.joint_names)[margins.argmin(axis=1)].tolist()
     residuals = np.abs(flange_pose(arm.chain, q) - problem.pose).max(axis=(1, 2)).tolist()
-    return [
-        Solution(row, branch, None, margin, joint, margin >= -TOUCH, residual, near)
-        for row, branch, margin, joint, residual, near in zip(
-            q,
-            branches or [""] * len(q),
-            margins.min(axis=1).tolist(),
-            names,
-            residuals,
-            singular or [()] * len(q),
-            strict=True,
-        )
-    ]
+    numbers = np.column_stack([q, margins.min(axis=1), margins.argmin(axis=1), np.arange(k)])
+    rows = SolutionRows(
+        arm.joint_names, read_only(numbers), branches or [""] * k, arm_angles or [None] * k, residuals,
+        singular or [()] * k,
+    )  # fmt: skip
+    return [Solution(rows, place) for place in range(k)]
 
 
 def ranked_result(
@@ -346,12 +299,14 @@ def turned_result(
     complete: bool,
     branches: Sequence[str] = (),
     singular: Sequence[tuple[str, ...]] = (),
+    arm_angles: Sequence[float] = (),
 ) -> InverseResult:
     """Solutions q (k, n), each with all its copies of `whole_turns`."""
     copies = [whole_turns(problem.arm, row) for row in q]
     rows = np.repeat(np.arange(len(q)), [len(each.q) for each in copies]).tolist()
     labels, names = [branches[i] for i in rows if branches], [singular[i] for i in rows if singular]
-    solutions = make_solutions(problem, np.concatenate([each.q for each in copies]), labels, names)
+    angles = [arm_angles[i] for i in rows if arm_angles]
+    solutions = make_solutions(problem, np.concatenate([each.q for each in copies]), labels, names, angles)
     return ranked_result(problem, solutions, complete, sum(each.left_out for each in copies))
 
 

@@ -23,7 +23,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics import solution
 from lwr_dyn.kinematics.arm_geometry import SrsGeometry
-from lwr_dyn.kinematics.solution import ALIGNED, BRANCHES, TOUCH, TURN, JointRanges, joint_ranges, wrap
+from lwr_dyn.kinematics.solution import ALIGNED, BRANCHES, TURN, JointRanges, joint_ranges, wrap
+from lwr_dyn.kinematics.solution_rows import TOUCH
 from lwr_dyn.kinematics.srs import arm_triangle, ball_forms, closed_form, elbow_angle
 
 SQUARE_TOUCH = 1e-14
@@ -303,9 +304,6 @@ def solve_pose(problem: solution.PoseProblem, geometry: SrsGeometry) -> solution
     angles = best_angles(margin).psi if psi is None else np.full(len(BRANCHES), float(psi))
     q = closed_form(geometry, ranges, T, angles, signs)
     labels = [branch.label for branch in BRANCHES]
-    result, psi_of = solution.turned_result(problem, q, True, labels), dict(zip(labels, angles.tolist(), strict=True))
-    solutions, outside = (
-        tuple(replace(s, arm_angle=psi_of[s.branch]) for s in each) for each in (result.solutions, result.outside)
-    )
+    result = solution.turned_result(problem, q, True, labels, arm_angles=angles.tolist())
     intervals_of = {label: intervals.of(b) for b, label in enumerate(labels)}
-    return replace(result, solutions=solutions, outside=outside, arm_angle_intervals=intervals_of)
+    return replace(result, arm_angle_intervals=intervals_of)

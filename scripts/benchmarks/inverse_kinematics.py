@@ -71,7 +71,7 @@ def as_called(pairs: int) -> None:
             )
         else:
             solver = _ready(arm, None)
-            plain = replace(solver, run=python_runner(solver.texts, solver.numbers))
+            plain = replace(solver, run=python_runner(solver.texts, solver.numbers).run)
             peers["in plain Python"] = every(poses, lambda T, plain=plain: plain(T, True))
         if with_eaik and arm.n == 6:
             peers["EAIK's own call"] = every(poses, IK_SOLVERS.load("eaik").recognise(arm.chain).robot.IK)

@@ -14,6 +14,7 @@ from lwr_dyn.kinematics.inverse import IK_SOLVERS, _step, inverse_kinematics
 from lwr_dyn.kinematics.solution import IkSolver
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import lock_joint
+from tests.kinematics.wrong_poses import refused_or_right
 from tests.random_arms import random_arm
 from tests.tolerances import METRES
 
@@ -301,3 +302,9 @@ def test_a_position_outside_limits_or_out_of_reach_is_told_apart():
     result = inverse_kinematics(SIX, [3.0, 0.0, 0.0], position_only=True)
     assert (result.status, result.turn) == ("out of reach", None)
     assert result.distance > 2.0
+
+
+@pytest.mark.parametrize("name", ["kr30ha", "ur5e", "lwr4plus"])
+def test_poses_in_every_form_are_refused_or_solved_rightly(name):
+    refused, answered = refused_or_right(lwr_dyn.load(name), 150, 1)
+    assert min(refused, answered) > 40

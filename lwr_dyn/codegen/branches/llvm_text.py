@@ -12,26 +12,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.kinematics.closed_forms.text_parser import (
-    CBinary,
-    CCall,
-    CChoice,
-    CDo,
-    CExpression,
-    CFor,
-    CFunction,
-    CIf,
-    CItem,
-    CName,
-    CNumber,
-    CReturn,
-    CRoom,
-    CSet,
-    CStatement,
-    CText,
-    CUnary,
-    CWhile,
-)
+from lwr_dyn.kinematics.closed_forms import tree
 
 _KINDS = {"double": "double", "int": "i64", "void": "void", "double*": "ptr"}
 
@@ -80,8 +61,12 @@ def table(numbers: Mapping[str, Any]) -> Array:
     )
 
 
-def llvm_text(text: CText, constants: Mapping[str, Any], places: Mapping[str, TablePlace], entry: str) -> str:
-    """A module with the function `kernel` (given, step, out, numbers, start, stop) around the text's function `entry`.
+DECLARATIONS = "declare double @llvm.sqrt.f64(double)\ndeclare double @llvm.fabs.f64(double)\n"
+"""What stands in front of the functions of a text, unless it stands there already."""
+
+
+def llvm_text(text: tree.CText, constants: Mapping[str, Any], places: Mapping[str, TablePlace], entry: str) -> str:
+    """The functions of a text, and `kernel` (given, step, out, numbers, start, stop) around its function `entry`.
 
     Constants are the same for every arm; `places` are those of `table_places`.
     """
@@ -95,8 +80,7 @@ def llvm_text(text: CText, constants: Mapping[str, Any], places: Mapping[str, Ta
     kinds = {f.name: f for f in text.functions}
     for function in text.functions:
         lines += _LlvmWriter(function, kinds, known, places).lines()
-    lines += [f"declare double @{name}(double)" for name in list(_INTRINSICS.values())[:3]]
-    lines += ["declare double @llvm.copysign.f64(double, double)"]
+    lines += ["declare double @llvm.floor.f64(double)", "declare double @llvm.copysign.f64(double, double)"]
     lines += [
         "define i64 @kernel(ptr %given, i64 %step, ptr %out, ptr %numbers, i64 %start, i64 %stop) {",
         f"  %r = call i64 @{entry}(ptr %numbers, ptr %given, ptr %out)", "  ret i64 %r", "}",
@@ -109,8 +93,8 @@ class _LlvmWriter:
 
     def __init__(
         self,
-        function: CFunction,
-        functions: Mapping[str, CFunction],
+        function: tree.CFunction,
+        functions: Mapping[str, tree.CFunction],
         known: Mapping[str, Any],
         places: Mapping[str, TablePlace],
     ) -> None:
@@ -120,11 +104,15 @@ class _LlvmWriter:
         self._variables: dict[str, str] = {}
         """Name -> LLVM's type; "ptr" for arrays."""
         self._count = 0
+        self._inlined = all(isinstance(x, tree.CReturn) for x in function.body)
+        """Inside a loop that only sets numbers: what it calls is put in, so that LLVM can work at many at once."""
 
     def lines(self) -> list[str]:
         """The definition."""
         function = self._function
-        arguments = ", ".join(["ptr %numbers", *(f"{_KINDS[kind]} %given.{name}" for kind, name in function.arguments)])
+        arguments = ", ".join(
+            ["ptr noalias readonly %numbers", *(f"{_KINDS[kind]} %given.{name}" for kind, name in function.arguments)]
+        )
         for kind, name in function.arguments:
             if kind == "double*":
                 self._variables[name] = "ptr"
@@ -155,33 +143,35 @@ class _LlvmWriter:
             self._room.append(room)
         self._variables[name] = kind
 
-    def _statements(self, statements: Iterable[CStatement]) -> None:
+    def _statements(self, statements: Iterable[tree.CStatement]) -> None:
         for x in statements:
             self._statement(x)
 
-    def _statement(self, x: CStatement) -> None:
+    def _statement(self, x: tree.CStatement) -> None:
         match x:
-            case CRoom(name, size):
+            case tree.CRoom(name, size):
                 self._room.append(f"  %{name}.p = alloca [{size} x double]")
                 self._variables[name] = "ptr"
-            case CSet():
+            case tree.CSet():
                 self._set(x)
-            case CDo(call):
+            case tree.CDo(call):
                 self._call(call)
-            case CReturn(value):
+            case tree.CReturn(value):
                 self._return(value)
-            case CFor(name, first, end, step, body):
-                self._set(CSet("int", CName(name), first))
-                counted = CSet("", CName(name), CBinary("+", CName(name), CNumber(step)))
-                self._while(CBinary("<", CName(name), end), (*body, counted))
-            case CWhile(test, body):
+            case tree.CFor(name, first, end, step, body):
+                self._set(tree.CSet("int", tree.CName(name), first))
+                counted = tree.CSet("", tree.CName(name), tree.CBinary("+", tree.CName(name), tree.CNumber(step)))
+                outside, self._inlined = self._inlined, all(isinstance(y, tree.CSet) for y in body)
+                self._while(tree.CBinary("<", tree.CName(name), end), (*body, counted))
+                self._inlined = outside
+            case tree.CWhile(test, body):
                 self._while(test, body)
-            case CIf(test, yes, no):
+            case tree.CIf(test, yes, no):
                 self._branch(test, lambda: self._statements(yes), lambda: self._statements(no))
 
-    def _set(self, x: CSet) -> None:
+    def _set(self, x: tree.CSet) -> None:
         value = self._value(x.value)
-        if isinstance(x.target, CItem):
+        if isinstance(x.target, tree.CItem):
             kind, place = "double", self._place(x.target)
         else:
             if x.declared:
@@ -190,12 +180,12 @@ class _LlvmWriter:
             place = f"%{x.target.name}.{kind}"
         self._body.append(f"  store {kind} {self._as(value, kind)}, ptr {place}")
 
-    def _return(self, value: CExpression | None) -> None:
+    def _return(self, value: tree.CExpression | None) -> None:
         kind = _KINDS[self._function.kind]
         result = "void" if value is None else f"{kind} {self._as(self._value(value), kind)}"
         self._body += [f"  ret {result}", f"{self._new()[1:]}.dead:"]
 
-    def _while(self, test: CExpression, body: Iterable[CStatement]) -> None:
+    def _while(self, test: tree.CExpression, body: Iterable[tree.CStatement]) -> None:
         name = self._new()[1:]
         self._label(f"{name}.test")
         condition = self._as(self._value(test), "i1")
@@ -203,7 +193,7 @@ class _LlvmWriter:
         self._statements(body)
         self._body += [f"  br label %{name}.test", f"{name}.end:"]
 
-    def _branch(self, test: CExpression, yes: Callable[[], None], no: Callable[[], None]) -> None:
+    def _branch(self, test: tree.CExpression, yes: Callable[[], None], no: Callable[[], None]) -> None:
         """What `yes` or `no` emit, by the test."""
         name, condition = self._new()[1:], self._as(self._value(test), "i1")
         self._body += [f"  br i1 {condition}, label %{name}.yes, label %{name}.no", f"{name}.yes:"]
@@ -221,7 +211,7 @@ class _LlvmWriter:
             return self._emit(kind, f"sitofp i64 {self._as(value, 'i64')} to double")[1]
         return self._emit(kind, f"zext i1 {name} to i64" if kind == "i64" else f"icmp ne i64 {name}, 0")[1]
 
-    def _place(self, x: CItem) -> str:
+    def _place(self, x: tree.CItem) -> str:
         """The address of an array's number."""
         at = self._as(self._value(x.place), "i64")
         if x.array in self._places and x.array not in self._variables:
@@ -231,21 +221,21 @@ class _LlvmWriter:
             base = f"@{x.array}" if x.array in self._known else f"%{x.array}.p"
         return self._emit("ptr", f"getelementptr double, ptr {base}, i64 {at}")[1]
 
-    def _value(self, x: CExpression) -> Value:
+    def _value(self, x: tree.CExpression) -> Value:
         match x:
-            case CNumber(value):
+            case tree.CNumber(value):
                 return ("i64", str(value)) if isinstance(value, int) else ("double", double(value))
-            case CName(name):
+            case tree.CName(name):
                 return self._named(name)
-            case CItem():
+            case tree.CItem():
                 return self._emit("double", f"load double, ptr {self._place(x)}")
-            case CCall():
+            case tree.CCall():
                 return self._call(x)
-            case CUnary(sign, of):
+            case tree.CUnary(sign, of):
                 return self._unary(sign, self._value(of))
-            case CBinary():
+            case tree.CBinary():
                 return self._binary(x)
-            case CChoice(test, yes, no):
+            case tree.CChoice(test, yes, no):
                 return self._choice(test, lambda: self._value(yes), lambda: self._value(no))
 
     def _named(self, name: str) -> Value:
@@ -264,7 +254,7 @@ class _LlvmWriter:
             return self._emit("i1", f"xor i1 {self._as(value, 'i1')}, true")
         return self._emit(value[0], f"fneg double {value[1]}" if value[0] == "double" else f"sub i64 0, {value[1]}")
 
-    def _binary(self, x: CBinary) -> Value:
+    def _binary(self, x: tree.CBinary) -> Value:
         if x.sign == "&&":
             return self._choice(x.left, lambda: self._truth(x.right), lambda: ("i1", "false"))
         if x.sign == "||":
@@ -279,10 +269,10 @@ class _LlvmWriter:
         prefix = "f" if kind == "double" else "s" if sign in "/%" else ""
         return self._emit(kind, f"{prefix}{name} {pair}")
 
-    def _truth(self, x: CExpression) -> Value:
+    def _truth(self, x: tree.CExpression) -> Value:
         return "i1", self._as(self._value(x), "i1")
 
-    def _choice(self, test: CExpression, yes: Callable[[], Value], no: Callable[[], Value]) -> Value:
+    def _choice(self, test: tree.CExpression, yes: Callable[[], Value], no: Callable[[], Value]) -> Value:
         """By a branch, as only the one that is chosen may be worked out; both are of one type."""
         kinds, room = set[str](), f"%choice.{self._new()[1:]}"
 
@@ -296,8 +286,10 @@ class _LlvmWriter:
         self._room.append(f"  {room} = alloca {kind}")
         return self._emit(kind, f"load {kind}, ptr {room}")
 
-    def _call(self, x: CCall) -> Value:
+    def _call(self, x: tree.CCall) -> Value:
         given = [self._value(y) for y in x.arguments]
+        if x.function == "int":
+            return self._emit("i64", f"fptosi double {self._as(given[0], 'double')} to i64")
         if x.function in _INTRINSICS:
             numbers = ", ".join(f"double {self._as(y, 'double')}" for y in given)
             return self._emit("double", f"call double @{_INTRINSICS[x.function]}({numbers})")
@@ -305,6 +297,7 @@ class _LlvmWriter:
         kinds = [_KINDS[kind] for kind, _ in function.arguments]
         arguments = ", ".join(f"{kind} {self._as(y, kind)}" for kind, y in zip(kinds, given, strict=True))
         code = f"call {_KINDS[function.kind]} @{function.name}(ptr %numbers, {arguments})"
+        code += " alwaysinline" * self._inlined
         if function.kind == "void":
             self._body.append(f"  {code}")
             return "void", ""

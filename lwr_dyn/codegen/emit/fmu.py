@@ -233,7 +233,8 @@ def _fmu(
         raise OptionError("--fmi", repr(version), " or ".join(VERSIONS))
     name, glue = emitted.prefix, files("lwr_dyn.codegen.emit")
     sources = {path.name: text for path, text in c_files(emitted, Path(f"{name}.c")).items()}
-    sources["fmu.c"] = glue.joinpath("fmu.c").read_text(encoding="utf-8")
+    parts = ("fmu.c", f"fmu_functions{version}.h")
+    sources |= {part: glue.joinpath(part).read_text(encoding="utf-8") for part in parts}
     said = "; ".join([*provenance_lines(emitted)[:2], *(() if sample else (f"not in it: {', '.join(NOT_IN_IT)}",))])
     body = _config(emitted, version, variables, lines)
     token = hashlib.sha256("".join([*sources.values(), body, said, repr(variables)]).encode()).hexdigest()[:32]

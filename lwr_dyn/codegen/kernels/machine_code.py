@@ -43,6 +43,12 @@ def target_machine(near: bool = False) -> Any:
     return target.create_target_machine(cpu=name, features=features, opt=3, jit=True, **options)
 
 
+def optimise(module: Any) -> None:
+    """Runs LLVM's passes over a module; sums and products are not fused or put in another order by them."""
+    builder = llvm.create_pass_builder(target_machine(), llvm.create_pipeline_tuning_options(speed_level=2))
+    builder.getModulePassManager().run(module, builder)
+
+
 _DISTANCE = 2
 """The ELF relocation of x86-64 by a distance of 32 bits."""
 

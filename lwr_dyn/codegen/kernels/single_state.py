@@ -28,7 +28,8 @@ from lwr_dyn.foundation.version import package_version
 Call = Callable[..., Any]
 
 _TYPE, _DATA, _AXES, _SHAPE, _STRIDES, _DTYPE, _FLAGS = 8, 16, 24, 32, 40, 56, 64
-"""Where an array's object holds these, fixed in NumPy's ABI (PyArrayObject_fields), on a Python with a lock."""
+"""Where an array's object holds these, fixed in NumPy's ABI (PyArrayObject_fields), on a Python with a lock; a float
+has its number where an array has its data."""
 _BYTE_ORDER, _NUMBER_TYPE = 26, 28
 """The same of its dtype (PyArray_Descr); `=` is this machine's order, 12 is NPY_DOUBLE."""
 _ALIGNED, _WRITEABLE, _DOUBLE = 0x100, 0x400, 12
@@ -73,13 +74,14 @@ def _layout_holds(x: Any) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """What a function of single states takes: the shape of each argument.
+    """What a function of single states takes: the shape of each argument, () a float of Python itself.
 
     It gives a new array of shape `result`, a float of shape (), or None where it is None: the last argument is then
     written to.
     """
 
-    arguments: tuple[tuple[int, ...], ...]
+    arguments: tuple[tuple[int | None, ...], ...]
+    """A length of None, of the first axis, is any."""
     result: tuple[int, ...] | None
 
 
@@ -91,6 +93,7 @@ declare ptr @lwr_dyn_new_float(double)
 declare void @lwr_dyn_keep(ptr)
 declare void @lwr_dyn_release(ptr)
 @lwr_dyn_array = external global i8
+@lwr_dyn_float = external global i8
 @lwr_dyn_none = external global i8
 @shape = private constant [{axes} x i64] [{shape}]
 
@@ -146,13 +149,13 @@ good:
 def module_text(signature: Signature, body: str) -> str:
     """LLVM's text of a module.
 
-    `body` defines `double @body(ptr each argument, ptr result)`, which gives 0.0 where its results hold. Without a
-    result of its own it must not have written to the last argument where they do not.
+    `body` defines `double @body(ptr each argument, ptr result)`, a double for each float, which gives 0.0 where its
+    results hold. Without a result of its own it must not have written to the last argument where they do not.
     """
     arguments, result = signature.arguments, signature.result
     kind = "none" if result is None else "array" if result else "float"
     shape, last = result or (0,), len(arguments) - 1
-    given = ", ".join(f"ptr %data{i}" for i in range(len(arguments)))
+    given = ", ".join(f"{'ptr' if each else 'double'} %data{i}" for i, each in enumerate(arguments))
     checks = [
         line
         for i, each in enumerate(arguments)
@@ -164,8 +167,10 @@ def module_text(signature: Signature, body: str) -> str:
     )  # fmt: skip
 
 
-def _check(i: int, shape: Sequence[int], after: str, is_written: bool) -> list[str]:
-    """Blocks that lead to `after` where argument i is an array as it must be, and to %behind where it is not."""
+def _check(i: int, shape: Sequence[int | None], after: str, is_written: bool) -> list[str]:
+    """Blocks that lead to `after` where argument i is as it must be, and to %behind where it is not."""
+    if not shape:
+        return _float_check(i, after)
     need = _ALIGNED | (_WRITEABLE if is_written else 0)
     lines = [f"check{i}:", f"  %g{i} = getelementptr ptr, ptr %given, i64 {i}", f"  %a{i} = load ptr, ptr %g{i}"]
     lines += _field(i, "type", "ptr", f"a{i}", _TYPE) + _branch(i, 0, [("type", "ptr", "@lwr_dyn_array")])
@@ -177,10 +182,18 @@ def _check(i: int, shape: Sequence[int], after: str, is_written: bool) -> list[s
     lines += _field(i, "shape", "ptr", f"a{i}", _SHAPE) + _field(i, "strides", "ptr", f"a{i}", _STRIDES)
     lengths = []
     for axis, length in enumerate(shape):
-        for name, value in (("shape", length), ("strides", 8 * math.prod(shape[axis + 1 :]))):
+        inner = math.prod(x or 0 for x in shape[axis + 1 :])
+        for name, value in (("shape", length), ("strides", 8 * inner)):
             lines += _field(i, f"{name}.{axis}.", "i64", f"{name}{i}", 8 * axis)
-            lengths.append((f"{name}.{axis}.", "i64", value))
+            lengths += [] if value is None else [(f"{name}.{axis}.", "i64", value)]
     return lines + _field(i, "data", "ptr", f"a{i}", _DATA) + _branch(i, 2, lengths, after)
+
+
+def _float_check(i: int, after: str) -> list[str]:
+    """As `_check`, of a float."""
+    lines = [f"check{i}:", f"  %g{i} = getelementptr ptr, ptr %given, i64 {i}", f"  %a{i} = load ptr, ptr %g{i}"]
+    lines += _field(i, "type", "ptr", f"a{i}", _TYPE) + _branch(i, 0, [("type", "ptr", "@lwr_dyn_float")])
+    return [*lines, *_field(i, "data", "double", f"a{i}", _DATA), f"  br label %{after}"]
 
 
 def _field(i: int, name: str, kind: str, of: str, offset: int) -> list[str]:
@@ -211,7 +224,14 @@ _loading = threading.Lock()
 
 
 def single_call(
-    name: str, signature: Signature, parts: Sequence[str], body: Callable[[], str], behind: Call, doc: str = ""
+    name: str,
+    signature: Signature,
+    parts: Sequence[str],
+    body: Callable[[], str],
+    behind: Call,
+    doc: str = "",
+    *,
+    optimised: bool = False,
 ) -> Call:
     """The function of single states with that signature; what its code does not take goes to `behind`.
 
@@ -226,6 +246,8 @@ def single_call(
         Gives the text for `module_text`; called when no code is kept.
     behind : callable
         Takes the same arguments. It is returned itself where `closed_because` says why.
+    optimised : bool
+        Through the passes of LLVM too, for a body with loops and calls; straight lines are taken as they are written.
     """
     if closed_because():
         return behind
@@ -234,7 +256,7 @@ def single_call(
     key = cache_name(f"single-{name}", [*parts, repr(signature), *host_cpu(), *map(package_version, MAKERS)])
     with _loading:
         if key not in _engines:
-            _engines[key] = _engine(_code(key, signature, body))
+            _engines[key] = _engine(_code(key, signature, body, optimised))
     place = _engines[key].get_function_address("single")
     kept: Any = partial(behind)
     kept.memory = _engines[key], _Method(name.encode(), place, _FAST_CALL, doc.encode())
@@ -244,16 +266,19 @@ def single_call(
     return call  # its `self` is `kept`, and so keeps the memory in which its code and its name lie
 
 
-def _code(key: str, signature: Signature, body: Callable[[], str]) -> bytes:
+def _code(key: str, signature: Signature, body: Callable[[], str], optimised: bool) -> bytes:
     """The object code of that key: kept, or made now."""
     from llvmlite import binding as llvm
 
-    from lwr_dyn.codegen.kernels.machine_code import target_machine
+    from lwr_dyn.codegen.kernels.machine_code import optimise, target_machine
 
     known = read_cache(key)
     if known is not None:
         return known[1]
-    code: bytes = target_machine().emit_object(llvm.parse_assembly(module_text(signature, body())))
+    module = llvm.parse_assembly(module_text(signature, body()))
+    if optimised:
+        optimise(module)
+    code: bytes = target_machine().emit_object(module)
     write_cache(key, {}, code)
     return code
 
@@ -286,6 +311,6 @@ def _tell_addresses() -> None:
         "release": python.Py_DecRef,
     }  # fmt: skip
     addresses = {name: ctypes.cast(function, ctypes.c_void_p).value for name, function in functions.items()}
-    addresses |= {"new_array": numpy[_ARRAY_NEW], "array": id(np.ndarray), "none": id(None)}
+    addresses |= {"new_array": numpy[_ARRAY_NEW], "array": id(np.ndarray), "float": id(float), "none": id(None)}
     for name, address in addresses.items():
         llvm.add_symbol(f"lwr_dyn_{name}", address)

@@ -2,72 +2,87 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.records import quick_maker
 from lwr_dyn.kinematics.closed_forms.arm_numbers import places
-from lwr_dyn.kinematics.closed_forms.lazy_solutions import Found, LazySolutions
-from lwr_dyn.kinematics.solution import InverseResult
+from lwr_dyn.kinematics.closed_forms.lazy_solutions import LazyRows, LazySolutions
+from lwr_dyn.kinematics.closed_forms.runners import RowsOf
+from lwr_dyn.kinematics.solution import BRANCHES, SINGULARITIES, InverseResult
+from lwr_dyn.kinematics.solution_rows import SolutionRows
 from lwr_dyn.model.arm import Arm
 
 Intervals = Mapping[str, tuple[tuple[float, float], ...]]
+
+LABELS = tuple(branch.label for branch in BRANCHES)
+
+NEAR = tuple(tuple(name for i, name in enumerate(SINGULARITIES) if code >> i & 1) for code in range(8))
+"""Singularities by their code: 1 shoulder, 2 elbow, 4 wrist."""
+
+_result = quick_maker(InverseResult)
+
+_NO_ANGLES = (None,) * 8
+
+_NONE_NEAR = ((),) * 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judge:
     """Of one arm."""
 
-    lower: Array
-    """(n,) Position limits [rad], infinite where unknown."""
-    upper: Array
+    n: int
     joint_names: tuple[str, ...]
     at: Mapping[str, int]
     """`arm_numbers.places`."""
+    tail: slice
+    """Of the numbers that are one each."""
+    rows_of: RowsOf
 
     def result(
         self, out: Array, limits: bool, one_by_one: Callable[[], InverseResult], intervals: Intervals | None = None
     ) -> InverseResult:
         """Of the numbers `out`; `one_by_one` gives it where copies have to be listed and compared."""
-        tail = out[self.at["LEAST"] :].tolist()
-        least, _, inside, outside, left_out, margin, joint, special = tail
-        if not inside + outside:
+        least, _, inside, outside, left_out, margin, joint, special = out[self.tail].tolist()
+        count = int(inside + outside)
+        if not count:
             return InverseResult("out of reach", (), (), True, distance=least)
         if special:
             return one_by_one()
-        complete, more, of = not left_out, int(left_out), {} if intervals is None else intervals
-        if not limits:
-            every = self._listed(out, int(inside + outside), True, True)
-            return InverseResult("solved", every, (), complete, arm_angle_intervals=of, turns_left_out=more)
-        beyond = self._listed(out, int(outside), False, True) if outside else ()
-        if inside:
-            within = self._listed(out, int(inside), True, False)
-            return InverseResult("solved", within, beyond, complete, arm_angle_intervals=of, turns_left_out=more)
+        lazy, more, of = LazyRows(self.rows, out, count), int(left_out), {} if intervals is None else intervals
+        within = count if not limits else int(inside)
+        listed = LazySolutions(lazy, 0, within) if within else ()
+        beyond = LazySolutions(lazy, within, count) if within < count else ()
+        if within:
+            return _result("solved", listed, beyond, not more, None, None, None, None, of, more, False)
         name = self.joint_names[int(joint)]
-        return InverseResult(
-            "outside limits", (), beyond, complete, name, -margin, arm_angle_intervals=of, turns_left_out=more
-        )
+        return _result("outside limits", (), beyond, not more, name, -margin, None, None, of, more, False)
 
-    def _listed(self, out: Array, size: int, inside: bool, outside: bool) -> LazySolutions:
-        return LazySolutions(size, partial(self.found, out, inside, outside))
+    def rows(self, out: Array, count: int) -> SolutionRows:
+        """All copies of the branches."""
+        at = self.at
+        angles = out[at["ARM_ANGLE"] : at["ARM_ANGLE"] + 8].tolist() if "ARM_ANGLE" in at else _NO_ANGLES
+        numbers = self.rows_of(out, count)  # which finds the residuals too
+        residuals = out[at["RESIDUAL"] : at["RESIDUAL"] + 8].tolist()
+        return SolutionRows(self.joint_names, numbers, LABELS, angles, residuals, self.near(out))
 
-    def found(self, out: Array, inside: bool, outside: bool) -> Found:
-        """The branches inside the limits, those outside, or both."""
-        at, n = self.at, len(self.lower)
-        q, copies = out[: 8 * n].reshape(8, n), out[at["COPIES"] :][:8]
-        which = np.flatnonzero((q[:, 0] == q[:, 0]) & np.where(copies > 0.0, inside, outside))
-        first, many = (out[at[name] :][: 8 * n].reshape(8, n)[which] for name in ("FIRST", "MANY"))
-        beyond = copies[which, None] == 0.0
-        codes = out[at["SINGULAR"] :][which].astype(int).tolist() if n == 6 else [0] * len(which)
-        angles = out[at["ARM_ANGLE"] :][which].tolist() if "ARM_ANGLE" in at else [None] * len(which)
-        return Found(
-            self.lower, self.upper, self.joint_names, q[which], tuple(which.tolist()),
-            tuple(out[at["RESIDUAL"] :][which].tolist()), tuple(codes), np.where(beyond, 0.0, first),
-            tuple(map(tuple, np.where(beyond, 1, many).astype(int).tolist())), tuple(angles),
-        )  # fmt: skip
+    def near(self, out: Array) -> tuple[tuple[str, ...], ...]:
+        """The singularities that each branch is near to."""
+        if self.n != 6:
+            return _NONE_NEAR
+        at = self.at["SINGULAR"]
+        return tuple([NEAR[int(code)] for code in out[at : at + 8].tolist()])
+
+    def branches(self, out: Array) -> tuple[Array, NDArray[np.intp]]:
+        """q (m, n) of the branches within reach, and their places in `BRANCHES`."""
+        q = out[: 8 * self.n].reshape(8, self.n)
+        which = np.flatnonzero(q[:, 0] == q[:, 0])
+        return q[which], which
 
 
-def judge_of(arm: Arm) -> Judge:
+def judge_of(arm: Arm, rows_of: RowsOf) -> Judge:
     """Of an arm."""
-    return Judge(arm.lower, arm.upper, tuple(arm.joint_names), places(arm.n))
+    at = places(arm.n)
+    return Judge(arm.n, tuple(arm.joint_names), at, slice(at["LEAST"], at["SPECIAL"] + 1), rows_of)

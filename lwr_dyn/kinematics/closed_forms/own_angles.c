@@ -8,14 +8,14 @@ static double sine_or_cosine(double x, int is_cosine)
     const double sign = 1.0 - 2.0 * (odd * odd);
     const double r = (x - turns * PI_PARTS[0]) - (turns * PI_PARTS[1] + turns * PI_PARTS[2]);
     const double square = r * r;
-    double total = 0.0;
+    double total = is_cosine == 1 ? COSINE[0] : SINE[0];
     if (is_cosine == 1) {
-        for (int i = 0; i < COSINE_TERMS; i++) {
+        for (int i = 1; i < COSINE_TERMS; i++) {
             total = total * square + COSINE[i];
         }
         return sign * ((1.0 - 0.5 * square) + square * square * total);
     }
-    for (int i = 0; i < SINE_TERMS; i++) {
+    for (int i = 1; i < SINE_TERMS; i++) {
         total = total * square + SINE[i];
     }
     return sign * r + sign * r * square * total;
@@ -36,24 +36,23 @@ static double own_atan2(double y, double x)
 {
     const double along = fabs(x);
     const double across = fabs(y);
-    const int is_steep = across > along ? 1 : 0;
-    const int is_back = copysign(1.0, x) < 0.0 ? 1 : 0;
-    const double least = is_steep == 1 ? along : across;
-    const double most = is_steep == 1 ? across : along;
-    const int is_middle = least > 0.5 * most ? 1 : 0;
-    const double top = is_middle == 1 ? least - most : least;
-    const double bottom = is_middle == 1 ? least + most : most;
+    const double steep = across > along ? 1.0 : 0.0;
+    const double back = copysign(1.0, x) < 0.0 ? 1.0 : 0.0;
+    const double least = across > along ? along : across;
+    const double most = across > along ? across : along;
+    const double middle = least > 0.5 * most ? 1.0 : 0.0;
+    const double top = least > 0.5 * most ? least - most : least;
+    const double bottom = least > 0.5 * most ? least + most : most;
     const double t = bottom > 0.0 ? top / bottom : top + bottom;
     const double square = t * t;
-    double total = 0.0;
-    for (int i = 0; i < ARCTANGENT_TERMS; i++) {
+    double total = ARCTANGENT[0];
+    for (int i = 1; i < ARCTANGENT_TERMS; i++) {
         total = total * square + ARCTANGENT[i];
     }
-    const int is_falling = is_steep == is_back ? 0 : 1;
-    const int from = is_steep == 1 ? 2 : 4 * is_back;
-    const int eighth = is_falling == 1 ? from - is_middle : from + is_middle;
-    const double turned_by = is_falling == 1 ? -t : t;
-    const double angle = EIGHTHS[eighth] + (turned_by + (EIGHTHS_REST[eighth] + turned_by * square * total));
+    const double sense = steep == back ? 1.0 : -1.0;
+    const double eighths = (across > along ? 2.0 : 4.0 * back) + sense * middle;
+    const double turned_by = sense * t;
+    const double angle = eighths * EIGHTH + (turned_by + (eighths * EIGHTH_REST + turned_by * square * total));
     return copysign(angle, y);
 }
 

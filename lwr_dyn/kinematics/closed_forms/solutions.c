@@ -44,13 +44,13 @@ static void sine_and_cosine(double x, double *out)
     const double sign = 1.0 - 2.0 * (odd * odd);
     const double r = (x - turns * PI_PARTS[0]) - (turns * PI_PARTS[1] + turns * PI_PARTS[2]);
     const double square = r * r;
-    double total = 0.0;
-    for (int i = 0; i < COSINE_TERMS; i++) {
+    double total = COSINE[0];
+    for (int i = 1; i < COSINE_TERMS; i++) {
         total = total * square + COSINE[i];
     }
     out[1] = sign * ((1.0 - 0.5 * square) + square * square * total);
-    total = 0.0;
-    for (int i = 0; i < SINE_TERMS; i++) {
+    total = SINE[0];
+    for (int i = 1; i < SINE_TERMS; i++) {
         total = total * square + SINE[i];
     }
     out[0] = sign * r + sign * r * square * total;
@@ -89,24 +89,48 @@ static double residual(const double *T, const double *q, int b, double *B)
     return largest;
 }
 
+/* the residuals of the branches, of the pose behind TARGET */
+static void residuals(double *out)
+{
+    double T[12];
+    double B[96];
+    for (int i = 0; i < 12; i++) {
+        T[i] = out[TARGET + i];
+        B[i] = FRAMES[i];
+    }
+    for (int b = 0; b < 8; b++) {
+        if (out[JOINTS * b] <= UNLIMITED) {
+            out[RESIDUAL + b] = residual(T, out, b, B);
+        }
+    }
+}
+
 /* whole turns of each joint of branch b that are inside its limits: the first, and how many; gives their product */
 static double copies(double *out, int b)
 {
     double total = 1.0;
     for (int i = 0; i < JOINTS; i++) {
-        const double q = out[JOINTS * b + i];
-        const double first = LIMITED[i] > 0.0 ? -floor(-(LOW[i] - TOUCH - q) / TURN) : 0.0;
-        const double last = LIMITED[i] > 0.0 ? floor((UP[i] + TOUCH - q) / TURN) : 0.0;
-        const double above = q + TURN * first - LOW[i] + TOUCH;
-        const double below = UP[i] - (q + TURN * last) + TOUCH;
-        const double room = smaller(above, below);
-        const double most = larger(above, below);
-        if (LIMITED[i] > 0.0 && (room < DOUBT || most > TURN - DOUBT)) {
-            out[SPECIAL] = 1.0;
+        const int at = JOINTS * b + i;
+        const double q = out[at];
+        double first = 0.0;
+        double many = 1.0;
+        if (b > 0 && q == out[at - JOINTS] && out[LEFT_OUT] == 0.0) {
+            first = out[FIRST + at - JOINTS];
+            many = out[MANY + at - JOINTS];
+        } else if (LIMITED[i] > 0.0) {
+            const double below = (q - ALLOWED[2 * i]) / TURN;
+            const double above = (ALLOWED[2 * i + 1] - q) / TURN;
+            const double down = floor(below);
+            const double up = floor(above);
+            if (fabs(below - down - 0.5) > CERTAIN_TURN || fabs(above - up - 0.5) > CERTAIN_TURN) {
+                out[SPECIAL] = 1.0;
+            }
+            first = -down;
+            many = up + down + 1.0;
         }
-        out[FIRST + JOINTS * b + i] = first;
-        out[MANY + JOINTS * b + i] = last - first + 1.0;
-        total = last < first ? 0.0 : total * (last - first + 1.0);
+        out[FIRST + at] = first;
+        out[MANY + at] = many;
+        total = many < 1.0 ? 0.0 : total * many;
     }
     return total;
 }
@@ -144,23 +168,21 @@ static int is_same(const double *q, int a, int b)
     return 1;
 }
 
-/* the branches in out[0] and after: their residuals, copies inside the limits, how many are inside and outside */
+/* the branches in out[0] and after: copies inside the limits, how many are inside and outside; and where a residual may
+   be too large, the residuals, which otherwise are found with the rows */
 static void judged(const double *T, double *out)
 {
-    double B[96];
-    for (int i = 0; i < 12; i++) {
-        B[i] = FRAMES[i];
-    }
     for (int i = WORST; i < SIZE; i++) {
         out[i] = 0.0;
     }
+    for (int i = 0; i < 12; i++) {
+        out[TARGET + i] = T[i];
+    }
     for (int b = 0; b < 8; b++) {
         out[COPIES + b] = 0.0;
+        out[RESIDUAL + b] = 0.0;
         if (out[JOINTS * b] <= UNLIMITED) {
-            const double off = residual(T, out, b, B);
             const double total = copies(out, b);
-            out[RESIDUAL + b] = off;
-            out[WORST] = larger(off, out[WORST]);
             if (total > MOST_COPIES) {
                 out[LEFT_OUT] += total - 1.0;
                 for (int i = 0; i < JOINTS; i++) {
@@ -174,10 +196,22 @@ static void judged(const double *T, double *out)
                 outside(out, b);
             }
             for (int a = 0; a < b; a++) {
-                if (out[JOINTS * a] <= UNLIMITED && is_same(out, a, b) == 1) {
+                const double off = fabs(out[JOINTS * a] - out[JOINTS * b]);
+                if ((off <= SAME || fabs(off - TURN) <= SAME) && is_same(out, a, b) == 1) {
                     out[SPECIAL] = 1.0;
                 }
             }
+        } else {
+            for (int i = 0; i < JOINTS; i++) {
+                out[FIRST + JOINTS * b + i] = 0.0;
+                out[MANY + JOINTS * b + i] = 0.0;
+            }
+        }
+    }
+    if (IS_CHECKED == 1) {
+        residuals(out);
+        for (int b = 0; b < 8; b++) {
+            out[WORST] = larger(out[RESIDUAL + b], out[WORST]);
         }
     }
 }

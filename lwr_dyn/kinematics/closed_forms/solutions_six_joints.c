@@ -2,17 +2,17 @@
 int solutions(const double pose[16], double out[176])
 {
     double T[12];
-    double target[9];
     double w[3];
     if (made_exact(pose, T) == 1) {
         return 1;
     }
     out[LEAST] = inverse_kinematics(T, out);
     judged(T, out);
-    wrist_centre(T, target, w);
+    wrist_centre(T, w);
     const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
     const double shoulder = radius - fabs(LATERAL) < NEAR_SINGULAR ? 1.0 : 0.0;
     for (int b = 0; b < 8; b++) {
+        out[SINGULAR + b] = 0.0;
         if (out[6 * b] <= UNLIMITED) {
             const double bend = fabs(wrap(out[6 * b + 2] - STRAIGHT));
             const double tilt = fabs(wrap(out[6 * b + 4] + OFFSET));

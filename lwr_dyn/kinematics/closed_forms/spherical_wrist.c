@@ -7,71 +7,72 @@ static double shared_roll(const double *M)
     return MIDDLE[3] + direction * (q6 < 0.0 ? -excess : excess);
 }
 
-/* q4, q5, q6 of the wrist's rotation with a sign of its tilt, into q[place + 3] and the two after it */
-static void wrist(const double *M, double sign, double *q, int place)
+/* q4, q5, q6 of the wrist's rotation: with its tilt from 0 to pi into q[place + 3] and after; with the other sign of it,
+   both rolls half a turn on, into q[place + 9] and after */
+static void wrist(const double *M, double *q, int place)
 {
     const double sine = sqrt(M[2] * M[2] + M[5] * M[5]);
-    const double roll = sine < ALIGNED ? shared_roll(M) : atan2(sign * M[5], sign * M[2]);
+    const double roll = sine < ALIGNED ? shared_roll(M) : atan2(M[5], M[2]);
+    const double turn = sine < ALIGNED ? 0.0 : HALF_TURN;
     const double c = cos(roll);
     const double s = sin(roll);
-    q[place + 3] = roll;
-    q[place + 4] = atan2(sign * sine, M[8]) - OFFSET;
-    q[place + 5] = atan2(c * M[3] - s * M[0], c * M[4] - s * M[1]);
-}
-
-/* two branches, one of each sign of the wrist's tilt, with the wrist centre at `along`, `out` of axis 2 */
-static void elbow_branches(const double *target, double q1, double along, double out, double turn, double *q, int place)
-{
-    double A[9];
-    double B[9];
-    double M[9];
-    const double q3 = STRAIGHT + ELBOW_SIGN * turn;
-    const double inner = atan2(LENGTHS[1] * sin(turn), LENGTHS[0] + LENGTHS[1] * cos(turn));
-    const double q2 = atan2(out, along) - LEAN - inner;
-    turned(AXIS_1, q1, A);
-    turned(AXIS_2, q2 + ELBOW_SIGN * q3, B);
-    product(A, B, M);
-    product(M, BALL_BASIS, A);
-    product_of_transposed(A, target, M);
-    for (int w = 0; w < 2; w++) {
-        const int at = place + 6 * w;
-        q[at] = q1;
-        q[at + 1] = q2;
-        q[at + 2] = q3;
-        wrist(M, w == 0 ? 1.0 : -1.0, q, at);
-        for (int i = 0; i < 6; i++) {
-            q[at + i] = MIDDLE[i] + wrap(q[at + i] - MIDDLE[i]);
-        }
-    }
+    const double tilt = atan2(sine, M[8]);
+    const double second = atan2(c * M[3] - s * M[0], c * M[4] - s * M[1]);
+    q[place + 3] = near_middle(roll, 3);
+    q[place + 4] = near_middle(tilt - OFFSET, 4);
+    q[place + 5] = near_middle(second, 5);
+    q[place + 9] = near_middle(roll + turn, 3);
+    q[place + 10] = near_middle(-tilt - OFFSET, 4);
+    q[place + 11] = near_middle(second + turn, 5);
 }
 
 double inverse_kinematics(const double pose[16], double out[48])
 {
     double w[3];
+    double root[1];
     double target[9];
+    double N[9];
+    double A[9];
+    double M[9];
     double least = UNLIMITED;
-    wrist_centre(pose, target, w);
-    const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
-    const double lateral = fabs(LATERAL);
-    const double root = sqrt(larger(radius - lateral, 0.0) * (radius + lateral));
-    const double missing = radius + REACH_SLACK < lateral ? lateral - radius : 0.0;
+    wrist_centre(pose, w);
+    wrist_rotation(pose, target);
+    const double missing = shoulder_gap(w, root);
     const double along = w[2] - SHOULDER[0];
     for (int s = 0; s < 2; s++) {
-        const double front = s == 0 ? FRONT * root : -FRONT * root;
-        const double ahead = atan2(w[1], w[0]) - atan2(LATERAL, front);
-        const double q1 = radius < ALIGNED ? MIDDLE[0] : ahead;
-        const double distance = sqrt(along * along + (front - SHOULDER[1]) * (front - SHOULDER[1]));
+        const double front = s == 0 ? FRONT * root[0] : -FRONT * root[0];
+        const double ahead = front - SHOULDER[1];
+        const double distance = sqrt(along * along + ahead * ahead);
         const double bend = elbow_bend(distance);
         const double short_of = reach_excess(distance);
         const double excess = short_of < missing ? missing : short_of;
         if (!(excess >= least)) {
             least = excess;
         }
-        for (int e = 0; e < 2; e++) {
-            elbow_branches(target, q1, along, front - SHOULDER[1], e == 0 ? bend : -bend, out, 24 * s + 12 * e);
-        }
-        for (int i = 24 * s; i < 24 * s + 24; i++) {
-            out[i] = excess <= 0.0 ? out[i] : (double)NAN;
+        if (excess <= 0.0) {
+            const double q1 = shoulder_angle(w, front);
+            const double lean = atan2(ahead, along) - LEAN;
+            const double inner = atan2(LENGTHS[1] * sin(bend), LENGTHS[0] + LENGTHS[1] * cos(bend));
+            turned_back(target, q1, 0, 1, N);
+            out[24 * s] = near_middle(q1, 0);
+            for (int e = 0; e < 2; e++) {
+                const int at = 24 * s + 12 * e;
+                const double q2 = e == 0 ? lean - inner : lean + inner;
+                const double q3 = e == 0 ? STRAIGHT + ELBOW_SIGN * bend : STRAIGHT - ELBOW_SIGN * bend;
+                turned_back(N, q2 + ELBOW_SIGN * q3, 2, 0, A);
+                product(BALL_TURNED, A, M);
+                wrist(M, out, at);
+                out[at] = out[24 * s];
+                out[at + 1] = near_middle(q2, 1);
+                out[at + 2] = near_middle(q3, 2);
+                for (int i = at; i < at + 3; i++) {
+                    out[i + 6] = out[i];
+                }
+            }
+        } else {
+            for (int i = 24 * s; i < 24 * s + 24; i++) {
+                out[i] = (double)NAN;
+            }
         }
     }
     return least;

@@ -50,44 +50,81 @@ static void alignment_cuts(const double *G, int z, double *cuts, int at)
     cuts[at + 1] = size > ALIGNED && G[z + 2] - size <= -1.0 + 1e-14 ? wrap(top + HALF_TURN) : -HALF_TURN;
 }
 
-/* |atan2(y, x) - centre|, the centre by its cosine and sine */
+/* |angle of (x, y) - centre|, the centre by its cosine and sine */
 static double away(double x, double y, double c, double s)
 {
     return atan2(fabs(y * c - x * s), x * c + y * s);
 }
 
-/* margins of a ball's joints, the smallest and the sum, into m; G from `at` on holds its seven forms */
-static void ball_margins(const double *G, int at, double c, double s, double sign, int joint, double *m)
+/* those of `ball_margins` where the ball's rolls turn about one line: both are as far from their middles */
+static void aligned_margins(const double *G, int at, const double *turn, double sign, int joint, double *m)
 {
-    const double x = c * G[at] + s * G[at + 1] + G[at + 2];
-    const double y = c * G[at + 3] + s * G[at + 4] + G[at + 5];
-    const double x2 = c * G[at + 6] + s * G[at + 7] + G[at + 8];
-    const double y2 = c * G[at + 9] + s * G[at + 10] + G[at + 11];
-    const double z = c * G[at + 12] + s * G[at + 13] + G[at + 14];
-    const double tilt = sqrt(x * x + y * y);
-    double first = 0.0;
-    double second = 0.0;
-    if (tilt < ALIGNED) {
-        const double ya = c * G[at + 15] + s * G[at + 16] + G[at + 17];
-        const double xa = c * G[at + 18] + s * G[at + 19] + G[at + 20];
-        const double both = MIDDLE[joint] + (z > 0.0 ? MIDDLE[joint + 2] : -MIDDLE[joint + 2]);
-        first = fabs(wrap(atan2(ya, xa) - both)) / 2.0;
-        second = first;
-    } else {
-        first = away(x, y, CENTRE_COSINE[joint], CENTRE_SINE[joint]);
-        second = away(x2, y2, CENTRE_COSINE[joint + 2], CENTRE_SINE[joint + 2]);
+    for (int i = 0; i < ROW; i++) {
+        const double c = turn[i];
+        const double s = turn[ROW + i];
+        const double tilt = m[2 * ROW + i];
+        if (tilt < ALIGNED) {
+            const double z = c * G[at + 12] + s * G[at + 13] + G[at + 14];
+            const double ya = c * G[at + 15] + s * G[at + 16] + G[at + 17];
+            const double xa = c * G[at + 18] + s * G[at + 19] + G[at + 20];
+            const double both = MIDDLE[joint] + (z > 0.0 ? MIDDLE[joint + 2] : -MIDDLE[joint + 2]);
+            const double roll = fabs(wrap(atan2(ya, xa) - both)) / 2.0;
+            const double off = away(z, sign * tilt, CENTRE_COSINE[joint + 1], CENTRE_SINE[joint + 1]);
+            const double middle = HALF[joint + 1] - off;
+            m[i] = smaller(smaller(HALF[joint] - roll, HALF[joint + 2] - roll), middle);
+            m[ROW + i] = HALF[joint] - roll + middle + (HALF[joint + 2] - roll);
+        }
     }
-    const double middle = away(z, sign * tilt, CENTRE_COSINE[joint + 1], CENTRE_SINE[joint + 1]);
-    m[0] = smaller(smaller(HALF[joint] - first, HALF[joint + 2] - second), HALF[joint + 1] - middle);
-    m[1] = HALF[joint] - first + (HALF[joint + 1] - middle) + (HALF[joint + 2] - second);
 }
 
-/* the smallest margin of a ball's joints */
-static double ball_margin(const double *G, int at, double c, double s, double sign, int joint)
+/* margins of a ball's joints at ROW arm angles given by cosines, then sines: into m the smallest, the sums, the tilts'
+   sines; G from `at` on holds its seven forms */
+static void ball_margins(const double *G, int at, const double *turn, double sign, int joint, double *m)
 {
-    double m[2];
-    ball_margins(G, at, c, s, sign, joint, m);
-    return m[0];
+    double row[48];
+    for (int i = 0; i < ROW; i++) {
+        const double c = turn[i];
+        const double s = turn[ROW + i];
+        const double x = c * G[at] + s * G[at + 1] + G[at + 2];
+        const double y = c * G[at + 3] + s * G[at + 4] + G[at + 5];
+        const double x2 = c * G[at + 6] + s * G[at + 7] + G[at + 8];
+        const double y2 = c * G[at + 9] + s * G[at + 10] + G[at + 11];
+        const double z = c * G[at + 12] + s * G[at + 13] + G[at + 14];
+        const double tilt = sqrt(x * x + y * y);
+        const double first = HALF[joint] - away(x, y, CENTRE_COSINE[joint], CENTRE_SINE[joint]);
+        const double second = HALF[joint + 2] - away(x2, y2, CENTRE_COSINE[joint + 2], CENTRE_SINE[joint + 2]);
+        const double middle = HALF[joint + 1] - away(z, sign * tilt, CENTRE_COSINE[joint + 1], CENTRE_SINE[joint + 1]);
+        row[i] = smaller(smaller(first, second), middle);
+        row[ROW + i] = first + middle + second;
+        row[2 * ROW + i] = tilt;
+    }
+    double flattest = 1.0;
+    for (int i = 0; i < 3 * ROW; i++) {
+        m[i] = row[i];
+    }
+    for (int i = 0; i < ROW; i++) {
+        flattest = smaller(flattest, row[2 * ROW + i]);
+    }
+    if (flattest < ALIGNED) {
+        aligned_margins(G, at, turn, sign, joint, m);
+    }
+}
+
+/* of a branch at ROW arm angles: the smallest margin of the joints that move with it, and a share of the sum of all */
+static void moving_margins(const double *G, const double *psi, double shoulder, double wrist, double tie, double *out)
+{
+    double turn[32];
+    double first[48];
+    double last[48];
+    for (int i = 0; i < ROW; i++) {
+        turn[i] = cos(psi[i]);
+        turn[ROW + i] = sin(psi[i]);
+    }
+    ball_margins(G, 0, turn, shoulder, 0, first);
+    ball_margins(G, 21, turn, wrist, 4, last);
+    for (int i = 0; i < ROW; i++) {
+        out[i] = smaller(first[i], last[i]) + tie * (first[ROW + i] + last[ROW + i]);
+    }
 }
 
 /* the seven forms of a branch's ball from its matrix, and the 14 cuts of its joints */
@@ -178,7 +215,9 @@ static int branch_intervals(const double *F, double shoulder, double wrist, doub
     double G[42];
     double cuts[29];
     double hard[29];
-    double inside[29];
+    double inside[32];
+    double psi[16];
+    double margins[16];
     const double elbow = HALF[3] - fabs(wrap(F[54] - MIDDLE[3]));
     if (!(elbow >= margin - TOUCH)) {
         return 0;
@@ -187,12 +226,15 @@ static int branch_intervals(const double *F, double shoulder, double wrist, doub
     ball_cuts(F, 0, shoulder, 0, margin, G, cuts, 0);
     ball_cuts(F, 27, wrist, 4, margin, G, cuts, 1);
     sort_cuts(cuts, hard);
-    for (int i = 0; i < 29; i++) {
-        const double psi = (cuts[i] + (i == 28 ? HALF_TURN : cuts[i + 1])) / 2.0;
-        const double c = cos(psi);
-        const double s = sin(psi);
-        const double least = smaller(ball_margin(G, 0, c, s, shoulder, 0), ball_margin(G, 21, c, s, wrist, 4));
-        inside[i] = least >= margin - TOUCH ? 1.0 : 0.0;
+    for (int from = 0; from < 32; from += ROW) {
+        for (int i = 0; i < ROW; i++) {
+            const int k = from + i < 29 ? from + i : 28;
+            psi[i] = (cuts[k] + (k == 28 ? HALF_TURN : cuts[k + 1])) / 2.0;
+        }
+        moving_margins(G, psi, shoulder, wrist, 0.0, margins);
+        for (int i = 0; i < ROW; i++) {
+            inside[from + i] = margins[i] >= margin - TOUCH ? 1.0 : 0.0;
+        }
     }
     return joined(cuts, hard, inside, out, at);
 }

@@ -1,4 +1,4 @@
-"""The small part of C of the texts, parsed into a tree: functions, statements, expressions, each with its place.
+"""The small part of C of the texts, parsed into a tree.
 
 A name of a whole number known beforehand is put in as that number; so loops have ends, and arrays places, that are
 known before anything runs.
@@ -9,148 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from lwr_dyn.foundation.errors import OptionError
-
-
-@dataclass(frozen=True, slots=True)
-class CNumber:
-    """A whole number or a double."""
-
-    value: int | float
-
-
-@dataclass(frozen=True, slots=True)
-class CName:
-    """A variable, an argument or a constant."""
-
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class CItem:
-    """One number of an array."""
-
-    array: str
-    place: "CExpression"
-
-
-@dataclass(frozen=True, slots=True)
-class CCall:
-    """A call of a function."""
-
-    function: str
-    arguments: tuple["CExpression", ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CUnary:
-    """- or !"""
-
-    sign: str
-    of: "CExpression"
-
-
-@dataclass(frozen=True, slots=True)
-class CBinary:
-    """Arithmetic, comparison, && or ||."""
-
-    sign: str
-    left: "CExpression"
-    right: "CExpression"
-
-
-@dataclass(frozen=True, slots=True)
-class CChoice:
-    """test ? yes : no."""
-
-    test: "CExpression"
-    yes: "CExpression"
-    no: "CExpression"
-
-
-CExpression = CNumber | CName | CItem | CCall | CUnary | CBinary | CChoice
-
-
-@dataclass(frozen=True, slots=True)
-class CRoom:
-    """A local array, its numbers not set."""
-
-    name: str
-    size: int
-
-
-@dataclass(frozen=True, slots=True)
-class CSet:
-    """target = value; `declared` is "double" or "int" where the variable begins here."""
-
-    declared: str
-    target: CName | CItem
-    value: CExpression
-
-
-@dataclass(frozen=True, slots=True)
-class CFor:
-    """`name` from `first` up to `end` (excluded) by `step`."""
-
-    name: str
-    first: CExpression
-    end: CExpression
-    step: int
-    body: tuple["CStatement", ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CWhile:
-    """A loop."""
-
-    test: CExpression
-    body: tuple["CStatement", ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CIf:
-    """A branch."""
-
-    test: CExpression
-    yes: tuple["CStatement", ...]
-    no: tuple["CStatement", ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CReturn:
-    """The end of a function."""
-
-    value: CExpression | None
-
-
-@dataclass(frozen=True, slots=True)
-class CDo:
-    """A call whose result, if any, does not count."""
-
-    call: CCall
-
-
-CStatement = CRoom | CSet | CFor | CWhile | CIf | CReturn | CDo
-
-
-@dataclass(frozen=True, slots=True)
-class CFunction:
-    """A function; its kind and those of its arguments are "double", "int", "void", "double*"."""
-
-    name: str
-    kind: str
-    arguments: tuple[tuple[str, str], ...]
-    """(kind, name)."""
-    body: tuple[CStatement, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class CText:
-    """A whole text."""
-
-    functions: tuple[CFunction, ...]
-    constants: Mapping[str, float]
-    """Those that the text itself defines."""
-
+from lwr_dyn.kinematics.closed_forms import tree
 
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>\d+\.?\d*(?:e[+-]?\d+)?)|(?P<name>\w+)|(?P<sign>&&|\|\||[-+*/<>=!]=|\+\+|--|[-+*/%<>=!?:;,(){}\[\]]))"
@@ -188,7 +47,7 @@ class _CReader:
         return True
 
 
-def parsed(text: str, wholes: Mapping[str, int]) -> CText:
+def parsed(text: str, wholes: Mapping[str, int]) -> tree.CText:
     """The tree of a text, with those whole numbers put in; raises `OptionError` for what is not of this part of C."""
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
     tokens, at = [], 0
@@ -209,10 +68,10 @@ def parsed(text: str, wholes: Mapping[str, int]) -> CText:
             reader.take(";")
         else:
             functions.append(_function(reader))
-    return CText(tuple(functions), reader.constants)
+    return tree.CText(tuple(functions), reader.constants)
 
 
-def _function(reader: _CReader) -> CFunction:
+def _function(reader: _CReader) -> tree.CFunction:
     kind, name, arguments = reader.take("double", "int", "void"), reader.take(), []
     reader.take("(")
     while not reader.passes(")"):
@@ -224,39 +83,39 @@ def _function(reader: _CReader) -> CFunction:
             reader.take("]")
             arguments[-1] = (argument + "*", arguments[-1][1])
         reader.passes(",")
-    return CFunction(name, kind, tuple(arguments), _block(reader))
+    return tree.CFunction(name, kind, tuple(arguments), _block(reader))
 
 
-def _block(reader: _CReader) -> tuple[CStatement, ...]:
+def _block(reader: _CReader) -> tuple[tree.CStatement, ...]:
     reader.take("{")
-    statements: list[CStatement] = []
+    statements: list[tree.CStatement] = []
     while not reader.passes("}"):
         statements.append(_statement(reader))
     return tuple(statements)
 
 
-def _statement(reader: _CReader) -> CStatement:
+def _statement(reader: _CReader) -> tree.CStatement:
     if reader.passes("for"):
         return _for(reader)
     if reader.passes("while"):
-        return CWhile(_in_brackets(reader), _block(reader))
+        return tree.CWhile(_in_brackets(reader), _block(reader))
     if reader.passes("if"):
         return _if(reader)
     if reader.passes("return"):
         value = None if reader.next == ";" else _expression(reader)
         reader.take(";")
-        return CReturn(value)
+        return tree.CReturn(value)
     return _simple(reader)
 
 
-def _in_brackets(reader: _CReader) -> CExpression:
+def _in_brackets(reader: _CReader) -> tree.CExpression:
     reader.take("(")
     inner = _expression(reader)
     reader.take(")")
     return inner
 
 
-def _for(reader: _CReader) -> CFor:
+def _for(reader: _CReader) -> tree.CFor:
     for token in ("(", "int"):
         reader.take(token)
     name = reader.take()
@@ -267,80 +126,85 @@ def _for(reader: _CReader) -> CFor:
     end = _expression(reader)
     reader.take(";")
     reader.take(name)
-    step = 1 if reader.take("++", "+=") == "++" else int(reader.take())
+    step = 1
+    if reader.take("++", "+=") == "+=":
+        token = reader.take()
+        step = int(reader.wholes.get(token, token))
     reader.take(")")
-    return CFor(name, first, end, step, _block(reader))
+    return tree.CFor(name, first, end, step, _block(reader))
 
 
-def _if(reader: _CReader) -> CIf:
+def _if(reader: _CReader) -> tree.CIf:
     test, yes = _in_brackets(reader), _block(reader)
     if reader.passes("else", "if"):
-        return CIf(test, yes, (_if(reader),))
-    return CIf(test, yes, _block(reader) if reader.passes("else") else ())
+        return tree.CIf(test, yes, (_if(reader),))
+    return tree.CIf(test, yes, _block(reader) if reader.passes("else") else ())
 
 
-def _simple(reader: _CReader) -> CStatement:
+def _simple(reader: _CReader) -> tree.CStatement:
     """A declaration, an assignment or a call."""
     reader.passes("const")
     declared = reader.take() if reader.next in ("double", "int") else ""
     target = _primary(reader)
-    if declared and isinstance(target, CItem):
-        assert isinstance(target.place, CNumber)
+    if declared and isinstance(target, tree.CItem):
+        assert isinstance(target.place, tree.CNumber)
         reader.take(";")
-        return CRoom(target.array, int(target.place.value))
-    if isinstance(target, CCall):
+        return tree.CRoom(target.array, int(target.place.value))
+    if isinstance(target, tree.CCall):
         reader.take(";")
-        return CDo(target)
-    assert isinstance(target, CName | CItem)
+        return tree.CDo(target)
+    assert isinstance(target, tree.CName | tree.CItem)
     sign = reader.take("=", "+=", "-=", "*=", "++", "--")
-    value: CExpression = CNumber(1) if sign in ("++", "--") else _expression(reader)
+    value: tree.CExpression = tree.CNumber(1) if sign in ("++", "--") else _expression(reader)
     reader.take(";")
-    return CSet(declared, target, value if sign == "=" else CBinary(sign[0], target, value))
+    return tree.CSet(declared, target, value if sign == "=" else tree.CBinary(sign[0], target, value))
 
 
-def _expression(reader: _CReader) -> CExpression:
+def _expression(reader: _CReader) -> tree.CExpression:
     test = _binary(reader, 0)
     if not reader.passes("?"):
         return test
     yes = _expression(reader)
     reader.take(":")
-    return CChoice(test, yes, _expression(reader))
+    return tree.CChoice(test, yes, _expression(reader))
 
 
-def _binary(reader: _CReader, level: int) -> CExpression:
+def _binary(reader: _CReader, level: int) -> tree.CExpression:
     """From the left to the right, signs of a higher level first."""
     if level == len(_LEVELS):
         return _unary(reader)
     left = _binary(reader, level + 1)
     while reader.next in _LEVELS[level]:
-        left = CBinary(reader.take(), left, _binary(reader, level + 1))
+        left = tree.CBinary(reader.take(), left, _binary(reader, level + 1))
     return left
 
 
-def _unary(reader: _CReader) -> CExpression:
+def _unary(reader: _CReader) -> tree.CExpression:
     if reader.next in ("-", "!"):
-        return CUnary(reader.take(), _unary(reader))
+        return tree.CUnary(reader.take(), _unary(reader))
     return _primary(reader)
 
 
-def _primary(reader: _CReader) -> CExpression:
+def _primary(reader: _CReader) -> tree.CExpression:
     if reader.passes("("):
         if reader.passes("double", ")"):
             return _primary(reader)
+        if reader.passes("int", ")"):
+            return tree.CCall("int", (_primary(reader),))
         inner = _expression(reader)
         reader.take(")")
         return inner
     token = reader.take()
     if token[0].isdigit():
-        return CNumber(int(token) if token.isdigit() else float(token))
+        return tree.CNumber(int(token) if token.isdigit() else float(token))
     if reader.passes("["):
         place = _expression(reader)
         reader.take("]")
-        return CItem(token, place)
+        return tree.CItem(token, place)
     if reader.passes("("):
         arguments = []
         while not reader.passes(")"):
             arguments.append(_expression(reader))
             reader.passes(",")
-        return CCall(token, tuple(arguments))
-    return CNumber(reader.wholes[token]) if token in reader.wholes else CName(token)
+        return tree.CCall(token, tuple(arguments))
+    return tree.CNumber(reader.wholes[token]) if token in reader.wholes else tree.CName(token)

@@ -30,14 +30,11 @@ ANGLE_NUMBERS: dict[str, Any] = {
         -0.06665052856794013, 0.07692198451257941, -0.09090904370311348, 0.11111110990139533, -0.14285714284106285,
         0.199999999999916, -0.33333333333333326,
     ),
-    "EIGHTHS": (0.0, 0.7853981633974483, 1.5707963267948966, 2.356194490192345, 3.141592653589793),
-    "EIGHTHS_REST": (
-        0.0, 3.061616997868383e-17, 6.123233995736766e-17, 9.184850993605148e-17, 1.2246467991473532e-16,
-    ),
+    "EIGHTH": 0.7853981633974483, "EIGHTH_REST": 3.061616997868383e-17,
     "SINE_TERMS": 8, "COSINE_TERMS": 7, "ARCTANGENT_TERMS": 12,
     "MAGIC": 6755399441055744.0, "PER_HALF_TURN": 0.3183098861837907,
 }  # fmt: skip
-"""Numbers of the functions of angles: pi in three parts, near-minimax polynomials, eighths of a turn and their rests.
+"""Numbers of the functions of angles: pi in three parts, near-minimax polynomials, an eighth of a turn and its rest.
 
 `tests/kinematics/closed_forms/test_texts.py` fits them again with mpmath.
 """

@@ -10,70 +10,76 @@ static double reachable_turn(double along, double out)
     return atan2(out, along) - atan2(LEVER[1], LEVER[0]) + acos(smaller(larger(cosine, -1.0), 1.0));
 }
 
-/* two branches, one of each sign of the elbow, with the wrist centre at `along`, `out` of axis 2; M turns the ball */
-static double planar_branches(const double *M, double q1, double sign, double along, double out, double *q, int place)
+/* two branches, one of each sign of the elbow, with the sum of joints 2 to 4 as `roll` says and q1, q5, q6 as they are in
+   W[3] and after; gives by how much they are out of reach */
+static double planar_branches(double roll, const double *W, double *q, int place)
 {
-    const double sine = sqrt(M[2] * M[2] + M[5] * M[5]);
-    const double roll = sine < ALIGNED ? SENSE * reachable_turn(along, out) : atan2(sign * M[5], sign * M[2]);
     const double c = cos(roll);
     const double s = sin(roll);
-    const double x = along - (LEVER[0] * c - SENSE * LEVER[1] * s);
-    const double y = out - (SENSE * LEVER[0] * s + LEVER[1] * c);
+    const double x = W[0] - (LEVER[0] * c - SENSE * LEVER[1] * s);
+    const double y = W[1] - (SENSE * LEVER[0] * s + LEVER[1] * c);
     const double distance = sqrt(x * x + y * y);
+    const double excess = larger(reach_excess(distance), W[2]);
+    if (!(excess <= 0.0)) {
+        for (int i = place; i < place + 6; i++) {
+            q[i] = (double)NAN;
+            q[i + 12] = (double)NAN;
+        }
+        return excess;
+    }
     const double bend = elbow_bend(distance);
     const double lean = atan2(y, x) - LEAN;
-    const double q5 = atan2(sign * sine, M[8]) - OFFSET;
-    const double q6 = atan2(c * M[3] - s * M[0], c * M[4] - s * M[1]);
+    const double inner = atan2(LENGTHS[1] * sin(bend), LENGTHS[0] + LENGTHS[1] * cos(bend));
     for (int e = 0; e < 2; e++) {
         const int at = place + 12 * e;
-        const double turn = e == 0 ? bend : -bend;
-        const double q2 = lean - atan2(LENGTHS[1] * sin(turn), LENGTHS[0] + LENGTHS[1] * cos(turn));
-        const double q3 = STRAIGHT + ELBOW_SIGN * turn;
-        q[at] = q1;
-        q[at + 1] = q2;
-        q[at + 2] = q3;
-        q[at + 3] = roll - SENSE * (q2 + ELBOW_SIGN * q3);
-        q[at + 4] = q5;
-        q[at + 5] = q6;
-        for (int i = 0; i < 6; i++) {
-            q[at + i] = MIDDLE[i] + wrap(q[at + i] - MIDDLE[i]);
-        }
+        const double q2 = e == 0 ? lean - inner : lean + inner;
+        const double q3 = e == 0 ? STRAIGHT + ELBOW_SIGN * bend : STRAIGHT - ELBOW_SIGN * bend;
+        q[at] = W[3];
+        q[at + 1] = near_middle(q2, 1);
+        q[at + 2] = near_middle(q3, 2);
+        q[at + 3] = near_middle(roll - SENSE * (q2 + ELBOW_SIGN * q3), 3);
+        q[at + 4] = W[4];
+        q[at + 5] = W[5];
     }
-    return reach_excess(distance);
+    return excess;
 }
 
 double inverse_kinematics(const double pose[16], double out[48])
 {
     double w[3];
+    double root[1];
     double target[9];
     double A[9];
     double M[9];
+    double W[6];
     double least = UNLIMITED;
-    wrist_centre(pose, target, w);
-    const double radius = sqrt(w[0] * w[0] + w[1] * w[1]);
-    const double lateral = fabs(LATERAL);
-    const double root = sqrt(larger(radius - lateral, 0.0) * (radius + lateral));
-    const double missing = radius + REACH_SLACK < lateral ? lateral - radius : 0.0;
-    const double along = w[2] - SHOULDER[0];
+    wrist_centre(pose, w);
+    wrist_rotation(pose, target);
+    W[2] = shoulder_gap(w, root);
+    W[0] = w[2] - SHOULDER[0];
     for (int s = 0; s < 2; s++) {
-        const double front = s == 0 ? FRONT * root : -FRONT * root;
-        const double ahead = atan2(w[1], w[0]) - atan2(LATERAL, front);
-        const double q1 = radius < ALIGNED ? MIDDLE[0] : ahead;
-        turned(AXIS_1, q1, A);
-        product(A, BALL_BASIS, M);
-        product_of_transposed(M, target, A);
-        for (int t = 0; t < 2; t++) {
-            const int place = 24 * s + 6 * t;
-            const double sign = t == 0 ? 1.0 : -1.0;
-            const double short_of = planar_branches(A, q1, sign, along, front - SHOULDER[1], out, place);
-            const double excess = short_of < missing ? missing : short_of;
-            if (!(excess >= least)) {
-                least = excess;
-            }
-            for (int i = place; i < place + 6; i++) {
-                out[i] = excess <= 0.0 ? out[i] : (double)NAN;
-                out[i + 12] = excess <= 0.0 ? out[i + 12] : (double)NAN;
-            }
+        const double front = s == 0 ? FRONT * root[0] : -FRONT * root[0];
+        const double q1 = shoulder_angle(w, front);
+        W[1] = front - SHOULDER[1];
+        turned_back(target, q1, 0, 1, A);
+        product(BALL_TURNED, A, M);
+        const double sine = sqrt(M[2] * M[2] + M[5] * M[5]);
+        const double turn = sine < ALIGNED ? 0.0 : HALF_TURN;
+        const double roll = sine < ALIGNED ? SENSE * reachable_turn(W[0], W[1]) : atan2(M[5], M[2]);
+        const double c = cos(roll);
+        const double a = sin(roll);
+        const double tilt = atan2(sine, M[8]);
+        const double q6 = atan2(c * M[3] - a * M[0], c * M[4] - a * M[1]);
+        W[3] = near_middle(q1, 0);
+        W[4] = near_middle(tilt - OFFSET, 4);
+        W[5] = near_middle(q6, 5);
+        const double ahead = planar_branches(roll, W, out, 24 * s);
+        W[4] = near_middle(-tilt - OFFSET, 4);
+        W[5] = near_middle(q6 + turn, 5);
+        const double behind = planar_branches(roll + turn, W, out, 24 * s + 6);
+        const double excess = smaller(ahead, behind);
+        if (!(excess >= least)) {
+            least = excess;
         }
     }
     return least;

@@ -16,9 +16,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics import inverse, solution
 from lwr_dyn.kinematics.arm_geometry import required
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_six_joints, numbers_of_solutions, places
-from lwr_dyn.kinematics.closed_forms.judged import Judge, judge_of
-from lwr_dyn.kinematics.closed_forms.lazy_solutions import LABELS, NEAR
-from lwr_dyn.kinematics.closed_forms.runners import Runner, runner
+from lwr_dyn.kinematics.closed_forms.judged import LABELS, Judge, judge_of
+from lwr_dyn.kinematics.closed_forms.runners import runner
 from lwr_dyn.kinematics.six_joints import snapped_arms, spherical_wrist
 from lwr_dyn.kinematics.six_joints.snapped_arms import SnappedArm
 from lwr_dyn.kinematics.six_joints.spherical_wrist import WRIST_ARM, SixJointBranches, SixJointGeometry
@@ -28,7 +27,7 @@ from lwr_dyn.model.spatial import pose_array
 
 _WORST = places(6)["WORST"]
 
-_JUDGING = ("solutions", "solutions_six_joints")
+_JUDGING = ("solutions", "solutions_six_joints", "rows")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,7 +70,8 @@ class SixJointSolver:
 
     arm: Arm
     judge: Judge
-    run: Runner
+    run: Callable[..., Array | None]
+    """`Runner.run`."""
     largest: float
     """Largest residual [m and dimensionless] of solutions that need no polish."""
     texts: tuple[str, ...]
@@ -85,9 +85,9 @@ class SixJointSolver:
             return None
 
         def one_by_one() -> InverseResult:
-            x, problem = self.judge.found(out, True, True), PoseProblem(self.arm, pose_array("T", T), limits)
-            names, labels = [NEAR[code] for code in x.singular], [LABELS[b] for b in x.branch]
-            return solution.turned_result(problem, x.q, True, labels, names)
+            problem, near = PoseProblem(self.arm, pose_array("T", T), limits), self.judge.near(out)
+            q, which = self.judge.branches(out)
+            return solution.turned_result(problem, q, True, [LABELS[b] for b in which], [near[b] for b in which])
 
         return self.judge.result(out, limits, one_by_one)
 
@@ -98,9 +98,11 @@ def ready(arm: Arm) -> SixJointSolver | None:
     form = six_joint_form(arm)
     if form is None:
         return None
-    texts, numbers = (*form.texts, *_JUDGING), {**form.numbers, **numbers_of_solutions(arm)}
-    largest = inverse.SOLVED if form.texts[-1] == "three_parallel" else np.inf
-    return SixJointSolver(arm, judge_of(arm), runner(texts, numbers), largest, texts, numbers)
+    is_polished = form.texts[-1] == "three_parallel"
+    texts, numbers = (*form.texts, *_JUDGING), {**form.numbers, **numbers_of_solutions(arm, is_polished)}
+    largest = inverse.SOLVED if is_polished else np.inf
+    made = runner(texts, numbers)
+    return SixJointSolver(arm, judge_of(arm, made.rows_of), made.run, largest, texts, numbers)
 
 
 def _solve_wrist(problem: PoseProblem, geometry: SixJointGeometry) -> InverseResult:

@@ -21,7 +21,7 @@ from lwr_dyn.foundation.arrays import Array, fixed_array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.kinematics.forward import flange_pose, joint_axes
 from lwr_dyn.kinematics.six_joints.spherical_wrist import require_wrist_arm, wrist_arm_geometry
-from lwr_dyn.kinematics.solution import Solution
+from lwr_dyn.kinematics.solution_rows import Solution
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.spatial import from_rpy, rot_z
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.inverse import inverse_kinematics
-from lwr_dyn.kinematics.solution import InverseResult, Solution, nearest_solution
+from lwr_dyn.kinematics.solution import InverseResult, nearest_solution
+from lwr_dyn.kinematics.solution_rows import Solution
 from lwr_dyn.krl.diagnostics import ExecutionError, Report
 from lwr_dyn.krl.robot.kuka_pose import status, turn
 from lwr_dyn.krl.running import values as v

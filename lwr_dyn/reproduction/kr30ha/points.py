@@ -25,7 +25,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.kinematics.inverse import inverse_kinematics
 from lwr_dyn.kinematics.six_joints.spherical_wrist import require_wrist_arm
-from lwr_dyn.kinematics.solution import Solution, joint_distance, nearest_solution
+from lwr_dyn.kinematics.solution import joint_distance, nearest_solution
+from lwr_dyn.kinematics.solution_rows import Solution
 from lwr_dyn.krl.robot.kuka_pose import KukaPose, pose_of_matrix, status, turn
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.printed_number import agrees

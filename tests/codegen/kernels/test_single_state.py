@@ -1,5 +1,6 @@
 import ctypes
 import gc
+import math
 import pickle
 import platform
 import sys
@@ -54,6 +55,39 @@ def test_what_the_code_does_not_take_goes_to_the_function_behind():
     assert call(x, x)[0] == "behind"
     with pytest.raises(TypeError, match="keyword"):
         call(x=x)
+
+
+SCALED = """
+define internal double @scale(double %x, double %y) {
+  %p = fmul double %x, %y
+  ret double %p
+}
+define double @body(ptr %x, double %factor, ptr %out) {
+  %first = load double, ptr %x
+  %p = call double @scale(double %first, double %factor)
+  store double %p, ptr %out
+  ret double 0.0
+}
+"""
+
+
+@open_here
+@pytest.mark.parametrize("optimised", [True, False])
+def test_floats_and_arrays_of_any_length(optimised):
+    """A float of Python alone is read as one, and the first axis may have any length where the others are right."""
+    signature = Signature(((None, 2), ()), (1,))
+    call = single_call(
+        "scaled", signature, [SCALED, str(optimised)], lambda: SCALED, lambda *given: "behind", optimised=optimised
+    )
+    for length in (1, 2, 7):
+        assert call(np.full((length, 2), 3.0), 0.5).tolist() == [1.5]
+    assert math.isnan(call(np.ones((1, 2)), math.nan)[0])
+    x = np.ones((3, 2))
+    for other in (
+        (x, 1), (x, np.float64(1.0)), (x, True), (x, None), (x[:, :1], 0.5), (x[:, 0], 0.5), (x[::2], 0.5),
+        (np.asfortranarray(x), 0.5), (x[None], 0.5), (0.5, x), (x,), (x, 0.5, 0.5),
+    ):  # fmt: skip
+        assert call(*other) == "behind"
 
 
 @open_here

@@ -38,6 +38,24 @@ def test_floor_choice_and_not(x):
     assert x != 0.0 or math.copysign(1.0, f(x)) == -1.0
 
 
+def test_known_zeros_and_ones_are_left_out():
+    """Of arrays alone: what the text itself says stays."""
+    text = "double f(double x, double y)\n{\n    return x * A[0] + y * A[1] + x * A[2] + 0.0 * y;\n}\n"
+    written = python_text(parsed(text, {}), {"A_0": 1.0, "A_1": 0.0, "A_2": -1.0})
+    assert "return (x - x) + (0.0 * y)" in written
+    choice = "double f(double x)\n{\n    if (A[0] > 0.0) {\n        return x;\n    }\n    return -x;\n}\n"
+    assert "if" not in python_text(parsed(choice, {}), {"A_0": 1.0})
+    assert "return -x" in python_text(parsed(choice, {}), {"A_0": 0.0})
+
+
+def test_a_number_that_is_set_again_and_again_is_set_once():
+    loop = "for (int i = 1; i < 4; i++) {\n t = t * x + A[i];\n}"
+    text = f"double f(double x)\n{{\n double t = A[0];\n {loop}\n t = t + t;\n return t;\n}}\n"
+    written = python_text(parsed(text, {}))
+    assert written.count("t = ") == 2
+    assert made(text, A_0=1.0, A_1=2.0, A_2=3.0, A_3=4.0)(0.5) == 2.0 * (((1.0 * 0.5 + 2.0) * 0.5 + 3.0) * 0.5 + 4.0)
+
+
 def test_names_that_python_keeps_for_itself():
     assert made("double f(double from)\n{\n    const double is = from + 1.0;\n    return is;\n}\n")(2.0) == 3.0
 

@@ -6,14 +6,19 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions
+from lwr_dyn.codegen.branches.compiled_text import ctypes_runner
+from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions, places
 from lwr_dyn.kinematics.closed_forms.runners import RUNNERS, python_runner
 from lwr_dyn.kinematics.six_joints.exact_arms import six_joint_form
+from tests.kinematics.six_joints.six_joint_arms import six_joint_arm
 
 
 def of(make, arm):
     form = six_joint_form(arm)
-    return make((*form.texts, "solutions", "solutions_six_joints"), {**form.numbers, **numbers_of_solutions(arm)})
+    return make(
+        (*form.texts, "solutions", "solutions_six_joints", "rows"),
+        {**form.numbers, **numbers_of_solutions(arm, form.texts[-1] == "three_parallel")},
+    )
 
 
 def poses(arm, count):
@@ -29,19 +34,46 @@ def poses(arm, count):
 @pytest.mark.parametrize("name", ["kr30ha", "ur10", "tx40", "ur5e"])
 def test_python_gives_the_bits_of_machine_code(name):
     arm = lwr_dyn.load(name)
-    plain, compiled = of(python_runner, arm), of(RUNNERS.load("compiled"), arm)
+    plain, compiled, by_ctypes = of(python_runner, arm), of(RUNNERS.load("compiled"), arm), of(ctypes_runner, arm)
     for T in poses(arm, 120):
-        ours, theirs = plain(T), compiled(T)
+        ours, theirs = plain.run(T), compiled.run(T)
+        assert np.array_equal(by_ctypes.run(T), theirs, equal_nan=True)
         reached = np.repeat(ours[:48:6] == ours[:48:6], 6)
         assert np.array_equal(ours[:48], theirs[:48], equal_nan=True)
         assert np.array_equal(ours[-8:], theirs[-8:])
         rows = slice(72, 72 + 48)
         assert np.array_equal(ours[rows][reached], theirs[rows][reached])
+        count = int(ours[places(6)["INSIDE"]] + ours[places(6)["OUTSIDE"]])
+        if count:
+            listed = plain.rows_of(ours, count)
+            assert listed.shape == (count, 9)
+            assert np.all(np.diff(listed[:, 6]) <= 0.0)
+            assert listed.tobytes() == compiled.rows_of(theirs, count).tobytes()
+            assert listed.tobytes() == by_ctypes.rows_of(theirs, count).tobytes()
+            residual = slice(places(6)["RESIDUAL"], places(6)["RESIDUAL"] + 8)
+            assert ours[residual].tobytes() == theirs[residual].tobytes()
+            assert ours[residual].max() > 0.0
 
 
-def test_threads_have_their_own_room():
+def test_rows_of_many_copies_and_of_none_inside():
+    """Whole turns of each joint, so that thousands of rows are put in order; and a branch outside once."""
+    for reach, count in ((2.1 * np.pi, 500), (9.0, 400), (0.01, 1)):
+        arm, most = six_joint_arm("ur10", reach=reach), 0
+        plain, compiled = of(python_runner, arm), of(RUNNERS.load("compiled"), arm)
+        for T in poses(arm, 12):
+            out = compiled.run(T)
+            k = int(out[places(6)["INSIDE"]] + out[places(6)["OUTSIDE"]])
+            if k:
+                assert compiled.rows_of(out, k).tobytes() == plain.rows_of(out, k).tobytes()
+                most = max(most, k)
+        assert most >= count or reach < 0.1
+        assert 0 < most <= 2048
+
+
+@pytest.mark.parametrize("make", [RUNNERS.load("compiled"), ctypes_runner])
+def test_threads_have_their_own_room(make):
     arm = lwr_dyn.load("kr30ha")
-    run, T = of(RUNNERS.load("compiled"), arm), poses(arm, 400)
+    run, T = of(make, arm).run, poses(arm, 400)
     wanted = [run(pose)[:48] for pose in T]
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda pose: run(pose)[:48], [*T] * 4))
@@ -51,7 +83,7 @@ def test_threads_have_their_own_room():
 @pytest.mark.parametrize("make", ["python", "compiled"])
 def test_what_is_no_pose_gives_nothing(make):
     arm = lwr_dyn.load("ur10")
-    run, good = of(RUNNERS.load(make), arm), poses(arm, 2)[1]
+    run, good = of(RUNNERS.load(make), arm).run, poses(arm, 2)[1]
     assert run(good) is not None
     for place, value in (((0, 0), np.nan), ((3, 3), 2.0), ((3, 0), 1e-9), ((0, 3), np.inf), ((1, 1), 2.0)):
         bad = good.copy()

@@ -3,7 +3,8 @@
 import pytest
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.kinematics.closed_forms.text_parser import CBinary, CChoice, CFor, CIf, CName, CNumber, CSet, parsed
+from lwr_dyn.kinematics.closed_forms import tree
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 
 def body(text, **wholes):
@@ -13,25 +14,31 @@ def body(text, **wholes):
 
 def test_signs_of_a_higher_level_come_first_and_the_others_from_the_left():
     (statement,) = body("return x - 1.0 - 2.0 * -x;")
-    x, one = CName("x"), CNumber(1.0)
-    assert statement.value.left == CBinary("-", x, one)
+    x, one = tree.CName("x"), tree.CNumber(1.0)
+    assert statement.value.left == tree.CBinary("-", x, one)
     assert statement.value.right.sign == "*"
     (statement,) = body("return x < 1.0 && !(x > 2.0) || n == 3 ? x : 1.0;")
-    assert isinstance(statement.value, CChoice)
+    assert isinstance(statement.value, tree.CChoice)
     assert statement.value.test.sign == "||"
     assert statement.value.test.left.sign == "&&"
 
 
 def test_names_of_whole_numbers_are_those_numbers():
     (loop,) = body("for (int i = 2; i < 3 * MANY; i += 4) {\n    x += a[i];\n}", MANY=5)
-    assert loop == CFor("i", CNumber(2), CBinary("*", CNumber(3), CNumber(5)), 4, loop.body)
-    assert loop.body == (CSet("", CName("x"), CBinary("+", CName("x"), loop.body[0].value.right)),)
+    assert loop == tree.CFor("i", tree.CNumber(2), tree.CBinary("*", tree.CNumber(3), tree.CNumber(5)), 4, loop.body)
+    assert loop.body == (tree.CSet("", tree.CName("x"), tree.CBinary("+", tree.CName("x"), loop.body[0].value.right)),)
+
+
+def test_steps_by_name_and_whole_numbers_of_doubles():
+    (loop,) = body("for (int i = 0; i < 8; i += ROW) {\n n = n + (int)a[i];\n}", ROW=4)
+    assert loop.step == 4
+    assert loop.body[0].value.right == tree.CCall("int", (tree.CItem("a", tree.CName("i")),))
 
 
 def test_else_if_is_a_branch_in_a_branch():
     (first,) = body("if (x > 0.0) {\n n++;\n} else if (x < 0.0) {\n n--;\n} else {\n return x;\n}")
     (second,) = first.no
-    assert isinstance(second, CIf)
+    assert isinstance(second, tree.CIf)
     assert len(second.no) == 1
 
 

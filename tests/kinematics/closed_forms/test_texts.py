@@ -26,9 +26,9 @@ def test_polynomials_are_near_minimax(name, series, end):
 def test_eighths_of_a_turn_and_pi_in_parts():
     with mpmath.workdps(60):
         for k in range(5):
-            exact, near = k * mpmath.pi / 4, mpmath.mpf(ANGLE_NUMBERS["EIGHTHS"][k])
+            exact, near = k * mpmath.pi / 4, k * ANGLE_NUMBERS["EIGHTH"]
             assert float(exact) == near
-            assert float(exact - near) == ANGLE_NUMBERS["EIGHTHS_REST"][k]
+            assert float(exact - mpmath.mpf(near)) == k * ANGLE_NUMBERS["EIGHTH_REST"]
         assert abs(mpmath.fsum(map(mpmath.mpf, ANGLE_NUMBERS["PI_PARTS"])) - mpmath.pi) < 1e-36
         assert float(1 / mpmath.pi) == ANGLE_NUMBERS["PER_HALF_TURN"]
     assert ANGLE_NUMBERS["MAGIC"] == (2.0**52 + 2.0**51)
