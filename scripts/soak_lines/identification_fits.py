@@ -53,7 +53,7 @@ def fits_cover() -> tuple[str, bool, str]:
 
 
 def gains_cover() -> tuple[str, bool, str]:
-    """Gains off by 10 % on three arms, three truths, two noises, 20 logs a cell: gains and bodies inside 3 sigma, rms."""
+    """Gains off by 10 % on three arms, three truths, two noises, 20 logs a cell: gains, bodies inside 3 sigma."""
     from tests.identification import cover_truths as of
     from tests.identification.cover_study import rms
     from tests.identification.gain_study import gain_cell

@@ -40,6 +40,7 @@ WITHOUT_PARTS = (
 )
 LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
 LARGEST_GAIN = 0.5  # beyond, a gain is unknown
+EXACT = 1e-6  # of a torque: residuals below it are those of a log that was computed and has no noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,7 +187,22 @@ class MotionIdentification:
             return ""
         price = self.consistent.price
         name = short(self.base.statements()[price.parameter])
-        return f"{name} is {price.pull:.1f} sigma off, chi^2 {price.chi2:.4g}, probability {price.probability:.1g}"
+        said = f"{name} is {price.pull:.1f} sigma off, chi^2 {price.chi2:.4g}, probability {price.probability:.1g}"
+        if not self.has_noise:
+            said += (
+                "; the log has no noise, so that sigma is rounding and next to nothing is many of it: by torques the "
+                f"bodies miss the log by {np.nanmax(price.rms):.1g} N m (N) RMS at most; give the torques a sensor's "
+                "noise, or accept the bodies"
+            )
+        return said
+
+    @property
+    def has_noise(self) -> bool:
+        """Whether some joint's residuals are more than rounding, `EXACT` of its torques."""
+        normal = self.information.normal
+        seen = normal.equations > 0
+        least = EXACT * np.sqrt(normal.squares[seen] / normal.equations[seen])
+        return bool((self.information.residual_noise[seen] > least).any())
 
     @property
     def shown_sigma(self) -> tuple[float | None, ...]:
