@@ -61,7 +61,6 @@ VOCABULARY = {
     "--encoders": Word("The side of elastic joints that the controller gets", OneOf),
     "--fit-friction": Word("Friction that is fitted", OneOf),
     "--from-deg": Word("Where the joints start (m for sliding)", NUMBERS),
-    "--gains": Word("Share to which the gains of the torques are known", SHARE),
     "--html": Word("Write one page that needs no network", forms=(FILE,)),
     "--jobs": Word("Threads or processes at once; the result is the same", click.IntRange(1), forms=("N",)),
     "--json": Word("One JSON object", bool),

@@ -32,8 +32,8 @@ class GainCell:
     gains: Array
     misses: Array
     masses: Array
-    common: Array
-    """(runs,) standard error of the common factor."""
+    shared: Array
+    """(runs,) the same of the mean of the logs of gains."""
     refused: int
     seconds: float
     """Processor time of a fit."""
@@ -52,8 +52,8 @@ class GainCell:
 def gain_cell(arm: str, truth: str, noise: str, runs: Iterable[int]) -> GainCell:
     """Fits of one arm's logs, a truth, a noise and gains a run."""
     rows = [_run(arm, truth, noise, run) for run in runs]
-    gains, misses, masses, common, refused, seconds = (list(x) for x in zip(*rows, strict=True))
-    return GainCell(np.array(gains), np.array(misses), np.array(masses), np.array(common), sum(refused),
+    gains, misses, masses, shared, refused, seconds = (list(x) for x in zip(*rows, strict=True))
+    return GainCell(np.array(gains), np.array(misses), np.array(masses), np.array(shared), sum(refused),
                     float(np.mean(seconds)))  # fmt: skip
 
 
@@ -82,5 +82,6 @@ def _run(arm: str, truth: str, noise: str, run: int) -> tuple[Array, Array, floa
     assert fit is not None
     mass, error = fit.total_mass
     total = (mass - float(true[: fit.bodies : 10].sum())) / error
-    off = np.log(found.gains.values / gains) / np.sqrt(np.diag(found.gains.covariance))
-    return off, (fit.parameters - true) / fit.sigma, total, found.gains.common, fit.price.refused, seconds
+    off = np.log(found.gains.values / gains)
+    shared, off = float(off.mean()) / found.gains.common, off / np.sqrt(np.diag(found.gains.covariance))
+    return off, (fit.parameters - true) / fit.sigma, total, shared, fit.price.refused, seconds

@@ -8,7 +8,7 @@ import click
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.identify import log_options as of_logs
 from lwr_dyn.cli.options import Loading, OneOf, OptionRule, refuse_unused, robot_options, show
-from lwr_dyn.cli.vocabulary import with_shared
+from lwr_dyn.cli.vocabulary import SHARE, with_shared
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
@@ -58,7 +58,8 @@ ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
 @with_shared("--deviation", ", as 20% or 0.2; found from the logs if not given")
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
-@with_shared("--gains", ", as 10%: currents times drive gains; a factor a joint is fitted")
+@click.option("--gains", type=SHARE, metavar="SHARE",
+              help="Torques are currents times gains known to this share, as 10%: fits a factor a joint.")  # fmt: skip
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
               help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
 @click.option("--instruments", multiple=True, metavar="FILE",
