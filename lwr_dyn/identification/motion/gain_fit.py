@@ -107,7 +107,8 @@ def gain_parts(gains: DriveGains | None, fit: ConsistentFit | None) -> list[Fact
 
 
 def _fixed_by(gains: DriveGains, fit: ConsistentFit | None) -> str:
-    alone = f"that gains are right to {_percent(gains.width)} each (alone: the factor to {_percent(gains.without_table)})"
+    known, alone = _percent(gains.width), _percent(gains.without_table)
+    alone = f"that gains are right to {known} each (alone: the factor to {alone})"
     unseen = "larger gains with lighter bodies give the same torques; what tells them apart is "
     if fit is None:
         return f"{unseen}{alone}"
