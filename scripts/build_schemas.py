@@ -23,7 +23,7 @@ from lwr_dyn.identification.friction.identify_friction import identify_friction
 from lwr_dyn.identification.logs.joint_log import JointLog, log_of_run
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.identification.motion.motion_fit import identify_motion
-from lwr_dyn.identification.motion.motion_result import motion_document
+from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.payload.identify_load import identify_load
 from lwr_dyn.identification.payload.possible_load import load_document
 from lwr_dyn.identification.slips.slip_tables import slip_document, table_against_log
@@ -66,7 +66,7 @@ def swing(payload: float = 0.0) -> tuple[Arm, JointLog]:
 def motion() -> Document:
     """A fit to a swing."""
     arm, log = swing()
-    found = identify_motion([log], arm)
+    found = identify_motion([log], arm, MotionRule(gains=0.1))
     return motion_document(found, robot=arm.name, unseen=found.validated_on([log]))
 
 

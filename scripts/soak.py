@@ -44,6 +44,7 @@ LINES = {
     "excitations": "identification_excitation:excitations",
     "false_alarms": "collisions:false_alarms",
     "fits_cover": "identification_fits:fits_cover",
+    "gains_cover": "identification_fits:gains_cover",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",
     "fitted_models": "identification_models:fitted_models",

@@ -168,7 +168,7 @@ def _about(result: MotionIdentification) -> str:
     assert fit is not None
     motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
-    terms = " with Stribeck terms" if rule.stribeck else ""
+    terms = " with Stribeck terms" * rule.stribeck + f", gains known to {rule.gains or 0.0:.3g}" * bool(rule.gains)
     return (
         f"bodies near reading {result.arm.reading}, expected off it {expected(fit)}, {result.equations} "
         f"equations, {result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"

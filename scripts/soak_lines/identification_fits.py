@@ -52,6 +52,32 @@ def fits_cover() -> tuple[str, bool, str]:
     return said, good, "\n".join(lines)
 
 
+def gains_cover() -> tuple[str, bool, str]:
+    """Gains off by 10 % on three arms, three truths, two noises, 20 logs a cell: gains, bodies inside 3 sigma."""
+    from tests.identification import cover_truths as of
+    from tests.identification.cover_study import rms
+    from tests.identification.gain_study import gain_cell
+
+    lines = ["| arm, truth, noise | gains | all parameters | total mass | refused |", "|---" * 5 + "|"]
+    cells = []
+    for arm in ("panda", "ur10", "wam7"):
+        for truth in of.TRUTHS:
+            for noise in of.NOISES:
+                cell = gain_cell(arm, truth, noise, range(of.RUNS))
+                cells.append(cell)
+                lines.append(f"| {arm}, {truth}, {noise} | {cell.row()} | {cell.refused} |")
+    inside = min(cell.inside for cell in cells)
+    gains = min(float(np.mean(np.abs(cell.gains) <= 3.0)) for cell in cells)
+    z = np.array([[rms(cell.gains), rms(cell.misses)] for cell in cells])
+    usual = float(np.mean((z >= 0.7) & (z <= 1.3)))
+    said = (
+        f"at least {inside:.1%} inside 3 sigma, of gains alone {gains:.1%}; rms z of gains {z[:, 0].min():.2f} to "
+        f"{z[:, 0].max():.2f}, of all {z[:, 1].min():.2f} to {z[:, 1].max():.2f}; {usual:.0%} in 0.7 to 1.3"
+    )
+    good = min(inside, gains) >= 0.97 and usual >= 0.95 and z.min() >= 0.5 and z.max() <= 1.5
+    return said, good, "\n".join(lines)
+
+
 def mujoco_logs() -> tuple[str, bool, str]:
     """Logs of a Panda near its table and of an iiwa 14 with large rotors, each moved by MuJoCo, by the defaults."""
     from tests.identification.mujoco_study import mujoco_fit, spread

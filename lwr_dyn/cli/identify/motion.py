@@ -8,7 +8,7 @@ import click
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.cli.identify import log_options as of_logs
 from lwr_dyn.cli.options import Loading, OneOf, OptionRule, refuse_unused, robot_options, show
-from lwr_dyn.cli.vocabulary import with_shared
+from lwr_dyn.cli.vocabulary import SHARE, with_shared
 from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
@@ -32,7 +32,7 @@ SLOWEST_STRIBECK = 0.01
 """[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
 INSTRUMENT_RULES = tuple(
     OptionRule(option, lambda given: not given["instruments"], "without --instruments, which takes unfiltered rows")
-    for option in ("stribeck", "motor-side", "cutoff", "folds", "html")
+    for option in ("stribeck", "motor-side", "cutoff", "folds", "gains", "html")
 )
 """Options that instrumental variables have no use for."""
 ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
@@ -58,6 +58,8 @@ ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
 @with_shared("--deviation", ", as 20% or 0.2; found from the logs if not given")
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
+@click.option("--gains", type=SHARE, metavar="SHARE",
+              help="Torques are currents times gains known to this share, as 10%: fits a factor a joint.")  # fmt: skip
 @click.option("--folds", type=int, default=DEFAULT_MOTION.folds, show_default=True,
               help="Parts of the motion, each kept from a fit in turn.")  # fmt: skip
 @click.option("--instruments", multiple=True, metavar="FILE",
@@ -83,7 +85,7 @@ def command(
     motors = of_logs.chosen_motors(arm, given)
     cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
     samples = of_logs.sample_rule(cutoff, float(slowest), motors, of_logs.behind_the_gears(arm, given))
-    fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known")}
+    fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known", "gains")}
     rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)
     read = (given["columns"], given["as_logged"])

@@ -211,6 +211,12 @@ class ConsistentFit:
         freeze_arrays(self, "parameters", "covariance", "sigma", "left", "local")
 
     @property
+    def total_mass(self) -> tuple[float, float]:
+        """Of all links, and its standard error [kg]."""
+        masses = slice(0, self.bodies, 10)
+        return float(self.parameters[masses].sum()), float(np.sqrt(max(0.0, self.covariance[masses, masses].sum())))
+
+    @property
     def physical(self) -> NDArray[np.bool_]:
         """Whether each link can be a body, (n,): all of them, looked at again."""
         return are_bodies(self.parameters[: self.bodies].reshape(-1, 10))

@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.identification.regression.information import Information, normal_equations
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, NO_ERROR, NOT_EXCITED, SIGMAS, ZERO
 from lwr_dyn.identification.regression.samples import exact_samples
@@ -201,3 +202,35 @@ def _swings(arm: Arm) -> Iterator[_Swing]:
                 dq[:, j], ddq[:, j] = size * w * np.cos(w * t), -size * w**2 * np.sin(w * t)
                 sizes.append(size)
             yield _Swing(tuple(j + 1 for j in joints), tuple(sizes), pose, q, dq, ddq)
+
+
+FEW = 5
+"""Groups and motions that the text names."""
+
+
+def together(groups: Sequence[CorrelatedGroup], names: Sequence[str]) -> Table:
+    """Base parameters, by their names (b,), that are known only together."""
+    columns = (
+        Heading("correlation", format="+.3f", key="largest_correlation", kind=float),
+        Heading("parameters", key="parameters", kind=list[int], format=lambda g: ", ".join(names[i] for i in g)),
+    )
+    rows = [(g.largest, g.members) for g in groups]
+    says = "Parameters, by index from 0, that are known only together."
+    return Table(f"known only together (correlation above {TOGETHER:g})", columns, rows, "", "together", says, most=FEW)
+
+
+def missing(motions: Sequence[MissingMotion], names: Sequence[str]) -> Table:
+    """Motions that would identify more of the base parameters with these names (b,)."""
+    columns = (
+        Heading("10 s of a swing", key=None),
+        Heading("about q", key="pose", kind=list[float], format=lambda q: ", ".join(f"{x:.2g}" for x in q)),
+        Heading("3 sigma then", key=None), Heading(key="joints", kind=list[int]),
+        Heading(key="amplitudes", kind=list[float]), Heading(key="hertz", kind=list[float]),
+        Heading(key="parameters", kind=list[int]),
+        Heading(key="before", kind=list[float], says="Standard errors of the log."),
+        Heading(key="sigma", kind=list[float], says="Standard errors with 10 s of the swing."),
+    )  # fmt: skip
+    rows = [(m.swing, m.pose, m.gains(names), m.joints, m.amplitudes, m.hertz, m.parameters, m.before, m.sigma)
+            for m in motions]  # fmt: skip
+    says = "Swings that would identify what is not."
+    return Table("not identified yet; what would do it", columns, rows, "", "missing_motions", says, most=FEW)

@@ -10,15 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.foundation.errors import LogError
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.bodies.body_prior import constraints_of
-from lwr_dyn.identification.bodies.consistent import consistent_fit
+from lwr_dyn.identification.bodies.consistent import ConsistentFit, consistent_fit
 from lwr_dyn.identification.bodies.possible_bodies import judge_bodies
 from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
+from lwr_dyn.identification.motion.gain_fit import NearTheTable, fit_gains
 from lwr_dyn.identification.motion.identifiable import correlated_groups
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
+from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.instrumental import instrumental_information
 from lwr_dyn.identification.regression.least_squares import ROUNDING, Estimate
@@ -48,7 +50,7 @@ def identify_motion(
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
-        More folds than instants; something known that is no equation between parameters.
+        More folds than instants; something known that is no equation between parameters; gains with instruments.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError
@@ -57,24 +59,23 @@ def identify_motion(
     several = [on_even_clock(log) for log in logs]
     if rule.cutoffs and not instruments:
         rule = replace(rule, samples=likeliest_samples(several, arm, rule))
-    if instruments:
-        slowest = float(np.max(rule.samples.slowest))
-        columns = TorqueColumns(arm.chain, rule.friction, link_side=rule.samples.link_side)
-        information, along = instrumental_information(several, instruments, columns, slowest)
-        seen = _SeenLogs(along, information)
-    else:
-        seen = _filtered(several, arm, rule)
-    columns, information = seen.information.columns, seen.information
+    seen = _by_command(several, instruments, arm, rule) if instruments else _filtered(several, arm, rule)
+    columns = seen.information.columns
     own = columns.own(arm)
     constraints = constraints_of(rule.known, columns.names) if rule.known else None
-    consistent = None
+    near_the_table = None
     if arm.chain.bodies is not None or rule.known:
         arm.require_dynamics()
-        consistent = consistent_fit(information, own, deviation=rule.deviation, constraints=constraints)
-        if columns.link_side:  # no torque shows rotors: they stay the table's, or none
-            parameters = consistent.parameters.copy()
-            parameters[columns.rotor_indices] = own[columns.rotor_indices]
-            consistent = replace(consistent, parameters=parameters)
+
+        def near_the_table(found: Information, like: ConsistentFit | None = None) -> ConsistentFit:
+            return consistent_fit(found, own, deviation=rule.deviation, like=like, constraints=constraints)
+
+    seen, consistent, gains = _fitted(seen, rule.gains, near_the_table)
+    information = seen.information
+    if consistent is not None and columns.link_side:  # no torque shows rotors: they stay the table's, or none
+        parameters = consistent.parameters.copy()
+        parameters[columns.rotor_indices] = own[columns.rotor_indices]
+        consistent = replace(consistent, parameters=parameters)
     of_the_model = columns.base().of(own)
     of_the_model[np.abs(of_the_model) < ROUNDING] = 0.0
 
@@ -89,7 +90,7 @@ def identify_motion(
     estimate = Estimate(information.values, covariance, np.zeros(0), information.dof)
     return MotionIdentification(
         arm, rule, seen.samples, information, consistent, of_the_model, unseen, seen.whiteness,
-        correlated_groups(information), judge_bodies(arm, columns, estimate), seen.search, seen.search_sigma,
+        correlated_groups(information), judge_bodies(arm, columns, estimate), seen.search, seen.search_sigma, gains,
     )  # fmt: skip
 
 
@@ -104,6 +105,38 @@ class _SeenLogs:
     search: StribeckSearch | None = None
     search_sigma: Array | None = None
 
+    @classmethod
+    def of(cls, folds: validation.Folds, search: StribeckSearch | None) -> "_SeenLogs":
+        """What folds of logs say, whose Stribeck speeds were searched or not."""
+        information, whiteness = said_by(folds)
+        if search is None or folds.columns.stribeck_velocity is None:
+            return cls(folds.samples, information, folds, whiteness, search)
+        information, sigma = with_unknown_speeds(folds.samples, information)
+        return cls(folds.samples, information, folds, whiteness, search, sigma)
+
+
+def _by_command(logs: Sequence[JointLog], commands: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
+    if rule.gains is not None:
+        raise OptionError("gains", f"{rule.gains:g}", "none with instruments, which take unfiltered rows")
+    columns = TorqueColumns(arm.chain, rule.friction, link_side=rule.samples.link_side)
+    information, along = instrumental_information(logs, commands, columns, float(np.max(rule.samples.slowest)))
+    return _SeenLogs(along, information)
+
+
+def _fitted(
+    seen: _SeenLogs, width: float | None, near_the_table: NearTheTable | None
+) -> tuple[_SeenLogs, ConsistentFit | None, DriveGains | None]:
+    """Bodies by logs whose gains are known, or known to a width: then with what logs say at the gains found."""
+    if width is None or seen.folds is None:
+        return seen, None if near_the_table is None else near_the_table(seen.information, None), None
+
+    def said(folds: validation.Folds) -> Information:
+        return _SeenLogs.of(folds, seen.search).information
+
+    found = fit_gains(seen.folds, width, said, near_the_table)
+    seen = replace(_SeenLogs.of(found.folds, seen.search), information=found.information)
+    return seen, found.bodies, found.gains
+
 
 def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
     samples = samples_of(logs, rule.samples)
@@ -113,11 +146,7 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     known = samples_of(logs, rule.samples.taking_all()).used
     folds = validation.Folds.of(samples, columns, rule.folds, known)
     _check_enough(logs, folds.information(), samples, rule.samples)
-    information, whiteness = said_by(folds)
-    if search is None or columns.stribeck_velocity is None:
-        return _SeenLogs(samples, information, folds, whiteness, search)
-    information, sigma = with_unknown_speeds(samples, information)
-    return _SeenLogs(samples, information, folds, whiteness, search, sigma)
+    return _SeenLogs.of(folds, search)
 
 
 def motion_information(

@@ -17,7 +17,9 @@ from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import LONGEST, BodyVerdict, body_lines, body_parts, short
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import identifiable, validation
+from lwr_dyn.identification.motion.gain_fit import gain_parts
 from lwr_dyn.identification.motion.validation import Validation, Whiteness
+from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, BaseParameters
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
@@ -36,9 +38,9 @@ WITHOUT_PARTS = (
     "instrumental variables on unfiltered rows: no part of the motion was kept from the fit, and the price is that "
     "along the command; judge the fit on other logs with --validate"
 )
-_FEW = 5
-"""Groups and motions that the text names."""
 LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
+LARGEST_GAIN = 0.5  # beyond, a gain is unknown
+EXACT = 1e-6  # of a torque: residuals below it are those of a log that was computed and has no noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,11 +64,14 @@ class MotionRule:
         or its own speeds (`likeliest_samples`); none for `samples` as they are.
     known : tuple of str
         What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
+    gains : float, optional
+        Share to which the gains of the torques are known, such as 0.1: a factor a joint is fitted, log-normal about 1.
 
     Raises
     ------
     OptionError
-        A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds.
+        A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds; gains that are not above 0
+        or beyond `LARGEST_GAIN`, or those of motors that turn joints together.
     """
 
     samples: SampleRule = DEFAULT_SAMPLES
@@ -76,6 +81,7 @@ class MotionRule:
     deviation: float | None = None
     known: tuple[str, ...] = ()
     cutoffs: tuple[float, ...] = ()
+    gains: float | None = None
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -83,6 +89,11 @@ class MotionRule:
         if self.deviation is not None and not (0.0 < self.deviation <= LARGEST_DEVIATION):
             allowed = f"a share above 0 and up to {LARGEST_DEVIATION:g}, such as 0.2 for 20 %"
             raise OptionError("deviation", self.deviation, allowed)
+        if self.gains is not None and not (0.0 < self.gains <= LARGEST_GAIN):
+            raise OptionError("gains", self.gains, f"a share above 0 and up to {LARGEST_GAIN:g}, such as 0.1 for 10 %")
+        motors = self.samples.transmission
+        if self.gains is not None and motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any():
+            raise OptionError("gains", "given for motors that turn joints together", "motors with a joint each")
 
     def columns(self, arm: Arm) -> TorqueColumns:
         """Of an arm, without Stribeck speeds."""
@@ -117,6 +128,8 @@ class MotionIdentification:
     """The search for Stribeck speeds, where one was asked for."""
     stribeck_sigma: Array | None = None
     """Their standard errors (n,) [rad/s or m/s], NaN for a joint without one."""
+    gains: DriveGains | None = None
+    """Of the torques, where they were fitted: `samples` have the torques of the logs over them."""
     __repr__ = short_repr
     _repr_html_ = repr_html
 
@@ -174,7 +187,22 @@ class MotionIdentification:
             return ""
         price = self.consistent.price
         name = short(self.base.statements()[price.parameter])
-        return f"{name} is {price.pull:.1f} sigma off, chi^2 {price.chi2:.4g}, probability {price.probability:.1g}"
+        said = f"{name} is {price.pull:.1f} sigma off, chi^2 {price.chi2:.4g}, probability {price.probability:.1g}"
+        if not self.has_noise:
+            said += (
+                "; the log has no noise, so that sigma is rounding and next to nothing is many of it: by torques the "
+                f"bodies miss the log by {np.nanmax(price.rms):.1g} N m (N) RMS at most; give the torques a sensor's "
+                "noise, or accept the bodies"
+            )
+        return said
+
+    @property
+    def has_noise(self) -> bool:
+        """Whether some joint's residuals are more than rounding, `EXACT` of its torques."""
+        normal = self.information.normal
+        seen = normal.equations > 0
+        least = EXACT * np.sqrt(normal.squares[seen] / normal.equations[seen])
+        return bool((self.information.residual_noise[seen] > least).any())
 
     @property
     def shown_sigma(self) -> tuple[float | None, ...]:
@@ -198,6 +226,8 @@ class MotionIdentification:
         parameters = None if self.consistent is None else self.consistent.parameters
         several = list(logs)
         samples = samples_of(several, self.rule.samples)
+        if self.gains is not None:
+            samples = samples.times(1.0 / self.gains.values)
         known = samples_of(several, self.rule.samples.taking_all()).used
         values, own = self.information.values, self.columns.own(self.arm)
         return validation.validated_on(samples, known, self.columns, values, own, parameters)
@@ -213,6 +243,7 @@ def motion_document(
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
         f"condition {result.condition:.3g}"
     )
+    names = [short(name) for name in result.base.statements()]
     kept = f"{result.rule.folds} parts of the motion, each kept from a fit in turn"
     seen = f"{files or 'logs'}, which no fit has seen"
     facts = [
@@ -240,7 +271,11 @@ def motion_document(
             parameters(result), *(Note(f"{s}: {m}", s in result.states) for s, m in identifiable.MEANING.items()),
             *_stribeck(result),
         ]),
-        Section("What the logs leave open", [together(result), missing(result)]),
+        Section("Gains", gain_parts(result.gains, fit), key="gains", there=result.gains is not None,
+                says="Gains of the torques that were fitted; null where they are taken as known."),
+        Section("What the logs leave open", [
+            identifiable.together(result.groups, names), identifiable.missing(result.missing_motions(), names),
+        ]),
         Section("Bodies near the table", _consistent(result), key="consistent", there=fit is not None,
                 says="Bodies, rotors and friction near the robot's table; null for a robot without masses."),
         Section("Links", [] if fit is None else [links(result)]),
@@ -293,38 +328,6 @@ def _stribeck(result: MotionIdentification) -> list[Any]:
              "Speeds found with --stribeck, null for a joint without one.", kind=Numbers | None),
         Fact("stribeck_velocity_error", result.stribeck_sigma, "Their standard errors.", kind=Numbers | None),
     ]  # fmt: skip
-
-
-def together(result: MotionIdentification) -> Table:
-    """What is known only together."""
-    names = result.base.statements()
-    columns = (
-        Heading("correlation", format="+.3f", key="largest_correlation", kind=float),
-        Heading("parameters", key="parameters", kind=list[int], format=lambda g: ", ".join(short(names[i]) for i in g)),
-    )
-    rows = [(g.largest, g.members) for g in result.groups]
-    says = "Parameters, by index from 0, that are known only together."
-    title = f"known only together (correlation above {identifiable.TOGETHER:g})"
-    return Table(title, columns, rows, "", "together", says, most=_FEW)
-
-
-def missing(result: MotionIdentification) -> Table:
-    """Motions that would identify more."""
-    names = [short(name) for name in result.base.statements()]
-    motions = result.missing_motions() if result.identified < result.base.count else ()
-    columns = (
-        Heading("10 s of a swing", key=None),
-        Heading("about q", key="pose", kind=Numbers, format=lambda q: ", ".join(f"{x:.2g}" for x in q)),
-        Heading("3 sigma then", key=None), Heading(key="joints", kind=list[int]),
-        Heading(key="amplitudes", kind=Numbers), Heading(key="hertz", kind=Numbers),
-        Heading(key="parameters", kind=list[int]),
-        Heading(key="before", kind=Numbers, says="Standard errors of the log."),
-        Heading(key="sigma", kind=Numbers, says="Standard errors with 10 s of the swing."),
-    )  # fmt: skip
-    rows = [(m.swing, m.pose, m.gains(names), m.joints, m.amplitudes, m.hertz, m.parameters, m.before, m.sigma)
-            for m in motions]  # fmt: skip
-    says = "Swings that would identify what is not."
-    return Table("not identified yet; what would do it", columns, rows, "", "missing_motions", says, most=_FEW)
 
 
 def expected(fit: ConsistentFit) -> str:

@@ -236,6 +236,11 @@ class Folds:
         normal = tuple(normal_equations(part, columns, base) for part in parts)
         return cls(samples, known, columns, base, fold, normal)
 
+    def times(self, factors: Array) -> "Folds":
+        """The same with the torques of each joint multiplied by a factor, (n,)."""
+        normal = tuple(part.times(factors) for part in self.normal)
+        return Folds(self.samples.times(factors), self.known, self.columns, self.base, self.fold, normal)
+
     def information(self) -> Information:
         """What all of them say."""
         return solve(reduce(add, self.normal), self.columns, self.base)

@@ -1,5 +1,7 @@
 """Linear regression on the torques of an arm.
 
+drive_gains     Unknown gains of the torques: logs whose torques are currents times a drive gain that is known to some
+                per cent
 information     What logs say of the base parameters: weighted least squares with the noise of every joint, and what
                 they leave open
 instrumental    Instrumental variables for logs without a filter: columns of the motion that was commanded stand in

@@ -45,6 +45,11 @@ class NormalEquations:
         names = ("matrices", "sides", "squares", "equations")
         return NormalEquations(*(getattr(self, name) + getattr(other, name) for name in names))
 
+    def times(self, factors: Array) -> "NormalEquations":
+        """The same where the torques of each joint are multiplied by a factor, (n,)."""
+        sides, squares = self.sides * factors[:, None], self.squares * factors**2
+        return NormalEquations(self.matrices, sides, squares, self.equations)
+
     def weighted(self, noise: Array) -> tuple[Array, Array]:
         """Sum over joints of W^T W / noise^2 (b, b) and W^T tau / noise^2 (b,)."""
         weights = self.equations > 0

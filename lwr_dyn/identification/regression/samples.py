@@ -160,6 +160,10 @@ class Samples:
         """How many are used."""
         return int(np.count_nonzero(self.used))
 
+    def times(self, factors: Array) -> "Samples":
+        """The same with the torques of each joint multiplied by a factor, (n,)."""
+        return replace(self, tau=self.tau * factors)
+
     def rows_in(self, seconds: float) -> int:
         """How many instants are as far apart, at least 1."""
         return max(1, round(seconds / float(np.median(np.diff(self.t)))))

@@ -152,6 +152,8 @@ def slip_document(
         Fact("pull", report.pull.sigmas, "Sigmas by which the cell furthest off is off, if it alone is."),
         Fact("pull_limit", report.pull.limit, "Largest of it by chance among all cells."),
         Fact("deviation", report.deviation, "How far the arm itself may be from a right table, as a share."),
+        Fact("closer", report.closer, "A smaller deviation, with which there is more to find than these repairs; null "
+             "where there is not.", kind=float | None),
         Fact("common_factor", factor,
              "Of all masses and tensors, with which the table as printed meets the logs too.", kind=float | None),
         Fact("sure", records(report.sure), "Repairs that every explanation has.", kind=list[RepairRecord]),
@@ -166,6 +168,12 @@ def slip_document(
         "heavier arm, or torques off by that factor)",
         factor is not None,
     )
+    further = report.closer or 0.0
+    more = Note(
+        f"an arm {report.deviation:.3g} off a right table explains what is left; one {further:.3g} off would not: "
+        f"--deviation {further:.3g} looks further",
+        report.closer is not None,
+    )
     head = ("cell", "in the table", "the log's, if it alone is off", "sigmas off", "state", "same effect")
     table = best_table(report).table
     every = Section("Every cell", [
@@ -173,7 +181,7 @@ def slip_document(
         Note(f"one effect on all motions: {_groups(together)}", bool(together)),
         Note(f"no motion shows: {_names(hidden)}", bool(hidden)),
     ])  # fmt: skip
-    sections = [Section("", [Note(_repairs(report, paper)), said]), every]
+    sections = [Section("", [Note(_repairs(report, paper)), more, said]), every]
     return Document(
         "A table against logs", _verdict(report), sections, "lwr-dyn identify table", facts=facts, caveats=()
     )

@@ -136,6 +136,8 @@ def _promising(at: Hypothesis, shown: ShownCells) -> Iterable[Repair]:
 
 DEVIATION = 0.05
 """How far an arm is from a right table of it, unless said otherwise."""
+CLOSER = (0.02, 0.01, 0.005)
+"""Smaller deviations with which the table that a search ends with is held against the log once more."""
 MOST = 8
 """Repairs of one table that are looked for together."""
 SAID = 12
@@ -165,6 +167,9 @@ class SlipReport:
     deviation: float
     pull: LargestPull
     """Of the cell of the table as printed that is furthest off, if it alone is."""
+    closer: float | None = None
+    """The largest of `CLOSER` with which the table that this ends with would not meet the log: there is more to find,
+    if the arm is so near to a right table. None if that table meets the log with all of them."""
     common_factor: float | None = None
     """Of all masses and tensors, with which the table as printed meets the log too: then no cell need be wrong."""
 
@@ -240,7 +245,18 @@ def trace_cells(
         shown = printed_cells.shown_cells(information, explained[0].table)
     factor, pull = None if printed.fits else common_factor(printed), hypotheses.largest_pull(printed)
     nearest, limit = min(tried, key=_evidence), printed.log.limit()
-    return SlipReport(printed, explained, nearest, shown, limit, deviation, pull, factor)
+    best = explained[0].table if explained else table
+    nearer = _closer(information, best, deviation) if explained or printed.fits else None
+    return SlipReport(printed, explained, nearest, shown, limit, deviation, pull, nearer, factor)
+
+
+def _closer(information: Information, table: PrintedCells, deviation: float) -> float | None:
+    for share in CLOSER:
+        if share < deviation:
+            at = hypotheses.as_printed(hypotheses.log_evidence(information, table, share), table)
+            if not at.fits:
+                return share
+    return None
 
 
 def _says_less(one: Hypothesis, other: Hypothesis) -> bool:

@@ -102,6 +102,34 @@ def test_a_model_that_its_log_contradicts_is_written_only_when_accepted(lwr_dyn_
 
 
 @pytest.mark.slow
+def test_gains_are_fitted_and_written_with_the_model(lwr_dyn_command, wam, fourier, tmp_path):
+    log = LogSensors(0.05, 1e-5).through(fourier(wam, wam.friction), 3)
+    true = np.array([1.1, 0.95, 1.05, 0.9, 1.0, 1.08, 0.97])
+    write_log(tmp_path / "log.csv", JointLog("log", log.joints, log.t, log.q, log.tau * true))
+    command = ("identify", "motion", "wam7", tmp_path / "log.csv", "--as-logged", "--gains", "10%")
+    code, out, _ = lwr_dyn_command(*command, "--out", tmp_path / "arm.toml")
+    assert code == 0
+    assert "gains of the torques, known to 10 % before the log" in out
+    assert "what tells them apart is that gains are right to 10 % each" in out
+    assert "gains known to 0.1" in (tmp_path / "arm.toml").read_text(encoding="utf-8")
+    gains = json.loads(lwr_dyn_command(*command, "--json")[1])["gains"]
+    off = [(row["gain"] - g) / row["standard_error"] for row, g in zip(gains["joints"], true, strict=True)]
+    assert np.abs(off).max() < 3.0
+    assert gains["total_mass_error"] > 0.0
+
+
+def test_gains_that_are_no_share_are_refused_in_a_line(refused, wam, fourier, tmp_path):
+    write_log(tmp_path / "log.csv", fourier(wam, wam.friction, seconds=2.0))
+    command = ("identify", "motion", "wam7", tmp_path / "log.csv", "--gains")
+    assert (
+        refused(*command, "0.8")
+        == "lwr-dyn: gains: 0.8; allowed: a share above 0 and up to 0.5, such as 0.1 for 10 %\n"
+    )
+    assert "'ten' is not a share; allowed: a number such as 5% or 0.05" in refused(*command, "ten")
+    assert "allowed: without --instruments" in refused(*command, "10%", "--instruments", tmp_path / "log.csv")
+
+
+@pytest.mark.slow
 def test_a_joint_that_stands_still_is_named_and_the_others_are_fitted(lwr_dyn_command, wam, fourier, tmp_path):
     log = fourier(wam, wam.friction, joints=(0, 1, 3, 4, 5, 6))
     write_log(tmp_path / "log.csv", log)

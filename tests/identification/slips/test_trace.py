@@ -61,6 +61,23 @@ def test_no_explanation_has_a_link_that_no_body_can_be(study):
         assert not (impossible_links(one.table) & ~impossible_links(table)).any()
 
 
+def test_what_only_a_nearer_arm_would_show_is_said_with_the_deviation_that_shows_it(study):
+    """A cell 3 sigma off is explained by an arm 5 % off; by one 2 % off it is not."""
+    log = study.log(0.0, np.random.default_rng(4))
+    right = trace_cells(log, study.table, deviation=0.05)
+    assert right.fits
+    assert right.closer is None
+    rows = {row.cell.name: row for row in table_against_log(log, study.arm, deviation=0.05)}
+    row = rows["c4z"]
+    report = trace_cells(log, study.table.with_cell(row.cell, row.value - 3.0 * row.sigma), deviation=0.05)
+    assert report.fits
+    assert report.closer == 0.02
+    assert not trace_cells(log, report.printed.table, deviation=report.closer, most=1).fits
+    said = "an arm 0.05 off a right table explains what is left; one 0.02 off would not: --deviation 0.02 looks further"
+    assert said in slip_document(report, ()).text()
+    assert "looks further" not in slip_document(right, ()).text()
+
+
 def test_without_deviation_an_arm_off_its_table_would_have_slips(study):
     assert not trace_cells(study.log(0.2, np.random.default_rng(1)), study.table, deviation=0.0, most=1).fits
 

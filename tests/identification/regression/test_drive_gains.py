@@ -1,0 +1,135 @@
+"""Gains of torques from normal equations: the same as from the rows, and nothing that no torque shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lwr_dyn.identification.regression.drive_gains import FreedGains, gains_alone, volume_of
+from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
+
+WIDTH = 0.1
+
+
+@pytest.fixture(scope="module")
+def plant(lwr):
+    return perturbed_plant(TorqueColumns(lwr.chain, "directions"), lwr, np.random.default_rng(1))
+
+
+@pytest.fixture(scope="module")
+def gains():
+    return np.exp(np.random.default_rng(2).normal(0.0, WIDTH, 7))
+
+
+@pytest.fixture(scope="module")
+def samples(plant, lwr, gains):
+    rng = np.random.default_rng(3)
+    seen = simulated_samples(plant, random_motion(lwr, 5.0, rng), 0.1, rng, 0.05)
+    noise = rng.normal(0.0, 0.1, seen.tau.shape)
+    return replace(seen, tau=gains * plant.columns.torques(seen.q, seen.dq, seen.ddq, plant.parameters) + noise)
+
+
+def rows_of(samples, information, about):
+    """W, the columns of gains, torques and noise, (m, b), (m, n), (m,), (m,) row by row."""
+    columns, base = information.columns, information.base
+    W = columns(samples.q, samples.dq, samples.ddq)[:, :, base.kept]
+    moving = np.where(np.isin(base.kept, columns.friction_indices), 0.0, about)
+    D = np.einsum("kj,ji->kji", W @ moving, np.eye(columns.n))
+    noise = np.broadcast_to(information.noise, samples.tau.shape)
+    return W[samples.used], D[samples.used], samples.tau[samples.used], noise[samples.used]
+
+
+def test_gains_from_normal_equations_are_those_from_rows(samples, plant):
+    given, taken = information_of(samples, plant.columns), np.linspace(-0.05, 0.1, 7)
+    about, volume = given.values * 1.02, np.linspace(0.0, 5.0, 7)
+    W, D, tau, noise = rows_of(samples, given, about)
+    X = np.hstack([W, D]) / noise[:, None]
+    prior = np.diag([0.0] * W.shape[1] + [WIDTH**-2.0] * 7)
+    side = X.T @ (tau / noise)
+    side[-7:] -= taken / WIDTH**2 + volume
+    covariance = np.linalg.inv(X.T @ X + prior)
+    values, b = covariance @ side, W.shape[1]
+    freed = FreedGains.of(given, taken, WIDTH, about, volume)
+    sigma = np.sqrt(np.diag(covariance))
+    assert np.abs((freed.information.values - values[:b]) / sigma[:b]).max() < 1e-5
+    assert freed.information.sigma == pytest.approx(sigma[:b], rel=1e-5)
+    assert freed.steps(values[:b]) == pytest.approx(-np.log1p(-values[b:]), abs=1e-7)
+    assert freed.covariance(covariance[:b, :b]) == pytest.approx(covariance[b:, b:], rel=1e-4, abs=1e-9)
+
+
+def test_gains_alone_meet_the_truth_and_leave_the_common_factor_to_the_prior(samples, plant, gains):
+    information = information_of(samples, plant.columns)
+    normal, base = information.normal, information.base
+    logs = gains_alone(normal, plant.columns, base, WIDTH)
+    freed = FreedGains.of(information_of(samples.times(np.exp(-logs)), plant.columns), logs, WIDTH)
+    errors = freed.covariance(freed.information.covariance)
+    off = logs - np.log(gains)
+    assert off @ np.linalg.solve(errors, off) < 24.3  # chi^2 of 7, 99.9 %
+    assert np.sqrt(errors.sum()) / 7 == pytest.approx(WIDTH / np.sqrt(7), rel=0.05)
+    heavier = gains_alone(normal.times(np.full(7, 1.1)), plant.columns, base, WIDTH)
+    assert np.ptp(heavier - logs) < 0.02
+    assert np.abs(heavier - logs).max() < 0.02  # no torque shows that all are larger
+    assert np.abs(freed.steps(freed.information.values)).max() < 1e-5
+
+
+def test_gains_by_loud_torques_are_off_by_what_their_errors_say(samples, plant):
+    """Gains of the prior's width, 20 times the noise: a column with that noise would have others, and be surer."""
+    rng, columns, chi2 = np.random.default_rng(5), plant.columns, []
+    exact = columns.torques(samples.q, samples.dq, samples.ddq, plant.parameters)
+    for _ in range(12):
+        true = rng.normal(0.0, WIDTH, 7)
+        loud = replace(samples, tau=np.exp(true) * exact + rng.normal(0.0, 2.0, exact.shape))
+        information = information_of(loud, columns)
+        logs = gains_alone(information.normal, columns, information.base, WIDTH)
+        freed = FreedGains.of(information_of(loud.times(np.exp(-logs)), columns), logs, WIDTH)
+        off = logs - true
+        chi2.append(off @ np.linalg.solve(freed.covariance(freed.information.covariance), off) / 7)
+    assert 0.6 < np.mean(chi2) < 1.5  # 1 +- 0.15
+
+
+def test_errors_with_those_of_gains_are_between_known_and_unknown_ones(samples, plant):
+    given = information_of(samples, plant.columns)
+    freed = FreedGains.of(given, np.zeros(7), WIDTH)
+    errors = freed.covariance(freed.information.covariance)
+    same = freed.with_errors_of(freed.gains(freed.information.covariance))
+    friction = np.isin(given.base.kept, plant.columns.friction_indices)
+    assert same.sigma[~friction] == pytest.approx(freed.information.sigma[~friction], rel=1e-3)
+    at = friction & (np.abs(given.values) > 30.0 * given.sigma)
+    joints = np.array([int(plant.columns.names[k].rsplit("_", 1)[1]) - 1 for k in given.base.kept[at]])
+    of_gains = np.abs(given.values[at]) * np.sqrt(np.diag(errors))[joints]
+    assert np.median(same.sigma[at] / of_gains) == pytest.approx(1.0, abs=0.1)
+    known = freed.with_errors_of(replace(freed.gains(freed.information.covariance), covariance=1e-12 * np.eye(7)))
+    assert known.sigma == pytest.approx(given.sigma, rel=1e-4)
+
+
+def test_friction_in_true_torques_has_the_errors_of_its_gain(samples, plant):
+    columns, given = plant.columns, information_of(samples, plant.columns)
+    freed = FreedGains.of(given, np.zeros(7), WIDTH)
+    sure = freed.with_friction(plant.parameters, np.zeros((columns.count,) * 2))
+    part = columns.of_joint(2)
+    at = part.start + 1
+    alone = freed.covariance(np.zeros((given.base.count,) * 2))[2, 2]
+    assert sure[at, at] == pytest.approx(plant.parameters[at] ** 2 * alone)
+    assert sure[part.start, part.start] == 0.0
+    assert not sure[: columns.bodies].any()
+
+
+def test_the_volume_counts_parameters_of_bodies(samples, plant):
+    """Where the log says all: their number, whoever's equations say them."""
+    given = information_of(samples, plant.columns)
+    covariance = np.zeros((plant.columns.count,) * 2)
+    covariance[np.ix_(given.base.kept, given.base.kept)] = given.covariance
+    assert volume_of(given, covariance).sum() == pytest.approx(np.sum(given.base.kept < plant.columns.bodies), rel=1e-6)
+
+
+def test_a_joint_without_equations_keeps_its_prior_and_a_log_without_noise_is_no_trouble(samples, plant, gains):
+    used = samples.used.copy()
+    used[:, 6] = False
+    exact = gains * plant.columns.torques(samples.q, samples.dq, samples.ddq, plant.parameters)
+    information = information_of(replace(samples, used=used, tau=exact), plant.columns)
+    logs = gains_alone(information.normal, plant.columns, information.base, WIDTH)
+    apart = logs[:6] - np.log(gains[:6])
+    assert np.ptp(apart) < 1e-3
+    assert logs[6] == pytest.approx(0.0, abs=1e-9)
