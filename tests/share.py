@@ -1,8 +1,9 @@
 """Which of the long tests CI runs: of some a share, drawn by the commit. What is drawn, and how much, stands here.
 
 `.ci/run` names the commit in LWR_DYN_SHARE. Without that variable, as in `pytest -m slow` and `scripts/soak.py shares`,
-everything runs. What the last commits changed comes first, so that a page runs in CI when it was written; the number
-stays, so that CI takes the same time after any change. `pytest --collect-only -q -m share` lists what is drawn from.
+everything runs. What the last commits changed comes first: a page, a file of tests, or the package that it tests. The
+number stays, so that CI takes the same time after any change. `pytest --collect-only -q -m share` lists what is drawn
+from.
 (A plugin of pytest: see conftest.py.)
 """
 
@@ -16,7 +17,6 @@ from collections.abc import Collection, Iterable
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -26,37 +26,48 @@ COMMIT = "LWR_DYN_SHARE"
 LAST = 10
 """Commits whose files come first."""
 CASES = {
-    "tests/docs/test_pages.py::test_a_page_does_what_it_shows": 3,
+    # the same check of one more page, command, script or arm
+    "tests/docs/test_pages.py::test_a_page_does_what_it_shows": 4,
     "tests/docs/test_site.py::test_a_page_breaks_no_rule_of_axe": 3,
     "tests/custody/test_help_text.py::test_the_examples_run": 3,
     "tests/scripts/test_scripts.py::test_a_worked_example_runs": 3,
     "tests/scripts/test_default_arms.py::test_a_seeded_share_runs_inside_its_limits_or_says_why_not": 4,
-    "tests/codegen/emit/test_fmu.py::test_fmpy_finds_no_fault_and_runs_it_as_we_do": 3,
-    "tests/codegen/emit/test_c_file.py::test_compilers_have_no_warning_and_functions_give_their_test_vectors": 3,
-    "tests/codegen/emit/test_closed_form_bits.py::test_c_gives_the_bits_of_node": 2,
-    "tests/codegen/emit/test_javascript_file_bits.py::test_c_gives_the_bits_of_node": 2,
-    "tests/codegen/kernels/test_kernel_source.py::test_the_body_is_python_that_gives_the_kernels_numbers": 3,
     "tests/reproduction/test_compare_mutants.py::test_no_mutant_moves_a_number_unseen": 2,
+    # of one more screen
     "tests/reproduction/report/test_page_reading.py::test_no_rule_of_accessibility_is_broken": 2,
     "tests/pages/replay/test_framing.py::test_arm_paths_and_base_are_in_sight_and_no_panel_covers_them": 2,
 }
 """Function -> n: one in n of its cases, at least one."""
 FILES = {
-    "tests/pages/explorer/test_page*.py": 2,
+    # pages in a browser: each has its quick tests, of what it is made of
+    "tests/pages/explorer/test_page*.py": 3,
+    # a paper reproduced once more; the main job, that of the LWR 4+, always runs
     "tests/reproduction/*/test_study.py": 2,
+    # recoveries from drawn logs and motions, whose full counts are lines of soak
+    "tests/identification/*/test_*.py": 3,
+    "tests/studies/sweep/*test_*.py": 2,
+    "tests/design/test_*.py": 2,
+    # commands, whose functions have tests of their own
+    "tests/cli/*test_*.py": 2,
+    # compilers, languages and forms of emitted functions beyond those of the quick tests
+    "tests/codegen/emit/test_*.py": 2,
+    "tests/codegen/kernels/test_*.py": 2,
+    "tests/codegen/rollouts/test_*.py": 2,
 }
 """Files by a pattern -> n: the slow tests of one in n of them, at least of one."""
 
 
 def drawn(names: Iterable[str], one_in: int, seed: str, changed: Collection[str] = ()) -> set[str]:
-    """One in `one_in` of the names, rounded up: those of changed files, then as a hash has them.
+    """One in `one_in` of the names, rounded up: those that changed, then as a hash has them.
 
-    A name is that of a file, or of a case: `FILE::FUNCTION[FILE]` where what varies is a file.
+    A name is that of a file of tests, or of a case: `FILE::FUNCTION[CASE]`, where the case may be a file.
     """
+    packages = {name.rpartition("/")[0] for name in changed if name.startswith("lwr_dyn/")}
 
     def place(name: str) -> tuple[bool, bytes]:
         file = name.partition("[")[2].removesuffix("]") if "[" in name else name
-        return file not in changed, hashlib.sha256(f"{seed} {name}".encode()).digest()
+        tested = file.rpartition("/")[0].replace("tests/", "lwr_dyn/", 1)
+        return file not in changed and tested not in packages, hashlib.sha256(f"{seed} {name}".encode()).digest()
 
     names = sorted(set(names), key=place)
     return set(names[: -(-len(names) // one_in)])

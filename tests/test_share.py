@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from fnmatch import fnmatchcase
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -35,7 +36,9 @@ def test_what_has_changed_comes_first_and_the_number_stays():
         found = drawn(PAGE_CASES, 3, f"{seed}", {"docs/2.md", "docs/5.md", "docs/7.md"})
         assert found > {PAGE_CASES[2], PAGE_CASES[5], PAGE_CASES[7]}
         assert len(found) == 4
-        assert "tests/b.py" in drawn([f"tests/{name}.py" for name in "abcd"], 4, f"{seed}", {"tests/b.py"})
+        files = [f"tests/{name}/test_x.py" for name in "abcd"]
+        for changed in ("tests/b/test_x.py", "lwr_dyn/b/y.py"):
+            assert drawn(files, 4, f"{seed}", {changed}) == {"tests/b/test_x.py"}
     assert len(drawn(PAGE_CASES, 3, "seed", {f"docs/{k}.md" for k in range(10)})) == 4
 
 
@@ -50,6 +53,7 @@ def test_a_file_is_drawn_with_all_its_tests_and_others_stay():
 
 
 def test_every_row_is_of_slow_tests_that_are_there():
+    test_files = [path.relative_to(ROOT).as_posix() for path in (ROOT / "tests").rglob("test_*.py")]
     for function, one_in in CASES.items():
         file, _, name = function.partition("::")
         text = (ROOT / file).read_text(encoding="utf-8")
@@ -58,8 +62,13 @@ def test_every_row_is_of_slow_tests_that_are_there():
         assert "parametrize" in found[1], function
         assert "mark.slow" in found[1] or "pytestmark = pytest.mark.slow" in text, function
         assert one_in > 1
+        assert not [pattern for pattern in FILES if fnmatchcase(file, pattern)], "of two rows"
     for pattern, one_in in FILES.items():
-        assert len(list(ROOT.glob(pattern))) >= one_in > 1, pattern
+        files = [name for name in test_files if fnmatchcase(name, pattern)]
+        assert len(files) >= one_in > 1, pattern
+        assert not [name for name in files if family(f"{name}::x")[0] != pattern], "a file is of one row"
+        slow = [name for name in files if "mark.slow" in (ROOT / name).read_text(encoding="utf-8")]
+        assert len(slow) > one_in or pattern.startswith("tests/reproduction"), pattern
 
 
 def collected(**variables):
@@ -96,5 +105,5 @@ def test_ci_names_its_commit_and_soak_runs_every_case(monkeypatch):
     assert command[-3:] == ["-m", "share", "tests"]
     assert COMMIT not in environment
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    assert re.search(rf"^export {COMMIT}=\$\{{{COMMIT}-\$\(git rev-parse HEAD ", script, re.M)
+    assert re.search(rf'^export {COMMIT}="\$\{{{COMMIT}-\$\(git rev-parse HEAD ', script, re.M)
     assert script.index(COMMIT) < script.index("\npytest -n auto")
