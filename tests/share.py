@@ -33,6 +33,7 @@ CASES = {
     "tests/scripts/test_scripts.py::test_a_worked_example_runs": 3,
     "tests/scripts/test_default_arms.py::test_a_seeded_share_runs_inside_its_limits_or_says_why_not": 4,
     "tests/reproduction/test_compare_mutants.py::test_no_mutant_moves_a_number_unseen": 2,
+    "tests/hostile/test_fuzz.py::test_changed_good_files_are_read_or_refused": 2,
     # of one more screen
     "tests/reproduction/report/test_page_reading.py::test_no_rule_of_accessibility_is_broken": 2,
     "tests/pages/replay/test_framing.py::test_arm_paths_and_base_are_in_sight_and_no_panel_covers_them": 2,
@@ -43,12 +44,13 @@ FILES = {
     "tests/pages/explorer/test_page*.py": 3,
     # a paper reproduced once more; the main job, that of the LWR 4+, always runs
     "tests/reproduction/*/test_study.py": 2,
-    # recoveries from drawn logs and motions, whose full counts are lines of soak
-    "tests/identification/*/test_*.py": 3,
+    # recoveries from drawn logs, motions, tables and gains, whose full counts are lines of soak
+    "tests/identification/*test_*.py": 3,
+    "tests/checks/*test_*.py": 2,
     "tests/studies/sweep/*test_*.py": 2,
     "tests/design/test_*.py": 2,
     # commands, whose functions have tests of their own
-    "tests/cli/*test_*.py": 2,
+    "tests/cli/*test_*.py": 3,
     # compilers, languages and forms of emitted functions beyond those of the quick tests
     "tests/codegen/emit/test_*.py": 2,
     "tests/codegen/kernels/test_*.py": 2,
