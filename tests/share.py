@@ -2,9 +2,8 @@
 
 `.ci/run` names the commit in LWR_DYN_SHARE. Without that variable, as in `pytest -m slow` and `scripts/soak.py shares`,
 everything runs. What the last commits changed comes first: a page, a file of tests, or the package that it tests. The
-number stays, so that CI takes the same time after any change. `pytest --collect-only -q -m share` lists what is drawn
-from.
-(A plugin of pytest: see conftest.py.)
+number stays, so that CI takes the same time after any change: where much has changed, what has not waits for the weekly
+run of everything. `pytest --collect-only -q -m share` lists what is drawn from. (A plugin of pytest: see conftest.py.)
 """
 
 from __future__ import annotations
