@@ -86,6 +86,7 @@ LINES = {
     "rollout_laws": "rollout_laws:rollout_laws",
     "rollouts": "rollouts:rollouts",
     "runs": "checks:runs",
+    "shares": "suite:shares",
     "single_arrays": "single_states:single_arrays",
     "single_memory": "single_states:single_memory",
     "slips": "identification_slips:slips",

@@ -15,7 +15,7 @@ from tests.distribution import in_order, scheduler
 from tests.examples import SOAK
 from tests.headless import QUICK, browser_window
 
-pytest_plugins = ["tests.optional"]
+pytest_plugins = ["tests.optional", "tests.share"]
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # a worker a core: threads of BLAS would wait for each other, up to 10 s
 slow_machine = [HealthCheck.too_slow, HealthCheck.data_too_large]
 settings.register_profile("ci", max_examples=25, deadline=None, derandomize=True, suppress_health_check=slow_machine)

@@ -27,6 +27,14 @@ def krl() -> tuple[str, bool]:
     return done.stdout.strip().splitlines()[-1], done.returncode == 0
 
 
+def shares() -> tuple[str, bool]:
+    """Every case of the tests of which CI runs a share (`tests/share.py`): pages, robots, examples."""
+    environment = {name: value for name, value in os.environ.items() if name != "LWR_DYN_SHARE"}
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "-m", "share", "tests"]
+    done = subprocess.run(command, cwd=ROOT, env=environment | {"CI": "true"}, capture_output=True, text=True)
+    return done.stdout.strip().splitlines()[-1], done.returncode == 0
+
+
 def core() -> tuple[str, bool]:
     """All tests of the core in an environment of its own, from a built wheel without extras."""
     from tests.custody.core_alone import EVERYTHING, FOLDERS, installed_core, run_tests
