@@ -41,19 +41,9 @@ CASES = {
 FILES = {
     # pages in a browser: each has its quick tests, of what it is made of
     "tests/pages/explorer/test_page*.py": 3,
-    # a paper reproduced once more; the main job, that of the LWR 4+, always runs
-    "tests/reproduction/*/test_study.py": 2,
-    # recoveries from drawn logs, motions, tables and gains, whose full counts are lines of soak
-    "tests/identification/*test_*.py": 3,
-    "tests/checks/*test_*.py": 2,
-    "tests/studies/sweep/*test_*.py": 2,
-    "tests/design/test_*.py": 2,
-    # commands, whose functions have tests of their own
-    "tests/cli/*test_*.py": 3,
     # compilers, languages and forms of emitted functions beyond those of the quick tests
     "tests/codegen/emit/test_*.py": 2,
     "tests/codegen/kernels/test_*.py": 2,
-    "tests/codegen/rollouts/test_*.py": 2,
 }
 """Files by a pattern -> n: the slow tests of one in n of them, at least of one."""
 
