@@ -7,6 +7,9 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
+from lwr_dyn.control.gains import gravity_stiffness
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
+from lwr_dyn.control.protocol import reset
 from lwr_dyn.foundation.errors import LwrDynError
 
 
@@ -22,6 +25,98 @@ def test_options_reach_the_factory_under_their_names_in_simulate(arm):
 def test_every_row_makes_a_law_that_bears_its_name(name, arm):
     assert "lwr_dyn" not in CONTROLLERS[name].about
     assert lwr_dyn.controller(name, arm).name == name
+
+
+ROTORS = lwr_dyn.load("lwr4plus").armature
+WORST = np.linspace(3.0, 0.2, 7)
+"""[kg m^2] Given as the worst-case inertia of each joint."""
+TUNED = {  # law and options: its label, and its numbers by the formulas of the laws' docstrings
+    "pd-gravity:omega-n=20:xi=0.7": ("PD + gravity, damping on dq", {"Kp": 400 * WORST, "Kd": 28 * WORST}),
+    "pd-gravity": ("PD + gravity, damping on dq", {"Kp": 2500 * WORST, "Kd": 100 * WORST, "velocity_error": False}),
+    "pid:omega-n=20:xi=0.7:velocity-error": (
+        "PID + gravity, damping on dq_ref - dq",
+        {"Kp": 400 * WORST, "Kd": 28 * WORST, "Ki": 800 * WORST, "tracking_time": np.full(7, np.sqrt(28 / 800)),
+         "velocity_error": True, "gravity": True},
+    ),
+    "pid:ki=3:no-gravity": ("PID, damping on dq", {"Ki": np.full(7, 3.0), "gravity": False, "velocity_error": False}),
+    "inverse-dynamics:omega-n=20:xi=0.7": (
+        "inverse dynamics with feed-forward",
+        {"Kp": np.full(7, 400.0), "Kd": np.full(7, 28.0), "feedforward": True, "gravity": True},
+    ),
+    "inverse-dynamics:no-feedforward:no-gravity": (
+        "inverse dynamics without feed-forward (ddq_ref := 0), without g",
+        {"Kp": np.full(7, 2500.0), "Kd": np.full(7, 100.0), "feedforward": False, "gravity": False},
+    ),
+    "motor-pd:omega-n=20:xi=0.7": (
+        "PD on the motor side, feed-forward",
+        {"Kp": 400 * WORST, "Kd": 28 * WORST, "stiffness": [1e4] * 4 + [6e3] * 3, "feedforward": True, "lighter": 1.0},
+    ),
+    "motor-pd:lighter=4:no-feedforward:gear-stiffness=5000": (
+        "PD on the motor side, gravity of q_ref, torque feedback (rotors 4 times lighter)",
+        {"Kp": 2500 * (WORST - 0.75 * ROTORS), "Kd": 100 * (WORST - 0.75 * ROTORS),
+         "stiffness": [5e3] * 4 + [3e3] * 3, "rotor": ROTORS, "lighter": 4.0},
+    ),
+    "joint-impedance:omega-n=20:xi=0.7": (
+        "joint impedance", {"stiffness": 400 * WORST, "xi": 0.7, "feedforward": True}
+    ),
+    "joint-impedance:stiffness=80:no-feedforward": (
+        "joint impedance without feed-forward", {"stiffness": np.full(7, 80.0), "xi": 1.0, "feedforward": False}
+    ),
+    "cartesian-impedance": (
+        "Cartesian impedance",
+        {"stiffness": [2000.0] * 3 + [200.0] * 3, "xi": 1.0, "posture": 15.0, "posture_damping": 30.0,
+         "feedforward": True},
+    ),
+    "cartesian-impedance:stiffness=500:rotation=20:xi=0.7:posture=0:no-feedforward": (
+        "Cartesian impedance without feed-forward and posture spring",
+        {"stiffness": [500.0] * 3 + [20.0] * 3, "xi": 0.7, "posture": 0.0, "posture_damping": 30.0},
+    ),
+    "hand-guiding": (
+        "hand guiding, 80% of the friction compensated", {"fading": 1.0, "share": 0.8, "width": 0.02}
+    ),
+    "hand-guiding:fading=2:share=0:width=0.1": (
+        "hand guiding, friction not compensated", {"fading": 2.0, "share": 0.0, "width": 0.1}
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rubbed():
+    """An arm with friction, and its dynamics."""
+    arm = arm_with_friction(lwr_dyn.load("lwr4plus"), 0.05)
+    return arm, lwr_dyn.dynamics_of(arm)
+
+
+@pytest.mark.parametrize("text", TUNED)
+def test_laws_are_tuned_by_the_formulas_that_they_state(text, rubbed):
+    label, numbers = TUNED[text]
+    takes = text.startswith(("pd", "pid", "motor", "joint"))
+    made = controller_spec(text).make(*rubbed, {"inertia": WORST} if takes else {})
+    assert made.label == label
+    for name, value in numbers.items():
+        np.testing.assert_allclose(made.parameters[name], value, rtol=1e-14, err_msg=name)
+
+
+@pytest.mark.parametrize("text", [*(x for x in TUNED if "lighter" not in x), "robust", "pid+friction-measured", "pid+observer"])
+def test_the_linear_form_of_a_law_at_rest_is_its_slope(text, rubbed):
+    """Central differences of the torque over q and dq; a model's gravity changes with q too."""
+    spec, (arm, dynamics) = controller_spec(text), rubbed
+    made = spec.make(arm, dynamics)
+    poses, still, h = np.random.default_rng(8).uniform(-1.0, 1.0, (2, 7)), np.zeros(7), 1e-6
+    form = made.linear_feedback(poses)
+    for k, q0 in enumerate(poses):
+        slopes = [np.zeros((7, 7)), np.zeros((7, 7))]
+        for slope, by in zip(slopes, ((1, 0), (0, 1)), strict=True):
+            for j, d in enumerate(h * np.eye(7)):
+                torques = []
+                for side in (1.0, -1.0):
+                    reset(made)
+                    torques.append(made(0.0, q0 + side * by[0] * d, side * by[1] * d, q0, still, still))
+                slope[:, j] = (torques[0] - torques[1]) / (2 * h)
+        carried = np.zeros((7, 7)) if form.gravity is None else gravity_stiffness(form.gravity, poses)[k]
+        scale = max(1.0, np.abs(form.position[k]).max(), np.abs(form.velocity[k]).max())
+        np.testing.assert_allclose(carried - slopes[0], form.position[k], atol=2e-6 * scale)
+        np.testing.assert_allclose(-slopes[1], form.velocity[k], atol=2e-6 * scale)
 
 
 def test_tuned_options_go_before_those_of_the_text(arm):

@@ -54,6 +54,26 @@ def test_a_locked_joint_leaves_the_others_with_their_numbers():
     assert not any(name.startswith(("joint_3.", "link_2.", "link_3.")) for name in locked.sources)
 
 
+def test_a_lock_leaves_mount_and_tool_where_they_are():
+    tool = {"xyz": [0.0, 0.1, 0.2], "mass": 1.5, "inertia": [3e-3, 4e-3, 2e-3]}
+    arm = lwr_dyn.load("lwr4plus", mount="wall", tool=tool)
+    locked, q = arm.with_locked_joint("joint_3", 0.4), np.linspace(-0.5, 0.5, 6)
+    whole = np.insert(q, 2, 0.4)
+    there = lwr_dyn.forward_kinematics(arm, whole)
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(locked, q), there, atol=1e-15)
+    full = lwr_dyn.dynamics_of(arm).gravity_vector(whole)
+    np.testing.assert_allclose(lwr_dyn.dynamics_of(locked).gravity_vector(q), np.delete(full, 2), atol=1e-12)
+    assert locked.installation.tool.mass == 0.0
+    again = locked.uninstalled()
+    assert again.installation is None
+    assert again.chain.bodies[-1].mass == arm.chain.bodies[-1].mass
+    assert again.uninstalled() is again
+    for end in (ARM.lower[0], ARM.upper[0]):
+        assert ARM.with_locked_joint("joint_1", float(end)).n == 6
+        with pytest.raises(OptionError, match="lock of joint_1"):
+            ARM.with_locked_joint("joint_1", float(np.nextafter(end, 9.0 * end)))
+
+
 def test_impossible_locks_are_refused():
     with pytest.raises(UnknownNameError, match="no joint of lwr4plus named 'joint_9'"):
         ARM.with_locked_joint("joint_9", 0.0)
