@@ -155,6 +155,7 @@ BAD = {
     "no number": ("pid:omega-n=fast", "controller pid: omega-n: 'fast'; allowed: a number (Natural"),
     "a switch with a value": ("pid:velocity-error=yes", "with the value 'yes'; allowed: velocity-error, without a"),
     "twice": ("pid:xi=1:xi=2", "xi twice; allowed: each option once"),
+    "an unknown choice": ("adaptive:adapt=all", "adapt: 'all'; allowed: payload, base"),
     "negative": ("pid:omega-n=-2", "omega_n: -2.0; allowed: a number above 0"),
     "an unknown wrapper": ("pid+frition", "no controller wrapper named 'frition' (did you mean friction?)"),
     "an option after a wrapper": ("pid+friction:xi=1", "allowed: NAME:OPTION=VALUE:SWITCH+WRAPPER"),
