@@ -109,7 +109,9 @@ def test_laws_are_tuned_by_the_formulas_that_they_state(text, rubbed):
         np.testing.assert_allclose(made.parameters[name], value, rtol=1e-14, err_msg=name)
 
 
-@pytest.mark.parametrize("text", [*(x for x in TUNED if "lighter" not in x and "adaptive" not in x), "pid+friction-measured", "pid+observer"])
+@pytest.mark.parametrize(
+    "text", [*(x for x in TUNED if "lighter" not in x and "adaptive" not in x), "pid+friction-measured", "pid+observer"]
+)
 def test_the_linear_form_of_a_law_at_rest_is_its_slope(text, rubbed):
     """Central differences of the torque over q and dq; a model's gravity changes with q too."""
     spec, (arm, dynamics) = controller_spec(text), rubbed

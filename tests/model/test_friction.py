@@ -120,7 +120,9 @@ def test_the_smooth_form_is_its_formula_at_any_width(v, width, mirrored):
     d = joint.positive if v > 0.0 else joint.negative
     level = d.coulomb + (d.static - d.coulomb) * np.exp(-((v / d.stribeck_velocity) ** 2))
     expected = joint.offset + level * np.tanh(v / width) + d.viscous * v
-    assert smooth_friction([None, joint], width)(np.array([v, v])) == pytest.approx([0.0, expected], rel=1e-13, abs=1e-14)
+    assert smooth_friction([None, joint], width)(np.array([v, v])) == pytest.approx(
+        [0.0, expected], rel=1e-13, abs=1e-14
+    )
 
 
 @pytest.mark.parametrize("kept", [0, 1, 2])

@@ -90,7 +90,11 @@ def test_columns_have_their_names_with_units_and_their_numbers():
     one = short(signals={"pushed": np.array([[1.0], [2.0], [3.0]]), "pair": np.arange(6.0).reshape(3, 2)})
     wanted = {"time [s]": one.t}
     wanted |= {name: getattr(one, key)[:, j] for key, names in NAMES.items() for j, name in enumerate(names)}
-    wanted |= {"energy [J]": one.energy, "work_actuator [J]": one.work["actuator"], "pushed": one.signals["pushed"][:, 0]}
+    wanted |= {
+        "energy [J]": one.energy,
+        "work_actuator [J]": one.work["actuator"],
+        "pushed": one.signals["pushed"][:, 0],
+    }
     wanted |= {"pair1": one.signals["pair"][:, 0], "pair2": one.signals["pair"][:, 1]}
     found = one.to_columns()
     assert list(found) == list(wanted)

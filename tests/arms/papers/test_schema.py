@@ -50,7 +50,15 @@ def test_rows_and_their_shapes():
     vectors |= {"poses.zero_flange", "poses.flange_rpy"}
     scalars = {"base.mass", "drawing.pedestal", *(name for name in RULES if name.startswith("ratings."))}
     assert of_the_arm == vectors | scalars
-    vectors |= {"frames.origin", "origins.xyz", "origins.rpy", "origins.axis", "poses.axis", "inertial.com", "inertial.rpy"}
+    vectors |= {
+        "frames.origin",
+        "origins.xyz",
+        "origins.rpy",
+        "origins.axis",
+        "poses.axis",
+        "inertial.com",
+        "inertial.rpy",
+    }
     shapes = dict.fromkeys(vectors, (3,)) | {"inertial.inertia": (3, 3)}
     shapes |= dict.fromkeys(("transmission.signs", "transmission.matrix"), (PER_JOINT,))
     assert {name: rule.row for name, rule in RULES.items() if rule.row} == shapes

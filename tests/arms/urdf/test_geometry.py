@@ -132,7 +132,11 @@ def made(*joints, drawing=None, mount=None, tool=None):
         links.append((ChainLink(f"j{k}", f"l{k}", kind, place, Pose.identity(), None), JointLimits(**limits)))
     chain = Chain(tuple(link for link, _ in links), joints[-1][1], np.array([0.0, 0.0, -9.81]))
     arm = Arm("own", "r", "t", chain, tuple(limits for _, limits in links), drawing=drawing or Drawing())
-    return arm.installed(mount, tool or Tool(Pose.identity(), 0.0, np.zeros(3), np.zeros((3, 3)))) if mount or tool else arm
+    return (
+        arm.installed(mount, tool or Tool(Pose.identity(), 0.0, np.zeros(3), np.zeros((3, 3))))
+        if mount or tool
+        else arm
+    )
 
 
 def at(x, y, z, rotation=None):
@@ -142,7 +146,9 @@ def at(x, y, z, rotation=None):
 def shown(arm, *links):
     """Shapes of some links: link, colour, position, direction, radius and length."""
     rows = ((s.link, s.colour, *s.pose.position, *s.pose.rotation[:, 2], s.radius, s.length) for s in primitives(arm))
-    return [tuple(x if isinstance(x, str) else round(float(x), 6) + 0.0 for x in row) for row in rows if row[0] in links]
+    return [
+        tuple(x if isinstance(x, str) else round(float(x), 6) + 0.0 for x in row) for row in rows if row[0] in links
+    ]
 
 
 TURNS, SLIDES = JointKind.REVOLUTE, JointKind.PRISMATIC
@@ -205,7 +211,9 @@ def test_a_slide_upward_runs_on_a_rail_and_another_in_a_guide(low, up, reach):
 def test_radii_fall_along_the_arm_and_the_pedestal_is_as_high_as_given():
     arm = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.3), {}), (None, at(0, 0, 0.2), {}))
     np.testing.assert_allclose(link_radii(arm), [1.0 * 0.045 + 0.03 * 0.5, 0.045 + 0.03 * 0.2])
-    np.testing.assert_allclose(link_radii(made((TURNS, at(0, 0, 0.02), {}), (None, at(0, 0, 0.01), {}))), [0.0045 + 0.0003])
+    np.testing.assert_allclose(
+        link_radii(made((TURNS, at(0, 0, 0.02), {}), (None, at(0, 0, 0.01), {}))), [0.0045 + 0.0003]
+    )
     high = replace(arm, drawing=Drawing(pedestal=0.5, radius=(R, R)))
     assert shown(high, "base")[:2] == [
         ("base", "dark", 0, 0, -0.47, 0, 0, 1, 0.16, 0.06), ("base", "grey", 0, 0, -0.22, 0, 0, 1, 0.105, 0.44),

@@ -52,7 +52,10 @@ def test_a_standard_dh_row_is_all_after_the_motion():
     assert {source.cell.split(".")[1] for source in quantity_sources(arm, "joint_2.after")} >= {"alpha", "a", "d"}
     assert quantity_sources(arm, "joint_2.colour") == ()
     alone = random_arm(3, "R")  # with its row alone, what stands before the joint says which it is
-    for before, rows in ((Pose.identity(), ("dh.alpha", "dh.d", "dh.theta_offset")), (Pose(rot_x(0.3), np.zeros(3)), ("dh.d", "dh.theta_offset"))):
+    for before, rows in (
+        (Pose.identity(), ("dh.alpha", "dh.d", "dh.theta_offset")),
+        (Pose(rot_x(0.3), np.zeros(3)), ("dh.d", "dh.theta_offset")),
+    ):
         link = replace(alone.chain.links[0], before=before)
         cells = {f"{link.joint}.dh": tuple(Source(name, "p", "printed", 1, "m", "") for name in ("base.xyz", *SPLIT))}
         one = replace(alone, chain=replace(alone.chain, links=(link,)), sources=cells)

@@ -161,9 +161,14 @@ def test_joints_and_motors_are_written_with_their_axes_and_names():
         assert joint.find("axis").get("xyz") == "0.0 0.0 1.0"
         drive = root.find(f"transmission[@name='{link.joint}_transmission']")
         assert drive.find("type").text == "transmission_interface/SimpleTransmission"
-        assert (drive.find("joint").get("name"), drive.find("actuator").get("name")) == (link.joint, f"{link.joint}_motor")
+        assert (drive.find("joint").get("name"), drive.find("actuator").get("name")) == (
+            link.joint,
+            f"{link.joint}_motor",
+        )
     assert [x.get("name") for x in root.findall("material")] == ["orange", "grey", "dark"]
     unwritten = lwr_dyn.load("lwr4")
-    assert {len(x.find("actuator")) for x in ElementTree.fromstring(urdf_text(unwritten)).findall("transmission")} == {0}
+    assert {len(x.find("actuator")) for x in ElementTree.fromstring(urdf_text(unwritten)).findall("transmission")} == {
+        0
+    }
     assert "<!--" in urdf_text(arm)[:80]
     assert urdf_text(arm).endswith("</robot>\n")

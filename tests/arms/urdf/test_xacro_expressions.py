@@ -179,7 +179,11 @@ def test_a_missing_name_and_a_name_that_is_no_function_are_said(names):
 
 BOUNDS = (  # what is just allowed, one more, and the words of its refusal
     (f"len('a' * {LONGEST - 1})", f"len('a' * {LONGEST + 1})", f"a value longer than {LONGEST} characters"),
-    ("len(python.range(0, 300000, 3))", "len(python.range(0, 3000003, 3))", f"a range longer than {LONGEST} characters"),
+    (
+        "len(python.range(0, 300000, 3))",
+        "len(python.range(0, 3000003, 3))",
+        f"a range longer than {LONGEST} characters",
+    ),
     ("round(1.25, 400)", "round(1.25, -401)", "round to -401 digits"),
     ("most", "one_more", "a number of more than 10000 bits"),
     ("-most", "least", "a number of more than 10000 bits"),
@@ -195,7 +199,13 @@ BOUNDS = (  # what is just allowed, one more, and the words of its refusal
 
 @pytest.mark.parametrize(("good", "bad", "words"), BOUNDS)
 def test_bounds_are_where_they_are_said_to_be(names, good, bad, words):
-    numbers = {"most": 2**20_000 - 1, "one_more": 2**20_000, "least": -(2**20_000), "half": 2**4999, "text": "a" * 200_000}
+    numbers = {
+        "most": 2**20_000 - 1,
+        "one_more": 2**20_000,
+        "least": -(2**20_000),
+        "half": 2**4999,
+        "text": "a" * 200_000,
+    }
     for name, value in {**numbers, "keys": list(range(300))}.items():
         names._setitem(name, value, unevaluated=False)
     assert Expressions()(good, names) == xacro.safe_eval(good, names)

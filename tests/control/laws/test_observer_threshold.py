@@ -129,7 +129,9 @@ def test_the_levels_of_a_box_are_the_largest_of_its_poses():
              for com in (np.zeros(3), *(0.05 * np.eye(3)))]  # fmt: skip
     aside = np.linalg.norm([load - loads[0] for load in loads[1:]], axis=0)
     np.testing.assert_allclose(found.bias, (np.abs(loads[0]) + aside).max(axis=0), atol=1e-12)
-    np.testing.assert_allclose(found.inertia, np.sqrt((dynamics.mass_matrix(q) ** 2).sum(axis=2)).max(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.inertia, np.sqrt((dynamics.mass_matrix(q) ** 2).sum(axis=2)).max(axis=0), rtol=1e-12
+    )
     record = {"noise": 1e-5, "cutoff_hz": 100.0, "sigmas": 7.0}
     assert found.record() == {"bias": found.bias.tolist(), "inertia": found.inertia.tolist(), **record}
     parameters = lwr_dyn.controller("pid+observer", arm).parameters["observer"]

@@ -54,7 +54,10 @@ def test_an_entry_that_does_not_exist_and_an_arm_without_masses():
 def slider():
     """A mass on a slide that a hinge turns: its equations are those of a page."""
     hinge, slide = one_joint(JointKind.REVOLUTE, mass=2.0), one_joint(mass=3.0)
-    links = (replace(hinge.chain.links[0], before=Pose.identity()), replace(slide.chain.links[0], joint="joint_2", link="link_2"))
+    links = (
+        replace(hinge.chain.links[0], before=Pose.identity()),
+        replace(slide.chain.links[0], joint="joint_2", link="link_2"),
+    )
     chain = replace(hinge.chain, links=links, gravity=np.array([0.0, 0.0, -9.81]))
     arm = replace(hinge, chain=chain, limits=hinge.limits * 2)
     return equations_of_motion(arm, ("joint_1", "joint_2"))

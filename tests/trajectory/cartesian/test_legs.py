@@ -95,7 +95,9 @@ def test_legs_through_joint_positions_take_their_share_of_the_speed_or_their_tim
     """A quintic's largest speed is 15/8 of the mean one; 95 % of the limits are used."""
     rows = [(0.0, 0.0), (1.0, -0.2), (1.0, 0.6)]
     free, timed = legs_of(rows), legs_of(rows, times=[0.0, 3.0, 4.5])
-    assert [leg.duration for leg in free] == pytest.approx([15 / 8 / (0.95 * 2.0), 0.8 * 15 / 8 / (0.95 * 2.0)], rel=1e-6)
+    assert [leg.duration for leg in free] == pytest.approx(
+        [15 / 8 / (0.95 * 2.0), 0.8 * 15 / 8 / (0.95 * 2.0)], rel=1e-6
+    )
     assert [leg.duration for leg in timed] == [3.0, 1.5]
     at = timed[0].at(np.array([0.0, 1.5, 3.0]))
     np.testing.assert_allclose(at.q, [(0.0, 0.0), (0.5, -0.1), (1.0, -0.2)], atol=1e-15)
@@ -106,7 +108,9 @@ def test_legs_through_joint_positions_take_their_share_of_the_speed_or_their_tim
     assert legs_of([(0.0, 0.0), (1e-9, 0.0)])[0].duration == SHORTEST
     least = 1.0 * 15 / 8 / 2.0
     assert legs_of(rows[:2], times=[0.0, least * (1 - 5e-10)])[0].duration < least
-    with pytest.raises(OptionError, match=r"duration of the leg to row 2 .*: 0.9 s, in which .*_1 needs 1.04 times its"):
+    with pytest.raises(
+        OptionError, match=r"duration of the leg to row 2 .*: 0.9 s, in which .*_1 needs 1.04 times its"
+    ):
         legs_of(rows[:2], times=[0.0, 0.9])
 
 
@@ -135,8 +139,16 @@ def test_a_smooth_curve_through_joint_positions_is_scipys_spline(legs_of):
     [
         ([(0.0, 0.0), (0.0, 2.1)], {}, "waypoint 2: .* outside its limits; allowed: -2 to 2 rad"),
         ([(0.0, 0.0), (1.0, 0.0)], {"velocity": None}, "columns: no times, and .* has joints without speed limits"),
-        ([(0.0, 0.0), (1.0, 1.0), (1.0, 1.0)], {"smooth": True}, "waypoints: two neighbours are the same; allowed: way"),
-        ([(0.0, 0.0), (1.99, 0.0), (1.99, 0.5), (0.0, 0.5)], {"smooth": True}, "the smooth curve: .*, or stops at the way"),
+        (
+            [(0.0, 0.0), (1.0, 1.0), (1.0, 1.0)],
+            {"smooth": True},
+            "waypoints: two neighbours are the same; allowed: way",
+        ),
+        (
+            [(0.0, 0.0), (1.99, 0.0), (1.99, 0.5), (0.0, 0.5)],
+            {"smooth": True},
+            "the smooth curve: .*, or stops at the way",
+        ),
     ],
 )
 def test_joint_positions_that_cannot_be_followed_are_refused(legs_of, rows, options, message):
@@ -166,5 +178,7 @@ def test_more_places_are_found_where_the_spline_leaves_the_curve():
     x = np.linspace(0.0, 1.0, 33)
     np.testing.assert_allclose(coarse.spline(x), whole.spline(x), atol=1e-6)
     assert max(coarse.off, whole.off) <= OFF_CURVE
-    narrow = replace(arm, limits=tuple(replace(x, upper=float(tracked.q[:, i].max()) - 1e-3) for i, x in enumerate(arm.limits)))
+    narrow = replace(
+        arm, limits=tuple(replace(x, upper=float(tracked.q[:, i].max()) - 1e-3) for i, x in enumerate(arm.limits))
+    )
     assert smooth_curve(narrow, curve, tracked, True) is None

@@ -144,7 +144,9 @@ def test_the_first_pose_whose_weight_takes_half_of_the_torque_is_taken_and_the_b
         move = chosen_move(with_limits(hanging, effort=effort))
         assert move.waypoints.mean() == pytest.approx(middle, abs=1e-12)
     effort = 9.81 * np.sin(drawn.min() + 0.15) / 0.851
-    with pytest.raises(OptionError, match="one: weight and friction take 85 % of the torque limit of joint_1 at the best"):
+    with pytest.raises(
+        OptionError, match="one: weight and friction take 85 % of the torque limit of joint_1 at the best"
+    ):
         chosen_move(with_limits(hanging, effort=effort))
     with pytest.raises(OptionError, match="at the best of 201 poses"):
         chosen_move(replace(with_limits(hanging, effort=100.0), friction=(symmetric(90.0, 0.0),)))

@@ -58,7 +58,9 @@ def test_a_chirp_is_its_formula_with_a_cosine_at_both_ends(rates):
     g = np.log(high / low) / T
     for joint in (0, 3):
         t = np.array([-0.1, 0.0, 0.03, 0.149, 0.151, 1.0, 1.5, 2.849, 2.97, 3.0, 3.5])
-        w = np.select([t < 0.15, t > 2.85], [(1 - np.cos(np.pi * t / 0.15)) / 2, (1 - np.cos(np.pi * (T - t) / 0.15)) / 2], 1.0)
+        w = np.select(
+            [t < 0.15, t > 2.85], [(1 - np.cos(np.pi * t / 0.15)) / 2, (1 - np.cos(np.pi * (T - t) / 0.15)) / 2], 1.0
+        )
         x = np.where((t > 0.0) & (t < T), size * w * np.sin(2 * np.pi * low * (np.exp(g * t) - 1) / g), 0.0)
         motion = reference.sample(t + joint * 4.0)
         np.testing.assert_allclose(motion.q[:, joint] - START[joint], x, atol=1e-14)
