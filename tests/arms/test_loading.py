@@ -70,7 +70,7 @@ BAD = {
     "far away": ({"mount": {"xyz": [0, 0, 1e9]}}, "mount xyz: .* allowed: numbers up to 1e"),
     "no file": ({"tool": "gripper"}, r"tool: 'gripper'; allowed: a .toml file, or xyz=0,0,0.15; fields: xyz"),
     "missing file": ({"tool": "no.toml"}, "no.toml: no such file"),
-    "a mount of two poses": ({"mount": {"xyz": [0, 0, 1], "pose": np.eye(4)}}, "mount: pose and xyz; allowed: xyz with"),
+    "a mount of two poses": ({"mount": {"xyz": [0, 0, 1], "pose": np.eye(4)}}, "mount: pose and xyz; allowed: xyz"),
     "a null": ({"robot": "lwr4\0plus"}, "'lwr4.x00plus': a null character; allowed: a robot's name or a path"),
     "a tip": ({"tip": "link_3"}, "tip: given for lwr4plus; allowed: only with a .urdf, .xacro or .xml file"),
     "arguments": ({"xacro_args": {"a": "b"}}, "xacro_args: given for lwr4plus; allowed: only with a .xacro file"),

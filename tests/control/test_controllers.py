@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
+from lwr_dyn.control.controllers import CONTROLLERS, _value, controller_spec
 from lwr_dyn.control.gains import gravity_stiffness
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
 from lwr_dyn.control.protocol import reset
 from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
 
 
 def test_options_reach_the_factory_under_their_names_in_simulate(arm):
@@ -82,7 +83,9 @@ TUNED = {  # law and options: its label, and its numbers by the formulas of the 
         "robust (passivity), layer 7",  # 2 kg are the middle, with 10 cm for moments; 1.2 more than the set needs
         {"omega_n": 20.0, "layer": 7.0, "scale": [2.0, 0.2, 0.2, 0.2, *[0.02] * 6]},
     ),
-    "robust": ("robust (passivity), layer 30", {"omega_n": 50.0, "layer": 30.0, "scale": [3.5, *[0.35] * 3, *[0.035] * 6]}),
+    "robust": (
+        "robust (passivity), layer 30", {"omega_n": 50.0, "layer": 30.0, "scale": [3.5, *[0.35] * 3, *[0.035] * 6]}
+    ),
     "hand-guiding": (
         "hand guiding, 80% of the friction compensated", {"fading": 1.0, "share": 0.8, "width": 0.02}
     ),
@@ -131,6 +134,34 @@ def test_the_linear_form_of_a_law_at_rest_is_its_slope(text, rubbed):
         scale = max(1.0, np.abs(form.position[k]).max(), np.abs(form.velocity[k]).max())
         np.testing.assert_allclose(carried - slopes[0], form.position[k], atol=2e-6 * scale)
         np.testing.assert_allclose(-slopes[1], form.velocity[k], atol=2e-6 * scale)
+
+
+KINDS = Registry("colour", {"red": Row("nowhere:red", "red")})
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "wanted"),
+    [(int, "3", 3), (float, "2.5", 2.5), (Quantity.ANGLE, "90", np.pi / 2), (str, "a", "a"), (KINDS, "red", "red"),
+     (bool, "", False)],
+)  # fmt: skip
+def test_texts_become_values_of_the_kind_of_their_option(kind, text, wanted):
+    found = _value("one", Option(kind, "Help.", default=kind is bool), "name", text)
+    assert (found, type(found)) == (wanted, type(wanted))
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "message"),
+    [
+        (int, "2.5", "one: '2.5'; allowed: a whole number"), (float, "x", "one: 'x'; allowed: a number (Help)"),
+        (KINDS, "rad", "no colour named 'rad'"), (str, "", "one: no value; allowed: name=VALUE (Help)"),
+        (Quantity.ANGLES, "1,2", "one: '1,2'; allowed: a controller in a file, for values that are lists"),
+        (bool, "1", "one: with the value '1'; allowed: name, without a value"),
+    ],
+)  # fmt: skip
+def test_texts_of_another_kind_are_refused(kind, text, message):
+    with pytest.raises(LwrDynError) as fault:
+        _value("one", Option(kind, "Help."), "name", text)
+    assert message in str(fault.value)
 
 
 def test_tuned_options_go_before_those_of_the_text(arm):

@@ -30,7 +30,7 @@ def test_gains_are_the_second_order_formulas_and_refuse_what_is_not_positive():
         with pytest.raises(OptionError, match=f"{next(iter(bad))}: .*; allowed: a number above 0"):
             second_order_gains([1.0], **bad)
     for masses in ([1.0, 0.0], [2.0, -1e-9]):
-        with pytest.raises(OptionError, match="^inertia: .* a number above 0"):
+        with pytest.raises(OptionError, match=r"^inertia: .* a number above 0"):
             second_order_gains(masses)
     with pytest.raises(ShapeError, match="inertia"):
         second_order_gains([1.0, np.nan])
@@ -48,14 +48,14 @@ def test_worst_case_gains_are_those_of_the_largest_inertia_or_of_the_one_given()
     gains = worst_case_gains(arm, 20.0, 0.7)
     assert gains.Kp.tolist() == pytest.approx([400.0 * w.value for w in worst_case_inertias(arm)], rel=1e-14)
     assert worst_case_gains(arm, 20.0, 0.7, np.full(7, 3.0)).Kd.tolist() == pytest.approx([84.0] * 7)
-    with pytest.raises(OptionError, match="^omega_n"):  # before the search, which this arm has no limits for
+    with pytest.raises(OptionError, match=r"^omega_n"):  # before the search, which this arm has no limits for
         worst_case_gains(one_joint(), -1.0)
 
 
 @pytest.mark.parametrize("rows", [3, 6, 8])
 def test_modes_rebuild_the_matrices_that_they_are_of(rows):
     rng = np.random.default_rng(rows)
-    A, J = rng.standard_normal((2, 6, 8))
+    A = rng.standard_normal((6, 8))
     B, weighted = A @ A.T + np.eye(6), rng.standard_normal((6, rows))
     found = modes(B, weighted.copy())
     np.testing.assert_allclose(found.root @ found.root.T, B, atol=1e-12)

@@ -97,7 +97,7 @@ def test_a_payload_that_cannot_be_is_refused(mass):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_row_is_its_product_of_rotations_and_shifts(sign):
-    """Standard: motion, Rz(theta) and d, then a and alpha; modified: a and alpha before. Sign -1 turns the axis over."""
+    """Standard: motion, Rz(theta) and d, then a and alpha; modified: a and alpha before. Sign -1: axis over."""
 
     def shift(*p):
         return Pose(np.eye(3), np.array(p))

@@ -112,7 +112,8 @@ def test_signals_and_work_come_back_and_their_arrays_are_checked(tmp_path):
     assert np.array_equal(back.signals["pair"], one.signals["pair"])
     assert {name: x.tolist() for name, x in back.work.items()} == {"actuator": [1.0] * 3, "stop": [0.0] * 3}
     for wrong in ({"signal_pair": np.ones((2, 2))}, {"work_stop": np.zeros(2)}, {"energy": np.zeros((3, 1))},
-                  {"t": np.zeros(2)}, {"q": np.array([["a", "b"]] * 3)}, {"tau_applied": np.zeros((3, 3))}):  # fmt: skip
+                  {"t": np.zeros(2)}, {"q": np.array([["a", "b"]] * 3)},
+                  {"tau_applied": np.zeros((3, 3))}):  # fmt: skip
         one.save(path)
         stored(path, **wrong)
         with pytest.raises(FileAccessError, match="not a whole run file; allowed: a run file"):
@@ -134,9 +135,11 @@ def test_events_of_a_record_are_kept(event, tmp_path):
     "changes",
     [
         {"events": [(np.nan, "stop", None, None)]}, {"events": [(0.0, 3, None, None)]}, {"events": [(0.0, "stop")]},
-        {"events": [(0.0, "stop", 2, None)]}, {"events": [(0.0, "stop", -1, None)]}, {"events": [(0.0, "s", True, None)]},
+        {"events": [(0.0, "stop", 2, None)]}, {"events": [(0.0, "stop", -1, None)]},
+        {"events": [(0.0, "s", True, None)]},
         {"events": [(0.0, "stop", 0.0, None)]}, {"events": [(0.0, "stop", 0, np.inf)]}, {"meta": {"robot": 3}},
-        {"meta": {"joint_units": ["rad"]}}, {"meta": {"joint_units": ["rad"] * 3}}, {"meta": {"audit": []}}, {"meta": None},
+        {"meta": {"joint_units": ["rad"]}}, {"meta": {"joint_units": ["rad"] * 3}}, {"meta": {"audit": []}},
+        {"meta": None},
     ],
 )  # fmt: skip
 def test_a_record_of_another_kind_is_refused(changes, tmp_path):

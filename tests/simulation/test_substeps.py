@@ -47,7 +47,7 @@ def test_the_bound_is_that_of_the_worst_interval_and_none_where_all_have_events(
     run = run_setup(setup_of())
     everywhere = tuple(Event(float(t), "stop", 0, 0.0) for t in (run.t[:-1] + run.t[1:]) / 2)
     assert change_bound(replace(run, events=everywhere)) == np.inf
-    one = [change_bound(replace(run, events=tuple(e for e in everywhere if not e.t // 1e-3 == k))) for k in (100, 300)]
+    one = [change_bound(replace(run, events=tuple(e for e in everywhere if e.t // 1e-3 != k))) for k in (100, 300)]
     assert 0.0 < max(one) < change_bound(run)
     assert np.isnan(change_bound(replace(run, q=np.full_like(run.q, np.nan))))
 

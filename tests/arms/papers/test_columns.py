@@ -165,7 +165,7 @@ READ_BAD = {
                 "drawing.radius.values[1]: 'unknown'; allowed: a number"),
     "a kind": ({"kind": "guessed"}, "inertial.mass.kind: "),
     "a field": ({"colour": 1}, "inertial.mass.colour"),
-    "required": ({"column": "com", "unit": "m", "values": [[1, 2, 3]] * 2}, "inertial.mass: missing; allowed: a column"),
+    "required": ({"column": "com", "unit": "m", "values": [[1, 2, 3]] * 2}, "inertial.mass: missing; allowed: a col"),
 }  # fmt: skip
 
 

@@ -19,7 +19,6 @@ from lwr_dyn.model.arm import Source
 from lwr_dyn.model.spatial import Pose, rot_x
 from tests.random_arms import random_arm
 
-
 SPLIT = ("dh.alpha", "dh.d", "dh.theta_offset")
 
 

@@ -96,7 +96,8 @@ def test_equations_are_written_as_by_hand(slider):
     assert latex.startswith("\\documentclass{article}")
     assert latex.count("align*") == 2 * 16
     assert (
-        "K_{2} &= \\dot{q}_{1}^{2} \\left(\\frac{I_{2,zz}}{2} + \\frac{m_{2} \\left(c_{2,x}^{2} + c_{2,y}^{2}\\right)}{2}"
+        "K_{2} &= \\dot{q}_{1}^{2} "
+        "\\left(\\frac{I_{2,zz}}{2} + \\frac{m_{2} \\left(c_{2,x}^{2} + c_{2,y}^{2}\\right)}{2}"
         "\\right) \\\\\n&\\quad + \\frac{\\dot{q}_{2}^{2} m_{2}}{2}\n"
     ) in latex
     assert "\\tau_{2} &= \\ddot{q}_{2} m_{2} \\\\\n&\\quad + g_{0} m_{2}\n" in latex
