@@ -186,6 +186,10 @@ def test_a_file_takes_options_of_its_own(arm, tmp_path):
     )
     made = controller_spec(f"{file}:gain=3:quiet:word=a-b").make(arm, lwr_dyn.dynamics_of(arm))
     np.testing.assert_array_equal(made(0.0, np.zeros(7), *[np.zeros(7)] * 4), 3.0)
+    file.write_text(
+        "def make(arm, dynamics):\n    return lambda *given: [float(__file__.endswith('mine.py'))] * arm.n\n"
+    )
+    assert lwr_dyn.controller(str(file), arm)(*[None] * 6) == [1.0] * 7  # its own path, for what lies beside it
 
 
 BAD = {

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY, arm_from_paper, dh_rows
+from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY, arm_from_paper, dh_rows, require_plain_dh
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import steiner
@@ -150,6 +150,20 @@ def test_springs_and_dampers_of_the_gears_with_their_sources(tmp_path):
         "assumed"
     }
     assert np.array_equal(lwr.elasticity.damping, 1e-3 * lwr.elasticity.stiffness)
+
+
+def test_a_file_beyond_a_dh_table_is_refused_where_a_plain_one_is_needed():
+    require_plain_dh(parse_paper(GOOD, "own.toml"), "a page")
+    beyond = GOOD.replace("[dh]", "[dh]\n" + column("beta", [0, 0], "deg"), 1)
+    with pytest.raises(OptionError, match=r"a page of own.toml: dh.beta; allowed: a DH table without it"):
+        require_plain_dh(parse_paper(beyond, "own.toml"), "a page")
+    placed = column("xyz", [0.1, 0.2, 0.3], "m") + column("rpy", [0, 0, 90], "deg")
+    arm = assembled(("[base]\n", "[base]\n" + placed))
+    np.testing.assert_allclose(arm.chain.links[0].before.matrix(), [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3],
+                                                                    [0, 0, 0, 1]], atol=1e-15)  # fmt: skip
+    assert arm.chain.links[1].before.is_identity()
+    assert [s.cell for s in arm.sources["joint_1.dh"]][-2:] == ["base.xyz.values", "base.rpy.values"]
+    assert not any("base" in s.cell for s in arm.sources["joint_2.dh"])
 
 
 def gears(*ratios):
