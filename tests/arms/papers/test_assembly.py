@@ -236,53 +236,10 @@ def test_an_inertia_with_unknown_numbers_names_the_parameters_that_are_open(tmp_
 
 @pytest.mark.parametrize(
     ("more", "message"),
-    [
-        (
-            DIRECTED.replace("[1.0, 2.0]", "[-1.0, 2.0]"),
-            r"positive_coulomb.values\[0\]: -1.0; allowed: a number of at lea",
-        ),
-        (
-            DIRECTED.rpartition("negative_viscous")[0],
-            "friction.negative_viscous: missing; allowed: Coulomb",
-        ),
-        (DIRECTED + column("viscous", [1, 1], DAMPING), "friction.viscous: beside friction.positive_coulomb; allowed"),
-        (
-            DIRECTED.replace('"N"]', '"N m"]'),
-            "friction.positive_coulomb.unit: 'N m' for joint_2; allowed: a unit of a pri",
-        ),
-        (
-            DIRECTED + column("negative_static", [2.0, 4.0], FORCE),
-            r"friction.negative_static.values\[0\]: 2; allowed: at least Coulomb, 3",
-        ),
-        (
-            DIRECTED + column("negative_stribeck_velocity", [0.1, 0.0], SPEED),
-            r"stribeck_velocity.values\[1\]: 0.0; allowed: a number above 0",
-        ),
-        (
-            DIRECTED + column("covered", [0.4, -1], SPEED),
-            r"friction.covered.values\[1\]: -1.0; allowed: a number above 0",
-        ),
-        ("[friction]\n" + column("offset", [1, 1], FORCE), "friction.positive_coulomb: missing"),
+    [  # the faults of columns that are there are those of `test_columns.py`
         (DIRECTED + column("sideways_coulomb", [1, 1], FORCE), "friction.sideways_coulomb: unknown field"),
         (MAP, "transmission: ratio and stage; allowed: ratio and signs"),
-        (
-            MAP + column("signs", [[1, -1], [1, 2]], "1"),
-            r"transmission.signs.values\[1\]: \[1.0, 2.0\]; allowed: 1, 0 or",
-        ),
-        (
-            MAP + column("signs", [[1, -1], [-1, 1]], "1"),
-            "transmission.signs: a singular matrix; allowed: as many indep",
-        ),
         (MAP + column("signs", [[1, -1, 0], [1, 1, 0]], "1"), r"signs.values\[0\]: 3 entries; allowed: a list of 2"),
-        (MAP.replace("[1, 2]", "[1, 0]") + PAIR, r"transmission.stage.values\[1\]: 0.0; allowed: a number above 0"),
-        (
-            "[rotors]\n" + column("gear_ratio", [1, 1], "1"),
-            "rotors: gear_ratio; allowed: gear_ratio and inertia, or arm",
-        ),
-        (
-            "[rotors]\n" + column("inertia", [1, 1], "kg m^2") + column("armature", [1, 1], ("kg m^2", "kg")),
-            "rotors: armature and inertia; allowed: gear_ratio and inertia, or armature alone",
-        ),
         (SPRINGS.partition("damping")[0], "elasticity.damping: missing"),
         (SPRINGS.replace("[5, 6]", "[5, 0]"), r"elasticity.stiffness.values\[1\]: 0.0; allowed: a number above 0"),
         (SPRINGS.replace("[0.5, 0]", "[-1, 0]"), r"elasticity.damping.values\[0\]: -1.0; allowed: a number of at le"),

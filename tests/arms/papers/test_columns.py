@@ -89,6 +89,15 @@ BAD = {
         "friction.positive_viscous: missing; allowed: Coulomb and viscous columns of both directions",
     ),
     "an offset alone": ({"friction__offset": (1.0, 1.0)}, "friction.positive_coulomb: missing; allowed: Coulomb and"),
+    "a fall at no speed": (
+        {**PER_SIDE, "friction__negative_stribeck_velocity": (0.1, 0.0)},
+        "friction.negative_stribeck_velocity.values[1]: 0.0; allowed: a number above 0",
+    ),
+    "covered": ({**PER_SIDE, "friction__covered": (0.4, -1.0)}, "friction.covered.values[1]: -1.0; allowed: a num"),
+    "no stage": (
+        {"transmission__signs": ((1, 0), (0, 1)), "transmission__ratio": (1, 1), "transmission__stage": (1.0, 0.0)},
+        "transmission.stage.values[1]: 0.0; allowed: a number above 0",
+    ),
     "static below Coulomb": (
         {**PER_SIDE, "friction__negative_static": (2.0, 1.9)},
         "friction.negative_static.values[1]: 1.9; allowed: at least Coulomb, 2",
