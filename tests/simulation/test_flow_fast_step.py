@@ -85,6 +85,10 @@ def test_a_joint_that_its_stop_holds_counts_the_time_and_leaves_when_it_is_pulle
     assert taken(flow, step, (0.5, 0.0), 1.0)[0]
     assert (step.friction.tolist(), step.on_stop.tolist()) == ([1.0], [False])
     assert not taken(flow, step, (0.5, 0.0), -1.6)[0]
+    edge, _ = fast(both, tau=-1.5, state=(0.5, 0.0), upper=0.5, lower=-1.0)
+    assert edge.mode.all_at_rest  # where rest and motion are both right, friction holds
+    bare, _ = fast(tau=0.0, state=(0.5, 0.0), upper=0.5, lower=-1.0)
+    assert not bare.mode.any_at_rest  # and a stop alone releases
 
 
 def test_what_pushes_from_outside_moves_a_fast_step_and_has_its_work():
