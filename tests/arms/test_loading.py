@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.loading import arm_of
+from lwr_dyn.arms.loading import _LARGEST, arm_of
 from lwr_dyn.cli.main import main
 from lwr_dyn.foundation.errors import LwrDynError
 from lwr_dyn.model.chain import MOUNTS, ends_of
@@ -70,6 +70,18 @@ BAD = {
     "far away": ({"mount": {"xyz": [0, 0, 1e9]}}, "mount xyz: .* allowed: numbers up to 1e"),
     "no file": ({"tool": "gripper"}, r"tool: 'gripper'; allowed: a .toml file, or xyz=0,0,0.15; fields: xyz"),
     "missing file": ({"tool": "no.toml"}, "no.toml: no such file"),
+    "a mount of two poses": ({"mount": {"xyz": [0, 0, 1], "pose": np.eye(4)}}, "mount: pose and xyz; allowed: xyz"),
+    "a null": ({"robot": "lwr4\0plus"}, "'lwr4.x00plus': a null character; allowed: a robot's name or a path"),
+    "a tip": ({"tip": "link_3"}, "tip: given for lwr4plus; allowed: only with a .urdf, .xacro or .xml file"),
+    "arguments": ({"xacro_args": {"a": "b"}}, "xacro_args: given for lwr4plus; allowed: only with a .xacro file"),
+    "trust": ({"trust_xacro": True}, "trust_xacro: given for lwr4plus; allowed: only with a .xacro file"),
+    "just too far": ({"mount": {"xyz": [0, -2 * _LARGEST, 0]}}, "allowed: numbers up to 1e"),
+    "a rotor below 0": ({"rotor": {"1": -1e-9}}, "rotor 1: -1e-09; allowed: a number from 0 to 1e"),
+    "a rotor too large": ({"rotor": {"1": 2 * _LARGEST}}, "rotor 1: .*; allowed: a number from 0 to 1e"),
+    "a joint too many": ({"rotor": {"8": 1.0}}, "no joint of lwr4plus named '8'"),
+    "joint 0": ({"rotor": {"0": 1.0}}, "no joint of lwr4plus named '0'"),
+    "a joint twice": ({"rotor": {"7": 1.0, "joint_7": 2.0}}, "rotor joint_7: joint_7 twice; allowed: each joint once"),
+    "a rotor's file": ({"rotor": "rotors.txt"}, "rotor: 'rotors.txt'; allowed: a .toml file with a line joint = value"),
     "a list": ({"mount": {"on": [1]}}, "no mount named"),
 }  # fmt: skip
 
@@ -78,7 +90,7 @@ BAD = {
 def test_what_cannot_be_is_refused(case):
     options, message = BAD[case]
     with pytest.raises(LwrDynError, match=message):
-        lwr_dyn.load("lwr4plus", **options)
+        lwr_dyn.load(**{"robot": "lwr4plus", **options})
 
 
 @pytest.mark.parametrize(

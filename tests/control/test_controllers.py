@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.control.controllers import CONTROLLERS, controller_spec
+from lwr_dyn.control.controllers import CONTROLLERS, _value, controller_spec
+from lwr_dyn.control.gains import gravity_stiffness
+from lwr_dyn.control.laws.friction_compensation import arm_with_friction
+from lwr_dyn.control.protocol import reset
 from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.registry import Option, Quantity, Registry, Row
 
 
 def test_options_reach_the_factory_under_their_names_in_simulate(arm):
@@ -22,6 +26,142 @@ def test_options_reach_the_factory_under_their_names_in_simulate(arm):
 def test_every_row_makes_a_law_that_bears_its_name(name, arm):
     assert "lwr_dyn" not in CONTROLLERS[name].about
     assert lwr_dyn.controller(name, arm).name == name
+
+
+ROTORS = lwr_dyn.load("lwr4plus").armature
+WORST = np.linspace(3.0, 0.2, 7)
+"""[kg m^2] Given as the worst-case inertia of each joint."""
+TUNED = {  # law and options: its label, and its numbers by the formulas of the laws' docstrings
+    "pd-gravity:omega-n=20:xi=0.7": ("PD + gravity, damping on dq", {"Kp": 400 * WORST, "Kd": 28 * WORST}),
+    "pd-gravity": ("PD + gravity, damping on dq", {"Kp": 2500 * WORST, "Kd": 100 * WORST, "velocity_error": False}),
+    "pid:omega-n=20:xi=0.7:velocity-error": (
+        "PID + gravity, damping on dq_ref - dq",
+        {"Kp": 400 * WORST, "Kd": 28 * WORST, "Ki": 800 * WORST, "tracking_time": np.full(7, np.sqrt(28 / 800)),
+         "velocity_error": True, "gravity": True},
+    ),
+    "pid:ki=3:no-gravity": ("PID, damping on dq", {"Ki": np.full(7, 3.0), "gravity": False, "velocity_error": False}),
+    "inverse-dynamics:omega-n=20:xi=0.7": (
+        "inverse dynamics with feed-forward",
+        {"Kp": np.full(7, 400.0), "Kd": np.full(7, 28.0), "feedforward": True, "gravity": True},
+    ),
+    "inverse-dynamics:no-feedforward:no-gravity": (
+        "inverse dynamics without feed-forward (ddq_ref := 0), without g",
+        {"Kp": np.full(7, 2500.0), "Kd": np.full(7, 100.0), "feedforward": False, "gravity": False},
+    ),
+    "motor-pd:omega-n=20:xi=0.7": (
+        "PD on the motor side, feed-forward",
+        {"Kp": 400 * WORST, "Kd": 28 * WORST, "stiffness": [1e4] * 4 + [6e3] * 3, "feedforward": True, "lighter": 1.0},
+    ),
+    "motor-pd:lighter=4:no-feedforward:gear-stiffness=5000": (
+        "PD on the motor side, gravity of q_ref, torque feedback (rotors 4 times lighter)",
+        {"Kp": 2500 * (WORST - 0.75 * ROTORS), "Kd": 100 * (WORST - 0.75 * ROTORS),
+         "stiffness": [5e3] * 4 + [3e3] * 3, "rotor": ROTORS, "lighter": 4.0},
+    ),
+    "joint-impedance:omega-n=20:xi=0.7": (
+        "joint impedance", {"stiffness": 400 * WORST, "xi": 0.7, "feedforward": True}
+    ),
+    "joint-impedance:stiffness=80:no-feedforward": (
+        "joint impedance without feed-forward", {"stiffness": np.full(7, 80.0), "xi": 1.0, "feedforward": False}
+    ),
+    "cartesian-impedance": (
+        "Cartesian impedance",
+        {"stiffness": [2000.0] * 3 + [200.0] * 3, "xi": 1.0, "posture": 15.0, "posture_damping": 30.0,
+         "feedforward": True},
+    ),
+    "cartesian-impedance:stiffness=500:rotation=20:xi=0.7:posture=0:no-feedforward": (
+        "Cartesian impedance without feed-forward and posture spring",
+        {"stiffness": [500.0] * 3 + [20.0] * 3, "xi": 0.7, "posture": 0.0, "posture_damping": 30.0},
+    ),
+    "adaptive": (
+        "adaptive (payload)",
+        {"omega_n": 50.0, "gains": [10.0, 0.1, 0.1, 0.1, *[1e-3] * 6]},
+    ),
+    "adaptive:omega-n=20:adapt-gain=3": (
+        "adaptive (payload)", {"omega_n": 20.0, "gains": [3.0, 0.03, 0.03, 0.03, *[3e-4] * 6]}
+    ),
+    "robust:omega-n=20:largest-load=4:layer=7": (
+        "robust (passivity), layer 7",  # 2 kg are the middle, with 10 cm for moments; 1.2 more than the set needs
+        {"omega_n": 20.0, "layer": 7.0, "scale": [2.0, 0.2, 0.2, 0.2, *[0.02] * 6]},
+    ),
+    "robust": (
+        "robust (passivity), layer 30", {"omega_n": 50.0, "layer": 30.0, "scale": [3.5, *[0.35] * 3, *[0.035] * 6]}
+    ),
+    "hand-guiding": (
+        "hand guiding, 80% of the friction compensated", {"fading": 1.0, "share": 0.8, "width": 0.02}
+    ),
+    "hand-guiding:fading=2:share=0:width=0.1": (
+        "hand guiding, friction not compensated", {"fading": 2.0, "share": 0.0, "width": 0.1}
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rubbed():
+    """An arm with friction, and its dynamics."""
+    arm = arm_with_friction(lwr_dyn.load("lwr4plus"), 0.05)
+    return arm, lwr_dyn.dynamics_of(arm)
+
+
+@pytest.mark.parametrize("text", TUNED)
+def test_laws_are_tuned_by_the_formulas_that_they_state(text, rubbed):
+    label, numbers = TUNED[text]
+    takes = text.startswith(("pd", "pid", "motor", "joint"))
+    made = controller_spec(text).make(*rubbed, {"inertia": WORST} if takes else {})
+    assert made.label == label
+    for name, value in numbers.items():
+        np.testing.assert_allclose(made.parameters[name], value, rtol=1e-14, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    "text", [*(x for x in TUNED if "lighter" not in x and "adaptive" not in x), "pid+friction-measured", "pid+observer"]
+)
+def test_the_linear_form_of_a_law_at_rest_is_its_slope(text, rubbed):
+    """Central differences of the torque over q and dq; a model's gravity changes with q too."""
+    spec, (arm, dynamics) = controller_spec(text), rubbed
+    made = spec.make(arm, dynamics)
+    poses, still, h = np.random.default_rng(8).uniform(-1.0, 1.0, (2, 7)), np.zeros(7), 1e-6
+    form = made.linear_feedback(poses)
+    for k, q0 in enumerate(poses):
+        slopes = [np.zeros((7, 7)), np.zeros((7, 7))]
+        for slope, by in zip(slopes, ((1, 0), (0, 1)), strict=True):
+            for j, d in enumerate(h * np.eye(7)):
+                torques = []
+                for side in (1.0, -1.0):
+                    reset(made)
+                    torques.append(made(0.0, q0 + side * by[0] * d, side * by[1] * d, q0, still, still))
+                slope[:, j] = (torques[0] - torques[1]) / (2 * h)
+        carried = np.zeros((7, 7)) if form.gravity is None else gravity_stiffness(form.gravity, poses)[k]
+        scale = max(1.0, np.abs(form.position[k]).max(), np.abs(form.velocity[k]).max())
+        np.testing.assert_allclose(carried - slopes[0], form.position[k], atol=2e-6 * scale)
+        np.testing.assert_allclose(-slopes[1], form.velocity[k], atol=2e-6 * scale)
+
+
+KINDS = Registry("colour", {"red": Row("nowhere:red", "red")})
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "wanted"),
+    [(int, "3", 3), (float, "2.5", 2.5), (Quantity.ANGLE, "90", np.pi / 2), (str, "a", "a"), (KINDS, "red", "red"),
+     (bool, "", False)],
+)  # fmt: skip
+def test_texts_become_values_of_the_kind_of_their_option(kind, text, wanted):
+    found = _value("one", Option(kind, "Help.", default=kind is bool), "name", text)
+    assert (found, type(found)) == (wanted, type(wanted))
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "message"),
+    [
+        (int, "2.5", "one: '2.5'; allowed: a whole number"), (float, "x", "one: 'x'; allowed: a number (Help)"),
+        (KINDS, "rad", "no colour named 'rad'"), (str, "", "one: no value; allowed: name=VALUE (Help)"),
+        (Quantity.ANGLES, "1,2", "one: '1,2'; allowed: a controller in a file, for values that are lists"),
+        (bool, "1", "one: with the value '1'; allowed: name, without a value"),
+    ],
+)  # fmt: skip
+def test_texts_of_another_kind_are_refused(kind, text, message):
+    with pytest.raises(LwrDynError) as fault:
+        _value("one", Option(kind, "Help."), "name", text)
+    assert message in str(fault.value)
 
 
 def test_tuned_options_go_before_those_of_the_text(arm):
@@ -46,6 +186,10 @@ def test_a_file_takes_options_of_its_own(arm, tmp_path):
     )
     made = controller_spec(f"{file}:gain=3:quiet:word=a-b").make(arm, lwr_dyn.dynamics_of(arm))
     np.testing.assert_array_equal(made(0.0, np.zeros(7), *[np.zeros(7)] * 4), 3.0)
+    file.write_text(
+        "def make(arm, dynamics):\n    return lambda *given: [float(__file__.endswith('mine.py'))] * arm.n\n"
+    )
+    assert lwr_dyn.controller(str(file), arm)(*[None] * 6) == [1.0] * 7  # its own path, for what lies beside it
 
 
 BAD = {
@@ -60,6 +204,7 @@ BAD = {
     "no number": ("pid:omega-n=fast", "controller pid: omega-n: 'fast'; allowed: a number (Natural"),
     "a switch with a value": ("pid:velocity-error=yes", "with the value 'yes'; allowed: velocity-error, without a"),
     "twice": ("pid:xi=1:xi=2", "xi twice; allowed: each option once"),
+    "an unknown choice": ("adaptive:adapt=all", "adapt: 'all'; allowed: payload, base"),
     "negative": ("pid:omega-n=-2", "omega_n: -2.0; allowed: a number above 0"),
     "an unknown wrapper": ("pid+frition", "no controller wrapper named 'frition' (did you mean friction?)"),
     "an option after a wrapper": ("pid+friction:xi=1", "allowed: NAME:OPTION=VALUE:SWITCH+WRAPPER"),

@@ -10,7 +10,18 @@ import pytest
 import lwr_dyn
 from lwr_dyn.checks.sensitivity.study_tasks import JOINT_MOVE, controller_of, study_tasks
 from lwr_dyn.control.controllers import CONTROLLERS, make_controller
-from lwr_dyn.control.protocol import describe, label_of
+from lwr_dyn.control.protocol import (
+    WithMemory,
+    Wrapped,
+    describe,
+    filter_pole,
+    label_of,
+    layers_of,
+    positive_gains,
+    saturate,
+    saturating,
+)
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.foundation.registry import options_of
 from lwr_dyn.model.transmission import JointElasticity
 
@@ -76,3 +87,61 @@ def test_a_lambda_is_called_what_it_is_alone_and_in_a_wrapper():
         return -dq
 
     assert label_of(brake) == "brake"
+
+
+def test_torques_are_cut_at_the_limits_wherever_they_are_written():
+    tau, effort = np.array([3.0, -9.0, 7.0, -2.0]), np.array([5.0, 4.0, 6.0, np.inf])
+    wanted = [3.0, -4.0, 6.0, -2.0]
+    out, other = np.empty(4), np.empty(4)
+    assert saturate(tau, effort).tolist() == saturate(tau, effort, out).tolist() == out.tolist() == wanted
+    saturating(effort)(tau, other)
+    assert other.tolist() == wanted
+    assert tau.tolist() == [3.0, -9.0, 7.0, -2.0]
+
+
+def test_the_pole_of_a_velocity_filter_is_below_half_the_rate():
+    assert filter_pole(100.0, 1000.0) == pytest.approx(np.exp(-0.2 * np.pi), rel=1e-15)
+    assert filter_pole(499.999, 1000.0) < filter_pole(1e-3, 1000.0) < 1.0
+    for cutoff in (500.0, 0.0, -1.0, np.nan):
+        with pytest.raises(OptionError, match=r"cut-off of the velocity filter: .*; allowed: above 0 and below 500 Hz"):
+            filter_pole(cutoff, 1000.0)
+    for rate in (0.0, np.inf):
+        with pytest.raises(OptionError, match=r"rate: .*; allowed: a number above 0, in Hz"):
+            filter_pole(1.0, rate)
+
+
+def test_gains_are_one_number_or_one_a_joint_above_0():
+    assert positive_gains("Kp", 2.0, 3).tolist() == [2.0] * 3
+    assert positive_gains("Kp", [1.0, 2.0], 2).tolist() == [1.0, 2.0]
+    assert not positive_gains("Kp", [1.0, 2.0], 2).flags.writeable
+    with pytest.raises(OptionError, match=r"Kp: \[1.0, 0.0\]; allowed: numbers above 0"):
+        positive_gains("Kp", [1.0, 0.0], 2)
+    for shape in ([1.0], [[1.0, 2.0]], [1.0, 2.0, 3.0]):
+        with pytest.raises(ShapeError, match=r"Kp: shape .*; allowed: one number, or shape \(2,\)"):
+            positive_gains("Kp", shape, 2)
+
+
+def test_a_wrapper_adds_to_the_torque_and_passes_memory_and_layers_on():
+    class Added(Wrapped):
+        word, label_word = "more", "with more"
+
+        def added(self, q, dq, q_ref, dq_ref, ddq_ref):
+            return 2.0 * q - dq_ref
+
+    law = make_controller("pid", ARM, inertia=B)
+    outer, memory = Added(Added(law)), np.linspace(1.0, 2.0, 7)
+    (q, dq, q_ref, dq_ref, ddq_ref), n = STATES[0], ARM.n
+    more = 2.0 * q - dq_ref
+    torque, rate = outer.torque_and_rate(memory, q, dq, q_ref, dq_ref, ddq_ref)
+    inner = law.torque_and_rate(memory, q, dq, q_ref, dq_ref, ddq_ref)
+    np.testing.assert_allclose(torque, inner[0] + 2.0 * more)
+    np.testing.assert_array_equal(rate, inner[1])
+    np.testing.assert_allclose(outer(0.0, *STATES[0]), law(0.0, *STATES[0]) + 2.0 * more)
+    assert (outer.memory_size, outer.name, outer.label) == (n, "pid+more+more", f"{law.label}, with more, with more")
+    assert outer.parameters == law.parameters
+    assert list(layers_of(outer)) == [outer, outer.inner, law]
+    assert isinstance(outer, WithMemory)
+    assert not isinstance(Added(lambda *_: 0.0), WithMemory)
+    assert outer.Kp is law.Kp
+    with pytest.raises(AttributeError):
+        _ = outer.nothing

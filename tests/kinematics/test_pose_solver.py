@@ -1,9 +1,11 @@
 """One solution of a pose: reached to 1e-9 inside the limits, or an error that says by how much it is not."""
 
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError, PoseNotReachedError, ShapeError, UnknownNameError
@@ -14,8 +16,11 @@ from lwr_dyn.kinematics.pose_solver import (
     PinocchioSearch,
     PoseSolver,
     pinocchio_search,
+    pose_error,
     search_ranges,
+    with_turns,
 )
+from lwr_dyn.model.arm import JointLimits
 from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.public_arms import random_positions, singular_positions
 from tests.random_arms import random_arm
@@ -180,3 +185,86 @@ def test_the_first_step_is_that_of_the_formula():
     damping = 0.1 * (error @ error) / 2 + 1e-12
     expected = q + J.T @ np.linalg.solve(J @ J.T + damping * np.eye(6), error)
     assert np.abs(next(steps)[0] - expected).max() < 1e-12
+
+
+def test_ranges_are_those_of_the_limits_or_of_half_a_turn():
+    arm = random_arm(3, "RRPP")
+    limits = ((-0.4, 0.8), (None, None), (-0.1, 0.3), (None, None))
+    arm = replace(arm, limits=tuple(JointLimits(lower=low, upper=up) for low, up in limits))
+    x = search_ranges(arm, True, 400, 5)
+    np.testing.assert_allclose(x.middle, [0.2, 0.0, 0.1, 0.0], atol=1e-12)
+    assert x.lower.tolist() == [-0.4, -np.inf, -0.1, -np.inf]
+    assert x.turning.tolist() == [True, True, False, False]
+    reach = np.array([0.6, np.pi, 0.2, 1.0])
+    share = np.random.default_rng(5).uniform(-1.0, 1.0, (400, 4))
+    np.testing.assert_allclose(x.starts, x.middle + share * reach, atol=1e-12)
+    np.testing.assert_allclose(x.room, [0.3, 0.3, 0.1, 0.3])
+    free = search_ranges(arm, False, 400, 5)
+    assert np.isinf(free.lower).all()
+    assert np.isinf(free.upper).all()
+    np.testing.assert_array_equal(free.starts, x.starts)
+
+
+def test_the_error_of_a_pose_is_twice_the_sine_of_half_its_turn():
+    rng = np.random.default_rng(6)
+    for angle in (0.0, 0.3, 2.5):
+        axis = rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        pose, T = np.eye(4), np.eye(4)
+        pose[:3, :3], pose[:3, 3] = Rotation.from_rotvec(rng.normal(size=3)).as_matrix(), rng.normal(size=3)
+        T[:3, :3] = Rotation.from_rotvec(angle * axis).as_matrix() @ pose[:3, :3]
+        T[:3, 3] = pose[:3, 3] + [0.1, -0.2, 0.3]
+        error, sizes = pose_error(T, pose)
+        np.testing.assert_allclose(error, [0.1, -0.2, 0.3, *(2.0 * np.sin(angle / 2.0) * axis)], atol=1e-12)
+        np.testing.assert_allclose(sizes, [0.14, np.sin(angle) ** 2, np.cos(angle)], atol=1e-12)
+
+
+def test_whole_turns_lead_next_to_a_position_and_inside_the_limits():
+    arm = replace(
+        random_arm(3, "RRRP"),
+        limits=tuple(JointLimits(lower=a, upper=b) for a, b in ((-7, 7), (-1, 6), (-6, 1), (-9, 9))),
+    )
+    x, turn = search_ranges(arm, True, 1, 0), 2.0 * np.pi
+    near = np.array([6.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(with_turns(np.array([0.1, 0.5, 0.5, 8.0]), near, x), [0.1 + turn, 0.5, 0.5, 8.0])
+    np.testing.assert_allclose(
+        with_turns(np.array([0.0, -1.5, 1.5, 8.0]), near, x), [turn, -1.5 + turn, 1.5 - turn, 8.0]
+    )
+    tight = replace(x, lower=np.full(4, -1.0), upper=np.full(4, 1.0))
+    np.testing.assert_allclose(with_turns(np.array([0.0, -1.5, 1.5, 8.0]), 0 * near, tight), [0.0, -1.5, 1.5, 8.0])
+
+
+@pytest.mark.parametrize("limits", [True, False])
+def test_a_batch_and_a_miss_by_pinocchio(limits):
+    """What each row says: found and near q0, outside the limits, out of reach with the distance."""
+    arm = arm_named("kr30ha")
+    q = (arm.lower + arm.upper) / 2 + 0.1
+    beyond = np.where(np.arange(6) == 1, arm.upper[1] + 0.3, q)
+    poses = lwr_dyn.forward_kinematics(arm, np.array([q, beyond]))
+    far = poses[0].copy()
+    far[:3, 3] *= 10.0
+    solve = lwr_dyn.ik_solver(arm, search="pinocchio", starts=3, limits=limits)
+    found = solve.batch(np.array([poses[0], poses[1], far]), np.array([q + 0.01, beyond + 0.01, q]))
+    assert found.found.tolist() == [True, not limits, False]
+    assert found.outside.tolist() == [False, limits, False]
+    np.testing.assert_allclose(found.q[0], q, atol=1e-6)
+    assert np.isnan(found.q[2]).all()
+    assert found.distance[0] < 1e-9
+    with pytest.raises(PoseNotReachedError) as caught:
+        solve(far, q)
+    assert caught.value.distance == pytest.approx(found.distance[2], rel=1e-12)
+    reached = lwr_dyn.forward_kinematics(arm, caught.value.q)
+    assert np.linalg.norm(reached[:3, 3] - far[:3, 3]) == pytest.approx(caught.value.distance, abs=1e-9)
+    assert (caught.value.joint, caught.value.excess) == (None, 0.0)
+    if limits:
+        with pytest.raises(PoseNotReachedError) as caught:
+            solve(poses[1], beyond)
+        joint = arm.joint_names.index(caught.value.joint)
+        excess = np.maximum(arm.lower - caught.value.q, caught.value.q - arm.upper)
+        assert (joint, caught.value.excess) == (int(np.argmax(excess)), pytest.approx(excess.max()))
+        np.testing.assert_allclose(lwr_dyn.forward_kinematics(arm, caught.value.q), poses[1], atol=1e-8)
+    np.testing.assert_allclose(solve.near(poses[0], q + 0.01), q, atol=1e-6)
+    with pytest.raises(ShapeError, match=r"q0: shape \(2, 6\); allowed: \(3, 6\) or \(6,\), as T"):
+        solve.batch(np.array([poses[0]] * 3), np.zeros((2, 6)))
+    with pytest.raises(ShapeError, match=r"T: shape \(3, 3\); allowed: \(..., 4, 4\), homogeneous matrices"):
+        solve.batch(np.eye(3))

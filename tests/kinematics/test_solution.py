@@ -111,3 +111,20 @@ def test_the_command_says_how_many_are_left_out(tmp_path):
     assert done.exit_code == 0, done.stderr
     assert "all branches, each at one arm angle; " in done.stdout
     assert "copies whole turns apart, inside the limits too, are not listed" in done.stdout
+
+
+def test_a_result_is_the_same_in_words_and_in_its_record():
+    found = inverse_kinematics(LWR, pose(LWR, [0.1, 0.5, 0.2, -1.0, 0.3, 0.4, 0.2]))
+    parts = {"distance": 0.25, "joint": "joint_4", "excess": 0.5, "turn": 1.5, "turns_left_out": 3}
+    made = replace(found, status="outside limits", solutions=(), outside=tuple(found.solutions), **parts)
+    facts = {fact.key: fact.value for fact in made.document.facts}
+    wanted = {"status": "outside limits", "complete": True, **{k: v for k, v in parts.items() if k != "turn"}}
+    wanted |= {"turn_missed": 1.5, "position_only": False, "singular": []}
+    assert {name: facts[name] for name in wanted} == wanted
+    assert facts["arm_angle_intervals"] == dict(found.arm_angle_intervals)
+    text = made.document.text()
+    assert (
+        "outside limits: 0 solutions inside the limits, 8 outside; joint_4 outside by 0.5; out of reach by 0.25" in text
+    )
+    assert "turned away by 1.5" in text
+    assert ", ".join(f"{x:.4f}" for x in found.solutions[0].q) in text

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import MissingDataError, OptionError, UnknownNameError
-from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.foundation.errors import MissingDataError, OptionError, RatingWarning, UnknownNameError
+from lwr_dyn.kinematics.forward import jacobian
+from lwr_dyn.model.arm import JointGains, JointLimits, Ratings, arm_with_payload, arm_with_scaled_inertia
 from lwr_dyn.model.chain import with_payload
 from lwr_dyn.model.friction import symmetric
 
@@ -52,6 +53,46 @@ def test_a_locked_joint_leaves_the_others_with_their_numbers():
     assert locked.gains.Kp.tolist() == WAM.gains.Kp[kept].tolist()
     assert locked.transmission is None
     assert not any(name.startswith(("joint_3.", "link_2.", "link_3.")) for name in locked.sources)
+
+
+def test_a_lock_leaves_mount_and_tool_where_they_are():
+    tool = {"xyz": [0.0, 0.1, 0.2], "mass": 1.5, "inertia": [3e-3, 4e-3, 2e-3]}
+    arm = lwr_dyn.load("lwr4plus", mount="wall", tool=tool)
+    locked, q = arm.with_locked_joint("joint_3", 0.4), np.linspace(-0.5, 0.5, 6)
+    whole = np.insert(q, 2, 0.4)
+    there = lwr_dyn.forward_kinematics(arm, whole)
+    np.testing.assert_allclose(lwr_dyn.forward_kinematics(locked, q), there, atol=1e-15)
+    full = lwr_dyn.dynamics_of(arm).gravity_vector(whole)
+    np.testing.assert_allclose(lwr_dyn.dynamics_of(locked).gravity_vector(q), np.delete(full, 2), atol=1e-12)
+    assert locked.installation.tool.mass == 0.0
+    again = locked.uninstalled()
+    assert again.installation is None
+    assert again.chain.bodies[-1].mass == arm.chain.bodies[-1].mass
+    assert again.uninstalled() is again
+    for end in (ARM.lower[0], ARM.upper[0]):
+        assert ARM.with_locked_joint("joint_1", float(end)).n == 6
+        with pytest.raises(OptionError, match="lock of joint_1"):
+            ARM.with_locked_joint("joint_1", float(np.nextafter(end, 9.0 * end)))
+
+
+def test_a_payload_is_a_point_at_the_flange_where_nothing_else_is_said():
+    q = np.linspace(-0.6, 0.9, 7)
+    bare, J = lwr_dyn.dynamics_of(ARM).gravity_vector(q), jacobian(ARM.chain, q)[:3]
+    weight = lwr_dyn.dynamics_of(arm_with_payload(ARM, 2.0)).gravity_vector(q) - bare
+    np.testing.assert_allclose(weight, 2.0 * 9.81 * J[2], atol=1e-12)
+    B = lwr_dyn.dynamics_of(arm_with_payload(ARM, 2.0)).mass_matrix(q) - lwr_dyn.dynamics_of(ARM).mass_matrix(q)
+    np.testing.assert_allclose(B, 2.0 * J.T @ J, atol=1e-12)
+    rated = replace(ARM, ratings=Ratings(payload=2.0))
+    assert arm_with_payload(rated, 2.0).chain.bodies[-1].mass == ARM.chain.bodies[-1].mass + 2.0
+    with pytest.warns(RatingWarning, match="lwr4plus: a payload of 2.1 kg is over the rated 2 kg"):
+        arm_with_payload(rated, 2.1)
+    doubled = lwr_dyn.dynamics_of(arm_with_scaled_inertia(ARM, 2.0))
+    np.testing.assert_allclose(doubled.gravity_vector(q), 2.0 * bare, atol=1e-12)
+    for factor in (0.0, -1.0, np.inf, np.nan):
+        with pytest.raises(OptionError, match=r"mass factor: .*; allowed: a number above 0"):
+            arm_with_scaled_inertia(ARM, factor)
+    gains = JointGains(*np.arange(8.0).reshape(4, 2)).of_joints([1])
+    assert [x.tolist() for x in (gains.Kp, gains.Kd, gains.Ki, gains.effort)] == [[1.0], [3.0], [5.0], [7.0]]
 
 
 def test_impossible_locks_are_refused():

@@ -1,5 +1,7 @@
 """Bodies add up and are clouds of mass points; a changed chain is the same mechanism: payloads, locks, first links."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,15 +11,20 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.chain import (
     Body,
+    Convention,
+    DHRow,
+    JointKind,
+    Rotor,
     first_links,
     is_physical,
+    joint_motion,
     link_frames,
     lock_joint,
     unphysical_links,
     with_bodies,
     with_payload,
 )
-from lwr_dyn.model.spatial import from_rpy
+from lwr_dyn.model.spatial import Pose, from_rpy, rot_x, rot_y, rot_z
 from tests.random_arms import arms, random_arm, random_body, random_pose
 
 ROUNDING = 1e-12
@@ -86,6 +93,49 @@ def test_mass_is_kept_by_a_lock_and_grows_by_a_payload():
 def test_a_payload_that_cannot_be_is_refused(mass):
     with pytest.raises(OptionError, match="payload mass"):
         with_payload(random_arm(5).chain, mass)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_row_is_its_product_of_rotations_and_shifts(sign):
+    """Standard: motion, Rz(theta) and d, then a and alpha; modified: a and alpha before. Sign -1: axis over."""
+
+    def shift(*p):
+        return Pose(np.eye(3), np.array(p))
+
+    def turn(rotation):
+        return Pose(rotation, np.zeros(3))
+
+    row = DHRow(0.4, 0.3, 0.2, 0.7, sign, -0.1)
+    bend = shift(0.3, 0.0, 0.0) @ turn(rot_x(0.4)) @ turn(rot_y(-0.1))
+    rise = shift(0.0, 0.0, 0.2) @ turn(rot_z(0.7))
+    for convention, first, last in (
+        (Convention.STANDARD, Pose.identity(), rise @ bend),
+        (Convention.MODIFIED, bend, rise),
+    ):
+        before, after = row.fixed_poses(convention)
+        for q in (0.0, 0.5):
+            whole = before @ joint_motion(JointKind.REVOLUTE, q) @ after
+            wanted = first @ joint_motion(JointKind.REVOLUTE, sign * q) @ last
+            np.testing.assert_allclose(whole.matrix(), wanted.matrix(), atol=1e-15)
+            slid = before @ joint_motion(JointKind.PRISMATIC, q) @ after
+            np.testing.assert_allclose(
+                slid.matrix(), (first @ joint_motion(JointKind.PRISMATIC, sign * q) @ last).matrix(), atol=1e-15
+            )
+
+
+def test_unknown_parts_of_bodies_stay_unknown():
+    body = Body(1.0, np.array([0.1, 0.0, 0.0]), np.eye(3), (4, 6))
+    assert body.seen_from(Pose.identity()).unknown == (4, 6)
+    assert body.seen_from(Pose(np.eye(3), np.array([0.0, 0.0, 1e-9]))).unknown == tuple(range(10))
+    assert (body + Body(1.0, np.zeros(3), np.eye(3), (2, 6))).unknown == (2, 4, 6)
+    assert is_physical(replace(body, inertia_com=-np.eye(3)))
+    assert not Body(0.0, np.zeros(3), np.zeros((3, 3)), (0,)).is_weightless
+    assert not Body(0.0, np.zeros(3), np.eye(3)).is_weightless
+    moments = Body(0.0, np.zeros(3), np.eye(3)) + Body(0.0, np.zeros(3), 2.0 * np.eye(3))
+    assert (moments.mass, moments.inertia_com.tolist()) == (0.0, (3.0 * np.eye(3)).tolist())
+    assert Rotor(-50.0, 2e-4).armature == pytest.approx(0.5)
+    for far in (Body(1.0, np.array([np.inf, 0, 0]), np.eye(3)), Body(np.inf, np.zeros(3), np.eye(3))):
+        assert not is_physical(far)
 
 
 def test_the_first_links_end_in_the_frame_of_the_last_of_them():

@@ -75,6 +75,12 @@ def test_velocities_of_the_wrong_shape_are_refused(dq):
         (lambda: Direction(np.nan, 0.0), "friction coulomb: nan; allowed: a finite number"),
         (lambda: Direction(1.0, np.inf), "friction viscous: inf; allowed: a finite"),
         (lambda: Direction(1.0, 0.0, 0.9), "friction static: 0.9; allowed: at least the Coulomb level 1, or none"),
+        (lambda: Direction(1.0, 0.0, np.nan), "friction static: nan; allowed: a finite"),
+        (lambda: Direction(1.0, 0.0, 2.0, np.inf), "friction stribeck_velocity: inf; allowed: a finite"),
+        (lambda: JointFriction(Direction(1, 0), Direction(1, 0), covered=np.inf), "covered: inf; allowed: a speed"),
+        (lambda: smooth_friction([ONE_SIDED], np.inf), "width: inf; allowed: a speed above 0"),
+        (lambda: Sigmoid(-1e-9, 1.0, 0.0), "friction sigmoid level: -1e-09; allowed: 0 or more"),
+        (lambda: Sigmoid(1.0, 0.0, 0.0), "friction sigmoid slope: 0.0; allowed: above 0"),
         (lambda: Direction(1.0, 0.0, 2.0, 0.0), "stribeck_velocity: 0.0; allowed: above 0"),
         (lambda: JointFriction(Direction(1, 0), Direction(1, 0), np.inf), "friction offset: inf; allowed: a finite"),
         (
@@ -105,6 +111,38 @@ def test_the_smooth_form_is_the_offset_at_rest_continuous_and_never_above_the_le
     assert np.abs(np.diff(tau)).max() < 6.0 / 1e-3 * 5e-7 * 1.01  # the slope at rest is level / width
     assert tau.max() < ONE_SIDED.breakaway[1]
     assert tau.min() > ONE_SIDED.breakaway[0]
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.01, 5.0), st.booleans())
+def test_the_smooth_form_is_its_formula_at_any_width(v, width, mirrored):
+    up, down = Direction(4.0, 0.5, 6.0, 0.7), Direction(3.0, -0.2, 3.5, 1.9)
+    joint = JointFriction(down, up, -0.25) if mirrored else JointFriction(up, down, 0.25)
+    d = joint.positive if v > 0.0 else joint.negative
+    level = d.coulomb + (d.static - d.coulomb) * np.exp(-((v / d.stribeck_velocity) ** 2))
+    expected = joint.offset + level * np.tanh(v / width) + d.viscous * v
+    assert smooth_friction([None, joint], width)(np.array([v, v])) == pytest.approx(
+        [0.0, expected], rel=1e-13, abs=1e-14
+    )
+
+
+@pytest.mark.parametrize("kept", [0, 1, 2])
+def test_friction_is_none_only_where_all_its_numbers_are(kept):
+    assert FRICTIONLESS.is_zero
+    assert JointFriction(Direction(0.0, 0.0, 0.0, 0.1), Direction(0.0, 0.0), 0.0, 0.3, Sigmoid(0.0, 1.0, 0.2)).is_zero
+    one = [(1.0, 0.0), (0.0, 1.0), (0.0, 0.0, 1.0)][kept]
+    assert not JointFriction(Direction(*one), Direction(0.0, 0.0)).is_zero
+    assert not JointFriction(Direction(0.0, 0.0), Direction(*one)).is_zero
+    assert not JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0), offset=-1e-9).is_zero
+
+
+@pytest.mark.parametrize("shift", [0.3, -0.3])
+def test_the_largest_size_and_slope_of_a_sigmoid_are_reached(shift):
+    one = Sigmoid(2.0, 5.0, shift)
+    ends = np.abs(one.torque([-50.0, 50.0]))
+    assert one.most == pytest.approx(ends.max(), rel=1e-14)
+    assert ends.sum() == pytest.approx(2.0)
+    h = 1e-5
+    assert one.steepest == pytest.approx(np.diff(one.torque([-shift - h, -shift + h]))[0] / (2 * h), rel=1e-8)
 
 
 def gaz(v, A, alpha, qdotsign):

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
 
+from lwr_dyn.foundation.errors import OptionError, ShapeError
 from lwr_dyn.model.spatial import (
     ZERO,
     Matrix3,
@@ -13,15 +16,21 @@ from lwr_dyn.model.spatial import (
     Z,
     add,
     axis_to_z,
+    constant,
     cos_sin,
     from_rpy,
     multiply,
+    pose_array,
+    principal_moments,
     rot_x,
     rot_y,
     rot_z,
     skew,
     steiner,
     subtract,
+    symmetric_part,
+    to_rpy,
+    turn_about,
 )
 
 ROUNDING = 1e-14
@@ -100,6 +109,71 @@ def test_matrices_are_numpys(data):
     np.testing.assert_allclose([numbers(row) for row in (M.T.x, M.T.y, M.T.z)], left.T)
     product = M.compose(N)
     np.testing.assert_allclose([numbers(row) for row in (product.x, product.y, product.z)], left @ right, atol=1e-13)
+
+
+@given(seeds)
+def test_turns_about_an_axis_are_the_exponentials_of_its_skew_matrix(rng):
+    axis, angles = rng.normal(size=3), rng.uniform(-4, 4, 3)
+    axis /= np.linalg.norm(axis)
+    np.testing.assert_allclose(turn_about(axis, angles), [expm(x * skew(axis)) for x in angles], atol=1e-13)
+    R = from_rpy(rng.uniform(-3, 3, 3))
+    np.testing.assert_allclose(R, Rotation.from_matrix(R).as_matrix(), atol=ROUNDING)
+    angles = rng.uniform(-1.5, 1.5, 3)
+    np.testing.assert_allclose(from_rpy(angles), Rotation.from_euler("xyz", angles).as_matrix(), atol=ROUNDING)
+    np.testing.assert_allclose(to_rpy(from_rpy(angles)), angles, atol=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_at_a_pitch_of_a_right_angle_roll_is_0(side):
+    pitch = side * np.pi / 2
+    roll, found, yaw = to_rpy(from_rpy((0.4, pitch, 0.1)))
+    assert (roll, found) == (0.0, pytest.approx(pitch))
+    assert yaw == pytest.approx(0.1 - side * 0.4)
+    assert to_rpy(from_rpy((0.4, pitch - 1e-13, 0.1)))[0] != 0.0
+
+
+@pytest.mark.parametrize("quarter", [0, 1, -3, 40])
+def test_an_angle_snaps_to_a_right_angle_within_a_rounding_of_it(quarter):
+    exact, snap = quarter * np.pi / 2, 1e-15 * max(1, abs(quarter))
+    inside, outside = exact + 0.9 * snap, exact + 1.5 * snap + 8 * np.spacing(abs(exact))
+    assert cos_sin(inside) == cos_sin(exact)
+    assert cos_sin(outside) == (np.cos(outside), np.sin(outside)) != cos_sin(exact)
+
+
+def test_tensors_and_poses():
+    tensor = np.array([[1.0, 2.0, 0.0], [4.0, 1.0, 6.0], [2.0, 0.0, 5.0]])
+    assert symmetric_part(tensor).tolist() == [[1.0, 3.0, 1.0], [3.0, 1.0, 3.0], [1.0, 3.0, 5.0]]
+    R = from_rpy((0.3, -0.2, 1.0))
+    np.testing.assert_allclose(principal_moments(R @ np.diag([3.0, 1.0, 2.0]) @ R.T), [1.0, 2.0, 3.0], atol=ROUNDING)
+    for pose in (Pose(rot_x(1e-9), np.zeros(3)), Pose(np.eye(3), np.array([0.0, 1e-300, 0.0]))):
+        assert not pose.is_identity()
+    assert (constant(2), constant("a"), type(constant(np.float64(2.0)))) == (2.0, "a", float)
+    assert subtract(0.0, 3) == -3
+
+
+def test_a_pose_is_made_exact_or_refused():
+    T = np.tile(np.eye(4), (2, 1, 1))
+    T[0, :3, :3], T[1, :3, 3] = from_rpy((0.3, -0.2, 1.0)), [1.0, 2.0, 3.0]
+    rough = T.copy()
+    rough[:, :3, :3] += 1e-7 * np.random.default_rng(1).uniform(-1.0, 1.0, (2, 3, 3))
+    made = pose_array("T", rough)
+    assert np.abs(np.swapaxes(made[:, :3, :3], 1, 2) @ made[:, :3, :3] - np.eye(3)).max() < 1e-15
+    for one, other in zip(made, rough, strict=True):
+        u, _, v = np.linalg.svd(other[:3, :3])
+        np.testing.assert_allclose(one[:3, :3], u @ v, atol=ROUNDING)
+    assert np.array_equal(made[:, :3, 3], T[:, :3, 3])
+    grown = np.diag([1.0 + 0.49e-6, 1.0, 1.0, 1.0])
+    assert pose_array("T", grown)[0, 0] == pytest.approx(1.0, abs=1e-15)
+    for bad, error, words in (
+        (np.diag([1.0 + 0.51e-6, 1.0, 1.0, 1.0]), OptionError, r"T: R\^T R differs from 1 by 1.02e-06; allowed: a"),
+        (np.diag([1.0, 1.0, -1.0, 1.0]), OptionError, r"T: a mirror image \(det R = -1\); allowed: a rotation"),
+        (np.diag([1.0, 1.0, 1.0, 1.0 + 1e-15]), OptionError, "T: last row is not 0 0 0 1; allowed: a homogen"),
+        (np.eye(3), ShapeError, r"T: shape \(3, 3\); allowed: \(..., 4, 4\)"),
+        (np.ones(4), ShapeError, r"T: shape \(4,\)"),
+        (np.full((4, 4), np.nan), ShapeError, "T"),
+    ):  # fmt: skip
+        with pytest.raises(error, match=words):
+            pose_array("T", bad)
 
 
 def test_literal_zeros_and_ones_form_no_term():

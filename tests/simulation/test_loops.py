@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hypothesis import given
+from scipy.integrate import solve_ivp
 
 import lwr_dyn
 from lwr_dyn.control.protocol import joint_torque
@@ -154,6 +155,49 @@ def pushed(t, q, dq, q_ref, dq_ref, ddq_ref):
 
 def setup(friction="none", **options):
     return prepare(one_joint(), pushed, Still(np.zeros(1), 0.003), Loop(friction=friction, **options))
+
+
+class WithIntegral:
+    """A law whose memory is the integral of the position's error, and time."""
+
+    memory_size = 2
+
+    def __call__(self, *_):
+        raise AssertionError("a continuous run asks for torque and rate")
+
+    def torque_and_rate(self, memory, q, dq, q_ref, dq_ref, ddq_ref):
+        tau = 3.0 * memory[:1] + memory[1:] ** 2 + 1.5 * (dq_ref - dq) + 2.0 * ddq_ref
+        return tau, np.array([q_ref[0] - q[0], 1.0])
+
+
+@pytest.mark.parametrize("law", [WithIntegral(), lambda t, q, dq, *ref: t**2 - 3.0 * q + ref[0] - 0.5 * ref[1] * dq])
+def test_a_continuous_run_and_its_works_are_those_of_scipys_integrator(law):
+    """The reference, the law's memory and time as they are at each moment, not at samples; 2 ddq = tau - 0.7 dq."""
+    wave = Sinusoids(np.array([0.2]), np.array([0.4]), np.array([9.0]), 0.5)
+    arm, given = one_joint(mass=2.0, effort=1.9), {"q0": [0.5], "dq0": [-0.4]}
+    friction = [JointFriction(Direction(0.0, 0.7), Direction(0.0, 0.7))]
+    run = simulate(arm, law, wave, friction=friction, rate=50.0, method="dop853", continuous=True, rtol=1e-11, **given)
+
+    def torque(t, y):
+        sample = wave.sample(np.array([t]))
+        ref = sample.q[0], sample.dq[0], sample.ddq[0]
+        if isinstance(law, WithIntegral):
+            return law.torque_and_rate(y[4:], y[:1], y[1:2], *ref)
+        return law(t, y[:1], y[1:2], *ref), np.zeros(2)
+
+    def slope(t, y):
+        tau, rate = torque(t, y)
+        tau = np.clip(tau, -1.9, 1.9)
+        return np.array([y[1], (tau[0] - 0.7 * y[1]) / 2.0, tau[0] * y[1], -0.7 * y[1] ** 2, *rate])
+
+    start = np.array([0.5, -0.4, 0.0, 0.0, 0.0, 0.0])
+    y = solve_ivp(slope, (0.0, 0.5), start, "DOP853", run.t, rtol=1e-12, atol=1e-13, max_step=0.002).y
+    np.testing.assert_allclose([run.q[:, 0], run.dq[:, 0]], y[:2], atol=2e-8)
+    np.testing.assert_allclose([run.work["actuator"], run.work["friction"]], y[2:4], atol=2e-8)
+    wanted = [torque(t, row)[0][0] for t, row in zip(run.t, y.T, strict=True)]
+    np.testing.assert_allclose(run.tau_command[:, 0], wanted, atol=1e-6)
+    assert np.array_equal(run.tau_applied, np.clip(run.tau_command, -1.9, 1.9))
+    np.testing.assert_allclose(run.tau_friction, 0.7 * run.dq, rtol=1e-12)
 
 
 def test_a_blank_log_has_the_start_and_nothing_else():

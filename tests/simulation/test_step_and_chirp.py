@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.step_and_chirp import frequency_responses, response_parts, step_responses
+from lwr_dyn.simulation.step_and_chirp import frequency_responses, response_parts, responses_of, step_responses
 from tests.simulation.answers import ARM, OMEGA, START, answered
 
 
@@ -33,6 +35,78 @@ def test_figures_are_those_of_theory(xi, joint):
     assert found.settling == pytest.approx(settling - 0.5e-3 / 6.0, abs=5e-6)
     assert abs(found.left) < 2e-3
     assert found.cut == 0.0
+
+
+def answer_of(t, asked, q, about, beyond=0):
+    """A run of joint 2 as it stands, its torques `beyond` their limits in so many samples."""
+    tables = {name: np.zeros((t.size, 7)) for name in ("q", "dq", "q_ref", "dq_ref", "tau_command", "tau_applied")}
+    tables["q"][:, 1], tables["q_ref"][:, 1] = q, asked
+    tables["tau_command"][:beyond, 3] = 1.001 * ARM.effort[3]
+    meta = {"reference": {"about": {"joints": [2], **about}}}
+    return Run(t, *tables.values(), np.zeros((t.size, 7)), np.zeros(t.size), {}, (), meta)
+
+
+@pytest.mark.parametrize("size", [0.02, -0.5])
+def test_figures_are_those_of_a_written_answer(size):
+    """Of 1 - exp(-xi w t) (...), xi = 0.3, a step at 50 ms that lasts 0.5 s, and 37 ms of cut torque before."""
+    t, begin = np.arange(0.0, 0.7, 1e-3), 0.05
+    s, damped = np.maximum(t - begin, 0.0), OMEGA * np.sqrt(1 - 0.3**2)
+    y = 1.0 - np.exp(-0.3 * OMEGA * s) * (np.cos(damped * s) + 0.3 * OMEGA / damped * np.sin(damped * s))
+    about = {"task": "step", "size": size, "begin": begin, "window": 0.5}
+    run = answer_of(t, 0.1 + size * (t >= begin - 1e-9), 0.1 + size * y, about, beyond=87)
+    (found,) = step_responses(run, ARM)
+    rise, peak, overshoot, settling = theory(0.3)
+    assert (found.joint, found.size, found.t.size) == (2, size, 500)
+    assert found.rise == pytest.approx(rise, abs=2e-5)
+    assert found.peak == pytest.approx(peak, abs=5.1e-4)
+    assert found.overshoot == pytest.approx(overshoot, abs=2e-4)
+    assert found.settling == pytest.approx(settling, abs=2e-5)
+    assert found.left == pytest.approx(np.mean(1.0 - found.y[found.t >= found.t[-1] - 0.05]), abs=1e-12)
+    assert found.y == pytest.approx(y[50:550], abs=1e-12)
+    assert found.cut == pytest.approx(0.037)
+    record = found.to_json()
+    assert (record["joint"], record["rise"], record["cut"]) == (2, found.rise, found.cut)
+    _, table, note = response_parts(run, ARM)
+    assert table.rows[0] == (2, 1e3 * found.rise, found.overshoot, 1e3 * found.settling, found.left)
+    assert note.text == (
+        "torque was cut while joint 2 (0.037 s) answered: not the response of a linear loop; try a smaller size"
+    )
+    assert step_responses(answer_of(t[:30], t[:30], t[:30], about), ARM) == ()
+
+
+def test_the_response_is_that_of_a_written_filter():
+    """Of (1 - a) / (1 - a z^-1) on a chirp: exact at every line, with its bandwidth and its phase there."""
+    low, high, sweep, h = 1.0, 40.0, 3.0, 1e-3
+    t = np.arange(0.0, 4.0 + 0.5 * h, h)
+    reference = lwr_dyn.reference("chirp", ARM, start=START, joint=2, low=low, high=high, duration=sweep)
+    asked = reference.sample(t).q[:, 1]
+    a = np.exp(-2 * np.pi * 8.0 * h)
+    q = START[1] + lfilter([1 - a], [1, -a], asked - START[1])
+    about = {"task": "chirp", "low": low, "high": high, "sweep": sweep, "rest": 1.0}
+    run = answer_of(t, asked, q, about, beyond=12)
+    (found,) = frequency_responses(run, ARM)
+
+    def theory_at(f):
+        return (1 - a) / (1 - a * np.exp(-2j * np.pi * f * h))
+
+    assert np.abs(found.H / theory_at(found.f) - 1.0).max() < 1e-3
+    growth = (high / low) ** 0.05
+    assert low * growth <= found.f[0] < low * growth * 2 ** (1 / 24 + 0.35)
+    assert high / growth * 2 ** (-1 / 12) < found.f[-1] <= high / growth
+    octaves = np.log2(found.f[-1] / found.f[0])
+    assert found.f.size <= 24 * octaves + 2
+    lines = np.arange(1, 400) / 4.0
+    lines = lines[(lines >= low * growth) & (lines <= high / growth)]
+    assert found.f.size == np.unique(np.round(24 * np.log2(lines))).size
+    assert abs(theory_at(found.bandwidth)) == pytest.approx(np.sqrt(0.5), rel=1e-3)
+    assert found.phase == pytest.approx(np.angle(theory_at(found.bandwidth)), abs=5e-3)
+    assert (found.peak, found.peak_at) == (np.abs(found.H).max(), found.f[0])
+    assert found.cut == pytest.approx(0.012)
+    assert found.least_coherence == found.coherence[found.f <= found.bandwidth].min() > 0.999
+    assert responses_of(run, ARM)[0].bandwidth == found.bandwidth
+    assert frequency_responses(answer_of(t[:-2], asked[:-2], q[:-2], about), ARM) == ()
+    _, table, _ = response_parts(run, ARM)
+    assert table.rows[0][:3] == (2, found.bandwidth, np.degrees(found.phase))
 
 
 def test_without_overshoot():

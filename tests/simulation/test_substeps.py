@@ -7,12 +7,17 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.model.run import Event
 from lwr_dyn.simulation.setup import Loop, prepare
 from lwr_dyn.simulation.simulate import run_setup
 from lwr_dyn.simulation.substeps import (
     ENOUGH,
+    MOST,
+    SPARE,
+    STABLE,
     applies,
     change_bound,
+    doubled,
     enough_steps,
     friction_substeps,
     tip_change,
@@ -36,6 +41,15 @@ def test_a_run_whose_bound_is_small_is_kept_as_it_is_and_the_bound_is_one():
     assert (found.substeps, found.words) == (1, "")
     true = tip_change(run, run_setup(with_substeps(setup, 2)))
     assert 0.0 < true < found.change < ENOUGH
+
+
+def test_the_bound_is_that_of_the_worst_interval_and_none_where_all_have_events():
+    run = run_setup(setup_of())
+    everywhere = tuple(Event(float(t), "stop", 0, 0.0) for t in (run.t[:-1] + run.t[1:]) / 2)
+    assert change_bound(replace(run, events=everywhere)) == np.inf
+    one = [change_bound(replace(run, events=tuple(e for e in everywhere if e.t // 1e-3 != k))) for k in (100, 300)]
+    assert 0.0 < max(one) < change_bound(run)
+    assert np.isnan(change_bound(replace(run, q=np.full_like(run.q, np.nan))))
 
 
 def test_a_coarse_run_gets_the_fewest_steps_whose_doubling_no_longer_moves_the_tip():
@@ -68,6 +82,12 @@ def test_friction_asks_for_a_power_of_two_with_something_to_spare_or_is_refused(
     assert friction_substeps(setup) == 1
     assert friction_substeps(replace(setup, friction_rate=2700.0)) == 2
     assert friction_substeps(replace(setup, friction_rate=14670.0)) == 16
+    most = MOST * STABLE * 1000.0 / SPARE
+    assert friction_substeps(replace(setup, friction_rate=most * (1 - 1e-12))) == MOST == 64
+    with pytest.raises(OptionError, match="substeps from 65 on"):
+        friction_substeps(replace(setup, friction_rate=most * (1 + 1e-12)))
+    assert doubled(lambda steps: 1.0 / steps**4, 1, 2e-4) == (16, 1.0 / 16**4)
+    assert doubled(lambda steps: 1.0, 2, 1e-3) == (2, 1.0)
     with pytest.raises(OptionError, match="needs 167 RK4 steps a sample; allowed: substeps from 167 on"):
         friction_substeps(replace(setup, friction_rate=3e5))
 

@@ -206,3 +206,21 @@ def test_the_course_is_smooth():
     assert np.abs(np.diff(bend)).max() < 0.4  # no jump in the second derivative, whose largest value is 92
     assert s.min() == 0.0
     assert s.max() == pytest.approx(1.0, abs=1e-14)
+
+
+def test_numbers_where_nothing_is_given_and_the_course_to_its_ends():
+    push, wall = Push(ARM, [1.0, 0.0, 0.0], 0.3), Wall(ARM, [0.0, 0.0, 0.5], [0.0, 0.0, 2.0])
+    course = {"start": 0.3, "duration": 0.2, "rise": 0.02}
+    assert push.parameters == {"force": [1.0, 0.0, 0.0], "at": "flange", "point": [0.0] * 3, **course}
+    numbers = {"stiffness": 1e5, "loss": 1.0, "exponent": 1.5, "friction": 0.0, "slip_speed": 0.01}
+    assert wall.parameters == {"place": [0.0, 0.0, 0.5], "normal": [0.0, 0.0, 1.0], "point": [0.0] * 3, **numbers}
+    whole = Course(1.0, 0.4, 0.2)  # it may rise for half of its time
+    times = np.array([0.9, 1.0, 1.05, 1.1, 1.2, 1.3, 1.4, 1.5])
+    u = np.array([0.0, 0.0, 0.25, 0.5, 1.0, 0.5, 0.0, 0.0])
+    np.testing.assert_allclose([whole.share(t) for t in times], 10 * u**3 - 15 * u**4 + 6 * u**5, atol=1e-12)
+    with pytest.raises(OptionError, match=r"push rise: 0.21; allowed: at most half of the duration, 0.2 s"):
+        Course(1.0, 0.4, 0.21)
+    for bad, words in (((np.inf, 0.4), "push start: inf; allowed: a number, in s"),
+                       ((1.0, 0.0), "push duration: 0.0; allowed: a number above 0, in s")):  # fmt: skip
+        with pytest.raises(OptionError, match=words):
+            Course(*bad)

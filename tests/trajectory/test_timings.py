@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.trajectory.path import line, path_of
-from lwr_dyn.trajectory.timings import blended, double_s, double_s_in
+from lwr_dyn.trajectory.path import end_of, line, path_of
+from lwr_dyn.trajectory.timings import MOTION_PROFILES, SmoothTiming, blended, double_s, double_s_in
 from tests.examples import examples
 from tests.trajectory.test_motion_profile import ROUNDING
 from tests.trajectory.test_path import assert_smooth_curve, letter
@@ -106,6 +106,44 @@ def test_a_corner_that_turns_back_is_kept_for_a_stop():
     (corner,) = path.corners()
     assert corner.turn == pytest.approx(math.pi)
     assert path.sections() == (1.0, 0.5)
+
+
+def test_corners_and_bends_are_rounded_each_by_its_own_distance_and_nothing_else():
+    straight = path_of([line((0, 0, 0), (1, 0, 0)), line((1, 0, 0), (3, 0, 0))])
+    assert [part.length for part in blended(straight, corners=0.1, bends=0.2).segments] == [1.0, 2.0]
+    word = letter()
+    assert len(blended(word).segments) == len(word.segments)
+    for corners, bends in ((0.03, 0.0), (0.0, 0.01), (0.03, 0.01)):
+        rounded = blended(word, corners, bends)
+        marks = [(joint.is_corner, joint.is_bend) for joint in word.joints()]
+        cut = [corners if is_corner else bends if is_bend else 0.0 for is_corner, is_bend in marks]
+        assert len(rounded.segments) == len(word.segments) + sum(size > 0.0 for size in cut)
+        before = np.cumsum([part.length for part in word.segments])
+        for size, s in zip(cut, before, strict=False):  # the path is left and met again at that distance
+            for at in (s - size, s + size):
+                away = [np.linalg.norm(end_of(part).p[0] - word.at(np.array([at])).p[0]) for part in rounded.segments]
+                assert min(away) < 1e-12 or size == 0.0
+
+
+def test_the_rows_time_a_path_by_their_profiles():
+    path = path_of([line((0, 0, 0), (0.3, 0, 0)), line((0.3, 0, 0), (0.3, 0.1, 0))])
+    smooth = SmoothTiming(acceleration=0.7, jerk=6.0, ease=0.004, blend=0.03)
+    made = {name: MOTION_PROFILES.load(name)(path, 4.0, smooth) for name in MOTION_PROFILES.names}
+    assert [profile.duration for _, profile in made.values()] == [4.0] * 4
+    assert [round(where.length, 12) for where, _ in made.values()][:3] == [0.4] * 3
+    t = np.linspace(0.0, 4.0, 9)
+    np.testing.assert_allclose(made["constant"][1].at(t).s, 0.1 * t, atol=1e-15)
+    np.testing.assert_allclose(made["quintic"][1].at([1.5, 3.0, 3.5]).s, [0.15, 0.3, 0.35], atol=1e-12)
+    stopped, passed = made["smooth"][1], made["smooth-blended"][1]
+    for profile in (stopped, passed):
+        assert profile.peaks().acceleration <= 0.7 * (1 + 1e-9)
+        assert profile.peaks().jerk == pytest.approx(6.0, rel=1e-6)
+    inside = (stopped.knots > 0.5) & (stopped.knots < 3.5)
+    assert np.abs(stopped.at(stopped.knots[inside]).ds).min() < 1e-9
+    assert np.abs(passed.at(np.linspace(0.6, 3.4, 99)).ds).min() > 0.05
+    corner = made["smooth-blended"][0].segments[1]
+    assert np.linalg.norm(end_of(corner).p[0] - [0.3, 0.03, 0.0]) < 1e-12
+    assert SmoothTiming() == SmoothTiming(0.5, 5.0, 0.005, 0.02)
 
 
 def test_blends_may_use_up_a_segment_but_no_more():

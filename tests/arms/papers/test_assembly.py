@@ -1,13 +1,15 @@
 """From a data file to an arm: conversions worked out by hand, rotors, motor maps, gains and friction; sources."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY, arm_from_paper, dh_rows
+from lwr_dyn.arms.papers.assembly import STANDARD_GRAVITY, arm_from_paper, dh_rows, require_plain_dh
 from lwr_dyn.arms.papers.catalog import template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.model.chain import link_frames
 from lwr_dyn.model.friction import Direction, JointFriction, symmetric
 from lwr_dyn.model.spatial import steiner
@@ -150,55 +152,94 @@ def test_springs_and_dampers_of_the_gears_with_their_sources(tmp_path):
     assert np.array_equal(lwr.elasticity.damping, 1e-3 * lwr.elasticity.stiffness)
 
 
+def test_a_file_beyond_a_dh_table_is_refused_where_a_plain_one_is_needed():
+    require_plain_dh(parse_paper(GOOD, "own.toml"), "a page")
+    beyond = GOOD.replace("[dh]", "[dh]\n" + column("beta", [0, 0], "deg"), 1)
+    with pytest.raises(OptionError, match=r"a page of own.toml: dh.beta; allowed: a DH table without it"):
+        require_plain_dh(parse_paper(beyond, "own.toml"), "a page")
+    placed = column("xyz", [0.1, 0.2, 0.3], "m") + column("rpy", [0, 0, 90], "deg")
+    arm = assembled(("[base]\n", "[base]\n" + placed))
+    np.testing.assert_allclose(arm.chain.links[0].before.matrix(), [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0.3],
+                                                                    [0, 0, 0, 1]], atol=1e-15)  # fmt: skip
+    assert arm.chain.links[1].before.is_identity()
+    assert [s.cell for s in arm.sources["joint_1.dh"]][-2:] == ["base.xyz.values", "base.rpy.values"]
+    assert not any("base" in s.cell for s in arm.sources["joint_2.dh"])
+
+
+def gears(*ratios):
+    return "[rotors]\n" + column("gear_ratio", list(ratios), "1") + column("inertia", [1e-4, 2e-4], "kg m^2")
+
+
+MOTOR = '[friction]\nside = "motor"\n'
+
+
+def test_friction_of_the_motors_is_seen_at_the_joints_by_the_gear_ratio(tmp_path):
+    """Levels by |r|, slopes by its square, speeds by its inverse; a gear that reverses swaps the directions."""
+    more = column("positive_static", [1.5, 2.0], FORCE) + column("positive_stribeck_velocity", [0.1, 0.5], SPEED)
+    more += column("offset", [0.2, -0.5], FORCE) + column("covered", [4.0, 2.0], SPEED)
+    arm = loaded(tmp_path, DIRECTED.replace("[friction]\n", MOTOR) + more + gears(10, -4))
+    wanted = (
+        JointFriction(Direction(10.0, 10.0, 15.0, 0.01), Direction(30.0, 30.0), 2.0, 0.4),
+        JointFriction(Direction(16.0, 6.4), Direction(8.0, -3.2, 8.0, 0.125), 2.0, 0.5),
+    )
+    for one, other in zip(arm.friction, wanted, strict=True):
+        for a, b in ((one.positive, other.positive), (one.negative, other.negative)):
+            assert astuple(a) == pytest.approx(astuple(b))
+        assert (one.offset, one.covered) == pytest.approx((other.offset, other.covered))
+    speed = np.array([0.03, 0.2])
+    at_motors = [1.0 + 0.1 * 0.3 + 0.5 * np.exp(-9.0) + 0.2, -(4.0 + 0.4 * 0.8) - 0.5]
+    seen = [model.torque(v) for model, v in zip(arm.friction, speed, strict=True)]
+    np.testing.assert_allclose(seen, np.array(at_motors) * [10, -4], rtol=1e-12)
+    pair = loaded(
+        tmp_path, MOTOR + column("coulomb", [1.0, 2.0], FORCE) + column("viscous", [0.1, 0.2], DAMPING) + gears(10, -4)
+    )
+    assert [(x.coulomb, x.viscous) for x in pair.limits] == [(10.0, pytest.approx(10.0)), (8.0, pytest.approx(3.2))]
+    assert pair.sources["joint_1.viscous"][0].conversion == "from the motor to the joint by the gear ratio"
+    apart = MAP + column("signs", [[1, 0], [0, -1]], "1")
+    mapped = loaded(tmp_path, MOTOR + column("coulomb", [1.0, 2.0], FORCE) + apart)
+    assert [x.coulomb for x in mapped.limits] == [10.0, 20.0]
+    matrix = "[transmission]\n" + column("matrix", [[3.0, 0.0], [0.5, -7.0]], "1")
+    assert loaded(tmp_path, matrix).transmission.matrix.tolist() == [[3.0, 0.0], [0.5, -7.0]]
+    for more, message in (
+        ("", "friction.side: 'motor' without gear ratios; allowed: rotors.gear_ratio of every joint"),
+        (MAP + PAIR, "friction.side: 'motor' with motors that drive several joints; allowed: joint"),
+    ):
+        with pytest.raises(PaperError, match=message):
+            loaded(tmp_path, MOTOR + column("coulomb", [1.0, 2.0], FORCE) + more)
+
+
+@pytest.mark.parametrize(
+    ("side", "seen"), [("joint", [(1, 3, 0.1), (2, 4, 0.2)]), ("motor", [(10, 30, 0.01), (8, 16, -0.05)])]
+)
+def test_a_sigmoid_of_the_motors_is_seen_at_the_joints(side, seen):
+    rows = (("level", [1.0, 2.0], "N m"), ("slope", [3.0, 4.0], "s/rad"), ("shift", [0.1, 0.2], "rad/s"))
+    more = f'[friction]\nside = "{side}"\n' + "".join(column(f"sigmoid_{name}", *row) for name, *row in rows)
+    text = template("own.toml", "own", "RR", "standard").replace("[joints]", more + gears(10, -4) + "[joints]", 1)
+    arm = arm_from_paper(parse_paper(text, "own.toml"))
+    assert [astuple(model.sigmoid) for model in arm.friction] == [pytest.approx(x) for x in seen]
+    assert all(model.breakaway == (0.0, 0.0) for model in arm.friction)
+
+
+def test_an_inertia_with_unknown_numbers_names_the_parameters_that_are_open(tmp_path):
+    """Mass, first moments, then the tensor about the origin xx xy xz yy yz zz: what no number of the file fixes."""
+    masses = next(line for line in GOOD.splitlines() if line.startswith("mass ="))
+    whole = assembled()
+    assert [body.unknown for body in whole.chain.bodies] == [(), ()]
+    text = GOOD.replace(ROW, '[[0.01, 0, "unknown"], [0, 0.01, 0], ["unknown", 0, 0.004]]', 1)
+    arm = arm_from_paper(parse_paper(text, "own.toml"))
+    assert arm.chain.bodies[0].unknown == (6,)
+    assert arm.chain.bodies[0].inertia_com[0, 2] == 0.0
+    massless = arm_from_paper(parse_paper(GOOD.replace(masses, masses.replace("2.0", '"unknown"', 1), 1), "own.toml"))
+    assert massless.chain.bodies[0].unknown == (0, 3, 4, 7)
+    assert arm.sources["link_1.inertia"][0].value[0][2] == "unknown"
+
+
 @pytest.mark.parametrize(
     ("more", "message"),
-    [
-        (
-            DIRECTED.replace("[1.0, 2.0]", "[-1.0, 2.0]"),
-            r"positive_coulomb.values\[0\]: -1.0; allowed: a number of at lea",
-        ),
-        (
-            DIRECTED.rpartition("negative_viscous")[0],
-            "friction.negative_viscous: missing; allowed: Coulomb",
-        ),
-        (DIRECTED + column("viscous", [1, 1], DAMPING), "friction.viscous: beside friction.positive_coulomb; allowed"),
-        (
-            DIRECTED.replace('"N"]', '"N m"]'),
-            "friction.positive_coulomb.unit: 'N m' for joint_2; allowed: a unit of a pri",
-        ),
-        (
-            DIRECTED + column("negative_static", [2.0, 4.0], FORCE),
-            r"friction.negative_static.values\[0\]: 2; allowed: at least Coulomb, 3",
-        ),
-        (
-            DIRECTED + column("negative_stribeck_velocity", [0.1, 0.0], SPEED),
-            r"stribeck_velocity.values\[1\]: 0.0; allowed: a number above 0",
-        ),
-        (
-            DIRECTED + column("covered", [0.4, -1], SPEED),
-            r"friction.covered.values\[1\]: -1.0; allowed: a number above 0",
-        ),
-        ("[friction]\n" + column("offset", [1, 1], FORCE), "friction.positive_coulomb: missing"),
+    [  # the faults of columns that are there are those of `test_columns.py`
         (DIRECTED + column("sideways_coulomb", [1, 1], FORCE), "friction.sideways_coulomb: unknown field"),
         (MAP, "transmission: ratio and stage; allowed: ratio and signs"),
-        (
-            MAP + column("signs", [[1, -1], [1, 2]], "1"),
-            r"transmission.signs.values\[1\]: \[1.0, 2.0\]; allowed: 1, 0 or",
-        ),
-        (
-            MAP + column("signs", [[1, -1], [-1, 1]], "1"),
-            "transmission.signs: a singular matrix; allowed: as many indep",
-        ),
         (MAP + column("signs", [[1, -1, 0], [1, 1, 0]], "1"), r"signs.values\[0\]: 3 entries; allowed: a list of 2"),
-        (MAP.replace("[1, 2]", "[1, 0]") + PAIR, r"transmission.stage.values\[1\]: 0.0; allowed: a number above 0"),
-        (
-            "[rotors]\n" + column("gear_ratio", [1, 1], "1"),
-            "rotors: gear_ratio; allowed: gear_ratio and inertia, or arm",
-        ),
-        (
-            "[rotors]\n" + column("inertia", [1, 1], "kg m^2") + column("armature", [1, 1], ("kg m^2", "kg")),
-            "rotors: armature and inertia; allowed: gear_ratio and inertia, or armature alone",
-        ),
         (SPRINGS.partition("damping")[0], "elasticity.damping: missing"),
         (SPRINGS.replace("[5, 6]", "[5, 0]"), r"elasticity.stiffness.values\[1\]: 0.0; allowed: a number above 0"),
         (SPRINGS.replace("[0.5, 0]", "[-1, 0]"), r"elasticity.damping.values\[0\]: -1.0; allowed: a number of at le"),

@@ -7,10 +7,19 @@ from importlib.util import find_spec
 import pytest
 
 from lwr_dyn.arms.papers.assembly import arm_from_paper
-from lwr_dyn.arms.papers.catalog import open_paper, readings, robots, studied, template
+from lwr_dyn.arms.papers.catalog import (
+    data_files,
+    open_paper,
+    open_readings,
+    published,
+    readings,
+    robots,
+    studied,
+    template,
+)
 from lwr_dyn.arms.papers.reader import apply_errata, parse_paper
 from lwr_dyn.cli.main import main
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.errors import OptionError, UnknownNameError
 
 Q = "--q=0,0,0,0,0,0,0"
 COMMANDS = [
@@ -78,6 +87,42 @@ def test_the_template_is_a_valid_file(joints, convention):
     assert (paper.name, paper.n, paper.convention.value) == ("own", len(joints), convention)
     assert "".join(kind.value[0].upper() for kind in paper.kinds) == joints
     assert arm_from_paper(paper).require_dynamics().n == len(joints)
+
+
+def test_the_numbers_of_the_template_are_those_of_an_arm_to_begin_with():
+    """Axes to and fro by a right angle, every second row 0.3 m on, a sliding joint half a metre long."""
+    raw = tomllib.loads(template("a/own.toml", "mine", "RPRP", "modified"))
+    values = {f"{table}.{name}": x["values"] for table in ("dh", "limits", "inertial") for name, x in raw[table].items()
+              if isinstance(x, dict)}  # fmt: skip
+    assert values["dh.alpha"] == [90, -90, 90, 0]
+    assert values["dh.d"] == [0.3, 0, 0.3, 0]
+    assert (values["dh.a"], values["limits.effort"]) == ([0] * 4, [100] * 4)
+    assert (values["limits.lower"], values["limits.upper"]) == ([-170, 0] * 2, [170, 0.5] * 2)
+    assert values["limits.velocity"] == [120, 0.5] * 2
+    assert (values["inertial.mass"], values["inertial.com"]) == ([2.0] * 4, [[0, 0, -0.05]] * 4)
+    assert values["inertial.inertia"] == [[[0.01, 0, 0], [0, 0.01, 0], [0, 0, 0.004]]] * 4
+    units = {name: raw["limits"][name]["unit"] for name in ("lower", "velocity", "effort")}
+    assert units == {"lower": ["deg", "m"] * 2, "velocity": ["deg/s", "m/s"] * 2, "effort": ["N m", "N"] * 2}
+    assert tomllib.loads(template("own.toml", "own", "RR"))["limits"]["lower"]["unit"] == "deg"
+    assert tomllib.loads(template("own.toml", "own"))["dh"]["convention"] == "standard"
+    assert len(tomllib.loads(template("own.toml", "own"))["joints"]["kinds"]) == 6
+    assert "a/own.toml" in template("a/own.toml", "mine")
+
+
+def test_robots_are_those_of_papers_and_those_of_published_sets():
+    assert set(studied()) & set(published()) == set()
+    assert robots() == tuple(sorted({*studied(), *published()}))
+    for robot in ("lwr4plus", "panda"):
+        under_each = open_readings(robot)
+        assert tuple(paper.reading.name for paper in under_each) == readings(robot)
+        assert all(paper.digest == open_paper(robot).digest for paper in under_each)
+    files = data_files("lwr4plus")
+    assert list(files) == ["lwr4plus.toml", *sorted(name for name in files if "/" in name)]
+    assert tomllib.loads(files["lwr4plus.toml"])["name"] == "lwr4plus"
+    assert next(iter(data_files("panda"))) == "panda.toml"
+    for open_it in (data_files, open_paper):
+        with pytest.raises(UnknownNameError, match="no robot named 'panta'"):
+            open_it("panta")
 
 
 @pytest.mark.parametrize(("joints", "convention"), [("", "standard"), ("RX", "standard"), ("R", "craig")])

@@ -1,6 +1,7 @@
 """Every unit against its definition in SI; records of a paper convert at every depth; limits move by their zero."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,18 @@ import pytest
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper, template
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.arms.papers.schema import RESULTS, TABLES, UNITS, Column, Erratum, Patch, to_si
+from lwr_dyn.arms.papers.schema import (
+    PER_JOINT,
+    RESULTS,
+    TABLES,
+    UNITS,
+    Column,
+    Erratum,
+    Patch,
+    PublishedSet,
+    Reading,
+    to_si,
+)
 from lwr_dyn.foundation.errors import PaperError
 
 RULES = {f"{table}.{name}": rule for table, columns in TABLES.items() for name, rule in columns.items()}
@@ -31,6 +43,27 @@ def test_what_a_table_must_have_and_where_a_cell_may_be_unknown():
     assert required == of_the_body | dh | frames | springs | {"gains.kp", "gains.kd"}
 
 
+def test_rows_and_their_shapes():
+    """One a joint or one of the whole arm; a number, a vector, a tensor, or one number a joint."""
+    of_the_arm = {name for name, rule in RULES.items() if not rule.per_joint}
+    vectors = {"base.gravity", "base.xyz", "base.rpy", "flange.xyz", "flange.rpy", "poses.mastering_wrist"}
+    vectors |= {"poses.zero_flange", "poses.flange_rpy"}
+    scalars = {"base.mass", "drawing.pedestal", *(name for name in RULES if name.startswith("ratings."))}
+    assert of_the_arm == vectors | scalars
+    vectors |= {
+        "frames.origin",
+        "origins.xyz",
+        "origins.rpy",
+        "origins.axis",
+        "poses.axis",
+        "inertial.com",
+        "inertial.rpy",
+    }
+    shapes = dict.fromkeys(vectors, (3,)) | {"inertial.inertia": (3, 3)}
+    shapes |= dict.fromkeys(("transmission.signs", "transmission.matrix"), (PER_JOINT,))
+    assert {name: rule.row for name, rule in RULES.items() if rule.row} == shapes
+
+
 def test_columns_in_mixed_units_and_nested_rows_become_si():
     mixed = Column("limits.lower", (90.0, 50.0), ("deg", "mm"), "p. 1", "printed")
     np.testing.assert_array_equal(mixed.si(), [np.pi / 2, 0.05])
@@ -42,6 +75,28 @@ def test_patches_of_an_erratum_are_of_tables_or_of_results():
     table, result = Patch("dh.a.values[0]", 1, 2), Patch(f"{RESULTS}table_v.x[0]", 3, 4)
     erratum = Erratum("id", "p. 1", "1", "2", "why", "effect", "proven", (table, result))
     assert (erratum.of_tables(), erratum.of_results()) == ((table,), (result,))
+    assert erratum.tables() == {"dh"}
+    changing = replace(erratum, severity="model")
+    assert changing.changes_arm
+    for other in ({"status": "likely"}, {"severity": "result"}, {"severity": ""}, {"patches": (result,)}):
+        assert not replace(changing, **other).changes_arm
+
+
+def test_errata_left_in_place_are_those_about_the_tables_of_the_reading():
+    paper = open_paper("lwr4plus")
+    patches = {name: (Patch(f"{name}.mass.values[0]", 1, 2),) for name in ("inertial", "dh")}
+    own, of_dh, of_set = (
+        Erratum(name, "p. 1", "1", "2", "w", "e", "proven", patches[table], "model", set_name)
+        for name, table, set_name in (("own", "inertial", ""), ("of_dh", "dh", ""), ("of_set", "inertial", "given"))
+    )
+    published = PublishedSet("given", "about", "p. 1", "dh", {"inertial": {}})
+    plain, on_set = Reading("plain", "about", ("of_dh",)), Reading("on_set", "about", (), "given")
+    changed = replace(paper, errata=(own, of_dh, of_set), sets={"given": published}, reading=plain,
+                      readings={"plain": plain, "on_set": on_set})  # fmt: skip
+    assert [e.id for e in changed.errata_of("")] == ["own", "of_dh"]
+    assert [e.id for e in changed.errata_of("given")] == ["of_dh", "of_set"]
+    assert changed.left_in_place() == ("own",)
+    assert changed.left_in_place("on_set") == ("of_dh", "of_set")
 
 
 def test_numbers_of_a_paper_are_in_si_and_absent_columns_are_empty():
@@ -67,8 +122,7 @@ def test_units_are_what_they_are(unit):
 
 
 def test_no_other_unit_scales():
-    assert {unit for unit, (_, factor) in UNITS.items() if factor != 1.0} >= set(DEFINED)
-    assert all(factor == 1.0 for unit, (_, factor) in UNITS.items() if unit in ("m", "kg", "N m", "rad", "rad/s", "1"))
+    assert {unit for unit, (_, factor) in UNITS.items() if factor != 1.0} == set(DEFINED)
 
 
 @pytest.mark.parametrize(("unit", "zero"), [("deg", 90.0), ("rad", math.pi / 2)])

@@ -1,9 +1,30 @@
 """Elements of a URDF: zeros of a frame, a copied element with its numbers, limits of a joint without a range."""
 
+import math
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 
-from lwr_dyn.arms.urdf.elements import COPIED, UNKNOWN, WEIGHTLESS, SourcedText, compact, write_limits, write_weightless
-from lwr_dyn.model.arm import JointLimits
+import lwr_dyn
+from lwr_dyn.arms.urdf.elements import (
+    COPIED,
+    GRAVITY,
+    ONE_SIDED,
+    PARTLY_KNOWN,
+    REFLECTED,
+    SIGMOID,
+    UNKNOWN,
+    WEIGHTLESS,
+    SourcedText,
+    compact,
+    estimates,
+    header,
+    write_limits,
+    write_rotor,
+    write_weightless,
+)
+from lwr_dyn.model.arm import JointLimits, Source
+from lwr_dyn.model.chain import Rotor
+from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid
 
 
 def test_a_frame_weighs_nothing():
@@ -30,3 +51,61 @@ def test_a_joint_that_turns_without_end_has_no_range_and_no_stand_in():
     write_limits(out, "/j", "j", JointLimits(effort=3.0), unlimited=True)
     assert out.text == ['    <limit effort="3.0" velocity="1000000000.0"/>']
     assert out.attributes["/j/limit/@velocity"].word == UNKNOWN
+
+
+def test_the_header_says_what_the_file_cannot_hold_and_what_is_not_known():
+    arm = lwr_dyn.load("lwr4plus")
+    plain = "\n".join(header(arm))
+    links = [replace(x, body=replace(x.body, unknown=(4,)) if k == 2 else x.body, rotor=Rotor(1.0, 0.2, k < 2))
+             for k, x in enumerate(arm.chain.links)]  # fmt: skip
+    changed = replace(arm, chain=replace(arm.chain, links=tuple(links)), digest="", title="a -- b")
+    lines = [line.strip() for line in header(changed)]
+    assert lines[0] == "<!--"
+    assert lines[1].startswith("a - - b; robot lwr4plus, reading physical")
+    assert "source file sha256: none" in lines
+    assert f"{PARTLY_KNOWN.strip()} link_3" in lines
+    assert f"{REFLECTED}joint_1, joint_2" in lines
+    assert lines[-1] == "-->"
+    assert f"source file sha256: {arm.digest}" in plain
+    assert f"{GRAVITY}0.0 0.0 -9.81" in plain
+    assert SIGMOID not in plain
+    rubbed = JointFriction(Direction(1.0, 0.0), Direction(2.0, 0.0))
+    for friction, line, other in (
+        (rubbed, ONE_SIDED, SIGMOID),
+        (replace(rubbed, sigmoid=Sigmoid(1, 1, 0)), SIGMOID, ONE_SIDED),
+    ):
+        text = "\n".join(header(replace(arm, friction=(None,) * 6 + (friction,))))
+        assert line in text
+        assert other not in text
+
+
+def test_estimates_are_listed_by_their_method():
+    cells = {"link_1.mass": "A", "link_2.mass": "A", "link_2.com": "A", "link_3.mass": "B", "pedestal": "A"}
+    sources = {name: (Source("c", how, "estimated", 1.0, "kg", ""),) for name, how in cells.items()}
+    sources["link_4.mass"] = (Source("c", "A", "printed", 1.0, "kg", ""),)
+    arm = replace(lwr_dyn.load("lwr4plus"), sources=sources)
+    assert estimates(arm) == ["mass of link_1, link_2; com of link_2 (how: A)", "mass of link_3 (how: B)"]
+
+
+def test_limits_and_rotors_are_written_with_stand_ins_where_they_are_unknown():
+    out = SourcedText()
+    write_limits(out, "/j", "j", JointLimits(lower=-1.0, velocity=2.0, viscous=0.5))
+    assert out.text == [
+        f'    <limit lower="-1.0" upper="{2 * math.pi!r}" effort="1000000000.0" velocity="2.0"/>',
+        '    <dynamics damping="0.5"/>',
+    ]
+    words = {path.rpartition("@")[2]: (x.quantities, x.word) for path, x in out.attributes.items()}
+    assert words == {"lower": (("j.lower",), ""), "upper": ((), UNKNOWN), "effort": ((), UNKNOWN),
+                     "velocity": (("j.velocity",), ""), "damping": (("j.viscous",), "")}  # fmt: skip
+    for reflected, word, quantities in ((True, UNKNOWN, ()), (False, "", ("j.gear_ratio",))):
+        out = SourcedText()
+        write_rotor(out, "/a", "j", Rotor(50.0, 1e-4, reflected))
+        ratio, inertia = out.attributes.values()
+        assert ((ratio.written, ratio.word, ratio.quantities), inertia.written) == (
+            ((50.0,), word, quantities),
+            (1e-4,),
+        )
+        assert [line.strip() for line in out.text] == [
+            '<drake:gear_ratio value="50.0"/>',
+            '<drake:rotor_inertia value="0.0001"/>',
+        ]

@@ -8,10 +8,11 @@ from hypothesis import given
 
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import studied, template
-from lwr_dyn.arms.urdf.geometry import COLOURS, floor_height, primitives
-from lwr_dyn.model.chain import joint_motion
-from lwr_dyn.model.file_layout import Drawing
-from lwr_dyn.model.spatial import Pose
+from lwr_dyn.arms.urdf.geometry import COLOURS, floor_height, link_radii, primitives, stand_foot
+from lwr_dyn.model.arm import Arm, JointLimits
+from lwr_dyn.model.chain import Chain, ChainLink, JointKind, Tool, joint_motion
+from lwr_dyn.model.file_layout import Drawing, DrawnCylinder
+from lwr_dyn.model.spatial import Pose, rot_x, rot_y
 from tests.random_arms import arms
 
 
@@ -122,3 +123,135 @@ def test_drawn_lengths_have_no_digits_of_rounding():
 def test_a_travel_without_end_is_not_drawn_to_its_end(own_arm):
     endless = replace(own_arm, limits=tuple(replace(x, lower=-1e6, upper=1e6) for x in own_arm.limits))
     assert max(shape.length for shape in primitives(endless)) < 10.0
+
+
+def made(*joints, drawing=None, mount=None, tool=None):
+    """An arm of (kind, where the joint is in the link before, limits), the last place that of the flange."""
+    links = []
+    for k, (kind, place, limits) in enumerate(joints[:-1], start=1):
+        links.append((ChainLink(f"j{k}", f"l{k}", kind, place, Pose.identity(), None), JointLimits(**limits)))
+    chain = Chain(tuple(link for link, _ in links), joints[-1][1], np.array([0.0, 0.0, -9.81]))
+    arm = Arm("own", "r", "t", chain, tuple(limits for _, limits in links), drawing=drawing or Drawing())
+    return (
+        arm.installed(mount, tool or Tool(Pose.identity(), 0.0, np.zeros(3), np.zeros((3, 3))))
+        if mount or tool
+        else arm
+    )
+
+
+def at(x, y, z, rotation=None):
+    return Pose(np.eye(3) if rotation is None else rotation, np.array([x, y, z]))
+
+
+def shown(arm, *links):
+    """Shapes of some links: link, colour, position, direction, radius and length."""
+    rows = ((s.link, s.colour, *s.pose.position, *s.pose.rotation[:, 2], s.radius, s.length) for s in primitives(arm))
+    return [
+        tuple(x if isinstance(x, str) else round(float(x), 6) + 0.0 for x in row) for row in rows if row[0] in links
+    ]
+
+
+TURNS, SLIDES = JointKind.REVOLUTE, JointKind.PRISMATIC
+R = 0.1
+"""[m] Radius of every link that the file gives."""
+ACROSS = rot_x(np.pi / 2)
+"""The axis of a joint lies along -y of the link before."""
+
+
+def test_an_elbow_has_housing_axle_and_limb_and_a_wrist_its_ring():
+    arm = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.4, ACROSS), {}), (TURNS, at(0, 0.6, 0, ACROSS.T), {}),
+               (None, at(0, 0, 0.8), {}), drawing=Drawing(radius=(R, R, R)))  # fmt: skip
+    assert shown(arm, "l1") == [("l1", "orange", 0, 0, 0.2, 0, 0, 1, 0.086, 0.4)]
+    assert shown(arm, "l2") == [
+        ("l2", "grey", 0, 0, 0, 0, 0, 1, 0.1, 0.22), ("l2", "dark", 0, 0, 0, 0, 0, 1, 0.066, 0.236),
+        ("l2", "orange", 0, 0.3, 0, 0, 1, 0, 0.086, 0.6),
+    ]  # fmt: skip
+    assert shown(arm, "l3") == [
+        ("l3", "dark", 0, 0, 0.13, 0, 0, 1, 0.093, 0.03), ("l3", "orange", 0, 0, 0.4, 0, 0, 1, 0.086, 0.8),
+    ]  # fmt: skip
+    assert shown(arm, "flange") == [("flange", "dark", 0, 0, -0.006, 0, 0, 1, 0.07, 0.012)]
+    assert shown(arm, "base") == [
+        ("base", "dark", 0, 0, 0.015, 0, 0, 1, 0.16, 0.03), ("base", "grey", 0, 0, 0.25, 0, 0, 1, 0.1, 0.5),
+    ]  # fmt: skip
+    assert floor_height(arm) == 0.0
+
+
+def test_a_short_limb_has_no_ring_and_a_bend_without_a_hinge_a_housing():
+    """The ring needs 1.6 radii; a limb across its own joint's limb before is closed at the corner."""
+    for length, rings in ((0.159, 0), (0.161, 1)):
+        arm = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.4), {}), (None, at(0, 0, length), {}),
+                   drawing=Drawing(radius=(R, R)))  # fmt: skip
+        assert [x[1] for x in shown(arm, "l2")] == ["dark"] * rings + ["orange"]
+    bent = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0.3, 0, 0, rot_y(0.1)), {}), (None, at(0, 0, 0.4), {}),
+                drawing=Drawing(radius=(R, R)))  # fmt: skip
+    assert shown(bent, "l2")[0] == ("l2", "grey", 0, 0, 0, 0, 0, 1, 0.1, 0.2)
+    assert [x[1] for x in shown(bent, "l2")] == ["grey", "dark", "orange"]
+    stub = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.4, ACROSS), {}), (TURNS, at(0, 0, 0), {}),
+                (None, at(0, 0, 0.01), {}), drawing=Drawing(radius=(R, R, R)))  # fmt: skip
+    assert [x[1] for x in shown(stub, "l2")] == ["grey", "dark"]  # across the limb before it, none of its own
+    assert shown(stub, "l3")[-1] == ("l3", "orange", 0, 0, 0.005, 0, 0, 1, 0.0258, 0.01)
+
+
+@pytest.mark.parametrize(("low", "up", "reach"), [(-0.1, 0.4, 0.25), (None, None, 0.2), (0.0, None, 0.2), (-9, 9, 4.0)])
+def test_a_slide_upward_runs_on_a_rail_and_another_in_a_guide(low, up, reach):
+    limits = {} if low is None else {"lower": low} if up is None else {"lower": low, "upper": up}
+    end = (None, at(0.2, 0, 0), {})
+    middle = {-0.1: 0.15, None: 0.2, 0.0: 0.2, -9: 0.0}[low]
+    rail = made((SLIDES, at(0, 0, 0.3), limits), end, drawing=Drawing(radius=(R,)))
+    long = round(2 * reach, 6)
+    assert ("base", "grey", 0, 0, round(0.3 + middle, 6), 0, 0, 1, 0.05, long) in shown(rail, "base")
+    assert shown(rail, "l1")[0] == ("l1", "dark", 0, 0, 0, 0, 0, 1, 0.1, 0.14)
+    guide = made((SLIDES, at(0, 0, 0.3, rot_x(np.pi)), limits), end, drawing=Drawing(radius=(R,)))
+    assert ("base", "dark", 0, 0, 0.3, 0, 0, -1, 0.1, 0.16) in shown(guide, "base")
+    assert shown(guide, "l1")[0] == ("l1", "grey", 0, 0, -middle + 0.0, 0, 0, 1, 0.05, long)
+    level = made((TURNS, at(0, 0, 0), {}), (SLIDES, at(0, 0, 0.3, ACROSS), limits), end, drawing=Drawing(radius=(R, R)))
+    assert shown(level, "l2")[0][1] == "grey"  # a direction that turns has no rail
+
+
+def test_radii_fall_along_the_arm_and_the_pedestal_is_as_high_as_given():
+    arm = made((TURNS, at(0, 0, 0.5), {}), (TURNS, at(0, 0, 0.3), {}), (None, at(0, 0, 0.2), {}))
+    np.testing.assert_allclose(link_radii(arm), [1.0 * 0.045 + 0.03 * 0.5, 0.045 + 0.03 * 0.2])
+    np.testing.assert_allclose(
+        link_radii(made((TURNS, at(0, 0, 0.02), {}), (None, at(0, 0, 0.01), {}))), [0.0045 + 0.0003]
+    )
+    high = replace(arm, drawing=Drawing(pedestal=0.5, radius=(R, R)))
+    assert shown(high, "base")[:2] == [
+        ("base", "dark", 0, 0, -0.47, 0, 0, 1, 0.16, 0.06), ("base", "grey", 0, 0, -0.22, 0, 0, 1, 0.105, 0.44),
+    ]  # fmt: skip
+    assert floor_height(high) == pytest.approx(-0.5)
+
+
+def test_the_column_clears_what_turns_about_the_origin_of_the_base():
+    """A hinge there reaches its radius down: 1.15 of that, and two thicknesses of the plate at least."""
+    arm = made((TURNS, at(0, 0, 0), {}), (TURNS, at(0, 0, 0.1, ACROSS), {}), (None, at(0.5, 0, 0), {}),
+               drawing=Drawing(radius=(R, 1.5 * R)))  # fmt: skip
+    assert shown(arm, "base")[:2] == [
+        ("base", "dark", 0, 0, -0.045, 0, 0, 1, 0.16, 0.03), ("base", "grey", 0, 0, -0.015, 0, 0, 1, 0.105, 0.03),
+    ]  # fmt: skip
+    low = replace(arm, drawing=Drawing(radius=(R, 3.0 * R)))
+    assert floor_height(low) == pytest.approx(-1.15 * 0.2)
+    apart = made((TURNS, at(0, 0, 0), {}), (TURNS, at(0, 0.21, 0, ACROSS), {}), (None, at(0.5, 0, 0), {}),
+                 drawing=Drawing(radius=(R, 3.0 * R)))  # fmt: skip
+    assert floor_height(apart) == pytest.approx(-1.15 * 0.086)  # the limb of link 1 alone is near enough
+
+
+def test_floor_and_foot_of_a_mounted_arm():
+    joints = ((TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.8), {}))
+    pedestal = Drawing(pedestal=0.4, radius=(R,))
+    up = made(*joints, drawing=pedestal, mount=at(1.0, 2.0, 0.7))
+    assert floor_height(up) == pytest.approx(0.3)
+    np.testing.assert_allclose(stand_foot(up), [1.0, 2.0, 0.3])
+    side = made(*joints, drawing=pedestal, mount=at(0, 0, 2.0, rot_y(np.pi / 2)))
+    assert floor_height(side) == 0.0
+    np.testing.assert_allclose(stand_foot(side), [-0.4, 0.0, 2.0], atol=1e-12)
+    assert floor_height(made(*joints, mount=at(0, 0, 0.0, rot_x(np.pi)))) == pytest.approx(-0.8)
+    tilted = made(*joints, drawing=pedestal, mount=at(0, 0, 2.0, rot_y(0.4)))  # within 26 deg of upright
+    assert floor_height(tilted) == pytest.approx(2.0 - 0.4 * np.cos(0.4) - 0.16 * np.sin(0.4))
+    tool = made(*joints, drawing=pedestal, tool=Tool(at(0, 0.3, 0.4), 0.0, np.zeros(3), np.zeros((3, 3))))
+    assert shown(tool, "flange")[-1] == ("flange", "dark", 0, 0.15, 0.2, 0, 0.6, 0.8, 0.03, 0.5)
+
+
+def test_cylinders_of_the_file_are_drawn_from_end_to_end():
+    drawn = DrawnCylinder("l1", (0.0, 0.0, 0.1), (0.3, 0.0, 0.5), 0.02, "grey")
+    arm = made((TURNS, at(0, 0, 0.5), {}), (None, at(0, 0, 0.8), {}), drawing=Drawing(cylinders=(drawn,)))
+    assert shown(arm, "l1", "base", "flange") == [("l1", "grey", 0.15, 0, 0.3, 0.6, 0, 0.8, 0.02, 0.5)]

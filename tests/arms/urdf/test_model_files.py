@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import lwr_dyn
@@ -14,7 +15,11 @@ from lwr_dyn.arms.urdf.model_files import (
     sidecar_blocks,
     sidecar_quantities,
 )
+from lwr_dyn.model.arm import Source
+from lwr_dyn.model.spatial import Pose, rot_x
 from tests.random_arms import random_arm
+
+SPLIT = ("dh.alpha", "dh.d", "dh.theta_offset")
 
 
 @pytest.mark.parametrize("robot", studied())
@@ -45,6 +50,16 @@ def test_a_standard_dh_row_is_all_after_the_motion():
     assert all(source.cell.startswith("dh.sign") for source in quantity_sources(arm, "joint_2.before"))
     assert {source.cell.split(".")[1] for source in quantity_sources(arm, "joint_2.after")} >= {"alpha", "a", "d"}
     assert quantity_sources(arm, "joint_2.colour") == ()
+    alone = random_arm(3, "R")  # with its row alone, what stands before the joint says which it is
+    for before, rows in (
+        (Pose.identity(), ("dh.alpha", "dh.d", "dh.theta_offset")),
+        (Pose(rot_x(0.3), np.zeros(3)), ("dh.d", "dh.theta_offset")),
+    ):
+        link = replace(alone.chain.links[0], before=before)
+        cells = {f"{link.joint}.dh": tuple(Source(name, "p", "printed", 1, "m", "") for name in ("base.xyz", *SPLIT))}
+        one = replace(alone, chain=replace(alone.chain, links=(link,)), sources=cells)
+        assert tuple(source.cell for source in quantity_sources(one, f"{link.joint}.after")) == rows
+        assert quantity_sources(one, f"{link.joint}.before")[0].cell == "base.xyz"
 
 
 def test_blocks_have_only_what_the_arm_has():

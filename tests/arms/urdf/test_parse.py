@@ -40,6 +40,13 @@ def test_links_joints_and_digest_of_a_foreign_file(tmp_path):
 def test_a_missing_inertia_of_a_rotor_is_zero_as_in_drake(tmp_path):
     rotor = parsed(tmp_path, ONE.replace("</robot>", DRAKE)).rotors["j"]
     assert (rotor.gear_ratio, rotor.inertia, rotor.reflected) == (50.0, 0.0, False)
+    backwards, massless = DRAKE.replace("50", "-50"), ONE.replace('"2"', '"0"').replace('i="1"', 'i="0"')
+    assert parsed(tmp_path, massless.replace("</robot>", backwards)).rotors["j"].gear_ratio == -50.0
+    inertia = DRAKE.replace("gear_ratio", "rotor_inertia").replace('"50"', '"0"')
+    rotor = parsed(tmp_path, ONE.replace("</robot>", inertia)).rotors["j"]
+    assert (rotor.gear_ratio, rotor.inertia, rotor.reflected) == (1.0, 0.0, False)
+    for lost in ('<joint name="j"/>', '<drake:gear_ratio xmlns:drake="https://drake.mit.edu/" value="50"/>'):
+        assert parsed(tmp_path, ONE.replace("</robot>", DRAKE.replace(lost, ""))).rotors == {}
 
 
 def test_gravity_and_unknown_limits_are_read_from_our_own_header_only(tmp_path):
@@ -65,6 +72,24 @@ def test_gravity_and_unknown_limits_are_read_from_our_own_header_only(tmp_path):
         ('lower="-1"', 'lower="x"', "joint 'j' <limit> lower: 'x'; allowed: a finite number"),
         ('lower="-1"', 'lower="nan"', "joint 'j' <limit> lower: 'nan'; allowed: a finite number"),
         ('child link="b"', 'child link="z"', "joint 'j' <child>: 'z'; allowed: the name of a link of the file"),
+        ('<robot name="r">', "<robot>", "robot: no name; allowed: a name"),
+        ('name="r"', 'name="r&#9;s"', r"robot: the name 'r\ts'"),
+        ('joint name="j"', 'joint name="j&#9;"', r"joint 1: the name 'j\t'"),
+        ('link name="b"', 'link name="a"', "link a: used twice; allowed: a name of its own"),
+        ('link name="b"', "link", "link 2: no name; allowed: a name of its own"),
+        (' type="revolute"', "", "joint 'j': no type; allowed: revolute, continuous, prismatic, fixed"),
+        ('<parent link="a"/>', "", "joint 'j' <parent>: 'nothing'; allowed: the name of a link of the file"),
+        (' izz="1"', "", "link 'b' <inertia> izz: missing; allowed: a number"),
+        ('<mass value="2"/>', "", "link 'b' <mass> value: missing; allowed: a number"),
+        ('<mass value="2"/>', '<mass value="-0.1"/>', "link 'b' <mass> value: '-0.1'; allowed: a mass of at least 0"),
+        ('<mass value="2"/>', '<mass value="1 2"/>', "link 'b' <mass> value: '1 2'; allowed: a finite number"),
+        ('ixy="0"', 'ixy="inf"', "link 'b' <inertia> ixy: 'inf'; allowed: a finite number"),
+        ('<parent link="a"/>', '<parent link="a"/><axis xyz="0 1"/>',
+         "joint 'j' <axis> xyz: '0 1'; allowed: 3 finite numbers, separated by spaces"),
+        ('<parent link="a"/>', '<parent link="a"/><origin rpy="${pi} 0 0"/>',
+         "joint 'j' <origin> rpy: '${pi} 0 0'; allowed: 3 finite numbers, separated by spaces; expand its"),
+        ("</robot>", DRAKE.replace("gear_ratio", "rotor_inertia").replace("50", "inf"),
+         "transmission of 'j' <drake:rotor_inertia> value: 'inf'; allowed: a finite number of at least 0"),
         ("</robot>", DRAKE.replace("50", "inf"), "<drake:gear_ratio> value: 'inf'; allowed: a finite number"),
         (
             "</robot>",
@@ -72,7 +97,7 @@ def test_gravity_and_unknown_limits_are_read_from_our_own_header_only(tmp_path):
             "<drake:rotor_inertia> value: '-1'; allowed: a finite number of at least 0",
         ),
     ],
-)
+)  # fmt: skip
 def test_a_fault_names_its_element(tmp_path, old, new, message):
     with pytest.raises(UrdfError) as fault:
         parsed(tmp_path, ONE.replace(old, new))

@@ -6,7 +6,7 @@ import pytest
 from lwr_dyn.arms.urdf.parse import parse_urdf
 from lwr_dyn.arms.urdf.tree import build_tree, origin_pose, position_limits
 from lwr_dyn.foundation.errors import UnknownNameError, UrdfError
-from lwr_dyn.model.spatial import rot_z
+from lwr_dyn.model.spatial import rot_y, rot_z
 
 
 def joint(name, parent, child, kind="revolute", more=""):
@@ -70,3 +70,24 @@ def test_limits_that_are_missing_or_infinite_are_unknown_and_right_angles_are_ex
     turned[:3, :3] = rot_z(np.pi / 2)
     assert set(origin_pose(turned).rotation.ravel().tolist()) == {0.0, 1.0, -1.0}
     assert origin_pose(None).is_identity()
+
+
+def test_mimics_follow_through_each_other_and_a_lock_turns_about_its_own_axis(tree):
+    chained = (*HAND, joint("third", "arm", "nail", more='<mimic joint="right" multiplier="3" offset="0.1"/>'))
+    hand = tree(chained, "base arm thumb finger tool nail", left=0.5)
+    assert hand.locked == {"left": 0.5, "right": -0.75, "third": pytest.approx(-2.15)}
+    tilted = joint("left", "arm", "thumb").replace('xyz="0 0 1"', 'xyz="0 1 0"')
+    pose = tree((HAND[0], tilted, *HAND[2:]), left=0.4).fixed_pose(parse_joint(tree, tilted))
+    np.testing.assert_allclose(pose.rotation, rot_y(0.4), atol=1e-15)
+    slide = joint("left", "arm", "thumb", "prismatic").replace('xyz="0 0 1"', 'xyz="1 0 0"')
+    moved = tree((HAND[0], slide, *HAND[2:]), left=-2.0)
+    np.testing.assert_allclose(moved.fixed_pose(moved.urdf.joints["left"]).position, [-2.0, 0.0, 0.5], atol=1e-15)
+    assert tree(left=2.0).locked["left"] == 2.0
+    assert tree(left=0.0).fixed_pose(tree().urdf.joints["left"]).position.tolist() == [0.0, 0.0, 0.5]
+    poses = dict(hand.fixed_to("arm"))
+    np.testing.assert_allclose(poses["finger"].rotation, rot_z(-0.75), atol=1e-15)
+
+
+def parse_joint(tree, text):
+    """The joint `left` of a hand with it."""
+    return tree((HAND[0], text, *HAND[2:])).urdf.joints["left"]

@@ -109,3 +109,66 @@ def test_only_the_head_of_a_mounted_arm_speaks_of_its_mount():
     mounted = lwr_dyn.load("lwr4plus", mount={"on": "ceiling"})
     for arm, is_mounted in ((lwr_dyn.load("lwr4plus"), False), (mounted, True)):
         assert any("the base is mounted" in line for line in header(arm)) == is_mounted
+
+
+def test_a_mount_and_a_tool_are_links_of_names_that_are_free():
+    tool = {"xyz": [0.0, 0.0, 0.2], "rpy": [0.0, 0.3, 0.0], "mass": 1.0, "inertia": [1e-3] * 3}
+    arm = lwr_dyn.load("lwr4plus", mount={"on": "ceiling", "xyz": [0, 0, 2]}, tool=tool)
+    joint = replace(arm.chain.links[0], joint="mount", link="world")
+    named = replace(arm, chain=replace(arm.chain, links=(joint, *arm.chain.links[1:])))
+    for one, world, mount in ((arm, "world", "mount"), (named, "world_", "mount_")):
+        root = ElementTree.fromstring(urdf_text(one))
+        links = [x.get("name") for x in root.findall("link")]
+        assert (links[-2:], len(links)) == ([world, "tool"], one.n + 4)
+        first, last = root.findall("joint")[-2:]
+        ends = [(x.find("parent").get("link"), x.find("child").get("link")) for x in (first, last)]
+        assert ends == [(world, "base"), ("flange", "tool")]
+        assert (first.get("name"), last.get("name"), first.get("type")) == (mount, "tool_joint", "fixed")
+        assert [float(x) for x in first.find("origin").get("xyz").split()] == [0.0, 0.0, 2.0]
+        assert [float(x) for x in last.find("origin").get("xyz").split()] == [0.0, 0.0, 0.2]
+        assert root.find("link[@name='tool']/inertial/mass").get("value") == "0.0"
+    weighing = lwr_dyn.load("lwr4plus", tool={"mass": 1.0, "inertia": [1e-3] * 3})
+    assert "tool" not in [x.get("name") for x in ElementTree.fromstring(urdf_text(weighing)).findall("link")]
+
+
+def test_links_without_a_mass_of_the_file_are_weightless_where_they_are_drawn(tmp_path):
+    """A bare frame of a file stays bare; a drawn link that rests is weightless; a mass of the file is kept."""
+    shape = "<visual><geometry><sphere radius='0.1'/></geometry></visual>"
+    mass = '<inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    fixed = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'
+    text = (
+        f'<robot name="r"><link name="ground"/><link name="drawn">{shape}</link><link name="heavy">{mass}</link>'
+        f'<link name="arm">{mass}</link>{fixed.format("f1", "ground", "drawn")}{fixed.format("f2", "drawn", "heavy")}'
+        '<joint name="j" type="revolute"><parent link="heavy"/><child link="arm"/>'
+        '<limit lower="-1" upper="1" effort="9" velocity="1"/></joint></robot>'
+    )
+    path = tmp_path / "r.urdf"
+    path.write_text(text, encoding="utf-8")
+    root = ElementTree.fromstring(urdf_text(lwr_dyn.load(path)))
+    weights = {x.get("name"): x.find("inertial/mass") for x in root.findall("link")}
+    assert weights["ground"] is None
+    assert [float(weights[name].get("value")) for name in ("drawn", "heavy", "arm")] == [0.0, 3.0, 3.0]
+    assert root.find("link[@name='drawn']/visual/geometry/sphere").get("radius") == "0.1"
+
+
+def test_joints_and_motors_are_written_with_their_axes_and_names():
+    arm = lwr_dyn.load("lwr4plus")
+    root = ElementTree.fromstring(urdf_text(arm))
+    parents = ["base", *(link.link for link in arm.chain.links)]
+    for link, parent, joint in zip(arm.chain.links, parents, root.findall("joint"), strict=False):
+        assert (joint.get("name"), joint.get("type")) == (link.joint, "revolute")
+        assert (joint.find("parent").get("link"), joint.find("child").get("link")) == (parent, link.link)
+        assert joint.find("axis").get("xyz") == "0.0 0.0 1.0"
+        drive = root.find(f"transmission[@name='{link.joint}_transmission']")
+        assert drive.find("type").text == "transmission_interface/SimpleTransmission"
+        assert (drive.find("joint").get("name"), drive.find("actuator").get("name")) == (
+            link.joint,
+            f"{link.joint}_motor",
+        )
+    assert [x.get("name") for x in root.findall("material")] == ["orange", "grey", "dark"]
+    unwritten = lwr_dyn.load("lwr4")
+    assert {len(x.find("actuator")) for x in ElementTree.fromstring(urdf_text(unwritten)).findall("transmission")} == {
+        0
+    }
+    assert "<!--" in urdf_text(arm)[:80]
+    assert urdf_text(arm).endswith("</robot>\n")

@@ -1,5 +1,7 @@
 """Expressions of xacro files: the benign ones as xacro reads them, and no code of the file runs."""
 
+import re
+
 import pytest
 import xacro
 
@@ -30,6 +32,20 @@ list(python.enumerate([1, 2]))
 {'a': 1}['a']
 python.sum([1, 2]) + python.sorted([3, 1])[0] + list(python.range(4))[-1]
 xacro.tokenize('1 2,3')
+xacro.tokenize('a,;b c', ',;', False)
+xacro.tokenize('a,;b c')
+python.dict([(1, 2)], a=3)
+python.dict({'b': 1}) == {'b': 1}
+python.sorted(python.set([3, 1, 3])) + python.list(python.set())
+python.list(python.zip('ab', [1, 2])) + python.list(python.reversed([1, 2]))
+round(2.5) + round(1234.5, -2) + python.divmod(7, 2)[1]
+python.range(9)[2:8:3] == python.range(2, 8, 3)
+3 * [1, 2] + [0] * 2
+0 or [] or 'last'
+1 and 0 and 2
+1 < 2 > 3
+not a is None
+'%s and %05.1f' % ('a', 2)
 xacro.dotify({'a': {'b': 2}}).a.b
 atan2(1, 1) * hypot(3, 4)
 None is None
@@ -159,6 +175,42 @@ def test_a_missing_name_and_a_name_that_is_no_function_are_said(names):
         Expressions()("prefix(1)", names)
     with pytest.raises(ExpressionError, match="a call of factorial"):
         Expressions()("factorial(3)", names)
+
+
+BOUNDS = (  # what is just allowed, one more, and the words of its refusal
+    (f"len('a' * {LONGEST - 1})", f"len('a' * {LONGEST + 1})", f"a value longer than {LONGEST} characters"),
+    (
+        "len(python.range(0, 300000, 3))",
+        "len(python.range(0, 3000003, 3))",
+        f"a range longer than {LONGEST} characters",
+    ),
+    ("round(1.25, 400)", "round(1.25, -401)", "round to -401 digits"),
+    ("most", "one_more", "a number of more than 10000 bits"),
+    ("-most", "least", "a number of more than 10000 bits"),
+    ("2**5000", "2**5001", "a power of more than 10000 bits"),
+    ("half * half", "half * (half + half)", "a product of more than 10000 bits"),
+    ("python.set(keys)", "python.set(keys + [300])", "a set or dictionary of more than 300 numbers"),
+    ("python.dict(python.enumerate(keys))", "python.dict(python.enumerate(keys + [0]))", "of more than 300 numbers"),
+    ("'%999d' % 1", "'%1000d' % 1", "a width of more than three digits in a format"),
+    ("text.replace('a', 'bcd')", "text.replace('a', 'bcdef')", f"a value longer than {LONGEST} characters"),
+    ("text.join(['', '', ''])", "text.join(['', '', '', '', '', ''])", f"a value longer than {LONGEST} characters"),
+)
+
+
+@pytest.mark.parametrize(("good", "bad", "words"), BOUNDS)
+def test_bounds_are_where_they_are_said_to_be(names, good, bad, words):
+    numbers = {
+        "most": 2**20_000 - 1,
+        "one_more": 2**20_000,
+        "least": -(2**20_000),
+        "half": 2**4999,
+        "text": "a" * 200_000,
+    }
+    for name, value in {**numbers, "keys": list(range(300))}.items():
+        names._setitem(name, value, unevaluated=False)
+    assert Expressions()(good, names) == xacro.safe_eval(good, names)
+    with pytest.raises(ExpressionError, match=re.escape(words)):
+        Expressions()(bad, names)
 
 
 def test_values_of_many_levels_are_refused(names):

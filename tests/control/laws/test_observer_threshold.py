@@ -1,9 +1,11 @@
 """Levels of a momentum observer: what an unknown load, friction and noise leave in its estimate, and nothing above."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import lwr_dyn
 from lwr_dyn.control.laws.observer import (
@@ -13,14 +15,17 @@ from lwr_dyn.control.laws.observer import (
     box_threshold,
     friction_level,
     motion_threshold,
+    noise_gain,
     observed,
 )
 from lwr_dyn.control.paper_laws import InverseDynamics
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.model.arm import arm_with_payload
+from lwr_dyn.model.arm import JointLimits, arm_with_payload
+from lwr_dyn.model.friction import Direction, JointFriction, Sigmoid
 from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.simulate import simulate
 from tests.control.laws.collisions import PLACES, pushes, table
+from tests.random_arms import random_arm
 from tests.simulation.sample_runs import Still, joint_waves, lwr, lwr_dynamics
 from tests.slips import uncaught
 
@@ -91,6 +96,50 @@ def test_friction_is_in_the_level_where_it_is_known():
     assert (friction_level(lwr()) == 0.0).all()
     assert (box_threshold(wam, dynamics, 0.0).bias >= friction_level(wam)).all()
     assert (without.bias > 0.0).all()
+
+
+@pytest.mark.parametrize(("gain", "cutoff"), [(50.0, 30.0), (20.0, 100.0), (2 * np.pi * 30.0, 30.0)])
+def test_the_gain_of_noise_is_that_of_the_two_filters_and_differences(gain, cutoff):
+    """By SciPy's filter, over white noise as its impulse response; equal poles too."""
+    a, c = np.exp(-gain * T), np.exp(-2 * np.pi * cutoff * T)
+    numerator = (1 - a) * (1 - c) / T**2 * np.array([1.0, -2.0, 1.0])
+    response = lfilter(numerator, np.convolve([1.0, -a], [1.0, -c]), np.eye(1, 20_000)[0])
+    assert noise_gain(gain, cutoff, T) == pytest.approx(np.linalg.norm(response), rel=1e-9)
+
+
+def test_the_most_that_friction_takes_is_at_rest_or_at_the_largest_speed():
+    directions = Direction(2.0, 0.5, 3.0, 0.1), Direction(2.5, -1.0)
+    models = (JointFriction(*directions, offset=-0.3), JointFriction(*directions[::-1], sigmoid=Sigmoid(0.8, 2.0, 0.3)))
+    speeds = (4.0, 4.0, None)
+    limits = tuple(JointLimits(velocity=x, viscous=0.2 if x is None else None) for x in speeds)
+    one = random_arm(2, "RRR")
+    arm = replace(one, limits=limits, friction=(*models, None))
+    most = 0.8 / (1.0 + np.exp(-0.6))
+    np.testing.assert_allclose(friction_level(arm), [0.3 + 3.0 + 2.0, 3.0 + 2.0 + most, 0.0])
+
+
+def test_the_levels_of_a_box_are_the_largest_of_its_poses():
+    """2 000 poses drawn, a joint without limits over a turn; the torque of 0.3 kg within 5 cm of the flange."""
+    arm = lwr()
+    free = replace(arm, limits=(replace(arm.limits[0], lower=None, upper=None), *arm.limits[1:]))
+    found, dynamics = box_threshold(free, lwr_dynamics()), lwr_dynamics()
+    low, up = np.r_[-np.pi, arm.lower[1:]], np.r_[np.pi, arm.upper[1:]]
+    q = np.random.default_rng(26).uniform(low, up, (2000, 7))
+    loads = [lwr_dyn.dynamics_of(arm_with_payload(arm, 0.3, com)).gravity_vector(q) - dynamics.gravity_vector(q)
+             for com in (np.zeros(3), *(0.05 * np.eye(3)))]  # fmt: skip
+    aside = np.linalg.norm([load - loads[0] for load in loads[1:]], axis=0)
+    np.testing.assert_allclose(found.bias, (np.abs(loads[0]) + aside).max(axis=0), atol=1e-12)
+    np.testing.assert_allclose(
+        found.inertia, np.sqrt((dynamics.mass_matrix(q) ** 2).sum(axis=2)).max(axis=0), rtol=1e-12
+    )
+    record = {"noise": 1e-5, "cutoff_hz": 100.0, "sigmas": 7.0}
+    assert found.record() == {"bias": found.bias.tolist(), "inertia": found.inertia.tolist(), **record}
+    parameters = lwr_dyn.controller("pid+observer", arm).parameters["observer"]
+    assert (parameters["gain"], parameters["sigmas"]) == ([50.0] * 7, 7.0)
+    assert not CollisionThreshold(np.ones(7), None, 1e-5).sigma(GAINS, T).any()
+    assert not CollisionThreshold(np.ones(7), np.ones(7), 0.0).sigma(GAINS, T).any()
+    with pytest.raises(OptionError, match="observer noise: inf; allowed: a number >= 0, in rad or m"):
+        CollisionThreshold(np.ones(7), None, np.inf)
 
 
 def test_levels_of_ones_own_have_no_noise():

@@ -1,20 +1,33 @@
 """One entry of B, C or g in letters, against the engine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.dynamics.symbolic.equation_forms import entry_text, named_entries, symbolic_entries
+from lwr_dyn.dynamics.symbolic.arm_equations import equations_of_motion
+from lwr_dyn.dynamics.symbolic.equation_forms import (
+    compile_equations,
+    entry_text,
+    equations_latex,
+    equations_text,
+    named_entries,
+    symbolic_entries,
+)
 from lwr_dyn.foundation.errors import MissingDataError, OptionError
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.spatial import Pose
 from tests.dynamics.symbolic.evaluated import evaluated, state_letters
 from tests.random_arms import random_arm
+from tests.simulation.sample_runs import one_joint
 
 AGREES = 1e-11
 
 
-@pytest.mark.slow
-def test_every_entry_is_the_engines():
-    arm = random_arm(2, "PR")
+@pytest.mark.parametrize("joints", ["PR", pytest.param("RR", marks=pytest.mark.slow)])
+def test_every_entry_is_the_engines(joints):
+    arm = random_arm(2, joints)
     entries, dynamics = symbolic_entries(arm.chain), lwr_dyn.dynamics_of(arm)
     q, dq = np.random.default_rng(5).uniform(-1, 1, (2, arm.n))
     known = {"B": dynamics.mass_matrix(q), "C": dynamics.coriolis_matrix(q, dq), "g": dynamics.gravity_vector(q)}
@@ -35,6 +48,82 @@ def test_an_entry_that_does_not_exist_and_an_arm_without_masses():
             entry_text("lwr4plus", entry)
     with pytest.raises(MissingDataError):
         entry_text("lwr4", "B_11")
+
+
+@pytest.fixture(scope="module")
+def slider():
+    """A mass on a slide that a hinge turns: its equations are those of a page."""
+    hinge, slide = one_joint(JointKind.REVOLUTE, mass=2.0), one_joint(mass=3.0)
+    links = (
+        replace(hinge.chain.links[0], before=Pose.identity()),
+        replace(slide.chain.links[0], joint="joint_2", link="link_2"),
+    )
+    chain = replace(hinge.chain, links=links, gravity=np.array([0.0, 0.0, -9.81]))
+    arm = replace(hinge, chain=chain, limits=hinge.limits * 2)
+    return equations_of_motion(arm, ("joint_1", "joint_2"))
+
+
+WRITTEN = """\
+v_C2.x = dq1*(-c2x*sin(q1) - c2y*cos(q1))
+v_C2.y = dq1*(c2x*cos(q1) - c2y*sin(q1))
+v_C2.z = dq2
+omega_2.z = dq1
+a_C2.x = ddq1*(-c2x*sin(q1) - c2y*cos(q1)) + dq1^2*(-c2x*cos(q1) + c2y*sin(q1))
+a_C2.y = ddq1*(c2x*cos(q1) - c2y*sin(q1)) + dq1^2*(-c2x*sin(q1) - c2y*cos(q1))
+a_C2.z = ddq2
+domega_2.z = ddq1
+K_1 = dq1^2*(I1zz/2 + m1*(c1x^2 + c1y^2)/2)
+K_2 = dq1^2*(I2zz/2 + m2*(c2x^2 + c2y^2)/2) + dq2^2*m2/2
+U_1 = c1z*g0*m1
+U_2 = g0*m2*(c2z + q2)
+B_11 = I1zz + I2zz + m1*(c1x^2 + c1y^2) + m2*(c2x^2 + c2y^2)
+B_22 = m2
+g_2 = g0*m2
+tau_1 = ddq1*(I1zz + I2zz + m1*(c1x^2 + c1y^2) + m2*(c2x^2 + c2y^2))
+tau_2 = ddq2*m2 + g0*m2""".splitlines()
+"""By hand: a cylinder coordinate; what is not listed of link 2, B, C and g is 0."""
+
+
+def test_equations_are_written_as_by_hand(slider):
+    lines = equations_text(slider.equations).splitlines()
+    nothing = [line for line in lines if line.endswith("= 0")]
+    assert [line for line in lines if line not in nothing and "C1" not in line and "_1.z" not in line] == WRITTEN
+    assert "v_C1.x = dq1*(-c1x*sin(q1) - c1y*cos(q1))" in lines
+    assert {"B_12 = 0", "B_21 = 0", "g_1 = 0", "C_12 = 0", "v_C1.z = 0", "omega_1.y = 0"} <= set(nothing)
+    assert len(lines) == 2 * 12 + 4 + 4 + 4 + 2 + 2
+    assert equations_text(slider.equations, motions=False).splitlines() == lines[24:]
+    latex = equations_latex(slider.equations, motions=False)
+    assert latex.startswith("\\documentclass{article}")
+    assert latex.count("align*") == 2 * 16
+    assert (
+        "K_{2} &= \\dot{q}_{1}^{2} "
+        "\\left(\\frac{I_{2,zz}}{2} + \\frac{m_{2} \\left(c_{2,x}^{2} + c_{2,y}^{2}\\right)}{2}"
+        "\\right) \\\\\n&\\quad + \\frac{\\dot{q}_{2}^{2} m_{2}}{2}\n"
+    ) in latex
+    assert "\\tau_{2} &= \\ddot{q}_{2} m_{2} \\\\\n&\\quad + g_{0} m_{2}\n" in latex
+    assert r"\dot{\omega}_{2,z} &= \ddot{q}_{1}" in equations_latex(slider.equations)
+    assert r"v_{C2,z} &= \dot{q}_{2}" in equations_latex(slider.equations)
+
+
+def test_compiled_equations_are_the_engine_of_their_arm(slider):
+    made = compile_equations(slider.equations)
+    ours, other = made.at({**slider.values, "unknown": 1.0}), lwr_dyn.dynamics_of(slider.arm, "newton-euler")
+    q, dq, ddq = np.random.default_rng(3).uniform(-1.0, 1.0, (3, 5, 2))
+    for name, state in (
+        ("mass_matrix", (q,)), ("coriolis_matrix", (q, dq)), ("gravity_vector", (q,)), ("bias_torque", (q, dq)),
+        ("inverse_dynamics", (q, dq, ddq)), ("forward_dynamics", (q, dq, ddq)),
+    ):  # fmt: skip
+        np.testing.assert_allclose(getattr(ours, name)(*state), getattr(other, name)(*state), atol=AGREES, err_msg=name)
+    one = ours.mass_matrix(q[0])
+    assert one.shape == (2, 2)
+    h = 1e-6
+    slopes = [(ours.potential_energy(q[0] + d) - ours.potential_energy(q[0] - d)) / (2 * h) for d in h * np.eye(2)]
+    np.testing.assert_allclose(slopes, ours.gravity_vector(q[0]), atol=1e-7)
+    lost = dict(slider.values)
+    name = slider.equations.parameters[0].name
+    del lost[name]
+    with pytest.raises(OptionError, match=f"values: none for {name}; allowed: a number for each of {name}"):
+        made.at(lost)
 
 
 def test_names_beyond_nine_joints_stay_apart():

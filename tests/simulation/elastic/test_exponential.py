@@ -33,6 +33,7 @@ def exact(model, state, tau, h, friction=lambda dx: 0.0, external=lambda t, x, d
 
 def stepped(model, state, h, mode=FREE, **options):
     held, after = HeldExponential(model, mode, h, **options), np.zeros((2, 14))
+    assert held.damped == 0.0
     return held, after, held.step(0.0, state, TAU, after)
 
 

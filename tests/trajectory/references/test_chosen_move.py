@@ -8,7 +8,10 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.model.arm import JointLimits
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.model.friction import symmetric
 from lwr_dyn.trajectory.references.chosen_move import MOST_WEIGHT, SPEED, TORQUE, chosen_move, limit_use, ranges
+from tests.simulation.sample_runs import one_joint
 
 PAPERS = ("lwr4plus", "wam7", "kr30ha")
 
@@ -89,6 +92,64 @@ def test_unknown_limits_are_a_turn_about_zero_and_a_wide_range_is_cut_to_one():
     np.testing.assert_allclose([low, up], [np.full(7, 1.0), np.full(7, 1 + 2 * np.pi)])
     low, up = ranges(with_limits(arm, lower=None, upper=1.0))
     np.testing.assert_allclose([low, up], [np.full(7, 1 - 2 * np.pi), np.full(7, 1.0)])
+
+
+PEAK, TURN_OF_TORQUE = 15 / 8, 10 / 3**0.5
+"""Largest speed and acceleration of a quintic over way 1 in time 1."""
+SLIDE, TURNS = JointKind.PRISMATIC, JointKind.REVOLUTE
+NUMBERS = [  # kind, limits, waypoints, duration to 0.1 s, largest share of the speed
+    (SLIDE, {}, [-0.075, 0.075], 2.0, None),  # 15 % of half a metre
+    (SLIDE, {"lower": 1.0, "upper": 3.0}, [1.9, 2.1], 2.0, None),  # at most 0.1 m to each side
+    (SLIDE, {"upper": 1.0}, [0.675, 0.825], 2.0, None),
+    (SLIDE, {"lower": 0.0, "upper": 0.2, "velocity": 0.04}, [0.1 - 0.0256, 0.1 + 0.0256], 8.0, 0.3),
+    (TURNS, {}, [-0.35, 0.35], 2.0, None),
+    (TURNS, {"lower": 0.0, "upper": 2e-6}, [0.7e-6, 1.3e-6], 2.0, None),
+    (TURNS, {"velocity": 1.0}, [-0.35, 0.35], 4.4, 0.7 * PEAK / 4.4),
+    (TURNS, {"velocity": 0.1}, [-0.064, 0.064], 8.0, 0.3),
+    (TURNS, {"velocity": 40.0}, [-0.35, 0.35], 2.0, 0.7 * PEAK / 80.0),
+]
+
+
+@pytest.mark.parametrize(("kind", "limits", "ends", "duration", "speed"), NUMBERS)
+def test_ends_and_duration_follow_from_the_limits(kind, limits, ends, duration, speed):
+    arm = one_joint(kind, **limits)
+    move = chosen_move(replace(arm, chain=replace(arm.chain, links=(replace(arm.chain.links[0], body=None),))))
+    np.testing.assert_allclose(move.waypoints[:, 0], ends, atol=1e-12)
+    assert move.duration == pytest.approx(duration, abs=1e-12)
+    about = {"value": move.duration, "kind": "chosen"}
+    assert move.about == {
+        "task": "move", "duration": about, "start": [move.waypoints[0, 0]], "end": [move.waypoints[1, 0]],
+        "use": {"speed": None if speed is None else pytest.approx(speed, rel=1e-6), "torque": None},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "duration"), [(0.598, 2.0), (0.602, 2.9), (1.198, 2.9), (1.202, 4.0)])
+def test_torque_makes_it_longer_by_the_root_of_two_until_six_tenths_are_enough(share, duration):
+    inertia = 2.0 * (0.5**2 + 0.01)
+    effort = inertia * 0.7 * TURN_OF_TORQUE / 2.0**2 / share
+    move = chosen_move(one_joint(TURNS, lever=0.5, effort=effort))
+    assert move.duration == pytest.approx(duration)
+    assert move.about["use"]["torque"] == pytest.approx(share * (2.0 / duration) ** 2, rel=2e-3)
+
+
+def test_the_first_pose_whose_weight_takes_half_of_the_torque_is_taken_and_the_best_of_heavier_ones():
+    """A pendulum that hangs at q = 0: its weight takes m g l |sin q|, and friction a little; 85 % are refused."""
+    hanging = one_joint(TURNS, lever=0.5, gravity=(9.81, 0.0, 0.0), lower=0.0, upper=1.0, effort=1.0)
+    weight = 9.81 * np.sin(0.5 + 0.15)  # at the middle and 15 % of the range beyond
+    drawn = np.random.default_rng(0).uniform(0.3, 0.7, 200)
+    for effort, middle in (
+        (weight / 0.499, 0.5), (weight / 0.501, drawn[np.sin(drawn + 0.15) * 0.501 / np.sin(0.65) <= 0.5][0]),
+        (9.81 * np.sin(drawn.min() + 0.15) / 0.849, drawn.min()),
+    ):  # fmt: skip
+        move = chosen_move(with_limits(hanging, effort=effort))
+        assert move.waypoints.mean() == pytest.approx(middle, abs=1e-12)
+    effort = 9.81 * np.sin(drawn.min() + 0.15) / 0.851
+    with pytest.raises(
+        OptionError, match="one: weight and friction take 85 % of the torque limit of joint_1 at the best"
+    ):
+        chosen_move(with_limits(hanging, effort=effort))
+    with pytest.raises(OptionError, match="at the best of 201 poses"):
+        chosen_move(replace(with_limits(hanging, effort=100.0), friction=(symmetric(90.0, 0.0),)))
 
 
 def test_a_duration_of_ones_own_is_kept_or_refused():

@@ -6,8 +6,9 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import UnknownNameError
 from lwr_dyn.trajectory.references.joint_moves import hold
-from lwr_dyn.trajectory.references.position_limits import largest_violation, limit_margin
+from lwr_dyn.trajectory.references.position_limits import LimitMargin, largest_violation, limit_margin
 from lwr_dyn.trajectory.references.references import REFERENCES, reference
+from tests.simulation.sample_runs import one_joint
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,10 @@ def test_the_largest_violation_names_row_joint_and_excess(arm):
     found = largest_violation(arm, q)
     assert (found.row, found.joint) == (3, "joint_6")
     assert found.excess == pytest.approx(0.2, rel=1e-12)
-    assert "0.2 rad outside its limits" in found.fault
+    assert found.fault == f"joint_6 at {q[3, 5]:.6g} rad, 0.2 rad outside its limits"
+    assert found.allowed == f"{arm.lower[5]:.6g} to {arm.upper[5]:.6g} rad"
+    assert largest_violation(arm, np.array([arm.upper, arm.lower])) is None  # on a limit is inside
+    assert "m, 0.5 m outside" in largest_violation(one_joint(lower=0.0, upper=1.0), np.array([[1.5]])).fault
 
 
 def test_the_margin_is_where_a_motion_comes_nearest_to_a_limit(arm):
@@ -44,3 +48,5 @@ def test_the_margin_is_where_a_motion_comes_nearest_to_a_limit(arm):
     nearest = limit_margin(arm, t, q)
     assert (nearest.joint, nearest.t) == ("joint_4", 1.0)
     assert nearest.margin == pytest.approx(0.01, rel=1e-9)
+    q[1, 0] = arm.upper[0] + 0.02
+    assert limit_margin(arm, t, q) == LimitMargin(float(arm.upper[0] - q[1, 0]), "joint_1", 0.5)
