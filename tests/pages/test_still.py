@@ -133,7 +133,9 @@ def test_a_camera_turns_points_to_the_middle_of_the_picture(arm):
     ],
 )
 def test_the_camera_looks_across_a_path_that_lies_in_a_plane(arm, sizes, middle, azimuth):
-    track = 10.0 * np.array(middle) + 10.0 * np.array(sizes) * np.array([[-0.5, 0.5, -0.5], [0.5, -0.5, 0.5], [0.0, 0.0, 0.0]])
+    track = 10.0 * np.array(middle) + 10.0 * np.array(sizes) * np.array(
+        [[-0.5, 0.5, -0.5], [0.5, -0.5, 0.5], [0.0, 0.0, 0.0]]
+    )
     camera = camera_of(arm, [Solid(np.eye(4), 1e-9, 1e-9, 1.0)], [track])
     assert np.arctan2(*camera.axes[2, [1, 0]]) == pytest.approx(azimuth)
     seen = camera.seen(np.vstack([track, np.zeros(3)]))[:, :2]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.identification.bodies.body_prior import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import NOT_DETERMINED
@@ -98,7 +98,9 @@ def test_the_document_is_the_fit_number_by_number(found, recorded, lwr):
         assert row["identified"] == (state == IDENTIFIED)
     for table, joints in (("validation", found.validation), ("validated_on", unseen)):
         for row, one in zip(record[table], joints, strict=True):
-            left = {key: getattr(one, key) for key in ("joint", "measured", "held_out", "consistent", "model", "left_out")}
+            left = {
+                key: getattr(one, key) for key in ("joint", "measured", "held_out", "consistent", "model", "left_out")
+            }
             assert {key: row[key] for key in left} == pytest.approx(left)
             assert [list(band.values()) for band in row["by_speed"]] == [
                 [band.slowest, band.fastest, band.equations, band.left] for band in one.by_speed
@@ -106,10 +108,16 @@ def test_the_document_is_the_fit_number_by_number(found, recorded, lwr):
     assert [row["fitted"] for row in record["validated_on"]] == [None] * 7
     assert [row["white"] for row in record["whiteness"]] == [one.white for one in found.whiteness]
     near = record["consistent"]
-    assert (near["physical"], near["scales"], near["lifted"]) == ([True] * 7, list(astuple(fit.scales)), list(fit.lifted))
+    assert (near["physical"], near["scales"], near["lifted"]) == (
+        [True] * 7,
+        list(astuple(fit.scales)),
+        list(fit.lifted),
+    )
     assert (near["price_chi2"], near["pull"]) == (pytest.approx(fit.price.chi2), pytest.approx(fit.price.pull))
     table = found.columns.own(lwr)
-    for row, value, of_the_model, sigma in zip(near["parameters"], fit.parameters, table, found.shown_sigma, strict=True):
+    for row, value, of_the_model, sigma in zip(
+        near["parameters"], fit.parameters, table, found.shown_sigma, strict=True
+    ):
         assert (row["value"], row["of_the_model"]) == (pytest.approx(value), pytest.approx(of_the_model))
         assert row["standard_error"] == (None if sigma is None else pytest.approx(sigma))
         assert (sigma is None) == (row["says"] == "table")

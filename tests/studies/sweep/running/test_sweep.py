@@ -363,7 +363,13 @@ def test_the_cost_of_a_run_is_the_slope_of_the_time_over_runs(monkeypatch, a_run
     steps = SimpleNamespace(steps=lambda law: Steps(2, 1e-3), enough_steps=lambda law: Steps(8, 1e-8))
     found, kernel = cost.measured(steps, "pid", runs, 500)
     assert (tuple(counts), kernel) == (tried, "digest")
-    assert (found.controller, found.runs, found.chunk, found.measured, found.slow) == ("pid", runs, 500, tried[-1], False)
+    assert (found.controller, found.runs, found.chunk, found.measured, found.slow) == (
+        "pid",
+        runs,
+        500,
+        tried[-1],
+        False,
+    )
     assert (found.steps.substeps, found.better.substeps) == (2, 8)
     assert found.bytes == 1000 + 500 / tried[-1]
     assert found.seconds == pytest.approx(a_run if runs > 1 else 0.1 + a_run)
