@@ -131,6 +131,7 @@ def test_the_document_is_the_fit_number_by_number(found, recorded, lwr):
         "residuals, white at 1% over ",
     ):  # fmt: skip
         assert line in text
+    assert "[unseen" not in text  # a title, and no unit
     mass = text[text.index("centre of mass") :].splitlines()[2].split()
     assert float(mass[1]) == pytest.approx(fit.parameters[0], rel=1e-2)
 
