@@ -15,6 +15,13 @@ def covered(tests: Path = TESTS) -> dict[str, list[str]]:
     return table
 
 
+def of_folders(module: str, tests: Path = TESTS) -> list[str]:
+    """The files that the rows of a module's folders name, the nearest folder's first."""
+    text = (tests / "covered.toml").read_text(encoding="utf-8")
+    table: dict[str, list[str]] = tomllib.loads(text).get("folders", {})
+    return [name for folder in Path(module).parents for name in table.get(folder.as_posix(), ())]
+
+
 def named_after(module: str, tests: Path = TESTS) -> list[Path]:
     """`test_<module>.py` and `test_<module>_<aspect>.py` in the folder that mirrors the module's.
 
@@ -31,6 +38,10 @@ def named_after(module: str, tests: Path = TESTS) -> list[Path]:
 
 
 def own_tests(module: str, tests: Path = TESTS, table: Mapping[str, Sequence[str]] | None = None) -> list[Path]:
-    """All of a module's own, those of its name first; a file that its row names need not exist."""
+    """All of a module's own, those of its name first; a file that its row names need not exist.
+
+    Those of its folders, the commands that show what it makes, are added where the table is not given.
+    """
     rows = covered(tests) if table is None else table
-    return list(dict.fromkeys([*named_after(module, tests), *(tests / name for name in rows.get(module, ()))]))
+    further = [*rows.get(module, ()), *(of_folders(module, tests) if table is None else ())]
+    return list(dict.fromkeys([*named_after(module, tests), *(tests / name for name in further)]))

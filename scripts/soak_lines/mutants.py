@@ -6,7 +6,8 @@ other: `test_<module>.py` and `test_<module>_<aspect>.py` in the folder of tests
 process that has loaded the libraries. Tests that do not end in `PATIENCE` have seen a fault if they end without it.
 
 The draw that is reported follows from the last commit of tests, so no test was written for it. Work with others:
-`LWR_DYN_MUTANTS` (how many), `LWR_DYN_MUTANT_SEED`, `LWR_DYN_MUTANT_PLACES` (such as "krl,control/laws").
+`LWR_DYN_MUTANTS` (how many), `LWR_DYN_MUTANT_SEED`, `LWR_DYN_MUTANT_PLACES` (such as "krl,control/laws"),
+`LWR_DYN_MUTANTS_QUICK=1` (without the slow tests).
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from tests.own_tests import own_tests
 ROOT = Path(__file__).resolve().parents[2]
 COUNT = int(os.environ.get("LWR_DYN_MUTANTS", "200"))
 PLACES = tuple(os.environ.get("LWR_DYN_MUTANT_PLACES", "").split(","))
+MARKS = ("not slow",) if os.environ.get("LWR_DYN_MUTANTS_QUICK") else ("not slow", "slow")
 NEEDED, NEEDED_QUICK = 0.90, 0.80
 """Shares of the mutants that change something: seen at all, and by what plain `pytest` runs."""
 MOST_IDLE = 0.10
@@ -163,7 +165,7 @@ def fate(mutant: Mutant, root: Path, known: dict[tuple[str, str], bool]) -> Fate
     source = path.read_text(encoding="utf-8")
     files = own_tests(mutant.module.removesuffix(".py"), root / "tests")
     files += [path] if ">>> " in source else []
-    for marked in ("not slow", "slow"):
+    for marked in MARKS:
         for tests in map(str, files):
             path.write_text(mutant.applied(source), encoding="utf-8")
             try:

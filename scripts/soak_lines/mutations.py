@@ -14,8 +14,10 @@ COMPARISONS = {
 TURNED = {ast.Lt: ">", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
 SIGNS = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.MatMult: "*", ast.FloorDiv: "/", ast.Pow: "*"}
 WORDS = {"min": "max", "max": "min", "any": "all", "all": "any", "argmin": "argmax", "argmax": "argmin"}
+EITHER_WAY = {"max", "min", "maximum", "minimum", "fmax", "fmin", "hypot", "array_equal", "gcd"}
+"""Functions of two arguments whose order says nothing."""
 LEFT_OUT = (ast.Raise, ast.Assert, ast.Import, ast.ImportFrom, ast.JoinedStr)
-"""Messages, and what is not run: their changes say nothing."""
+"""Messages, assertions and what is not run: their changes say nothing."""
 
 
 TEXT_OR_NUMBER = (ast.Constant, ast.JoinedStr)
@@ -78,7 +80,7 @@ def _changes(node: ast.AST) -> Iterator[Change]:
         if name in ("annotation", "returns", "decorator_list", "bases", "type_params"):
             continue
         for child in value if isinstance(value, list) else [value]:
-            if isinstance(child, ast.AST) and not isinstance(child, LEFT_OUT):
+            if isinstance(child, ast.AST) and not isinstance(child, LEFT_OUT) and not _is_strict(child):
                 yield from _of(child)
                 yield from _changes(child)
 
@@ -122,10 +124,11 @@ def _other_values(value: object) -> tuple[object, ...]:
 
 
 def _of_call(node: ast.Call) -> Iterator[Change]:
-    if len(node.args) >= 2 and not any(isinstance(x, ast.Starred) for x in node.args[:2]):
+    word = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    ordered = word not in EITHER_WAY or node.keywords
+    if ordered and len(node.args) >= 2 and not any(isinstance(x, ast.Starred) for x in node.args[:2]):
         first, second = node.args[:2]
         yield node, "arguments", first, second, f"{ast.unparse(second)}, {ast.unparse(first)}"
-    word = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
     if word in WORDS:
         new = ast.unparse(node.func)
         yield node, "function", node.func, node.func, new[: len(new) - len(word)] + WORDS[word]
@@ -139,6 +142,11 @@ def _of_statement(node: ast.stmt) -> Iterator[Change]:
         yield node, "condition", node.test, node.test, "False"
     elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Subscript | ast.Attribute):
         yield node, "statement", node, node, "pass"
+
+
+def _is_strict(node: ast.AST) -> bool:
+    """`strict=True` of a `zip`: an assertion, as `assert` is."""
+    return isinstance(node, ast.keyword) and node.arg == "strict"
 
 
 def _is_for_types(node: ast.If) -> bool:

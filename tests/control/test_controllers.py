@@ -220,6 +220,11 @@ def test_bad_input_is_one_line(case, arm):
     assert "\n" not in str(fault.value)
 
 
+def test_an_unknown_wrapper_is_refused_before_there_is_an_arm():
+    with pytest.raises(LwrDynError, match="no controller wrapper named 'frition'"):
+        controller_spec("pid+frition")
+
+
 HOLD = ("--task", "hold", "--from-deg", "0,30,0,-60,0,30,0", "--duration", "0.05")
 FUNCTION = "def controller(t, q, dq, q_ref, dq_ref, ddq_ref):\n    return {}\n"
 FILE_BAD = {

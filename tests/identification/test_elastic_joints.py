@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,12 +10,14 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, OptionError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.identification.elastic_joints import elastic_document, identify_elastic
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import JointElasticity
 from tests.identification.elastic_plants import elastic_log, elastic_truth
 from tests.identification.plants import perturbed_plant, random_motion
+from tests.json_schemas import faults
 
 ARM = lwr_dyn.load("lwr4plus", "physical")
 GEARS = ARM.elasticity
@@ -92,6 +95,21 @@ def test_a_joint_that_does_not_bend_is_named_and_takes_another_value(plant):
     document = elastic_document(found, ARM, "mine")
     assert f"stiffness of joint {joint} not identified" in document.text()
     assert (document.record()["robot"], document.record()["equations"]) == ("mine", found.equations)
+    record = json.loads(json_text({"caveats": [], **document.record()}))
+    assert faults("identify elastic", record) == []
+    for j, row in enumerate(record["joints"]):
+        assert (row["joint"], row["bends"]) == (j + 1, found.bends[j])
+        assert (row["torque_noise"], row["gear_noise"]) == (found.noise[j], found.noise[7 + j])
+        for name, one in row["parameters"].items():
+            assert (one["value"], one["standard_error"]) == (found.of(name)[j], found.of(name, sigma=True)[j])
+            assert one["unit"] == ("kg m^2" if name == "armature" else one["unit"])
+    rows = zip(found.base.statements(), found.links, found.sigma, strict=False)
+    assert [tuple(row.values()) for row in record["links"]] == [*rows]
+    lines = document.text().splitlines()
+    count = f"{len(found.values)} parameters from {found.equations} equations, {found.base.count} of them the links'"
+    assert lines[0] == count
+    shown = lines[next(k for k, line in enumerate(lines) if line.startswith("1 ") or line.startswith("1  "))].split()
+    assert float(shown[1]) == pytest.approx(found.of("stiffness")[0], rel=1e-3)
     with pytest.raises(OptionError, match=f"stiffness of joint {joint}"):
         found.elasticity()
     assert found.elasticity(otherwise=GEARS).stiffness[~found.bends] == pytest.approx(GEARS.stiffness[~found.bends])

@@ -1,12 +1,21 @@
 """Evidence files: each number with half its last digit, in SI units; what is wrong is named with its place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lwr_dyn.arms.papers.catalog import open_paper
-from lwr_dyn.checks.conventions.evidence import EvidenceError, parse_evidence
+from lwr_dyn.checks.conventions.evidence import (
+    DerivedNumber,
+    Evidence,
+    EvidenceError,
+    FlangePlace,
+    evidence_number,
+    parse_evidence,
+)
 from lwr_dyn.checks.conventions.printed_table import printed_table
-from lwr_dyn.foundation.errors import LwrDynError
+from lwr_dyn.foundation.errors import LwrDynError, ShapeError, UnknownNameError
 
 PLACE = """[[place]]
 q = [0, 90, 0, 0, 0, 0, 0]
@@ -58,8 +67,52 @@ def test_tensors_have_their_point_and_the_signs_that_are_possible(read):
     assert (tensors.about, tensors.products) == ("origin", ("tensor",))
     assert tensors.half[6, :2] == pytest.approx([0.005, 0.05])
     assert np.isnan(tensors.values[:, 3:]).all()
-    with pytest.raises(EvidenceError, match="6 rows"):
-        read(TENSORS.format(products="'tensor'", rows=rows.removesuffix(", ['0.25', '0.5', '0.5', '-', '-', '-']")))
+    assert read(TENSORS.format(products="'unknown'", rows=rows)).tensors.products == ("tensor", "integral")
+
+
+ROW = "['1.0', '1.0', '1.0', '-', '-', '-']"
+NUMBER = '[[number]]\nquantity = "{}"\njoint = "joint_1"\nvalue = {}\nunit = "{}"\nq = [{}]\nwhere = ""\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (TENSORS.format(products="'tensor'", rows=", ".join([ROW] * 6)),
+         "evidence: tensors.values: 6 rows; allowed: 7 rows of xx yy zz xy xz yz, one per link"),
+        (TENSORS.format(products="'tensor'", rows=ROW + ", ['1.0', '1.0']"),
+         "evidence: tensors.values[1]: 2 entries; allowed: 6: xx yy zz xy xz yz"),
+        (TENSORS.format(products="'tensor'", rows="1.0"),
+         "evidence: tensors.values: not a list of rows; allowed: one row of xx yy zz xy xz yz per link"),
+        (NUMBER.format("gravity", '"2.9 Nm"', "N m", "0, 0, 0, 0, 0, 0, 0"),
+         "evidence: number[0].value: '2.9 Nm', no digits; allowed: a number as printed, such as \"2.908\""),
+        (NUMBER.format("inertia", "2.9", "kg m^2", "0, 0, 0, 0, 0, 0, 0"),
+         "evidence: number[0].value: 2.9, a number without its digits; allowed: text as printed, such as \"2.908\""),
+        ("[arm]\nalike = [['link_1', 'link_1']]\n",
+         "evidence: e.toml: arm.alike: ['link_1', 'link_1']; allowed: lists of two or more different links"),
+        ("[arm]\nalike = [['link_1', 'link_2', 'link_1']]\n",
+         "evidence: e.toml: arm.alike: ['link_1', 'link_2', 'link_1']; allowed: lists of two or more different links"),
+        ("[arm]\nalike = ['link_1']\n",
+         "evidence: e.toml: arm.alike: 'link_1'; allowed: lists of two or more different links"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said_with_its_place(read, text, says):
+    with pytest.raises(EvidenceError) as refusal:
+        read(text)
+    assert str(refusal.value) == says
+
+
+def test_evidence_made_in_code_is_checked_against_the_table():
+    table = printed_table(open_paper("lwr4plus"))
+    posed = DerivedNumber("inertia", 0, evidence_number("2.9"))
+    with pytest.raises(EvidenceError, match="evidence: b11: no pose; allowed: q, or a largest B_ii"):
+        Evidence((posed,)).check(table)
+    for unknown in (Evidence((replace(posed, joint=7),)), Evidence(alike=((0, 7),))):
+        with pytest.raises(UnknownNameError, match="no joint of lwr4plus named '8'; known: joint_1, joint_2"):
+            unknown.check(table)
+    place = FlangePlace(np.zeros(6), np.zeros(3), 0.1)
+    for short in (Evidence((replace(posed, q=np.zeros(6)),)), Evidence(places=(place,))):
+        with pytest.raises(ShapeError):
+            short.check(table)
 
 
 def test_numbers_of_outer_joints_come_first(read):

@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 from importlib import resources
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -12,9 +13,10 @@ import lwr_dyn
 from lwr_dyn.arms.papers.assembly import arm_from_paper
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.arms.papers.reader import parse_paper
-from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts
+from lwr_dyn.checks.datasheet.datasheet import datasheet_verdicts, zero_readings, zero_text
 from lwr_dyn.cli.check import command
-from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.foundation.errors import MissingDataError, PaperError
+from lwr_dyn.kinematics.forward import joint_axes
 
 TEXT = resources.files("lwr_dyn.arms.papers").joinpath("kr30ha.toml").read_text(encoding="utf-8")
 MUTATED = {
@@ -105,6 +107,36 @@ def test_a_sheet_with_one_of_reach_and_volume_has_its_check(given, name):
     part = replace(arm, ratings=replace(arm.ratings, **dict.fromkeys(other)))
     found = [v for v in datasheet_verdicts(part, paper) if v.name.startswith(("reach", "envelope"))]
     assert [(v.name.startswith(name), v.holds) for v in found] == [(True, True)]
+
+
+def test_the_reading_of_zero_and_signs_is_said():
+    """2^1 conventions times (2 signs, 4 quarter turns)^6; the best changes three offsets."""
+    found = zero_readings(open_paper("kr30ha", "printed"))
+    best = found.best[0]
+    assert (best.record(), best.changes) == (
+        {"convention": "standard", "signs": [-1] * 6, "offsets_deg": [0, 0, 90, 0, 0, 180], "failed": 0}, 3
+    )  # fmt: skip
+    checks = "axes at zero against the maker's, flange at zero against the print, flange at zero: rotation against "
+    checks += "the maker's, flange at mastering: rotation against the maker's, wrist centre at mastering against the "
+    checks += "print, envelope volume ahead of axis 1 (r >= 0) against the data sheet"
+    assert zero_text(found) == [
+        "zero and signs: of 524288 ways (DH convention, sign and quarter-turn offset of every joint) "
+        "256 have the maker's axes at zero",
+        f"as printed, standard DH: 5 of 11 checks hold; not: {checks}",
+        "standard DH: 256 with these axes; the best: 11 of 11 checks hold",
+        "modified DH: 0 with these axes",
+        "reading: standard DH, signs (-1, -1, -1, -1, -1, -1), offsets (0, 0, 90, 0, 0, 180) deg: 11 of 11 checks hold",
+        "decided by the poses: every other reading breaks a check; 1 more move the flange the same in every pose, "
+        "frames turned inside",
+    ]
+    ranks = [(r.failed, r.changes) for r in found.readings]
+    assert ranks == sorted(ranks)
+    axes = open_paper("kr30ha").columns["poses.axis"].si()
+    assert all(np.abs(joint_axes(r.chain, np.zeros(6)).z - axes).max() < 1e-9 for r in found.readings)
+    undecided = replace(found, readings=(best, replace(found.readings[5], verdicts=best.verdicts)))
+    assert zero_text(undecided)[-1].startswith("UNDECIDED: 1 other readings hold as well and move otherwise")
+    with pytest.raises(MissingDataError, match="axes of the joints at zero"):
+        zero_readings(open_paper("lwr4plus"))
 
 
 def test_papers_without_a_data_sheet_have_no_such_check():

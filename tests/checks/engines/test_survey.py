@@ -1,14 +1,30 @@
 """What engines lose of a small file with everything in it, and what restores it: found by loading, per engine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from lwr_dyn.arms.urdf.parse import parse_xml
+from lwr_dyn.arms.urdf.reader import read_urdf
+from lwr_dyn.checks.engines import survey as survey_module
+from lwr_dyn.checks.engines.child_process import Loaded
 from lwr_dyn.checks.engines.engine import ENGINES, is_installed
-from lwr_dyn.checks.engines.survey import survey
+from lwr_dyn.checks.engines.losses import FileReference, Loss
+from lwr_dyn.checks.engines.survey import (
+    agreement_table,
+    document,
+    kept_lines,
+    loss_table,
+    markdown,
+    matrix,
+    notes,
+    survey,
+)
+from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from tests.checks.engines.small_files import TWO
+from tests.json_schemas import faults
 from tests.optional import need
-
-pytestmark = pytest.mark.slow
 
 VERDICTS = {
     "pinocchio": {
@@ -65,17 +81,20 @@ def rows(report, engine):
     return {loss.feature: loss for loss in found.losses}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", VERDICTS)
 def test_each_feature_has_its_verdict(report, engine):
     found = {name: row.verdict for name, row in rows(report, engine).items()}
     assert found | VERDICTS[engine] == found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("engine", "feature"), RESTORED)
 def test_what_restores_it(report, engine, feature):
     assert rows(report, engine)[feature].restored_by == RESTORED[engine, feature]
 
 
+@pytest.mark.slow
 def test_the_torque_of_a_loss_is_that_of_the_feature(report):
     x, found = report.reference.states, rows(report, "pinocchio")
     rotor = 100.0**2 * 1e-5
@@ -84,12 +103,104 @@ def test_the_torque_of_a_loss_is_that_of_the_feature(report):
     assert found["Coulomb friction"].torque == pytest.approx(0.4, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_box_without_inertial_weighs_a_kilogram_in_mujoco(report):
     """Density 1000 kg/m^3 of 0.1 m cubed."""
     assert rows(report, "mujoco")["shapes"].detail == "shapes weigh 1 kg"
 
 
+@pytest.mark.slow
 def test_the_poses_agree(report):
     for engine in report.engines:
         if engine.agreement is not None:
             assert engine.agreement.absolute["flange"] < (1e-6 if engine.engine == "pybullet" else 1e-12)
+
+
+def without_rotors(engine, jobs, states, seconds):
+    """In this process: what an engine has that computes as we do but knows rotors only from a sidecar."""
+    out = []
+    for job in jobs:
+        arm = read_urdf(job.path, tip=None if job.path.name.startswith("written") else job.scope.tip)
+        one, dynamics = FileReference(arm, job.scope, states), newton_euler_dynamics(arm.chain)
+        links = tuple(x.get("name") for x in parse_xml(job.path.read_bytes(), "x").findall("link"))
+        rotor = 0.0 if "rotors" in job.options else arm.armature * states.ddq
+        gravity = dynamics.gravity_vector(states.q)
+        out.append(
+            Loaded(sum(body.mass for body in arm.chain.bodies), one.flange(), one.held(), links,
+                   dynamics.mass_matrix(states.q), dynamics.bias_torque(states.q, states.dq) - gravity, gravity,
+                   one.torque() - rotor)
+        )  # fmt: skip
+    return out
+
+
+@pytest.fixture(scope="module")
+def imitated(tmp_path_factory):
+    """The survey of the small file by an engine that loses the rotors alone, and of one that is not installed."""
+    path = tmp_path_factory.mktemp("two") / "two.urdf"
+    path.write_text(TWO, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(survey_module, "load_all", without_rotors)
+        patch.setattr(survey_module, "is_installed", lambda engine: engine == "pinocchio")
+        return survey(path, engines=["pinocchio", "drake"])
+
+
+def test_an_engine_that_loses_the_rotors_alone_is_found_out(imitated):
+    ours, drake = imitated.engines
+    assert (drake.agreement, drake.losses, drake.note) == (None, (), "not installed: pip install drake")
+    assert (ours.note, ours.agreement.mass) == ("", 3.0)
+    lost = [x for x in ours.losses if x.is_loss]
+    rotor = 0.1 * np.abs(imitated.reference.states.ddq[:, 0]).max()
+    scale = np.abs(imitated.reference.torque()).max()
+    assert [(x.feature, x.verdict, x.restored_by) for x in lost] == [
+        ("rotor inertia", "ignored", ".srdf by loadRotorParameters")
+    ]
+    assert (lost[0].torque, lost[0].relative) == (pytest.approx(rotor), pytest.approx(rotor / scale))
+    assert ours.agreement.absolute["torque"] == pytest.approx(rotor)
+    assert {x for x, value in ours.agreement.relative.items() if value > 1e-12} == {"torque"}
+    assert kept_lines(imitated) == [
+        "pinocchio: kept viscous friction, Coulomb friction, inertial rpy, links without inertial, shapes, "
+        "links behind fixed joints; recorded effort limits, velocity limits, position limits, continuous joints"
+    ]
+    assert notes(imitated) == ["drake: not installed: pip install drake"]
+    assert notes(replace(imitated, unwritten="a thing")) == [*notes(imitated), "all formats: a thing"]
+
+
+def test_what_was_found_is_said_in_tables_and_for_programs(imitated):
+    ours = imitated.engines[0]
+    size, share = ours.losses[0].torque, ours.losses[0].relative
+    lines = agreement_table(imitated).text().splitlines()
+    assert lines[0] == "two.urdf: largest difference from ours over 20 random states, as each engine loads it"
+    head = "engine mass [kg] B [relative] C dq [relative] g [relative] torque [relative] torque [N m] flange [m]"
+    assert lines[1].split() == head.split()
+    assert lines[3].split() == f"pinocchio 3 0.0e+00 0.0e+00 0.0e+00 {share:.1e} {size:.2g} 0.0e+00".split()
+    assert lines[4:] == ["torque: B ddq + C dq + g with rotors and friction, as the engine's own motion needs it"]
+    (row,) = loss_table(imitated).record()
+    assert list(row.values()) == [
+        "pinocchio", "rotor inertia", "ignored", size, share, ".srdf by loadRotorParameters", ""
+    ]  # fmt: skip
+    nothing = replace(ours, losses=(replace(ours.losses[0], restored_by=""),))
+    assert loss_table(replace(imitated, engines=(nothing,))).record()[0]["restored_by"] == "nothing that was tried"
+    merged = replace(ours, engine="b", losses=(Loss("b", "shapes", "merged", 0.0, 0.0), Loss("b", "x", "no dynamics")))
+    both = replace(imitated, engines=(nothing, merged))
+    assert kept_lines(both)[1] == "b: "
+    table = matrix([both, replace(imitated, file="b.urdf")])
+    assert markdown(table).splitlines() == [
+        "| file | feature | pinocchio | b | drake |", "| --- | --- | --- | --- | --- |",
+        f"| two.urdf | rotor inertia | ignored, {size:.2g} N m | - | - |", "| two.urdf | shapes | - | merged | - |",
+        "| two.urdf | x | - | no dynamics | - |",
+        f"| b.urdf | rotor inertia | ignored, {size:.2g} N m; .srdf by loadRotorParameters | - | - |",
+        *(f"| b.urdf | {x.feature} | {x.verdict} | - | - |" for x in ours.losses[1:]),
+    ]  # fmt: skip
+    found = document([imitated])
+    assert faults("parity", {"caveats": [], **found.record()}) == []
+    (model,) = found.record()["models"]
+    assert (model["file"], model["unwritten"], len(model["engines"])) == ("two.urdf", "", 2)
+    assert model["engines"][1] == {"engine": "drake", "note": imitated.engines[1].note, "features": []}
+    first = model["engines"][0]
+    assert (first["mass"], first["absolute"], first["relative"]) == (
+        3.0, ours.agreement.absolute, ours.agreement.relative
+    )  # fmt: skip
+    assert [x["feature"] for x in first["features"]] == [x.feature for x in ours.losses]
+    text = found.text()
+    assert text.index("largest difference") < text.index("What is lost") < text.index("pinocchio: kept")
+    assert "largest difference" not in document([replace(imitated, engines=imitated.engines[1:])]).text()

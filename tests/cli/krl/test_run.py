@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import lwr_dyn
 from tests.json_schemas import faults
 
 PROGRAM = """DEF a( )
@@ -103,3 +104,12 @@ def test_files_are_refused_before_the_run_by_their_endings(refused, folder):
     for option, name, ending in (("--out", "a.html", ".npz"), ("--html", "a.npz", ".html")):
         assert f"a path that ends in {ending}" in refused("krl", "run", "a.src", option, name)
     assert sorted(x.name for x in folder.iterdir()) == ["a.src"]
+
+
+def test_the_run_and_its_page_are_written(lwr_dyn_command, folder):
+    (folder / "a.src").write_text(PROGRAM)
+    assert lwr_dyn_command("krl", "run", "a.src", "--out", "a.npz", "--html", "a.html")[0] == 0
+    assert sorted(x.name for x in folder.iterdir()) == ["a.html", "a.npz", "a.src"]
+    assert "LIN_REL {Z -100}" in (folder / "a.html").read_text(encoding="utf-8")
+    run = lwr_dyn.Run.load("a.npz")
+    assert np.degrees(run.q[0]) == pytest.approx([0, -90, 90, 0, 60, 0], abs=1e-6)

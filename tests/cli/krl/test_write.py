@@ -1,7 +1,13 @@
 """`lwr-dyn krl write | check | run`: from a task file to a run that can be replayed, and one line for bad input."""
 
+import tomllib
+
+import numpy as np
 import pytest
 
+import lwr_dyn
+from lwr_dyn.foundation.errors import PaperError
+from lwr_dyn.krl.writing.point_program import point_program_of
 from lwr_dyn.model.run import Run
 
 TASK = """
@@ -16,6 +22,32 @@ name = "Point2"
 xyz = [91, -1117, 1447]
 motion = "LIN"
 """
+
+
+def test_a_task_says_little_and_has_the_rest():
+    """Points are PTP to the tool's own axes without a wait; speeds 100 % and 0.25 m/s, home as mastered."""
+    arm = lwr_dyn.load("kr30ha")
+    program = point_program_of(tomllib.loads(TASK), arm)
+    first, second = program.points
+    assert (first.name, first.pose, first.motion, first.wait) == ("Point1", (91, -1139, 1392, 0, 0, 0), "PTP", 2.0)
+    assert (second.pose, second.motion, second.wait) == ((91, -1117, 1447, 0, 0, 0), "LIN", 0.0)
+    assert (program.name, program.tool, program.base) == ("TwoPoint", (0,) * 6, (0,) * 6)
+    assert (program.ptp_percent, program.lin_speed, program.wait) == (100, 0.25, 1.0)
+    assert program.home_deg == pytest.approx(np.degrees(arm.mastering))
+    for change, says in (
+        ({"point": []}, "one or more [[point]] tables"), ({"ptp_percent": 101}, "ptp_percent"),
+        ({"ptp_percent": 0}, "ptp_percent"), ({"lin_speed": 10.1}, "lin_speed"), ({"wait": -1.0}, "wait"),
+        ({"tool": [0.0] * 5}, "6 finite numbers"), ({"point": [{"name": "XHOME", "xyz": [1, 2, 3]}]}, "XHOME"),
+        ({"point": [{"name": "p", "xyz": [1, 2, 3]}] * 2}, "a name that is there twice"),
+        ({"point": [{"name": "p", "xyz": [1, 2, 3], "abc": [1, 2, 3, 4]}]}, "3 finite numbers"),
+        ({"point": [{"name": "p", "xyz": [1, 2, 3, 4]}]}, "3 finite numbers"), ({"colour": 1}, "colour"),
+        ({"point": [{"name": "1p", "xyz": [1, 2, 3]}]}, "a name of KRL"),
+    ):  # fmt: skip
+        with pytest.raises(PaperError) as refusal:
+            point_program_of(tomllib.loads(TASK) | change, arm)
+        assert says in str(refusal.value)
+    for limit in ({"ptp_percent": 1}, {"lin_speed": 10.0}, {"wait": 0.0}, {"lin_speed": 0.001}):
+        assert point_program_of(tomllib.loads(TASK) | limit, arm).points == program.points
 
 
 @pytest.fixture

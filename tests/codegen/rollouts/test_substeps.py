@@ -73,6 +73,10 @@ def test_without_a_run_to_compare_nothing_is_known():
     assert not chosen.are_enough
 
 
+def test_an_error_is_small_below_a_millionth():
+    assert [Steps(2, x).are_enough for x in (np.nextafter(1e-6, 0.0), 1e-6)] == [True, False]
+
+
 def test_runs_of_an_estimate_lie_evenly_over_all():
     assert evenly(1).tolist() == [0]
     many = evenly(1000)

@@ -1,11 +1,16 @@
 """Identification returns what generated the data."""
 
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 
-from lwr_dyn.identification.friction.identify_friction import FitOptions, identify_friction
+from lwr_dyn.foundation.tables import json_text
+from lwr_dyn.identification.friction.identify_friction import FitOptions, friction_document, identify_friction
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from tests.identification.simulated import ideal_cruise, interval_coverage, true_values
+from tests.json_schemas import faults
 
 IDEAL = 1e-6
 """Relative error allowed with logs without noise; rounding gives 1e-11."""
@@ -31,7 +36,45 @@ def test_ideal_runs_of_one_joint_at_a_time_give_table_1_back(wam, one_joint_at_a
 def test_ideal_runs_of_all_joints_need_the_coriolis_torque_taken_out(wam):
     logs = [ideal_cruise(wam.friction, np.full(7, v), wam) for v in (-0.3, -0.2, -0.1, 0.1, 0.2, 0.3)]
     assert np.abs(misses(identify_friction(logs, wam, "gravity"), wam)).max() > 1e-3
-    assert np.abs(misses(identify_friction(logs, wam, "all"), wam)).max() < IDEAL
+    found = identify_friction(logs, wam, "all")
+    assert np.abs(misses(found, wam)).max() < IDEAL
+    left_in = identify_friction(logs, wam, "gravity")
+    for result, robot in ((found, "wam7"), (left_in, None)):
+        record = json.loads(json_text({"caveats": [], **friction_document(result, robot).record()}))
+        assert faults("identify friction", record) == []
+        head = {
+            "robot": robot,
+            "subtracted": result.subtracted,
+            "model": "viscous+coulomb",
+            "robust": False,
+            "weights": "samples",
+        }
+        assert {key: record[key] for key in head} == head
+        assert record["rule"] == asdict(FitOptions().rule)
+        assert record["map"] == [json.loads(json_text(asdict(point))) for point in result.points]
+        for row, fit in zip(record["fits"], result.fits, strict=True):
+            e = fit.estimate
+            assert (row["joint"], row["direction"]) == (fit.joint, "positive" if fit.sign > 0 else "negative")
+            assert (row["cruises"], row["dof"], row["residual_rms"]) == (3, 1, e.rms)
+            assert row["speeds"] == [fit.slowest, fit.fastest] == pytest.approx([0.1, 0.3])
+            numbers = zip(row["parameters"].items(), fit.names, e.values, e.standard_errors, e.half_widths, strict=True)
+            for (name, one), expected, value, error, width in numbers:
+                assert (name, one["value"], one["standard_error"], one["three_sigma"]) == (
+                    expected,
+                    value,
+                    error,
+                    width,
+                )
+                assert one["unit"] == {"coulomb": "N m", "viscous": "N m s/rad"}[name]
+    largest = max(found.points, key=lambda point: abs(point.inertia))
+    said = f"the mean of B ddq + C dq over a cruise is at most {abs(largest.inertia):.3g} N m (joint {largest.joint})"
+    assert f"{said}; it is taken out\n" in friction_document(found).text() + "\n"
+    moved = max(abs(b) for fit in left_in.fits for b in fit.bias)
+    words = f"{said}; left in, it moves a parameter by at most {moved:.3g} ("
+    text = friction_document(left_in).text()
+    assert words in text
+    assert text.splitlines()[0] == "42 cruises in 1 files, least squares, taken out of the torques: g"
+    assert text.rstrip().endswith("--subtract all takes it out")
 
 
 @pytest.mark.slow

@@ -49,6 +49,43 @@ def test_the_positions_tell_which_clock_is_right(truth, lose):
     assert any("rows lost" in note for note in even.notes) == (lose > 0)
 
 
+@pytest.mark.parametrize(("lost", "jitter", "begin"), [(0.0, 0.3, 0.0), (0.03, 0.2, 7.3), (0.1, 0.05, -2.0)])
+def test_a_clock_counts_the_rows_of_the_grid_that_made_the_times(lost, jitter, begin):
+    """Its grid is the line of least squares through the times over their places on it."""
+    rng = np.random.default_rng(3)
+    kept = np.flatnonzero(rng.random(1500) >= lost)
+    t = begin + STEP * (kept + rng.uniform(-jitter, jitter, kept.size))
+    clock = clock_of(t)
+    np.testing.assert_array_equal(clock.place, kept - kept[0])
+    assert not clock.even
+    assert clock.lost == kept[-1] - kept[0] + 1 - kept.size
+    slope, start = np.polyfit(clock.place, t - t[0], 1)
+    assert clock.step == pytest.approx(slope, rel=1e-12)
+    np.testing.assert_allclose(clock.grid, t[0] + start + slope * np.arange(clock.grid.size), rtol=0, atol=1e-12)
+    off = t - clock.grid[clock.place]
+    assert clock.jitter == pytest.approx(np.sqrt(np.mean(off**2)))
+    assert clock.worst == pytest.approx(np.abs(off).max())
+    assert clock.jitter == pytest.approx(jitter * STEP / np.sqrt(3.0), rel=0.05)
+    even = clock_of(begin + STEP * np.arange(50))
+    assert (even.even, even.lost, even.place.tolist()) == (True, 0, list(range(50)))
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({5: 3}, "x: row 6, column time: 0.006 s after 0.008 s; needed: times that rise from row to row"),
+        ({5: 4}, "x: row 6, column time: 0.008 s after 0.008 s; needed: times that rise from row to row"),
+        ({5: 4, 9: 8}, "x: row 6, column time: 0.008 s after 0.008 s (2 such rows); needed: times that rise"),
+    ],
+)
+def test_times_that_do_not_rise_are_refused_by_their_row(change, says):
+    rows = np.arange(100)
+    rows[list(change)] = list(change.values())
+    with pytest.raises(LogError) as refusal:
+        on_even_clock(JointLog("x", (1, 2), STEP * rows, *at(STEP * rows)))
+    assert says in str(refusal.value)
+
+
 def test_an_even_log_and_a_drifting_clock_stay_as_they_are():
     t = np.cumsum(STEP * (1 + 0.02 * np.sin(np.arange(1000) / 200)))
     log = JointLog("x", (1, 2), t, *at(t))

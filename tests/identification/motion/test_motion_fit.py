@@ -1,10 +1,14 @@
 """Identification from any motion: what generated the log comes back, and what it cannot say is said."""
 
+import json
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
 import lwr_dyn
 from lwr_dyn.foundation.errors import LogError, MissingDataError, OptionError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.identification.bodies.body_prior import ConstraintError
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import NOT_DETERMINED
@@ -16,6 +20,7 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.model_study import swing_of
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log, torques
 from tests.identification.table_study import TableStudy
+from tests.json_schemas import faults
 
 NOISE = 0.1
 ENCODER = 1e-5
@@ -70,6 +75,65 @@ def test_unseen_torques_are_predicted_to_the_noise(found, recorded):
         assert one.consistent < 1.2 * NOISE
         assert np.isnan(one.fitted)
         assert sum(band.equations for band in one.by_speed) > 100
+
+
+def test_the_document_is_the_fit_number_by_number(found, recorded, lwr):
+    unseen = found.validated_on([recorded(5.0, seed=7, source="other")])
+    shown = motion_document(found, robot="lwr4plus", unseen=unseen, files="other.csv")
+    record = json.loads(json_text(shown.record()))
+    assert faults("identify motion", record) == []
+    information, fit = found.information, found.consistent
+    for key, value in {
+        "robot": "lwr4plus", "equations": int(information.equations.sum()), "condition": found.condition,
+        "base_parameters": 76, "identified": found.identified, "noise": information.residual_noise.tolist(),
+        "inflation": information.inflation.tolist(), "chi2": information.chi2, "dof": found.equations - 76, "folds": 5,
+        "stribeck_velocity": None, "stribeck_velocity_error": None,
+    }.items():  # fmt: skip
+        assert record[key] == (pytest.approx(value) if isinstance(value, float | list) else value), key
+    own, columns = found.of_the_model, ("parameter", "value", "standard_error", "three_sigma", "of_the_model", "state")
+    rows = zip(found.base.statements(), information.values, information.sigma, found.half_widths, own,
+               found.states, strict=True)  # fmt: skip
+    for row, (name, *numbers, state) in zip(record["parameters"], rows, strict=True):
+        assert [row[key] for key in columns] == [name, *(pytest.approx(x) for x in numbers), state]
+        assert row["identified"] == (state == IDENTIFIED)
+    for table, joints in (("validation", found.validation), ("validated_on", unseen)):
+        for row, one in zip(record[table], joints, strict=True):
+            left = {
+                key: getattr(one, key) for key in ("joint", "measured", "held_out", "consistent", "model", "left_out")
+            }
+            assert {key: row[key] for key in left} == pytest.approx(left)
+            assert [list(band.values()) for band in row["by_speed"]] == [
+                [band.slowest, band.fastest, band.equations, band.left] for band in one.by_speed
+            ]
+    assert [row["fitted"] for row in record["validated_on"]] == [None] * 7
+    assert [row["white"] for row in record["whiteness"]] == [one.white for one in found.whiteness]
+    near = record["consistent"]
+    assert (near["physical"], near["scales"], near["lifted"]) == (
+        [True] * 7,
+        list(astuple(fit.scales)),
+        list(fit.lifted),
+    )
+    assert (near["price_chi2"], near["pull"]) == (pytest.approx(fit.price.chi2), pytest.approx(fit.price.pull))
+    table = found.columns.own(lwr)
+    for row, value, of_the_model, sigma in zip(
+        near["parameters"], fit.parameters, table, found.shown_sigma, strict=True
+    ):
+        assert (row["value"], row["of_the_model"]) == (pytest.approx(value), pytest.approx(of_the_model))
+        assert row["standard_error"] == (None if sigma is None else pytest.approx(sigma))
+        assert (sigma is None) == (row["says"] == "table")
+    text = shown.text()
+    assert text.startswith(f"{found.identified} of 76 base parameters identified, from {found.equations} equations, ")
+    for line in (
+        "bodies near the table: 7 of 7 links are bodies", f"({'found from the logs' if fit.chosen else 'as given'})",
+        "validation, RMS in N m (N): 5 parts of the motion, each kept from a fit in turn",
+        "validation, RMS in N m (N): other.csv, which no fit has seen", "not identified yet; what would do it",
+        "known only together (correlation above ", "table in place of a plus-minus: no torque shows the number",
+        "residuals, white at 1% over ",
+    ):  # fmt: skip
+        assert line in text
+    assert "[unseen" not in text  # a title, and no unit
+    mass = text[text.index("centre of mass") :].splitlines()[2].split()
+    assert float(mass[1]) == pytest.approx(fit.parameters[0], rel=1e-2)
 
 
 def test_the_fit_of_a_fold_does_not_see_it(lwr, recorded):

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 from lwr_dyn.dynamics.regressor import body_parameters
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.tables import json_text
 from lwr_dyn.identification.payload.identify_load import RULES, body_of, identify_load
 from lwr_dyn.identification.payload.possible_load import load_document, possible_load, states
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.chain import is_physical, with_payload
 from tests.identification.payload.loaded import ARM, COM, MASS, TENSOR, TRUTH, loaded, logs_of
 from tests.identification.plants import Plant, perturbed_plant, random_motion, simulated_log
+from tests.json_schemas import faults
 
 
 def test_the_load_is_a_body_and_a_slow_motion_says_which_numbers_it_does_not_show(known):
@@ -52,6 +56,24 @@ def test_text_and_record_name_body_errors_and_what_is_wrong(known):
     assert "not noise alone" in text
     assert len(record["warnings"]) == 1
     assert [row["unit"] for row in record["load"]][:2] == ["kg", "m"]
+    load = possible_load(found)
+    assert faults("identify payload", {"caveats": [], **json.loads(json_text(record))}) == []
+    facts = {"robot": "lwr4plus", "found": True, "weight": load.weight, "price": load.price, "cutoff": found.cutoff,
+             "least_squares_is_a_body": load.was_possible, "known": found.known}  # fmt: skip
+    assert {key: record[key] for key in facts} == facts
+    assert record["fitted_beside"] == list(found.nuisance)
+    names = ["mass", "com_x", "com_y", "com_z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]
+    units = ["kg"] + ["m"] * 3 + ["kg m^2"] * 6
+    assert [list(row.values()) for row in record["load"]] == [
+        [*row] for row in zip(load.values, names, units, load.sigma, strict=True)
+    ]
+    joints = zip(range(1, 8), found.without, found.left, found.noise, found.slow, found.equations, strict=True)
+    assert [list(row.values()) for row in record["joints"]] == [[*row] for row in joints]
+    assert [[row["value"], row["standard_error"], row["state"]] for row in record["least_squares"]] == [
+        [*row] for row in zip(found.parameters, found.sigma, states(found), strict=True)
+    ]
+    doubt = f"IN DOUBT: residuals are not noise alone, its errors are those of an arm {found.share:.0%} off its table"
+    assert text.splitlines()[0].endswith(f" kg; {doubt}")
     assert record["joints"][1]["in_slow_sums"] > 1.5 * record["joints"][1]["noise"]
     none = load_document(identify_load(logs_of(known, 8), ARM))
     assert none.text().startswith("no load found")

@@ -67,6 +67,11 @@ def test_the_machine_data_of_the_kr_30_are_the_paper_s_arm(written):
     np.testing.assert_allclose(arm.upper, paper.upper, atol=1e-15)
     assert np.degrees(arm.velocity) == pytest.approx([4500 / 60 * d / n * 360 for n, d in RATIOS.values()])
     assert arm.chain.bodies is None
+    words = MachineWords(written())
+    lines = written().read_text(encoding="utf-8").splitlines()
+    assert words.place("LENGTH_A") == f"$machine.dat, to line {lines.index('REAL $LENGTH_A=350.0') + 1}"
+    assert words.place("SOFTN_END") == f"$machine.dat, to line {lines.index('$SOFTN_END[7]=0') + 1}"
+    assert words.place("ANOTHER") == "$machine.dat"
 
 
 def test_a_robot_that_turns_the_other_way_or_hangs_reads_the_same_axes(written):

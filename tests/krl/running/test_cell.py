@@ -74,6 +74,12 @@ def test_every_other_function_can_be_an_empty_stub(arm):
                                 cell("stubs.others = true\nstubs.EKI_X = { returns = false }"))  # fmt: skip
     assert values == {"Y": True, "N": 3}
     assert "SYNC( ) = 0 (stubs.others of the cell file)" in assumed
+    declared = ["EXTFCT BOOL LAMP( )", "EXTFCT REAL FORCE( )", "DECL BOOL Y", "DECL REAL F"]
+    values, assumed = values_of(arm, ["Y = LAMP()", "F = FORCE() + 2.5"], declared, cell("stubs.others = true"))
+    assert values == {"Y": False, "F": 2.5}
+    assert {"LAMP( ) = FALSE (stubs.others of the cell file)", "FORCE( ) = 0.0 (stubs.others of the cell file)"} <= {
+        *assumed
+    }
 
 
 def test_the_cell_gives_the_arguments_of_the_routine_that_is_run(arm):

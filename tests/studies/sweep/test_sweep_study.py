@@ -73,6 +73,19 @@ def test_the_digest_is_of_what_changes_results(study):
     assert len(digests | {study.digest}) == len(changed) + 1
 
 
+def test_the_digest_of_a_stored_sweep_stays():
+    """What a study leaves out is as it was when sweeps were stored, in the order in which they wrote it."""
+    plain = SweepStudy("a", "arms/b.toml", "r", ("pid",), "hold")
+    assert plain.digest == "a2627e8d625c916297bb90cf1608ce93aaed3686d68e2d64ec87daa251573009"
+    assert (plain.runs, plain.keep, plain.count, plain.chunks, plain.limits) == (256, 3, 256, 1, {})
+    assert [replace(plain, runs=x).chunks for x in (500, 501, 1000, 1001)] == [1, 2, 2, 3]
+    options = {"to": np.array([1.0, 2.0]), "from": "folder/q.csv"}
+    assert replace(plain, task_options=options).digest == replace(
+        plain, task_options={"from": "elsewhere/q.csv", "to": [1.0, 2.0]}
+    ).digest  # fmt: skip
+    assert replace(plain, tip="tool").digest not in (plain.digest, replace(plain, tip="hand").digest)
+
+
 @pytest.mark.parametrize(
     ("method", "more"), [("sobol", 3000), ("random", 3000), ("latin-hypercube", 3000), ("saltelli", 6 * 512)]
 )

@@ -9,6 +9,7 @@ import signal
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,11 +18,12 @@ import lwr_dyn
 from lwr_dyn.codegen.rollouts import substeps
 from lwr_dyn.codegen.rollouts.rollouts import rollouts
 from lwr_dyn.codegen.rollouts.substeps import Steps
+from lwr_dyn.foundation.document import Document
 from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.model.run import Run
 from lwr_dyn.studies.sweep.read_study import read_study
 from lwr_dyn.studies.sweep.rollout_arguments import rollout_arguments
-from lwr_dyn.studies.sweep.running import sweep_folder
+from lwr_dyn.studies.sweep.running import cost, sweep_folder
 from lwr_dyn.studies.sweep.running.cost import ControllerCost, duration, memory, size
 from lwr_dyn.studies.sweep.running.sweep import sweep
 from lwr_dyn.studies.sweep.running.sweep_folder import OtherSweepError, SweepResults
@@ -344,6 +346,59 @@ def test_the_error_of_the_step_in_words():
     assert ControllerCost(*FEWER, Steps(2, 3e-6), Steps(2, 3e-6)).step_words.endswith("amplifies what is small")
     assert ControllerCost(*FEWER, Steps(2, np.nan)).step_words.endswith("shows the error of the step")
     assert ControllerCost(*FEWER, Steps(2, 9e-7)).step_words == ControllerCost(*FEWER).step_words == ""
+
+
+@pytest.mark.parametrize(
+    ("a_run", "runs", "tried"), [(0.001, 1000, (2, 2, 8, 32, 128, 256)), (0.06, 1000, (2, 2, 8)), (0.001, 1, (1, 1))]
+)
+def test_the_cost_of_a_run_is_the_slope_of_the_time_over_runs(monkeypatch, a_run, runs, tried):
+    """0.1 s aside; measured on more runs until that takes 0.3 s beside, or 256 of them."""
+    counts = []
+
+    def timed(workshop, controller, count):
+        counts.append(count)
+        return 0.1 + a_run * count, 1000 * count + 500, "digest"
+
+    monkeypatch.setattr(cost, "_timed", timed)
+    steps = SimpleNamespace(steps=lambda law: Steps(2, 1e-3), enough_steps=lambda law: Steps(8, 1e-8))
+    found, kernel = cost.measured(steps, "pid", runs, 500)
+    assert (tuple(counts), kernel) == (tried, "digest")
+    assert (found.controller, found.runs, found.chunk, found.measured, found.slow) == (
+        "pid",
+        runs,
+        500,
+        tried[-1],
+        False,
+    )
+    assert (found.steps.substeps, found.better.substeps) == (2, 8)
+    assert found.bytes == 1000 + 500 / tried[-1]
+    assert found.seconds == pytest.approx(a_run if runs > 1 else 0.1 + a_run)
+    assert found.aside == pytest.approx(0.1 if runs > 1 else 0.0, abs=1e-12)
+    assert found.of(10) == pytest.approx(found.aside + 10 * found.seconds)
+    for law in (Steps(2, 1e-9), None):
+        again, _ = cost.measured(SimpleNamespace(steps=lambda law, is_=law: is_), "pid", 1, 500)
+        assert (again.steps, again.better) == (law, None)
+
+
+def test_the_cost_of_a_sweep_is_that_of_its_controllers():
+    pid = ControllerCost("pid", 1001, 500, 2e-3, 0.5, 8e5, 64, False, Steps(2, 3e-6), Steps(4, 2e-7))
+    own = ControllerCost("own", 10, 5, 3.0, 1.0, 900.0, 1, True, Steps(1, np.nan))
+    both = cost.SweepCost((pid, own), 4, 2.5e9)
+    assert (pid.processor, own.processor) == (pytest.approx(3 * 0.5 + 1001 * 2e-3), pytest.approx(2 * 1.0 + 10 * 3.0))
+    assert (both.runs, both.processor) == (1011, pytest.approx(35.502))
+    assert both.seconds == pytest.approx(35.502 / 4)
+    assert both.words == "about 9 s on 4 workers (36 s of processor time), 2.5 GB of memory, 801 MB of files"
+    assert replace(both, workers=1).words.startswith("about 36 s on 1 worker (")
+    record = Document("", "", [both.section()]).record()["cost"]
+    assert record["disk_bytes"] == pytest.approx(1001 * 8e5 + 9000.0)
+    first, second = record.pop("controllers")
+    assert record == {"runs": 1011, "processor_s": both.processor, "seconds": both.seconds, "workers": 4,
+                      "memory_bytes": 2.5e9, "disk_bytes": both.disk}  # fmt: skip
+    assert list(first.values()) == ["pid", 1001, pytest.approx(1e3 * 3.502 / 1001), "kernel", 64, 3e-6]
+    assert list(second.values()) == ["own", 10, pytest.approx(3200.0), "simulate, in processes", 1, None]
+    assert first.keys() == {"controller", "runs", "run_ms", "by", "measured", "step_error"}
+    assert all(head in both.table().text() for head in ("a run [ms]", "measured on [runs]", "step error [rad]"))
+    assert "step error" not in replace(both, controllers=(replace(pid, steps=None),)).table().text()
 
 
 def test_the_memory_of_many_runs_is_that_of_their_results():
