@@ -106,6 +106,9 @@ MOST_VALUES = WAVES**7
 WIDEST = np.radians(100.0)
 """First boxes are no wider than this along a turning joint; below 180 deg all weights are positive."""
 
+TURN = 2.0 * np.pi + 1e-9
+"""No more of a joint's range is looked at, as all repeats after a turn; rounded up."""
+
 OPERATIONS = 200
 """Rounding errors of one value of B_ii in units of the last place of the largest value: some 100 operations a joint."""
 
@@ -133,7 +136,9 @@ class InertiaTable:
         size = int(np.prod([WAVES if turns else PARABOLA for turns in is_turning], dtype=float))
         if size > MOST_VALUES:
             raise OptionError("joints behind", f"{len(joints)}, a table of {size} values", f"at most {MOST_VALUES}")
-        lower, upper = (tuple(float(x[j]) for j in joints) for x in (inertia.lower, inertia.upper))
+        lower = tuple(float(inertia.lower[j]) for j in joints)
+        most = [low + TURN if turns else np.inf for low, turns in zip(lower, is_turning, strict=True)]
+        upper = tuple(min(float(inertia.upper[j]), x) for j, x in zip(joints, most, strict=True))
         axes = [nodes(*each) for each in zip(is_turning, lower, upper, strict=True)]
         grid = np.meshgrid(*axes, indexing="ij")
         q: list[Any] = [np.longdouble(x) for x in inertia.lower]

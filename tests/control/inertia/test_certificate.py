@@ -73,6 +73,30 @@ def test_the_bound_holds_without_time_to_close_the_gap(arm, monkeypatch):
     assert "NOT as asked" in certificate.statement()
 
 
+def test_a_range_longer_than_a_turn_is_that_of_one_turn(arm):
+    """B_ii repeats after a turn: four turns of each joint need no more boxes, and the bound is that of one."""
+
+    def bound(turns):
+        limits = JointLimits(lower=-turns * np.pi, upper=turns * np.pi)
+        free = replace(arm, limits=(limits,) * arm.n)
+        found = inertia_certificate(free, worst_case_inertia(free, 3))
+        assert found.holds
+        return found
+
+    one, many = bound(1), bound(4)
+    assert many.upper == pytest.approx(one.upper, rel=2e-6)
+    assert many.boxes < 1.5 * one.boxes
+
+
+def test_the_whole_turn_is_looked_at(arm):
+    """The maximum lies in the last tenth of the first turn, and a search that missed it is corrected."""
+    best = worst_case_inertia(arm, 3)
+    lower = best.q - 0.95 * 2.0 * np.pi
+    free = replace(arm, limits=tuple(JointLimits(lower=x, upper=x + 6.0 * np.pi) for x in lower))
+    missed = replace(worst_case_inertia(free, 3), value=0.5 * best.value)
+    assert inertia_certificate(free, missed).value == pytest.approx(best.value, rel=2e-6)
+
+
 def test_certificates_are_kept_by_the_content_of_the_arm(arm):
     maximum = worst_case_inertia(arm, 4)
     first = inertia_certificate(arm, maximum)
