@@ -307,5 +307,6 @@ def files_html(files: Sequence[content.FileFact]) -> Html:
         )
         for file in files
     ]
-    count = f"{len(files)}, {sum(file.size for file in files) / 1e6:.1f} MB"
+    size = sum(file.size for file in files)
+    count = f"{len(files)}, {f'{size / 1e6:.1f} MB' if size > 1e5 else f'{size / 1e3:.0f} kB'}"
     return folded("Files beside this page", count, grid("files", ("file", "what", "bytes", "SHA-256"), rows))

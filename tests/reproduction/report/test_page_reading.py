@@ -89,7 +89,7 @@ def test_evidence_is_folded_unless_it_fails(window):
         ["Cross-checks of the models", "it holds", False],
         ["Audit of the runs: energy and inverse dynamics", "0 hold, 1 FAIL", True],
         ["Model spread", "4 lines", False],
-        ["Files beside this page", "1, 0.0 MB", False],
+        ["Files beside this page", "1, 12 kB", False],
         ["The paper, and the versions used", "", False],
     ]
 
