@@ -49,7 +49,7 @@ static double own_atan2(double y, double x)
     for (int i = 1; i < ARCTANGENT_TERMS; i++) {
         total = total * square + ARCTANGENT[i];
     }
-    const double sense = steep == back ? 1.0 : -1.0;
+    const double sense = (1.0 - 2.0 * steep) * (1.0 - 2.0 * back);
     const double eighths = (across > along ? 2.0 : 4.0 * back) + sense * middle;
     const double turned_by = sense * t;
     const double angle = eighths * EIGHTH + (turned_by + (eighths * EIGHTH_REST + turned_by * square * total));
