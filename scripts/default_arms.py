@@ -173,7 +173,7 @@ COMMANDS: dict[str, Callable[[ListedArm, Worker, float], Verdict]] = {
 }
 """What is tried on every arm; `study` is `new study`, `sweep` and `tune`."""
 SWEEP = ("--runs", "8", "--jobs", "1")
-TUNE = ("--runs", "8", "--check-runs", "16", "--population", "6", "--generations", "2", "--front", "0", "--jobs", "1")
+TUNE = ("--runs", "32", "--check-runs", "64", "--population", "8", "--generations", "4", "--front", "0", "--jobs", "1")
 
 
 def survey(arms: Sequence[ListedArm], processes: int, command: str = "simulate") -> list[ArmOutcome]:
