@@ -10,7 +10,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.regression.information import information_of
-from lwr_dyn.identification.regression.load_friction import with_load_friction, with_moving_loads
+from lwr_dyn.identification.regression.load_friction import load_indices, with_load_friction, with_moving_loads
 from lwr_dyn.identification.regression.samples import Samples
 from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
 from tests.identification import cover_truths as of
@@ -28,10 +28,9 @@ def load_plant(arm: str, run: int, friction: FrictionForm = "directions") -> Pla
     plain = perturbed_plant(TorqueColumns(table.chain, friction), table, rng)
     rigid = plain.parameters[plain.columns.table_indices]
     columns = replace(plain.columns, carried=rigid)
-    parameters = np.zeros(columns.count)
-    parameters[np.isin(columns.names, plain.columns.names)] = plain.parameters
-    loads = np.flatnonzero(~np.isin(columns.names, plain.columns.names))
+    parameters, loads = np.zeros(columns.count), load_indices(columns)
     parameters[loads] = rng.uniform(*SHARES, loads.size)
+    parameters[~np.isin(np.arange(columns.count), loads)] = plain.parameters
     return Plant(columns, parameters)
 
 
@@ -50,3 +49,9 @@ def misses(arm: str, runs: Iterable[int], seconds: float = SECONDS) -> Array:
         found = with_moving_loads(samples, information_of(samples, columns))
         rows.append((found.values - plant.base) / found.sigma)
     return np.array(rows)
+
+
+def of_shares(arm: str, z: Array) -> Array:
+    """Those of the shares of the load, (runs, n)."""
+    columns = load_plant(arm, 0).columns
+    return z[:, np.isin(columns.base().kept, load_indices(columns))]

@@ -124,7 +124,8 @@ def test_a_joint_that_turns_one_way_alone_is_named(plant, samples):
 def test_a_joint_without_equations_has_a_share_that_no_motion_shows(plant, samples):
     used = samples.used.copy()
     used[:, 5] = False
-    found = information_of(*(x := (replace(samples, used=used),)), with_load_friction(x[0], without(plant)))
+    five = replace(samples, used=used)
+    found = with_moving_loads(five, information_of(five, with_load_friction(five, without(plant))))
     at = np.searchsorted(found.base.kept, load_indices(found.columns))
     assert np.isinf(found.sigma[at]).tolist() == [False] * 5 + [True]
 
