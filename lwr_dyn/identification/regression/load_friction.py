@@ -15,8 +15,9 @@ poorly swing from round to round), and the precision is M^T (X^T S X)^-1 M.
 References
 ----------
 Hamon, Gautier, Garrec, Dynamic identification of robots with a dry friction model depending on load and velocity
-(2010): the model, whose load is the torque behind the gear, and parameters by inverse dynamics. Huber, The behavior of
-maximum likelihood estimates under nonstandard conditions (1967), for the precision.
+(2010): the model, with the torque behind the gear as the load; here with the rotor's, which torques do not always tell
+from the bodies'. Huber, The behavior of maximum likelihood estimates under nonstandard conditions (1967), for the
+precision.
 """
 
 from dataclasses import replace

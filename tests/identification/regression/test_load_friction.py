@@ -9,7 +9,9 @@ import lwr_dyn
 from lwr_dyn.foundation.errors import LogError
 from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.load_friction import load_indices, with_load_friction, with_moving_loads
-from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.identification.regression.stribeck import stribeck_search
+from lwr_dyn.identification.regression.torque_columns import JointColumns, TorqueColumns
+from lwr_dyn.model.friction import Direction, JointFriction
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.load_friction_study import load_plant, load_samples, misses
 
@@ -104,6 +106,37 @@ def test_errors_are_those_of_torques_whose_load_moves_with_the_bodies(plant, sam
     wanted = np.sqrt(np.diag(inverse @ F @ inverse.T))
     assert with_moving_loads(samples, found).sigma == pytest.approx(wanted, rel=1e-3)
     assert np.abs(found.sigma / wanted - 1.0).max() > 0.05
+
+
+@pytest.mark.parametrize("form", ["directions", "symmetric"])
+def test_the_share_stands_between_levels_and_stribeck_drops(form):
+    joint, side = JointColumns(form, (0.1,), load=True), Direction(0.5, 0.2, 0.8, 0.1)
+    model, dq, load = JointFriction(side, side, 0.0), np.linspace(-1.0, 1.0, 41), np.linspace(5.0, -5.0, 41)
+    values = np.array(joint.values_of(model, 0.0))
+    at = joint.names.index("load")
+    assert values[at] == 0.0
+    values[at] = 0.07
+    assert joint.friction_of(values) == model
+    wanted = model.torque(dq) + 0.07 * np.abs(load) * np.sign(dq)
+    assert joint(dq, np.zeros(41), load) @ values == pytest.approx(wanted, abs=1e-12)
+
+
+def test_stribeck_speeds_are_found_beside_it(plant, samples):
+    speeds = np.full(6, 0.2)
+    columns = replace(plant.columns, stribeck_velocity=speeds)
+    parameters = np.zeros(columns.count)
+    drops = np.array([name.startswith("stribeck") for name in columns.names])
+    parameters[~drops], parameters[drops] = plant.parameters, 4.0
+    noise = np.random.default_rng(3).normal(0.0, 0.02, samples.tau.shape)
+    tau = columns.torques(samples.q, samples.dq, samples.ddq, parameters) + noise
+    log = replace(samples, tau=tau)
+    search = stribeck_search(log, with_load_friction(log, without(plant)))
+    assert search.speeds == pytest.approx(speeds, rel=0.1)
+    found = with_load_friction(log, search.columns)
+    information = with_moving_loads(log, information_of(log, found))
+    z = (information.values - columns.base().of(parameters)) / information.sigma
+    shares = z[np.searchsorted(information.base.kept, load_indices(found))]
+    assert np.abs(shares).max() < 4.0
 
 
 def test_a_motor_behind_a_gear_has_the_share_of_its_joint(plant, samples):
