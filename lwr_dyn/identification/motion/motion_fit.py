@@ -51,7 +51,8 @@ def identify_motion(
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
-        More folds than instants; something known that is no equation between parameters; gains with instruments.
+        More folds than instants; something known that is no equation between parameters; gains or
+        friction with the load with instruments.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError

@@ -76,7 +76,7 @@ def _rigid(columns: TorqueColumns, values: Array) -> Array:
 
 
 def _check_both_ways(samples: Samples, columns: TorqueColumns, source: str) -> None:
-    speeds = columns.own_speeds(samples.dq)
+    speeds = columns.drive_speeds(samples.dq)
     for j in range(columns.n):
         own = speeds[samples.used[:, j], j]
         if own.size and ((own > 0.0).all() or (own < 0.0).all()):

@@ -296,13 +296,13 @@ class TorqueColumns:
 
     def own_columns(self, q: Array, dq: Array, ddq: Array) -> list[Array]:
         """Rotor and friction of every joint (motor with a transmission) at its own speed, n of (k, f)."""
-        speed, rate = self.own_speeds(dq), self.own_speeds(ddq)
+        speed, rate = self.drive_speeds(dq), self.drive_speeds(ddq)
         load = None if self.carried is None else self._loads(q, dq, ddq, rate).T
         return [
             joint(speed[:, i], rate[:, i], None if load is None else load[i]) for i, joint in enumerate(self.joints)
         ]
 
-    def own_speeds(self, dq: Array) -> Array:
+    def drive_speeds(self, dq: Array) -> Array:
         """Of joints (k, n), or of the motors with a transmission."""
         return dq if self.transmission is None else np.asarray(dq @ self.transmission.matrix.T)
 
