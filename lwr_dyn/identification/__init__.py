@@ -6,6 +6,7 @@ excitation      Motions that excite the parameters of an arm (`lwr-dyn excite`)
 fitted          A fitted arm as a model that every command takes (`lwr-dyn identify motion ... --out`): a data file,
                 or a URDF
 friction        Friction per joint and direction from runs at constant speed (`lwr-dyn identify friction`)
+log_digests     Logs that a fit used by their digests, which a written model keeps
 log_faults      Faults of logs, recognised and named; logs made ready for a regression
 logs            Logs of a moving arm: read, checked, written, and taken from simulated runs
 motion          Inertial and friction parameters from any motion (`lwr-dyn identify motion`)

@@ -4,7 +4,6 @@ Bodies, rotors and friction stand in place of the source's, each number with its
 comes from, whose digests stand in `[document]` of a data file. All other columns keep their source and kind.
 """
 
-import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +21,8 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file, write_folder
 from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.identification.log_digests import LogDigest, log_digests
+from lwr_dyn.identification.motion.friction_rows import load_words
 from lwr_dyn.identification.motion.motion_result import MotionIdentification, expected
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, ChainLink, JointKind, Rotor
@@ -39,21 +40,6 @@ UNITS = {
 _FITTED = ("inertial", "rotors", "friction")
 """Tables that are written from the fit; the last two stay where they were fitted to motors."""
 _MORE = {"inertia": ', about = "origin", axes = "frame", products = "tensor"'}
-_CHUNK = 1 << 20
-
-
-@dataclass(frozen=True, slots=True)
-class LogDigest:
-    """A log that a fit used: its path, the SHA-256 of its bytes (of a folder: of its files in order), its instants."""
-
-    source: str
-    sha256: str
-    instants: int
-
-    def text(self) -> str:
-        """`moves.csv (sha256 1f..., 982 instants)`."""
-        digest = f"sha256 {self.sha256}" if self.sha256 else "not a file"
-        return f"{Path(self.source).name} ({digest}, {self.instants} instants)"
 
 
 class Fitted(NamedTuple):
@@ -87,6 +73,8 @@ class FittedValues:
     joints: bool = True
     contradicted: str = ""
     """By what the log contradicts the bodies; empty where it does not."""
+    lacks: str = ""
+    """Friction that was fitted and that no model has a place for; empty where there is none."""
 
     @property
     def where(self) -> str:
@@ -124,8 +112,8 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
     return FittedValues(
         Fitted(pi[:, 0], sigma[:, 0]), Fitted(com, com_sigma), Fitted(pi[:, TENSOR], sigma[:, TENSOR]),
         Fitted(fit.parameters[rotors], shown[rotors]), columns.friction_of(fit.parameters),
-        _friction_sigma(result, cov), covered, tuple(log_digests(result)), _about(result), columns.transmission is None,
-        result.contradiction,
+        _friction_sigma(result, cov), covered, tuple(log_digests(result.samples)), _about(result),
+        columns.transmission is None, result.contradiction, load_words(result.information),
     )  # fmt: skip
 
 
@@ -144,31 +132,13 @@ def _friction_sigma(result: MotionIdentification, covariance: Array) -> dict[str
     return out
 
 
-def log_digests(result: MotionIdentification) -> Iterator[LogDigest]:
-    """The logs of an identification, in their order."""
-    samples = result.samples
-    for source in dict.fromkeys(samples.sources):
-        numbers = [i for i, name in enumerate(samples.sources) if name == source]
-        yield LogDigest(source, digest_of(Path(source)), int(np.isin(samples.recording, numbers).sum()))
-
-
-def digest_of(path: Path) -> str:
-    """SHA-256 of a file, or of the files of a folder one after the other by name; empty for what is neither."""
-    files = [path] if path.is_file() else sorted(x for x in path.rglob("*") if x.is_file()) if path.is_dir() else []
-    digest = hashlib.sha256()
-    for file in files:
-        with open(file, "rb") as stream:
-            for chunk in iter(lambda: stream.read(_CHUNK), b""):
-                digest.update(chunk)
-    return digest.hexdigest() if files else ""
-
-
 def _about(result: MotionIdentification) -> str:
     fit, rule = result.consistent, result.rule
     assert fit is not None
     motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
     terms = " with Stribeck terms" * rule.stribeck + f", gains known to {rule.gains or 0.0:.3g}" * bool(rule.gains)
+    terms += f"; {load_words(result.information)}" * rule.load_friction
     return (
         f"bodies near reading {result.arm.reading}, expected off it {expected(fit)}, {result.equations} "
         f"equations, {result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"
@@ -216,7 +186,7 @@ def _limits(limits: JointLimits, model: JointFriction) -> JointLimits:
 
 def _sources(arm: Arm, values: FittedValues) -> dict[str, tuple[Source, ...]]:
     out: dict[str, tuple[Source, ...]] = {}
-    how = "least squares, bodies near the table"
+    how = "least squares, bodies near the table" + f"; {values.lacks}" * bool(values.lacks)
 
     def add(name: str, unit: str, value: object, sigma: object) -> None:
         out[name] = (Source("", values.where, "fitted", _plain(value), unit, how, sigma=_plain(sigma)),)

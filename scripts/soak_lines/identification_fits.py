@@ -78,6 +78,25 @@ def gains_cover() -> tuple[str, bool, str]:
     return said, good, "\n".join(lines)
 
 
+def load_friction_cover() -> tuple[str, bool, str]:
+    """Friction of 2 to 20 % of the load on four arms, 20 logs each: base parameters and shares inside 3 sigma."""
+    from tests.identification import cover_truths as of
+    from tests.identification.cover_study import rms
+    from tests.identification.load_friction_study import misses, of_shares
+
+    lines = ["| arm | RMS miss | % inside 3 sigma | largest | shares: RMS miss | % inside |", "|---" * 6 + "|"]
+    inside, spread = [], []
+    for arm in ("panda", "ur10", "wam7", "iiwa14"):
+        z = misses(arm, range(of.RUNS))
+        shares = of_shares(arm, z)
+        inside += [float(np.mean(np.abs(x) <= 3.0)) for x in (z, shares)]
+        spread.append(rms(z))
+        lines.append(f"| {arm} | {spread[-1]:.2f} | {100 * inside[-2]:.1f} | {np.abs(z).max():.1f} | "
+                     f"{rms(shares):.2f} | {100 * inside[-1]:.1f} |")  # fmt: skip
+    said = f"at least {min(inside):.1%} inside 3 sigma; rms z {min(spread):.2f} to {max(spread):.2f}"
+    return said, min(inside) >= 0.97 and min(spread) >= 0.7 and max(spread) <= 1.3, "\n".join(lines)
+
+
 def mujoco_logs() -> tuple[str, bool, str]:
     """Logs of a Panda near its table and of an iiwa 14 with large rotors, each moved by MuJoCo, by the defaults."""
     from tests.identification.mujoco_study import mujoco_fit, spread

@@ -15,7 +15,7 @@ from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.checks.arm.model_laws import fit_verdicts
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.foundation.files import write_folder
-from lwr_dyn.identification import fitted
+from lwr_dyn.identification import fitted, log_digests
 from lwr_dyn.identification.logs.joint_log import read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule
@@ -208,5 +208,5 @@ def test_the_digest_of_a_folder_is_of_its_files(tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "b").write_bytes(b"2")
     (tmp_path / "bag" / "a").write_bytes(b"1")
-    assert fitted.digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
-    assert fitted.digest_of(tmp_path / "none") == ""
+    assert log_digests.digest_of(tmp_path / "bag") == hashlib.sha256(b"12").hexdigest()
+    assert log_digests.digest_of(tmp_path / "none") == ""

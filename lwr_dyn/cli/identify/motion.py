@@ -32,7 +32,7 @@ SLOWEST_STRIBECK = 0.01
 """[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
 INSTRUMENT_RULES = tuple(
     OptionRule(option, lambda given: not given["instruments"], "without --instruments, which takes unfiltered rows")
-    for option in ("stribeck", "motor-side", "cutoff", "folds", "gains", "html")
+    for option in ("stribeck", "motor-side", "cutoff", "folds", "gains", "html", "load-friction")
 )
 """Options that instrumental variables have no use for."""
 ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
@@ -55,6 +55,9 @@ ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
     kind=OneOf(FORMS),
 )
 @click.option("--stribeck", is_flag=True, help="Search the Stribeck speeds of joints whose torques ask for one.")
+@click.option(
+    "--load-friction", is_flag=True, help="Friction that grows with the torque carried: fits a share a joint."
+)
 @with_shared("--deviation", ", as 20% or 0.2; found from the logs if not given")
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
@@ -85,7 +88,9 @@ def command(
     motors = of_logs.chosen_motors(arm, given)
     cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
     samples = of_logs.sample_rule(cutoff, float(slowest), motors, of_logs.behind_the_gears(arm, given))
-    fit = {name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known", "gains")}
+    fit = {
+        name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known", "gains", "load_friction")
+    }
     rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)
     read = (given["columns"], given["as_logged"])
@@ -146,3 +151,5 @@ def _written(
     if given["out"] is not None and not _is_refused(given, result):
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
         yield f"wrote {files}; next: lwr-dyn check {given['out']}"
+        if given["load_friction"]:
+            yield f"{given['out']} lacks friction that grows with the load, kept in its provenance alone"

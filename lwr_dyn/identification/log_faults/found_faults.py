@@ -260,7 +260,7 @@ def torque_scale_faults(samples: Samples, arm: Arm) -> tuple[LogFault, ...]:
 def _slope(samples: Samples, columns: TorqueColumns, predicted: Array, joint: int) -> float:
     """a_j, NaN where it is not known."""
     rows = np.abs(samples.dq[:, joint]) > SLOW
-    own = columns.own_columns(joint, samples.dq, samples.ddq)[rows]  # rotor and friction
+    own = columns.own_columns(samples.q[rows], samples.dq[rows], samples.ddq[rows])[joint]  # rotor and friction
     beside = np.column_stack([own[:, np.abs(own).any(axis=0)], np.ones(len(own))])
     if len(beside) <= beside.shape[1] + 1:
         return float("nan")

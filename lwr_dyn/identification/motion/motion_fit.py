@@ -24,6 +24,7 @@ from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.instrumental import instrumental_information
 from lwr_dyn.identification.regression.least_squares import ROUNDING, Estimate
+from lwr_dyn.identification.regression.load_friction import with_load_friction, with_moving_loads
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, sample_parts, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch, stribeck_search, with_unknown_speeds
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
@@ -50,7 +51,8 @@ def identify_motion(
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
-        More folds than instants; something known that is no equation between parameters; gains with instruments.
+        More folds than instants; something known that is no equation between parameters; gains or
+        friction with the load with instruments.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError
@@ -109,6 +111,8 @@ class _SeenLogs:
     def of(cls, folds: validation.Folds, search: StribeckSearch | None) -> "_SeenLogs":
         """What folds of logs say, whose Stribeck speeds were searched or not."""
         information, whiteness = said_by(folds)
+        if folds.columns.carried is not None:
+            information = with_moving_loads(folds.samples, information)
         if search is None or folds.columns.stribeck_velocity is None:
             return cls(folds.samples, information, folds, whiteness, search)
         information, sigma = with_unknown_speeds(folds.samples, information)
@@ -118,6 +122,8 @@ class _SeenLogs:
 def _by_command(logs: Sequence[JointLog], commands: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
     if rule.gains is not None:
         raise OptionError("gains", f"{rule.gains:g}", "none with instruments, which take unfiltered rows")
+    if rule.load_friction:
+        raise OptionError("load friction", "given", "none with instruments, which take columns of one motion")
     columns = TorqueColumns(arm.chain, rule.friction, link_side=rule.samples.link_side)
     information, along = instrumental_information(logs, commands, columns, float(np.max(rule.samples.slowest)))
     return _SeenLogs(along, information)
@@ -141,8 +147,12 @@ def _fitted(
 def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
     samples = samples_of(logs, rule.samples)
     columns = rule.columns(arm)
+    if rule.load_friction:
+        columns = with_load_friction(samples, columns)
     search = stribeck_search(samples, columns) if rule.stribeck else None
     columns = columns if search is None else search.columns
+    if search is not None and rule.load_friction:  # without the Stribeck terms the share was another
+        columns = with_load_friction(samples, columns)
     known = samples_of(logs, rule.samples.taking_all()).used
     folds = validation.Folds.of(samples, columns, rule.folds, known)
     _check_enough(logs, folds.information(), samples, rule.samples)

@@ -17,6 +17,7 @@ from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.bodies.possible_bodies import LONGEST, BodyVerdict, body_lines, body_parts, short
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import identifiable, validation
+from lwr_dyn.identification.motion.friction_rows import friction_parts
 from lwr_dyn.identification.motion.gain_fit import gain_parts
 from lwr_dyn.identification.motion.validation import Validation, Whiteness
 from lwr_dyn.identification.regression.drive_gains import DriveGains
@@ -55,6 +56,8 @@ class MotionRule:
         Coulomb and viscous friction of each direction, or the same in both with an offset.
     stribeck : bool
         Whether Stribeck speeds are searched, on all motions; take samples at low speeds then.
+    load_friction : bool
+        Whether friction grows with the torque that a gear carries, a share of it a joint (`regression.load_friction`).
     folds : int
         Parts into which the motions are dealt; each is kept from a fit in turn.
     deviation : float, optional
@@ -71,12 +74,13 @@ class MotionRule:
     ------
     OptionError
         A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds; gains that are not above 0
-        or beyond `LARGEST_GAIN`, or those of motors that turn joints together.
+        or beyond `LARGEST_GAIN`; those, or friction with the load, of motors that turn joints together; both.
     """
 
     samples: SampleRule = DEFAULT_SAMPLES
     friction: FrictionForm = "directions"
     stribeck: bool = False
+    load_friction: bool = False
     folds: int = 5
     deviation: float | None = None
     known: tuple[str, ...] = ()
@@ -91,12 +95,15 @@ class MotionRule:
             raise OptionError("deviation", self.deviation, allowed)
         if self.gains is not None and not (0.0 < self.gains <= LARGEST_GAIN):
             raise OptionError("gains", self.gains, f"a share above 0 and up to {LARGEST_GAIN:g}, such as 0.1 for 10 %")
-        motors = self.samples.transmission
-        if self.gains is not None and motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any():
-            raise OptionError("gains", "given for motors that turn joints together", "motors with a joint each")
+        if self.gains is not None and self.load_friction:
+            raise OptionError("gains", "given with friction that grows with the load", "one of the two")
+        motors, asked = self.samples.transmission, "gains" if self.gains is not None else "load friction"
+        coupled = motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any()
+        if coupled and (self.gains is not None or self.load_friction):
+            raise OptionError(asked, "given for motors that turn joints together", "motors with a joint each")
 
     def columns(self, arm: Arm) -> TorqueColumns:
-        """Of an arm, without Stribeck speeds."""
+        """Of an arm, without Stribeck speeds and friction with the load."""
         rule = self.samples
         return TorqueColumns(arm.chain, self.friction, transmission=rule.transmission, link_side=rule.link_side)
 
@@ -269,7 +276,7 @@ def motion_document(
         Section("Bodies", body_parts(result.bodies), key="bodies", says="Whether bodies can have the values."),
         Section("Parameters", [
             parameters(result), *(Note(f"{s}: {m}", s in result.states) for s, m in identifiable.MEANING.items()),
-            *_stribeck(result),
+            *friction_parts(found, result.states, result.stribeck, result.stribeck_sigma),
         ]),
         Section("Gains", gain_parts(result.gains, fit), key="gains", there=result.gains is not None,
                 says="Gains of the torques that were fitted; null where they are taken as known."),
@@ -309,25 +316,6 @@ def parameters(result: MotionIdentification) -> Table:
     rows = zip(result.base.statements(), found.values, found.sigma, result.half_widths, bodies, own, identified,
                (found.values - own) / sigma, result.states, strict=True)  # fmt: skip
     return Table("", columns, [*rows], f"value +- standard error; {NOISE_MODEL}", "parameters")
-
-
-def _stribeck(result: MotionIdentification) -> list[Any]:
-    search = result.stribeck
-    speeds = np.zeros(0) if search is None else search.speeds
-    sigma = np.full(len(speeds), np.nan) if result.stribeck_sigma is None else result.stribeck_sigma
-    rows = [
-        (j + 1, v, sigma[j], "bound of the search" if search is not None and search.at_bound[j] else "")
-        for j, v in enumerate(speeds)
-        if np.isfinite(v)
-    ]
-    heads = ("joint", Heading("speed", "rad/s, m/s", key="v", sigma="e"), Heading(key="e"), Heading("how", key=None))
-    return [
-        Table("Stribeck speeds", heads, rows),
-        Note("Stribeck speeds: no joint asks for one", search is not None and not rows),
-        Fact("stribeck_velocity", None if search is None else search.speeds,
-             "Speeds found with --stribeck, null for a joint without one.", kind=Numbers | None),
-        Fact("stribeck_velocity_error", result.stribeck_sigma, "Their standard errors.", kind=Numbers | None),
-    ]  # fmt: skip
 
 
 def expected(fit: ConsistentFit) -> str:

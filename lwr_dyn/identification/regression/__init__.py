@@ -8,6 +8,8 @@ instrumental    Instrumental variables for logs without a filter: columns of the
                 for noisy ones
 least_squares   Linear least squares: base parameters, normal equations by their eigenvectors, weighted and robust
                 estimates
+load_friction   Friction that grows with the torque that a gear carries: a share of it, beside Coulomb and viscous
+                friction
 samples         Instants of logs as the regression takes them: states from positions alone, torques as they were
                 measured
 stribeck        Stribeck speeds: the one nonlinear parameter of friction, by a bounded search with all others linear

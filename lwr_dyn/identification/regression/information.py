@@ -138,7 +138,7 @@ class _JointSums:
 
 
 def _add(part: Samples, columns: TorqueColumns, joints: Sequence[_JointSums]) -> None:
-    own = [columns.own_columns(i, part.dq, part.ddq) for i in range(columns.n)]
+    own = columns.own_columns(part.q, part.dq, part.ddq)
     for first in range(0, len(part), BLOCK):
         rows = slice(first, first + BLOCK)
         Y = columns.raw_bodies(part.q[rows], part.dq[rows], part.ddq[rows])

@@ -24,6 +24,8 @@ _NAMES = {
     "symmetric": ("armature", "coulomb", "viscous", "offset"),
     "directions": ("armature", "coulomb+", "viscous+", "coulomb-", "viscous-"),
 }
+LOAD = "load"
+"""Name of the column of friction that grows with the load."""
 _STRIBECK = {"symmetric": ("stribeck",), "directions": ("stribeck+", "stribeck-")}
 
 
@@ -34,6 +36,7 @@ class JointColumns:
     symmetric:   tau = armature ddq + coulomb sign(dq) + viscous dq + offset + stribeck sign(dq) exp(-(dq/v_s)^2)
     directions:  the same with magnitudes of their own for dq > 0 and dq < 0, and without an offset, which is theirs:
                  half the difference of the two levels
+    load:        load |tau_load| sign(dq), a share of the torque that the gear carries
 
     Parameters
     ----------
@@ -42,6 +45,8 @@ class JointColumns:
         v_s [rad/s or m/s]: none, one, or several to choose from (`regression.stribeck`).
     link_side : bool
         Whether torques are measured behind the gears: no rotor reaches them, and the armature's column is 0.
+    load : bool
+        Whether friction grows with the torque carried (`regression.load_friction`).
 
     References
     ----------
@@ -51,6 +56,7 @@ class JointColumns:
     form: FrictionForm
     stribeck: tuple[float, ...] = ()
     link_side: bool = False
+    load: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -61,52 +67,57 @@ class JointColumns:
         """
         several = len(self.stribeck) > 1
         drops = [f"{name}@{v:g}" if several else name for v in self.stribeck for name in _STRIBECK[self.form]]
-        return (*_NAMES[self.form], *drops)
+        return (*_NAMES[self.form], *([LOAD] if self.load else []), *drops)
 
     @property
     def linear(self) -> int:
         """How many columns stand before those of the Stribeck drops."""
-        return len(_NAMES[self.form])
+        return len(_NAMES[self.form]) + self.load
 
-    def __call__(self, dq: Array, ddq: Array) -> Array:
-        """(k, f) for dq, ddq (k,); at dq = 0 all friction but the offset is 0."""
+    def __call__(self, dq: Array, ddq: Array, carried: Array | None = None) -> Array:
+        """(k, f) for dq, ddq (k,) and, where friction grows with it, the torque that the gear carries (k,) [N m or N].
+
+        At dq = 0 all friction but the offset is 0.
+        """
         sign, ddq = np.sign(dq), np.zeros_like(ddq) if self.link_side else ddq
+        load = [] if carried is None else [np.abs(carried) * sign]
         drop = [sign * np.exp(-np.square(dq / v)) for v in self.stribeck]
         if self.form == "symmetric":
-            return np.column_stack([ddq, sign, dq, np.ones_like(dq), *drop])
+            return np.column_stack([ddq, sign, dq, np.ones_like(dq), *load, *drop])
         up, down = dq > 0.0, dq < 0.0
         sides = [x * side for side in (up, down) for x in (sign, dq)]
-        return np.column_stack([ddq, *sides, *(x * side for x in drop for side in (up, down))])
+        return np.column_stack([ddq, *sides, *load, *(x * side for x in drop for side in (up, down))])
 
     def values_of(self, model: JointFriction | None, armature: float) -> list[float]:
         """The parameters (f,) of a friction model: the mean of its directions where the form is symmetric.
 
-        The Stribeck term is taken as the model's own, whatever its v_s.
+        The Stribeck term is taken as the model's own, whatever its v_s; none grows with the load.
         """
         given = model or FRICTIONLESS
         sides = (given.positive, given.negative)
+        load = [0.0] if self.load else []
         drops = [side.holding - side.coulomb for side in sides] if self.stribeck else []
         if self.form == "symmetric":
             up, down = sides
             offset = given.offset + (up.coulomb - down.coulomb) / 2
             levels = [(up.coulomb + down.coulomb) / 2, (up.viscous + down.viscous) / 2, offset]
-            return [armature, *levels, *([sum(drops) / 2] if drops else [])]
+            return [armature, *levels, *load, *([sum(drops) / 2] if drops else [])]
         offsets = (given.offset, -given.offset)
         pairs = [x for side, extra in zip(sides, offsets, strict=True) for x in (side.coulomb + extra, side.viscous)]
-        return [armature, *pairs, *drops]
+        return [armature, *pairs, *load, *drops]
 
     def friction_of(self, values: Array) -> JointFriction:
         """The model that parameters (f,) describe; a level or a Stribeck term that noise put below 0 is 0.
 
         With directions the model has no offset of its own unless a level is below 0: then half the difference of the
-        two levels is the offset.
+        two levels is the offset. What grows with the load is left out: the model has no place for it.
         """
-        v = [float(x) for x in values]
+        v, drops = [float(x) for x in values], [float(x) for x in values[self.linear :]]
         if self.form == "symmetric":
-            side = self._direction(v[1], v[2], v[4:])
+            side = self._direction(v[1], v[2], drops)
             return JointFriction(side, side, v[3])
         offset = 0.0 if min(v[1], v[3]) >= 0.0 else (v[1] - v[3]) / 2
-        up, down = self._direction(v[1] - offset, v[2], v[5:6]), self._direction(v[3] + offset, v[4], v[6:7])
+        up, down = self._direction(v[1] - offset, v[2], drops[:1]), self._direction(v[3] + offset, v[4], drops[1:])
         return JointFriction(up, down, offset)
 
     def _direction(self, coulomb: float, viscous: float, drop: list[float]) -> Direction:
@@ -146,6 +157,8 @@ class TorqueColumns:
         joints through T^T (v_s too is at the motor).
     link_side : bool
         As `JointColumns`.
+    carried : (11 n,) array, optional
+        Bodies and rotors (`table_indices`) whose torque friction grows with, a column a joint; none if not given.
 
     Raises
     ------
@@ -164,6 +177,7 @@ class TorqueColumns:
     stribeck_velocity: Any = None
     transmission: Transmission | None = None
     link_side: bool = False
+    carried: Any = None
     joints: tuple[JointColumns, ...] = field(init=False)
     names: tuple[str, ...] = field(init=False)
     _kernel: BatchDynamics | None = field(init=False, repr=False)
@@ -176,11 +190,14 @@ class TorqueColumns:
         if self.transmission is not None and self.transmission.n != n:
             raise OptionError("transmission", f"of {self.transmission.n} motors", f"{n}, one per joint")
         speeds = _speeds(self.stribeck_velocity, n)
-        joints = tuple(JointColumns(self.friction, tuple(v[~np.isnan(v)].tolist()), self.link_side) for v in speeds)
+        form, load = self.friction, self.carried is not None
+        joints = tuple(JointColumns(form, tuple(v[~np.isnan(v)].tolist()), self.link_side, load) for v in speeds)
         links = [f"{name}_{i}" for i in range(1, n + 1) for name in INERTIAL]
         own = [f"{name}_{i}" for i, joint in enumerate(joints, 1) for name in joint.names]
         if self.stribeck_velocity is not None:
             object.__setattr__(self, "stribeck_velocity", read_only(self.stribeck_velocity))
+        if load:
+            object.__setattr__(self, "carried", fixed_array("carried", self.carried, (11 * n,)))
         object.__setattr__(self, "joints", joints)
         object.__setattr__(self, "names", (*links, *own))
         object.__setattr__(self, "_kernel", _kernel_of(self.chain))
@@ -229,8 +246,7 @@ class TorqueColumns:
         """Y (k, n, p) for states (k, n): torque of a joint [N m or N] per unit of a parameter (SI)."""
         out = np.zeros((len(q), self.n, self.count))
         out[:, :, : self.bodies] = self.body_columns(q, dq, ddq)
-        for i in range(self.n):
-            values = self.own_columns(i, dq, ddq)
+        for i, values in enumerate(self.own_columns(q, dq, ddq)):
             for j in range(self.n):
                 if reach := self.reach(j, i):
                     out[:, j, self.of_joint(i)] = reach * values
@@ -256,27 +272,46 @@ class TorqueColumns:
         if parameters.size != self.count:
             pi = np.zeros(self.count)
             pi[self.base().kept] = parameters
-        out, inertia = np.empty((len(q), self.n)), np.empty((self.n, len(INERTIAL)))
-        inertia[:, FROM_KERNEL] = pi[: self.bodies].reshape(self.n, -1)
+        out = self._of_bodies(q, dq, ddq, pi[: self.bodies])
         for first in range(0, len(q), BLOCK):
             rows = slice(first, first + BLOCK)
-            if self._kernel is None or len(q) <= MANY:
-                out[rows] = self.body_columns(q[rows], dq[rows], ddq[rows]) @ pi[: self.bodies]
-            else:
-                out[rows] = self._kernel.inverse_dynamics(q[rows], dq[rows], ddq[rows], inertia=inertia)
-            for i in range(self.n):
-                own = self.own_columns(i, dq[rows], ddq[rows]) @ pi[self.of_joint(i)]
+            for i, columns in enumerate(self.own_columns(q[rows], dq[rows], ddq[rows])):
+                own = columns @ pi[self.of_joint(i)]
                 for j in range(self.n):
                     if reach := self.reach(j, i):
                         out[rows, j] += reach * own
         return out
 
-    def own_columns(self, joint: int, dq: Array, ddq: Array) -> Array:
-        """Rotor and friction of a joint (from 0; of a motor with a transmission), (k, f), at its own speed."""
-        if self.transmission is None:
-            return self.joints[joint](dq[:, joint], ddq[:, joint])
-        row = self.transmission.matrix[joint]
-        return self.joints[joint](dq @ row, ddq @ row)
+    def _of_bodies(self, q: Array, dq: Array, ddq: Array, bodies: Array) -> Array:
+        """Torques (k, n) of bodies (10 n,) alone."""
+        out, inertia = np.empty((len(q), self.n)), np.empty((self.n, len(INERTIAL)))
+        inertia[:, FROM_KERNEL] = bodies.reshape(self.n, -1)
+        for first in range(0, len(q), BLOCK):
+            rows = slice(first, first + BLOCK)
+            if self._kernel is None or len(q) <= MANY:
+                out[rows] = self.body_columns(q[rows], dq[rows], ddq[rows]) @ bodies
+            else:
+                out[rows] = self._kernel.inverse_dynamics(q[rows], dq[rows], ddq[rows], inertia=inertia)
+        return out
+
+    def own_columns(self, q: Array, dq: Array, ddq: Array) -> list[Array]:
+        """Rotor and friction of every joint (motor with a transmission) at its own speed, n of (k, f)."""
+        speed, rate = self.drive_speeds(dq), self.drive_speeds(ddq)
+        load = None if self.carried is None else self._loads(q, dq, ddq, rate).T
+        return [
+            joint(speed[:, i], rate[:, i], None if load is None else load[i]) for i, joint in enumerate(self.joints)
+        ]
+
+    def drive_speeds(self, dq: Array) -> Array:
+        """Of joints (k, n), or of the motors with a transmission."""
+        return dq if self.transmission is None else np.asarray(dq @ self.transmission.matrix.T)
+
+    def _loads(self, q: Array, dq: Array, ddq: Array, rate: Array) -> Array:
+        """Torques (k, n) of `carried` at the joints or motors, whose accelerations are `rate`."""
+        bodies = self._of_bodies(q, dq, ddq, self.carried[: self.bodies])
+        if self.transmission is not None:
+            bodies = np.asarray(np.linalg.solve(self.transmission.matrix.T, bodies.T).T, dtype=np.float64)
+        return bodies if self.link_side else np.asarray(bodies + rate * self.carried[self.bodies :])
 
     def reach(self, joint: int, other: int) -> float:
         """What the columns of `other` count in the equation of `joint`: 1 or 0; T[other, joint] with a transmission."""
@@ -304,16 +339,29 @@ class TorqueColumns:
     def base(self) -> BaseParameters:
         """Which combinations any motion can determine, found once from `PROBES` random states.
 
-        Never from a log: at 2 s of motion the rank already depends on the tolerance, here it does not.
+        Never from a log: at 2 s of motion the rank already depends on the tolerance, here it does not. Friction that
+        grows with the load stands beside them, whatever bodies it grows with.
 
         References
         ----------
         Gautier, Numerical calculation of the base inertial parameters of robots (1991).
         """
+        if not self._base and self.carried is not None:
+            self._base.append(self._with_loads(replace(self, carried=None).base()))
         if not self._base:
             q, dq, ddq = np.random.default_rng(0).uniform(-WIDEST, WIDEST, (3, PROBES, self.n))
             self._base.append(base_parameters(self(q, dq, ddq).reshape(-1, self.count), self.names))
         return self._base[0]
+
+    def _with_loads(self, plain: BaseParameters) -> BaseParameters:
+        at = {name: k for k, name in enumerate(self.names)}
+        moved = np.array([at[name] for name in plain.names], dtype=np.intp)
+        kept = np.sort(np.concatenate([moved[plain.kept], np.setdiff1d(np.arange(self.count), moved)]))
+        grouping = np.zeros((kept.size, self.count))
+        grouping[np.ix_(np.isin(kept, moved), moved)] = plain.grouping
+        loads = np.flatnonzero(~np.isin(kept, moved))
+        grouping[loads, kept[loads]] = 1.0
+        return BaseParameters(self.names, kept, grouping)
 
 
 def _speeds(given: Any, n: int) -> Array:

@@ -1,6 +1,7 @@
 """`lwr-dyn identify` as a user types it."""
 
 import json
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -127,6 +128,31 @@ def test_gains_that_are_no_share_are_refused_in_a_line(refused, wam, fourier, tm
     )
     assert "'ten' is not a share; allowed: a number such as 5% or 0.05" in refused(*command, "ten")
     assert "allowed: without --instruments" in refused(*command, "10%", "--instruments", tmp_path / "log.csv")
+
+
+@pytest.mark.slow
+def test_friction_with_the_load_is_found_printed_and_said_of_the_model(lwr_dyn_command, tmp_path):
+    log = files("lwr_dyn.identification.ranking") / "logs" / "ur10_salerno.csv"
+    command = ("identify", "motion", "ur10", log, "--load-friction")
+    code, out, _ = lwr_dyn_command(*command, "--accept", "--out", tmp_path / "arm.toml")
+    assert code == 0
+    assert "friction that grows with the torque of bodies and rotors" in out
+    assert out.endswith("arm.toml lacks friction that grows with the load, kept in its provenance alone\n")
+    assert "of the load (not in the model)" in (tmp_path / "arm.toml").read_text(encoding="utf-8")
+    code, out, _ = lwr_dyn_command(*command, "--accept", "--out", tmp_path / "arm.urdf")
+    assert "of the load (not in the model)" in (tmp_path / "arm.provenance.json").read_text(encoding="utf-8")
+    found = json.loads(lwr_dyn_command(*command, "--json")[1])
+    assert found["load_friction"][1] > 3.0 * found["load_friction_error"][1]
+    assert [p["parameter"] for p in found["parameters"]].count("load_2") == 1
+
+
+def test_what_does_not_go_with_friction_of_the_load_is_refused_in_a_line(refused, wam, fourier, tmp_path):
+    log = fourier(wam, wam.friction, seconds=2.0)
+    write_log(tmp_path / "log.csv", log)
+    command = ("identify", "motion", "wam7", tmp_path / "log.csv", "--load-friction")
+    allowed = "gains: given with friction that grows with the load; allowed: one of the two"
+    assert refused(*command, "--gains", "10%") == f"lwr-dyn: {allowed}\n"
+    assert "allowed: without --instruments" in refused(*command, "--instruments", tmp_path / "log.csv")
 
 
 @pytest.mark.slow
