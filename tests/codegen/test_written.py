@@ -22,7 +22,7 @@ from lwr_dyn.codegen.emit.functions import EMITTED
 from lwr_dyn.codegen.emit.javascript_file import js_files
 from lwr_dyn.codegen.kernels import kernel_spec, lowering, pose_kernel
 from lwr_dyn.codegen.kernels.kernel_source import generate
-from lwr_dyn.codegen.kernels.pose_source import pose_source
+from lwr_dyn.codegen.kernels.pose_source import driver_assembly, step_source
 from lwr_dyn.codegen.rollouts import philox_code, step
 from lwr_dyn.codegen.rollouts.compiled_loop import whole_source
 from lwr_dyn.codegen.rollouts.kernel import rollout_source
@@ -88,7 +88,7 @@ def kernel_texts():
                 definition = next(x for x in ast.parse(source.text).body if getattr(x, "name", "") == "body")
                 definition.decorator_list = []
                 for past in {False, spec.layout == "blocks"}:
-                    text = lowering._assembly(ast.unparse(definition), "body", spec.dtype, past)
+                    text = lowering.body_assembly(ast.unparse(definition), "body", spec.dtype, past)
                     yield f"assembly {name} {function} {past}", text
     for lanes in (1, 4):
         yield f"numbers {lanes}", philox_code._assembly("fill", lanes, 5, 3)
@@ -104,7 +104,8 @@ def rollout_texts(kind):
 
 def pose_texts():
     for arm in (ARM, SLIDING):
-        yield f"pose {arm.name}", pose_source(arm.name, arm.chain, search_ranges(arm, True, 1, 0), 2)
+        yield f"pose {arm.name}", step_source(arm.chain, search_ranges(arm, True, 1, 0), 2)
+    yield "loop", driver_assembly(2, 2)
 
 
 def emitted_texts(name):

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from llvmlite import binding as llvm
 
-from lwr_dyn.codegen.branches.llvm_text import DECLARATIONS, llvm_text, table, table_places
 from lwr_dyn.codegen.kernels.kernel import address, cache_name, read_cache, write_cache
+from lwr_dyn.codegen.kernels.llvm_text import DECLARATIONS, llvm_text, table, table_places
 from lwr_dyn.codegen.kernels.machine_code import LoadedCode, host_cpu, load, optimise, target_machine
 from lwr_dyn.codegen.kernels.single_state import Signature, closed_because, single_call
 from lwr_dyn.foundation.arrays import Array
@@ -24,7 +24,7 @@ from lwr_dyn.kinematics.closed_forms.texts import ANGLE_NUMBERS, closed_form_tex
 GIVEN = 20
 """Numbers that a function can be given: a pose, and what else it asks for."""
 
-_WRITERS = (("lwr_dyn.kinematics.closed_forms", "text_parser.py"), ("lwr_dyn.codegen.branches", "llvm_text.py"))
+_WRITERS = (("lwr_dyn.kinematics.closed_forms", "text_parser.py"), ("lwr_dyn.codegen.kernels", "llvm_text.py"))
 """The cache does not keep what an earlier version of these has made."""
 
 _codes: dict[str, LoadedCode] = {}

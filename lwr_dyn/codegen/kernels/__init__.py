@@ -15,14 +15,15 @@ kernel_spec         The functions of a batch, and the specification of their ker
 lean_recursion      The recursions that kernels are generated from: inverse dynamics, and B by composite bodies, in
                     the axes' own frames
 lowering            Lowers the body of a kernel, a straight-line loop over lanes, to LLVM vector instructions
+llvm_text           Texts in the small part of C (closed forms, loops of kernels) as LLVM's intermediate language
 machine_code        From the source of a kernel to machine code for this processor, and machine code as a function to
                     call
 pose_driver         The loop around the step of inverse kinematics: W starts at once, each in a lane of its own that
                     is refilled
 pose_kernel         The search for one solution of a pose, by a kernel compiled for an arm when first used: the row
                     "kernel"
-pose_source         Generates the Python source of an arm's kernel of inverse kinematics: its step, as straight-line
-                    code
+pose_source         Generates the step of an arm's inverse kinematics as straight-line code, and its kernel, the step
+                    in its loop
 result_form         How results of a batch lie in memory, and which entries of a matrix are computed and stored at all
 scalar_code         Straight-line code as text of LLVM's language, for one state: the same operations as in the vector
                     kernels

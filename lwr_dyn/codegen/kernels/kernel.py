@@ -238,28 +238,25 @@ def cache_name(kind: str, text: Iterable[str]) -> str:
     return f"{kind}-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
 
 
-def kept_code(key: str, source: Callable[[], str], inputs: int) -> Any:
-    """The `LoadedCode` of that key: of this process, from the cache, or built now from the source."""
+def kept_code(key: str, made: Callable[[], tuple[bytes, str]], inputs: int) -> Any:
+    """The `LoadedCode` of that key: of this process, from the cache, or `made` now, with the name of its function."""
     from lwr_dyn.codegen.kernels.machine_code import load
 
     with _building:
         if key not in _codes:
-            record, code = _record_and_code(key, set(), lambda: (source(), {}))
+            record, code = _record_and_code(key, set(), lambda: (made(), {}))
             _codes[key] = load(code, record["symbol"], inputs)
         return _codes[key]
 
 
 def _record_and_code(
-    key: str, names: set[str], made: Callable[[], tuple[str, dict[str, Any]]]
+    key: str, names: set[str], made: Callable[[], tuple[tuple[bytes, str], dict[str, Any]]]
 ) -> tuple[dict[str, Any], bytes]:
-    """A record of these names and the function's symbol, and the code: from the cache, or of the source made now."""
-    from lwr_dyn.codegen.kernels.machine_code import compiled
-
+    """A record of these names and the function's symbol, and the code: from the cache, or made now."""
     kept = read_cache(key)
     if kept is not None and kept[0].keys() == {"symbol", *names} and isinstance(kept[0]["symbol"], str):
         return kept
-    source, record = made()
-    code, symbol = compiled(source)
+    (code, symbol), record = made()
     record = {"symbol": symbol} | record
     write_cache(key, record, code)
     return record, code
@@ -310,8 +307,9 @@ def kernel_of(spec: KernelSpec, function: str) -> Kernel:
     return kernel
 
 
-def _made(spec: KernelSpec, function: str) -> tuple[str, dict[str, Any]]:
+def _made(spec: KernelSpec, function: str) -> tuple[tuple[bytes, str], dict[str, Any]]:
     from lwr_dyn.codegen.kernels.kernel_source import generate
+    from lwr_dyn.codegen.kernels.machine_code import compiled
 
     source = generate(spec, function)
-    return source.text, asdict(source.interface)
+    return compiled(source.text), asdict(source.interface)

@@ -14,12 +14,9 @@ from typing import Any
 
 from llvmlite import binding as llvm
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from lwr_dyn.codegen.kernels.machine_code import fuses
-from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows
+from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows, function_of
 
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
@@ -58,7 +55,7 @@ def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
         llvm.add_symbol(name, unlinked_address())
 
         lowered = _in_place(name) if len(inspect.signature(function).parameters) == 1 else _to_results(name)
-        lowered.assembly = _assembly(text, name, dtype)
+        lowered.assembly = body_assembly(text, name, dtype)
         lowered.written = (text, name, dtype)
         return lowered
 
@@ -70,11 +67,14 @@ def streaming(body: Any) -> Any:
     text, name, dtype = body.written
     llvm.add_symbol(f"{name}_streaming", unlinked_address())
     lowered = _to_results(f"{name}_streaming")
-    lowered.assembly = _assembly(text, f"{name}_streaming", dtype, is_streaming=True)
+    lowered.assembly = body_assembly(text, f"{name}_streaming", dtype, is_streaming=True)
     return lowered
 
 
 def _in_place(name: str) -> Any:
+    from numba import types
+    from numba.extending import intrinsic
+
     @intrinsic  # type: ignore[untyped-decorator]
     def lowered(typing_context: Any, b: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -87,6 +87,9 @@ def _in_place(name: str) -> Any:
 
 
 def _to_results(name: str) -> Any:
+    from numba import types
+    from numba.extending import intrinsic
+
     @intrinsic  # type: ignore[untyped-decorator]
     def lowered(typing_context: Any, b: Any, out: Any, at: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -102,11 +105,11 @@ def _to_results(name: str) -> Any:
 
 def _call(context: Any, builder: Any, name: str, data: list[Any]) -> None:
     kind = ir.FunctionType(ir.VoidType(), [each.type for each in data])
-    builder.call(cgutils.get_or_insert_function(builder.module, kind, name), data)
+    builder.call(function_of(builder.module, kind, name), data)
 
 
-def _assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> str:
-    """The body as an LLVM module of one function."""
+def body_assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> str:
+    """A body, written as `straight_line` says, as an LLVM module of one function of this name."""
     definition: Any = ast.parse(text).body[0]
     loop = definition.body[0]
     module = ir.Module(name)
@@ -173,7 +176,7 @@ class _Lanes:
     def _intrinsic(self, name: str, *x: Any) -> Any:
         kind = ir.FunctionType(self.vector, [self.vector] * len(x))
         full = f"llvm.{name}.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
-        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, full), x)
+        return self.builder.call(function_of(self.builder.module, kind, full), x)
 
     def fused(self, x: Any, y: Any, z: Any) -> Any:
         """x y + z with one rounding; with two where the processor has no such instruction."""

@@ -5,7 +5,7 @@ import functools
 import itertools
 import linecache
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,12 +91,23 @@ def compiled(text: str) -> tuple[bytes, str]:
     machine = target_machine()
     module = llvm.parse_assembly(kernel.inspect_llvm())
     _strip(module, kernel.native_name, machine)
-    for assembly in [each.assembly for each in names.values() if hasattr(each, "assembly")]:
+    return _linked(module, [each.assembly for each in names.values() if hasattr(each, "assembly")]), kernel.native_name
+
+
+def linked(driver: str, bodies: Iterable[str]) -> bytes:
+    """Object code of a module in LLVM's language, optimised, with those that it calls, which are left as they are."""
+    module = llvm.parse_assembly(driver)
+    optimise(module)
+    return _linked(module, bodies)
+
+
+def _linked(module: Any, bodies: Iterable[str]) -> bytes:
+    for assembly in bodies:
         module.link_in(llvm.parse_assembly(assembly))
     missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
-    if missing:  # numba's helpers are missing when the code is loaded without numba
+    if missing:  # such as numba's helpers, which are missing when the code is loaded without numba
         raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")
-    return _object(module), kernel.native_name
+    return _object(module)
 
 
 def _strip(module: Any, name: str, machine: Any) -> None:

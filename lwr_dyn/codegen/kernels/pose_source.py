@@ -1,4 +1,4 @@
-"""Generates the Python source of an arm's kernel of inverse kinematics: its step, as straight-line code.
+"""Generates the step of an arm's inverse kinematics as straight-line code, and its kernel, the step in its loop.
 
 From q towards the pose T of the flange:
 
@@ -16,11 +16,13 @@ import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
-from lwr_dyn.codegen.kernels.machine_code import lanes_of
-from lwr_dyn.codegen.kernels.pose_driver import POSE
+from lwr_dyn.codegen.kernels.llvm_text import DECLARATIONS, llvm_functions
+from lwr_dyn.codegen.kernels.lowering import body_assembly
+from lwr_dyn.codegen.kernels.machine_code import lanes_of, linked
+from lwr_dyn.codegen.kernels.pose_driver import NUMBERS, POSE, pose_driver
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import column, ldl_factor, ldl_solve, scalars
-from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.kinematics.closed_forms import tree
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_solver import SearchRanges
 from lwr_dyn.model.chain import Chain
@@ -83,31 +85,49 @@ def _pose_error(flange: Any, pose: Any) -> tuple[Any, tuple[Any, Any, Any]]:
     return casadi.vertcat(position, rotation), measures
 
 
-_TEXT = '''"""Inverse kinematics of {name}: {operations} operations a step, {lanes} starts at once.
-
-Written by lwr_dyn {version}.
-"""
-
-from lwr_dyn.codegen.kernels.lowering import straight_line
-from lwr_dyn.codegen.kernels.pose_driver import pose_kernel
-
-
-@straight_line("float64")
-def body(b):
+_TEXT = """def body(b):
     for k in range({lanes}):
 {body}
+"""
+
+_STEP = tree.CFunction("body", "void", (("double*", "b"),), ())
+
+_KERNEL = """
+declare void @arm_step(ptr)
+define internal void @body(ptr %numbers, ptr %b) alwaysinline {
+  call void @arm_step(ptr %b)
+  ret void
+}
+define i64 @kernel(ptr %T, i64 %T_step, ptr %q0, i64 %q0_step, ptr %s, i64 %s_size, ptr %out, ptr %b, i64 %start,
+                   i64 %stop) {
+  %r = call i64 @search(ptr null, ptr %T, i64 %T_step, ptr %q0, i64 %q0_step, ptr %s, ptr %out, ptr %b, i64 %start,
+                        i64 %stop)
+  ret i64 %r
+}
+"""
+"""Around the functions of `pose_driver`, which begin with a table of numbers; these have none."""
 
 
-kernel = pose_kernel(body, {lanes})
-'''
+def step_source(chain: Chain, ranges: SearchRanges, lanes: int) -> str:
+    """The step of a chain on a buffer of W lanes, as Python.
 
-
-def pose_source(name: str, chain: Chain, ranges: SearchRanges, lanes: int | None = None) -> str:
-    """The source of the kernel of a chain."""
-    n, W = chain.n, lanes or lanes_of("float64")
+    The flag and what `pose_step` gives stand behind q, T and repair.
+    """
     code = straight_line_code(pose_step(chain, ranges), sincos("float64"))
-    widths = (n, POSE, 1)
+    widths = (chain.n, POSE, 1)
     slots = {("in", row, j): sum(widths[:row]) + j for row, width in enumerate(widths) for j in range(width)}
     flag = sum(widths)
-    body = "\n".join(placed_lines(code, slots, range(flag, flag + 1 + len(code.results)), W))
-    return _TEXT.format(name=name, operations=code.operations, lanes=W, version=VERSION, body=body)
+    body = "\n".join(placed_lines(code, slots, range(flag, flag + 1 + len(code.results)), lanes))
+    return _TEXT.format(lanes=lanes, body=body)
+
+
+def driver_assembly(n: int, lanes: int) -> str:
+    """The loop around a step `arm_step` of n joints, as an LLVM module with the function `kernel`."""
+    return DECLARATIONS + llvm_functions(pose_driver(n, lanes), NUMBERS, {}, [_STEP]) + _KERNEL
+
+
+def pose_machine_code(chain: Chain, ranges: SearchRanges) -> bytes:
+    """Object code of the kernel of a chain, for this processor."""
+    lanes = lanes_of("float64")
+    step = body_assembly(step_source(chain, ranges, lanes), "arm_step", "float64")
+    return linked(driver_assembly(chain.n, lanes), [step])

@@ -8,9 +8,6 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 _AHEAD = 64
 """States between the rows that are read and those that are fetched."""
@@ -22,6 +19,8 @@ def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
     With rows shorter than W, c is 0 and up to W - width numbers behind a row are read: more rows must follow. Rows that
     will be read soon are fetched into the cache: the processor does not foresee them across pages.
     """
+    from numba import types
+    from numba.extending import intrinsic
 
     @intrinsic  # type: ignore[untyped-decorator]
     def read(typing_context: Any, x: Any, start: Any, step: Any, b: Any, c: Any) -> Any:
@@ -50,6 +49,8 @@ def block_past_caches(lanes: int, width: int, first: int) -> Any:
 
     out[start] must begin a whole vector.
     """
+    from numba import types
+    from numba.extending import intrinsic
 
     @intrinsic  # type: ignore[untyped-decorator]
     def copy(typing_context: Any, b: Any, out: Any, start: Any) -> Any:
@@ -70,6 +71,8 @@ def block_past_caches(lanes: int, width: int, first: int) -> Any:
 
 def begins_on_vector(lanes: int) -> Any:
     """An intrinsic `(x)`: whether an array begins on a whole vector."""
+    from numba import types
+    from numba.extending import intrinsic
 
     @intrinsic  # type: ignore[untyped-decorator]
     def begins(typing_context: Any, x: Any) -> Any:
@@ -82,6 +85,11 @@ def begins_on_vector(lanes: int) -> Any:
         return types.boolean(x), code
 
     return begins
+
+
+def function_of(module: Any, kind: Any, name: str) -> Any:
+    """A function of an LLVM module by its name, declared if it is new."""
+    return module.globals.get(name) or ir.Function(module, kind, name)
 
 
 class ResultRows:
@@ -152,7 +160,7 @@ class LaneBlock:
         """The cache line of an index into the cache; it may lie behind the end."""
         number, place = ir.IntType(32), ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [place, number, number, number])
-        prefetch = cgutils.get_or_insert_function(self.builder.module, kind, "llvm.prefetch.p0")
+        prefetch = function_of(self.builder.module, kind, "llvm.prefetch.p0")
         to_read, keep, is_data = (ir.Constant(number, i) for i in (0, 3, 1))
         at = self.builder.bitcast(self.builder.gep(data, [index]), place)
         self.builder.call(prefetch, [at, to_read, keep, is_data])
@@ -181,7 +189,7 @@ class LaneBlock:
         mask_type, pointer = ir.VectorType(ir.IntType(1), self.lanes), self.vector.as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [self.vector, pointer, ir.IntType(32), mask_type])
         name = f"llvm.masked.store.v{self.lanes}f{self.bits}.p0"
-        masked = cgutils.get_or_insert_function(self.builder.module, kind, name)
+        masked = function_of(self.builder.module, kind, name)
         mask = ir.Constant(mask_type, [ir.Constant(ir.IntType(1), i < count) for i in range(self.lanes)])
         align = ir.Constant(ir.IntType(32), self._align(False))
         self.builder.call(masked, [vector, self._place(data, index), align, mask])

@@ -15,6 +15,7 @@ import numpy as np
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel import address, kept_code, require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
+from lwr_dyn.codegen.kernels.machine_code import compiled
 from lwr_dyn.codegen.rollouts.kernel import body_text, plan_key, row_width
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
 from lwr_dyn.codegen.rollouts.step import GAIN, GENERATOR, MOST_DELAY, Slots, StepPlan, steps
@@ -200,7 +201,7 @@ def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
     require_packages()
     key = plan_key("rollout-whole", plan, "whole")
-    return WholeKernel(plan.slots, kept_code(key, lambda: whole_source(plan), len(INPUTS)))
+    return WholeKernel(plan.slots, kept_code(key, lambda: compiled(whole_source(plan)), len(INPUTS)))
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:

@@ -13,7 +13,7 @@ import numpy as np
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel import MAKERS, address, aligned, cache_name, kept_code, require_packages, shared_out
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
-from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
+from lwr_dyn.codegen.kernels.machine_code import compiled, host_cpu, lanes_of
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 from lwr_dyn.codegen.rollouts.step import FIGURES, GENERATOR, SAMPLE, Slots, Step, StepPlan, steps
 from lwr_dyn.foundation.arrays import Array
@@ -264,5 +264,6 @@ def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """
     require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    code = kept_code(plan_key("rollout", plan, str(wide)), lambda: rollout_source(plan, wide).text, len(INPUTS))
+    made = lambda: compiled(rollout_source(plan, wide).text)  # noqa: E731
+    code = kept_code(plan_key("rollout", plan, str(wide)), made, len(INPUTS))
     return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)
