@@ -27,7 +27,7 @@ METHODS = {
 SHAPES = {"mass_matrix": (7, 7), "coriolis_matrix": (7, 7), "potential_energy": ()}
 
 
-@pytest.fixture(scope="module", params=[name for name in ENGINES.names if name != "kernels" or find_spec("numba")])
+@pytest.fixture(scope="module", params=[name for name in ENGINES.names if name != "kernels" or find_spec("llvmlite")])
 def engine(request):
     return lwr_dyn.dynamics_of(lwr_dyn.load("lwr4plus"), request.param)
 

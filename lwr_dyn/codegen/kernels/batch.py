@@ -303,7 +303,7 @@ def batch_dynamics(
     MissingDataError
         The arm has no inertias.
     MissingPackageError
-        The extra `batch` (numba, casadi) is not installed.
+        The extra `batch` (llvmlite, CasADi, mpmath) is not installed.
     """
     spec = kernel_spec(arm_argument(arm), inputs, friction, rotors, dtype, layout, structure)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):

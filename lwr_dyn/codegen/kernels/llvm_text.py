@@ -27,6 +27,9 @@ _INTRINSICS = {
     "sqrt": "llvm.sqrt.f64", "floor": "llvm.floor.f64", "fabs": "llvm.fabs.f64", "copysign": "llvm.copysign.f64",
 }  # fmt: skip
 
+_ELSEWHERE = ("@llvm.floor.f64(double)", "@llvm.copysign.f64(double, double)")
+"""Those that `DECLARATIONS` leaves out."""
+
 Value = tuple[str, str]
 """(LLVM's type, name or literal)."""
 
@@ -94,9 +97,8 @@ def llvm_functions(
     kinds = {f.name: f for f in (*others, *text.functions)}
     for function in text.functions:
         lines += _LlvmWriter(function, kinds, known, places).lines()
-    return "\n".join(
-        [*lines, "declare double @llvm.floor.f64(double)", "declare double @llvm.copysign.f64(double, double)"]
-    )
+    lines += [f"declare double {call}" for call in _ELSEWHERE if any(call.partition("(")[0] in line for line in lines)]
+    return "\n".join(lines)
 
 
 class _LlvmWriter:

@@ -1,14 +1,3 @@
-/* NaN passes where it is the first number */
-static double larger(double a, double b)
-{
-    return b > a ? b : a;
-}
-
-static double smaller(double a, double b)
-{
-    return b < a ? b : a;
-}
-
 /* 16 numbers: last row 0 0 0 1, R^T R = 1, det R > 0, all finite */
 static int is_pose(const double *T, int at)
 {
@@ -337,8 +326,8 @@ static int one_pose(const double *T, int T_step, const double *q0, int q0_step, 
     return 0;
 }
 
-int search(const double *T, int T_step, const double *q0, int q0_step, const double *s, double *out, double *b,
-           int start, int stop)
+int search(const double *T, int T_step, const double *q0, int q0_step, const double *s, int s_size, double *out,
+           double *b, int start, int stop)
 {
     for (int i = 0; i < ROOM; i++) {
         b[i] = 0.0;

@@ -13,6 +13,7 @@ from importlib.resources import files
 
 from lwr_dyn.kinematics.closed_forms import tree
 from lwr_dyn.kinematics.closed_forms.text_parser import parsed
+from lwr_dyn.kinematics.closed_forms.texts import with_shared
 from lwr_dyn.kinematics.pose_solver import FOUND, INVALID, NOT_REACHED, OUTSIDE, TAIL, TOLERANCE
 
 POSE, MEASURES, STATE = 12, 4, 9
@@ -42,7 +43,7 @@ NUMBERS = {
     # What a rotation may differ from one by (typed or printed numbers); the end of what is taken as a position.
     "ORTHONORMAL": 1e-6, "FAR": 1e5,
     # Adding and subtracting MAGIC rounds to a whole number.
-    "TURN": 6.283185307179586, "MAGIC": 6755399441055744.0,
+    "MAGIC": 6755399441055744.0,
 }  # fmt: skip
 """Constants of the text."""
 
@@ -73,8 +74,8 @@ def buffer_size(n: int, lanes: int) -> int:
 def pose_driver(n: int, lanes: int) -> tree.CText:
     """The text for n joints.
 
-    Its function `search` takes T, T_step, q0, q0_step (below 0: no q0), s, out, b, start, stop: poses from start to
-    stop, of 16 numbers T_step apart; each gets a row of `out` as `PoseSearch.rows` gives it.
+    Its function `search` takes T, T_step, q0, q0_step (below 0: no q0), s, its size, out, b, start, stop: poses from
+    start to stop, of 16 numbers T_step apart; each gets a row of `out` as `PoseSearch.rows` gives it.
     """
     text = (files("lwr_dyn.codegen.kernels") / "pose_driver.c").read_text(encoding="utf-8")
-    return parsed(text, layout(n, lanes))
+    return parsed(with_shared(text, "search"), layout(n, lanes))

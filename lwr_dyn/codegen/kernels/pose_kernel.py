@@ -176,11 +176,12 @@ def kernel_search(arm: Arm, limits: bool, starts: int, seed: int) -> KernelSearc
 
 def _kernel(arm: Arm) -> Any:
     """The arm's kernel."""
+    from lwr_dyn.codegen.kernels.machine_code import lanes_of
 
-    def made() -> tuple[bytes, str]:
-        from lwr_dyn.codegen.kernels.pose_source import pose_machine_code
+    def made() -> bytes:
+        from lwr_dyn.codegen.kernels.pose_source import pose_loop
 
-        return pose_machine_code(arm.chain, search_ranges(arm, True, 1, 0)), "kernel"
+        return pose_loop(arm.chain, search_ranges(arm, True, 1, 0), lanes_of("float64")).machine_code()
 
     return kept_code(_key(arm), made, inputs=3)
 

@@ -16,13 +16,10 @@ import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
-from lwr_dyn.codegen.kernels.llvm_text import DECLARATIONS, llvm_functions
-from lwr_dyn.codegen.kernels.lowering import body_assembly
-from lwr_dyn.codegen.kernels.machine_code import lanes_of, linked
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop, LaneBody
 from lwr_dyn.codegen.kernels.pose_driver import NUMBERS, POSE, pose_driver
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import column, ldl_factor, ldl_solve, scalars
-from lwr_dyn.kinematics.closed_forms import tree
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_solver import SearchRanges
 from lwr_dyn.model.chain import Chain
@@ -90,23 +87,6 @@ _TEXT = """def body(b):
 {body}
 """
 
-_STEP = tree.CFunction("body", "void", (("double*", "b"),), ())
-
-_KERNEL = """
-declare void @arm_step(ptr)
-define internal void @body(ptr %numbers, ptr %b) alwaysinline {
-  call void @arm_step(ptr %b)
-  ret void
-}
-define i64 @kernel(ptr %T, i64 %T_step, ptr %q0, i64 %q0_step, ptr %s, i64 %s_size, ptr %out, ptr %b, i64 %start,
-                   i64 %stop) {
-  %r = call i64 @search(ptr null, ptr %T, i64 %T_step, ptr %q0, i64 %q0_step, ptr %s, ptr %out, ptr %b, i64 %start,
-                        i64 %stop)
-  ret i64 %r
-}
-"""
-"""Around the functions of `pose_driver`, which begin with a table of numbers; these have none."""
-
 
 def step_source(chain: Chain, ranges: SearchRanges, lanes: int) -> str:
     """The step of a chain on a buffer of W lanes, as Python.
@@ -121,13 +101,7 @@ def step_source(chain: Chain, ranges: SearchRanges, lanes: int) -> str:
     return _TEXT.format(lanes=lanes, body=body)
 
 
-def driver_assembly(n: int, lanes: int) -> str:
-    """The loop around a step `arm_step` of n joints, as an LLVM module with the function `kernel`."""
-    return DECLARATIONS + llvm_functions(pose_driver(n, lanes), NUMBERS, {}, [_STEP]) + _KERNEL
-
-
-def pose_machine_code(chain: Chain, ranges: SearchRanges) -> bytes:
-    """Object code of the kernel of a chain, for this processor."""
-    lanes = lanes_of("float64")
-    step = body_assembly(step_source(chain, ranges, lanes), "arm_step", "float64")
-    return linked(driver_assembly(chain.n, lanes), [step])
+def pose_loop(chain: Chain, ranges: SearchRanges, lanes: int) -> KernelLoop:
+    """The kernel of a chain: the search around its step."""
+    step = LaneBody("body", step_source(chain, ranges, lanes))
+    return KernelLoop(pose_driver(chain.n, lanes), "search", (step,), constants=NUMBERS)

@@ -8,6 +8,7 @@ an encoder with a resolution, which leaves the arm alone between two counts.
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -15,17 +16,15 @@ import numpy as np
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel import address, kept_code, require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
-from lwr_dyn.codegen.kernels.machine_code import compiled
-from lwr_dyn.codegen.rollouts.kernel import body_text, plan_key, row_width
+from lwr_dyn.codegen.rollouts.kernel import PlanLoop, loop_of, plan_key
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
-from lwr_dyn.codegen.rollouts.step import GAIN, GENERATOR, MOST_DELAY, Slots, StepPlan, steps
+from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, Slots, StepPlan
 from lwr_dyn.codegen.rollouts.symbolic_arm import LARGEST
 from lwr_dyn.control.protocol import label_of
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, RatingWarning
-from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
@@ -92,39 +91,6 @@ INPUTS = ("common", "reference")
 BEFORE, AFTER = ("q", "dq", "memory"), ("command", "applied", "friction_torque", "friction_work")
 """What is kept of a sample, in this order: before the step, and what the step made of it."""
 
-_SOURCE = '''"""One run of {name} under {law}, sample by sample: {operations} operations a step.
-
-Written by lwr_dyn {version}, generator {generator}.
-"""
-
-from numba import carray, cfunc, types
-
-from lwr_dyn.codegen.kernels.lowering import straight_line
-
-{bodies}
-
-number, count = types.CPointer(types.float64), types.int64
-
-
-@cfunc(count(number, count, number, count, number, number, count, count), error_model="numpy")
-def kernel(common_, common_n, reference_, samples, out_, b_, start, stop):
-    """Samples start to stop; the block keeps the state between two calls."""
-    common, b = carray(common_, ({size},), types.float64), carray(b_, ({size} + 1,), types.float64)
-    reference = carray(reference_, (samples * {row},), types.float64)
-    out = carray(out_, (samples * {width},), types.float64)
-    if start == 0:
-        for j in range({size}):
-            b[j] = common[j]
-    for i in range(start, stop):
-        for j in range({row}):
-            b[{row_first} + j] = reference[i * {row} + j]
-        b[{sample}] = i
-{before}
-{step}
-{after}
-    return 0
-'''
-
 
 def kept_columns(slots: Slots) -> dict[str, slice]:
     """Where each kept name stands in a row."""
@@ -135,31 +101,34 @@ def kept_columns(slots: Slots) -> dict[str, slice]:
     return out
 
 
-def whole_source(plan: StepPlan) -> str:
-    """The source of the scalar kernel of a plan with `whole`."""
-    slots, columns = plan.slots, kept_columns(plan.slots)
-    parts = [body_text(plan, step, name, 1) for step, name in zip(steps(plan), ("body", "motion"), strict=False)]
-    calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (len(parts) > 1)
-    width = columns[AFTER[-1]].stop
-    return _SOURCE.format(
-        name=f"{plan.plant.name} ({plan.plant.reading})", law=plan.form.name, version=VERSION, generator=GENERATOR,
-        operations=sum(part[1] for part in parts), bodies="\n\n".join(part[0] for part in parts), size=slots.size,
-        row=row_width(plan), width=width, row_first=slots.first("reference"), sample=slots.first("sample"),
-        step="\n".join(" " * 8 + call for call in calls), before=_kept(slots, columns, BEFORE, width),
-        after=_kept(slots, columns, AFTER, width),
-    )  # fmt: skip
+_KEPT = """
+/* copies from the block to a row */
+static void {name}(const double *b, double *out, int at)
+{{{lines}
+}}
+"""
+
+_COPY = """
+    for (int j = 0; j < {width}; j++) {{
+        out[at + {to} + j] = b[{start} + j];
+    }}"""
 
 
-def _kept(slots: Slots, columns: dict[str, slice], names: Sequence[str], width: int) -> str:
-    """Copies from the block to a row."""
-    lines = []
-    for name in names:
-        if slots.widths[name]:
-            lines += [
-                f"        for j in range({slots.widths[name]}):",
-                f"            out[i * {width} + {columns[name].start} + j] = b[{slots.first(name)} + j]",
-            ]
-    return "\n".join(lines)
+def whole_loop(plan: StepPlan) -> PlanLoop:
+    """The loop of one run of a plan with `whole`."""
+    columns = kept_columns(plan.slots)
+    kept = _kept("before", plan.slots, columns, BEFORE) + _kept("after", plan.slots, columns, AFTER)
+    text = (files("lwr_dyn.codegen.rollouts") / "compiled_loop.c").read_text(encoding="utf-8")
+    places = {"SAMPLE": plan.slots.first("sample"), "KEPT": columns[AFTER[-1]].stop}
+    return loop_of(plan, kept + text, "run", 1, places)
+
+
+def _kept(name: str, slots: Slots, columns: dict[str, slice], names: Sequence[str]) -> str:
+    """A function that copies what is kept of these names."""
+    copies = (
+        _COPY.format(width=slots.widths[x], to=columns[x].start, start=slots.first(x)) for x in names if slots.widths[x]
+    )
+    return _KEPT.format(name=name, lines="".join(copies))
 
 
 REPORTS = 100
@@ -201,7 +170,7 @@ def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
     require_packages()
     key = plan_key("rollout-whole", plan, "whole")
-    return WholeKernel(plan.slots, kept_code(key, lambda: compiled(whole_source(plan)), len(INPUTS)))
+    return WholeKernel(plan.slots, kept_code(key, lambda: whole_loop(plan).loop.machine_code(), len(INPUTS)))
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:

@@ -239,7 +239,7 @@ class TorqueColumns:
 
     @property
     def kernel(self) -> BatchDynamics | None:
-        """The compiled bodies' columns, with the tensor in Pinocchio's order (`FROM_KERNEL`); None without numba."""
+        """The compiled bodies' columns, the tensor in Pinocchio's order (`FROM_KERNEL`); None without `batch`."""
         return self._kernel
 
     def __call__(self, q: Array, dq: Array, ddq: Array) -> Array:

@@ -45,7 +45,7 @@ def searched(body, settings, T, q0=None, W=2):
 
     first, stride = (np.zeros(n), -1) if q0 is None else (np.ravel(q0).astype(float), n)
     functions["body"] = step
-    functions["search"](T.ravel(), 16, first, stride, s, out, b, 0, len(T))
+    functions["search"](T.ravel(), 16, first, stride, s, len(s), out, b, 0, len(T))
     return out.reshape(len(T), -1)
 
 
