@@ -82,7 +82,9 @@ def loop_of(plan: StepPlan, text: str, entry: str, lanes: int, places: Mapping[s
     }  # fmt: skip
     fill = (uniform_code("fill", lanes, slots.widths["chance"], slots.first("chance")),) if has_noise else ()
     loop = KernelLoop(parsed(step + text, every | dict(places)), entry, tuple(x.body for x in found), fill)
-    return PlanLoop(loop, *(x + plan.substeps * sum(y) for x, *y in zip(*(z.counts for z in found), strict=True)))
+    first, *others = (x.counts for x in found)
+    operations, fused = (first[i] + plan.substeps * sum(x[i] for x in others) for i in (0, 1))
+    return PlanLoop(loop, operations, fused)
 
 
 def row_width(plan: StepPlan) -> int:
@@ -108,9 +110,8 @@ def body_of(plan: StepPlan, step: Step, name: str, lanes: int) -> _CountedBody:
         for i, argument in enumerate(step.arguments)
         for j, place in enumerate(slots.places(argument))
     }
-    lines = placed_lines(
-        code, given, [slots.size, *slots.all_places(step.results)], lanes
-    )  # the flag's place is a spare row
+    places = [slots.size, *slots.all_places(step.results)]  # the flag's place is a spare row
+    lines = placed_lines(code, given, places, lanes)
     text = _BODY.format(name=name, lanes=lanes, lines="\n".join(lines))
     return _CountedBody(LaneBody(name, text), (code.operations, code.operations_after_contraction()))
 
@@ -221,6 +222,6 @@ def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """
     require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    made = lambda: rollout_loop(plan, wide).loop.machine_code()  # noqa: E731
-    code = kept_code(plan_key("rollout", plan, str(wide)), made, len(INPUTS))
+    key = plan_key("rollout", plan, str(wide))
+    code = kept_code(key, lambda: rollout_loop(plan, wide).loop.machine_code(), len(INPUTS))
     return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)
