@@ -8,6 +8,7 @@ they are.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from llvmlite import binding as llvm
 
@@ -72,14 +73,20 @@ class KernelLoop:
         module = llvm.parse_assembly(self.assembly())
         for each in self.helpers:
             module.link_in(llvm.parse_assembly(each.assembly))
-        for function in module.functions:
-            if not function.is_declaration and function.name != "kernel":
-                function.linkage = "internal"
+        _hide(module)
         optimise(module)
         for body in self.bodies:
             assembly = body_assembly(body.text, f"{body.name}_code", self.dtype, body.is_streaming)
             module.link_in(llvm.parse_assembly(assembly))
+        _hide(module)
         return machine_code(module)
+
+
+def _hide(module: Any) -> None:
+    """Only `kernel` can be called from outside; what others could call counts as far away."""
+    for function in module.functions:
+        if not function.is_declaration and function.name != "kernel":
+            function.linkage = "internal"
 
 
 def _declared(heading: tree.CFunction) -> str:
