@@ -4,6 +4,7 @@ A run file is looked at before its arrays are unpacked, and its record before it
 a short text, and HTML in a notebook where an optional package makes it.
 """
 
+import copy
 import io
 import json
 import math
@@ -236,6 +237,12 @@ class Run:
         """The audit of energy and inverse dynamics that `simulate` recorded; empty for a run without one."""
         audit: Mapping[str, Any] = self.meta.get("audit", {})
         return audit
+
+    def with_meta(self, meta: Mapping[str, Any]) -> Self:
+        """The run with another record; its arrays, which are read-only, are shared."""
+        out = copy.copy(self)
+        object.__setattr__(out, "meta", meta)
+        return out
 
     def to_columns(self) -> dict[str, Array]:
         """The run as read-only columns (k,) by name, nothing copied: pandas, polars, pyarrow make a table of them.

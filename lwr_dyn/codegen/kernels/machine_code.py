@@ -93,17 +93,23 @@ def compiled(text: str) -> tuple[bytes, str]:
     _strip(module, kernel.native_name, machine)
     for assembly in [each.assembly for each in names.values() if hasattr(each, "assembly")]:
         module.link_in(llvm.parse_assembly(assembly))
+    _hide(module, kernel.native_name)  # a function that others could call counts as far away
     missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
     if missing:  # numba's helpers are missing when the code is loaded without numba
         raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")
     return _object(module), kernel.native_name
 
 
-def _strip(module: Any, name: str, machine: Any) -> None:
-    """Remove numba's additions for Python callers and for errors that cannot occur: only function `name` stays."""
+def _hide(module: Any, name: str) -> None:
+    """Only function `name` can be called from outside."""
     for item in itertools.chain(module.functions, module.global_variables):
         if not item.is_declaration and item.name != name:
             item.linkage = "internal"
+
+
+def _strip(module: Any, name: str, machine: Any) -> None:
+    """Remove numba's additions for Python callers and for errors that cannot occur: only function `name` stays."""
+    _hide(module, name)
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
     passes = builder.getModulePassManager()
     passes.add_global_dead_code_eliminate_pass()

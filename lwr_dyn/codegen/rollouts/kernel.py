@@ -4,6 +4,7 @@ A block holds W lanes of every slot. Numbers of a run that are not given for eac
 same kernel serves whatever varies; the rows of a reference are shared, or picked lane by lane.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -257,12 +258,23 @@ def plan_key(kind: str, plan: StepPlan, form: str) -> str:
     return cache_name(kind, [plan.digest, form, *host_cpu(), *map(package_version, ("casadi", *MAKERS))])
 
 
+_codes: dict[tuple[str, str, str], Any] = {}
+
+
+def plan_code(kind: str, plan: StepPlan, form: str, source: Callable[[], str], inputs: int) -> Any:
+    """The `LoadedCode` of a plan; raises `MissingPackageError` without the extra `batch`."""
+    known = kind, plan.digest, form
+    if known not in _codes:
+        require_packages()
+        _codes[known] = kept_code(plan_key(kind, plan, form), source, inputs)
+    return _codes[known]
+
+
 def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """The kernel of a plan, in blocks of `lanes` runs: of a vector register if not given; 1 is scalar code.
 
     Raises `MissingPackageError` without the extra `batch`.
     """
-    require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    code = kept_code(plan_key("rollout", plan, str(wide)), lambda: rollout_source(plan, wide).text, len(INPUTS))
+    code = plan_code("rollout", plan, str(wide), lambda: rollout_source(plan, wide).text, len(INPUTS))
     return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)
