@@ -178,19 +178,16 @@ class Intervals:
     def residuals(self) -> tuple[Array, Array]:
         """Residuals and gaps, (k, n) each; NaN where the other engine cannot follow."""
         k, n = self.q.shape
-        first = list[tuple[Array, Array, Array]]()  # every method's first stage is the start itself
 
         def rates(s: float, y: Array) -> Array:
             x, v = y.reshape(2, k, n)
-            motion = self.motion(x, v, s, *(mass_and_bias(self.dynamics, x, v) if first else self.at_start))
-            first[:] = first or [motion]
-            return np.concatenate([self.h * v, self.h * motion[0]]).ravel()
+            return np.concatenate([self.h * v, self.h * self.motion(x, v, s)[0]]).ravel()
 
         start = np.concatenate([self.q, self.dq]).ravel()
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 end = self.loop.integrator()(rates, 0.0, start, 1.0).reshape(2, k, n)
-            ddq, B, net = first[0]
+            ddq, B, net = self.motion(self.q, self.dq, 0.0)
         except (ShapeError, np.linalg.LinAlgError):
             unknown = np.full((k, n), np.nan)
             return unknown, unknown
@@ -199,8 +196,10 @@ class Intervals:
         holding = np.where(self.at_limit, 0.0, net - np.einsum("kij,kj->ki", B, ddq))  # less the recorded friction
         return np.abs(np.where(self.rest, holding, moving)), np.abs(self.after_q - end[0])
 
-    def motion(self, x: Array, v: Array, s: float, B: Array, bias: Array) -> tuple[Array, Array, Array]:
+    def motion(self, x: Array, v: Array, s: float) -> tuple[Array, Array, Array]:
         """ddq (k, n), 0 of joints at rest, with B (k, n, n) and tau - tau_friction + tau_external - C dq - g (k, n)."""
+        is_start = np.array_equal(x, self.q) and np.array_equal(v, self.dq)
+        B, bias = self.at_start if is_start else mass_and_bias(self.dynamics, x, v)
         keep, net = ~self.rest, self.torque(s) - self.friction(v) - bias + self.external(x, v, s)
         held = B * keep[:, :, None] * keep[:, None, :] + np.eye(self.run.n) * self.rest[:, None, :]
         return np.linalg.solve(held, (net * keep)[..., None])[..., 0], B, net
@@ -233,8 +232,7 @@ class Intervals:
 
     def scale(self) -> float:
         """The largest torque, applied or of speeds and weight [N m], at least 1."""
-        bias, applied = self.at_start[1], self.run.tau_applied[self.rows]
-        return float(max(1.0, np.abs(bias).max(), np.abs(applied).max()))
+        return float(max(1.0, *(np.abs(x).max() for x in (self.at_start[1], self.run.tau_applied[self.rows]))))
 
     def _friction(self) -> Callable[[Array], Array]:
         """tau_friction(dq) (k, n): that of the record at the first sample, changed as the plant's model changes."""
