@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel import address
+from lwr_dyn.codegen.kernels.kernel import address, require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
 from lwr_dyn.codegen.rollouts.kernel import body_text, plan_code, row_width
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
@@ -225,6 +225,20 @@ def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
     code = plan_code("rollout-whole", plan, "tables", lambda: whole_source(plan), len(INPUTS))
     return WholeKernel(plan.slots, code)
+
+
+def takes(setup: Setup) -> bool:
+    """Whether `run_compiled` would begin the run of a setup; the controller is called, and reset after.
+
+    Raises `MissingPackageError`: the extra `batch` is not installed.
+    """
+    require_packages()
+    try:
+        check_setup(setup)
+        _, form = _arm_and_form(setup)
+    except OptionError:
+        return False
+    return hasattr(form, "signals") or not hasattr(setup.controller, "signals")
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
