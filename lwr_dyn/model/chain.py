@@ -27,6 +27,7 @@ import enum
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -298,6 +299,7 @@ def is_physical(body: Body) -> bool:
     return bool(smallest >= -slack and smallest + middle >= largest - slack)
 
 
+@lru_cache(maxsize=32)  # a chain does not change, and every run asks
 def unphysical_links(chain: Chain) -> tuple[str, ...]:
     """Names of the links with an infeasible inertia, from the base outward; links without a body are skipped."""
     return tuple(link.link for link in chain.links if link.body is not None and not is_physical(link.body))

@@ -32,6 +32,15 @@ def test_its_representation_is_short(run):
     assert repr(run) == "Run(lwr4plus, n=7, 3001 samples to t = 6 s, 3 events)"
 
 
+def test_another_record_shares_the_arrays(run):
+    other = run.with_meta({**run.meta, "hint": "loop: another"})
+    assert (run.hint, other.hint) == ("", "loop: another")
+    assert repr(other).endswith("3 events; loop: another)")
+    assert other.q is run.q
+    assert other.work is run.work
+    assert "hint" not in run.meta
+
+
 def stored(path, **changes):
     """A run file with some of its arrays replaced; None takes one away."""
     with np.load(path) as file:

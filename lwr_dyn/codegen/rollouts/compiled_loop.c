@@ -12,9 +12,9 @@ int run(const double *common, int common_size, const double *reference, int samp
             b[REFERENCE + j] = reference[i * ROW + j];
         }
         b[SAMPLE] = i;
-        before(b, out, i * KEPT);
+        before(b, out, samples, i);
         step(b, 0, 0, i);
-        after(b, out, i * KEPT);
+        after(b, out, samples, i);
     }
     return 0;
 }

@@ -4,7 +4,7 @@ A block holds W lanes of every slot. Numbers of a run that are not given for eac
 same kernel serves whatever varies; the rows of a reference are shared, or picked lane by lane.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
@@ -215,13 +215,23 @@ def plan_key(kind: str, plan: StepPlan, form: str) -> str:
     return cache_name(kind, [plan.digest, form, *host_cpu(), *map(package_version, ("casadi", *MAKERS))])
 
 
+_codes: dict[tuple[str, str, str], Any] = {}
+
+
+def plan_code(kind: str, plan: StepPlan, form: str, made: Callable[[], PlanLoop], inputs: int) -> Any:
+    """The `LoadedCode` of a plan; raises `MissingPackageError` without the extra `batch`."""
+    known = kind, plan.digest, form
+    if known not in _codes:
+        require_packages()
+        _codes[known] = kept_code(plan_key(kind, plan, form), lambda: made().loop.machine_code(), inputs)
+    return _codes[known]
+
+
 def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """The kernel of a plan, in blocks of `lanes` runs: of a vector register if not given; 1 is scalar code.
 
     Raises `MissingPackageError` without the extra `batch`.
     """
-    require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    key = plan_key("rollout", plan, str(wide))
-    code = kept_code(key, lambda: rollout_loop(plan, wide).loop.machine_code(), len(INPUTS))
+    code = plan_code("rollout", plan, str(wide), lambda: rollout_loop(plan, wide), len(INPUTS))
     return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)

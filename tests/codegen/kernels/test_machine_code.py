@@ -2,6 +2,7 @@
 
 import platform
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from lwr_dyn.codegen.kernels.kernel_source import generate
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
 from lwr_dyn.codegen.kernels.lowering import body_assembly
 from lwr_dyn.codegen.kernels.machine_code import target_machine
+from lwr_dyn.model.chain import first_links
 
 IS_X86 = platform.machine().lower() in ("x86_64", "amd64")
 
@@ -32,6 +34,15 @@ def test_spilled_vectors_are_aligned_and_constants_need_no_address_of_64_bits(fu
         assert len(on_stack) > 20
         assert "movabs" not in written
         assert written.count("(%rip)") > 20
+
+
+@pytest.mark.skipif(not IS_X86, reason="relocations of x86-64")
+def test_a_whole_kernel_finds_its_constants_near():
+    """Its body is a function of its own, but not one that others could call, which would count as far away."""
+    arm = lwr_dyn.load("lwr4plus")
+    chain = first_links(arm.chain, 2)
+    source = generate(kernel_spec(replace(arm, chain=chain)), "potential_energy")
+    assert machine_code._is_near(source.loop.around(source.body).machine_code())
 
 
 @pytest.mark.skipif(not IS_X86, reason="relocations of x86-64")
