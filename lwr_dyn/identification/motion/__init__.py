@@ -1,5 +1,6 @@
 """Inertial and friction parameters from any motion (`lwr-dyn identify motion`).
 
+coupled_motors Motors that turn several joints, in logs of the joints: whether rotors and friction are theirs
 friction_rows  Friction beyond Coulomb and viscous as tables: Stribeck speeds that were searched, shares of the load
 gain_fit       Gains of the torques and bodies near a table, found in turn from the same logs
 identifiable   Which parameters logs identify, which of them only together, why the others not, and which motion would

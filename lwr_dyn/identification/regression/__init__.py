@@ -6,6 +6,7 @@ information     What logs say of the base parameters: weighted least squares wit
                 they leave open
 instrumental    Instrumental variables for logs without a filter: columns of the motion that was commanded stand in
                 for noisy ones
+joints_alone    Rotors and friction of motors that turn several joints, as numbers of the joints
 least_squares   Linear least squares: base parameters, normal equations by their eigenvectors, weighted and robust
                 estimates
 load_friction   Friction that grows with the torque that a gear carries: a share of it, beside Coulomb and viscous
