@@ -124,7 +124,7 @@ def test_a_written_model_has_what_each_joint_shows_alone(tx40, tmp_path):
     assert again[60:] == pytest.approx(fit.parameters[60:], abs=1e-12)
 
 
-def test_directions_of_a_motor_that_turns_against_a_joint_are_exchanged(tmp_path):
+def test_directions_of_a_motor_that_turns_against_a_joint_are_exchanged():
     """WAM: motor 2 turns by -dq_3/1.68, motor 3 by 1.68 dq_2: joint 3 moving up rubs motor 2 downwards."""
     truth = coupled_arm("wam7", 1)
     found = identify_motion([coupled_log(truth, 1)], truth.arm, MotionRule(coupled=True))
@@ -133,6 +133,11 @@ def test_directions_of_a_motor_that_turns_against_a_joint_are_exchanged(tmp_path
     assert values.friction[2].positive.coulomb == pytest.approx(up[2] + down[1] / 1.68)
     assert values.friction[2].negative.coulomb == pytest.approx(down[2] + up[1] / 1.68)
     assert values.friction[1].positive.coulomb == pytest.approx(up[1] + 1.68 * up[2])
+    J, slope = (found.consistent.parameters[70:].reshape(7, 5)[:, k] for k in (0, 2))
+    assert values.armature.value[1] == pytest.approx(J[1] + 1.68**2 * J[2])
+    assert values.friction[1].positive.viscous == pytest.approx(slope[1] + 1.68**2 * slope[2])
+    pulleys = np.hypot(1.0, [1.0 / 1.68, 1.68])  # a motor is slow where its joints at the usual speed leave it so
+    assert found.rule.samples.slowest == pytest.approx([0.05, *(0.05 * pulleys), 0.05, *[0.05 * 2**0.5] * 2, 0.05])
 
 
 def test_the_command_has_both_forms(lwr_dyn_command, joints_log, tmp_path):
