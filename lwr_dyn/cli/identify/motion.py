@@ -21,6 +21,7 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.payload.identify_load import CUTOFFS
+from lwr_dyn.identification.regression.joints_alone import motor_words
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
@@ -158,3 +159,5 @@ def _written(
         yield f"wrote {files}; next: lwr-dyn check {given['out']}"
         if given["load_friction"]:
             yield f"{given['out']} lacks friction that grows with the load, kept in its provenance alone"
+        if turned := motor_words(result.columns.transmission):
+            yield f"{given['out']} has what each joint shows alone; {turned}: what it adds between them is in no model"

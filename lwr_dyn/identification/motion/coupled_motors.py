@@ -65,13 +65,11 @@ def _gain(logs: Sequence[JointLog], arm: Arm, rule: MotionRule, motors: SampleRu
 
     By the equations that count for both; 0 where they cannot be judged.
     """
-    joints = replace(rule.samples, transmission=None)
+    both = rule.samples, motors
     try:
-        samples, others = (samples_of(logs, one) for one in (joints, motors))
+        samples, others = (samples_of(logs, one) for one in both)
         samples = replace(samples, used=samples.used & others.used)
-        of_joints, of_motors = (
-            information_of(samples, replace(rule, samples=one).columns(arm)) for one in (joints, motors)
-        )
+        of_joints, of_motors = (information_of(samples, replace(rule, samples=one).columns(arm)) for one in both)
     except LogError:
         return 0.0
     assert motors.transmission is not None
