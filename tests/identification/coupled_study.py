@@ -12,14 +12,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import lwr_dyn
-from lwr_dyn.dynamics.regressor import INERTIAL
+from lwr_dyn.dynamics.regressor import INERTIAL, body_parameters
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
+from lwr_dyn.identification.payload.identify_load import body_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Body
+from lwr_dyn.model.chain import Body, with_payload
 from lwr_dyn.model.run import Motion
 from lwr_dyn.model.spatial import steiner
 from tests.identification.plants import perturbed_plant, random_motion
@@ -84,6 +85,22 @@ def coupled_arm(name: str, run: int) -> CoupledArm:
     levels = np.column_stack([rng.uniform(0.5, 4.0, arm.n), rng.uniform(0.3, 3.0, arm.n)])  # N m, N m s/rad
     friction = np.hstack([levels, levels]) * np.exp(rng.normal(0.0, 0.2, (arm.n, 4)))
     return CoupledArm(arm, bodies, rotors, friction)
+
+
+LOAD = body_parameters(Body(1.2, np.array([0.02, -0.01, 0.06]), np.diag([0.003, 0.003, 0.002])))
+"""Of a load, about the origin of the flange."""
+
+
+def with_load(truth: CoupledArm) -> CoupledArm:
+    """The truth with the load, through the chain."""
+    bare, body = truth.arm.chain, body_of(LOAD)
+    full = with_payload(bare, body.mass, body.com, body.inertia_com).links[-1].body
+    own = bare.links[-1].body
+    assert full is not None
+    assert own is not None
+    bodies = truth.bodies.copy()
+    bodies[-1] += body_parameters(full) - body_parameters(own)
+    return replace(truth, bodies=bodies)
 
 
 def coupled_log(truth: CoupledArm, run: int) -> JointLog:

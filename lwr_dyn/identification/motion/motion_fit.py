@@ -17,10 +17,10 @@ from lwr_dyn.identification.bodies.possible_bodies import judge_bodies
 from lwr_dyn.identification.logs.clock import on_even_clock
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
-from lwr_dyn.identification.motion.coupled_motors import with_motors
 from lwr_dyn.identification.motion.gain_fit import NearTheTable, fit_gains
 from lwr_dyn.identification.motion.identifiable import correlated_groups
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
+from lwr_dyn.identification.regression.coupled_motors import at_motors, motors_or_joints
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.instrumental import instrumental_information
@@ -53,7 +53,7 @@ def identify_motion(
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
         More folds than instants; something known that is no equation between parameters; gains,
-        friction with the load or coupled motors with instruments; as `with_motors`.
+        friction with the load or coupled motors with instruments; coupled motors of an arm without.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError
@@ -63,7 +63,7 @@ def identify_motion(
     if rule.cutoffs and not instruments:
         rule = replace(rule, samples=likeliest_samples(several, arm, rule))
     if not instruments:
-        rule = with_motors(rule, several, arm)
+        rule = _with_motors(several, arm, rule)
     seen = _by_command(several, instruments, arm, rule) if instruments else _filtered(several, arm, rule)
     columns = seen.information.columns
     own = columns.own(arm)
@@ -162,6 +162,15 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     folds = validation.Folds.of(samples, columns, rule.folds, known)
     _check_enough(logs, folds.information(), samples, rule.samples)
     return _SeenLogs.of(folds, search)
+
+
+def _with_motors(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> MotionRule:
+    """With columns of motors that turn several joints: where the rule asks for them, or leaves it open and logs do."""
+    if rule.coupled and rule.samples.transmission is None:
+        return replace(rule, samples=at_motors(rule.samples, arm))
+    if rule.coupled is None and rule.gains is None and not rule.load_friction:
+        return replace(rule, samples=motors_or_joints(rule.samples, logs, arm, rule.friction))
+    return rule
 
 
 def motion_information(

@@ -71,8 +71,8 @@ class MotionRule:
     gains : float, optional
         Share to which the gains of the torques are known, such as 0.1: a factor a joint is fitted, log-normal about 1.
     coupled : bool, optional
-        Whether rotors and friction are those of motors that turn several joints (`motion.coupled_motors`); by the log
-        if not given, and not with `gains` or `load_friction`.
+        Whether rotors and friction are those of motors that turn several joints (`regression.coupled_motors`); by
+        the log if not given, and not with `gains` or `load_friction`.
 
     Raises
     ------

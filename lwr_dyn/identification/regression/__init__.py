@@ -1,5 +1,6 @@
 """Linear regression on the torques of an arm.
 
+coupled_motors  Motors that turn several joints, in logs of the joints: whether rotors and friction are theirs
 drive_gains     Unknown gains of the torques: logs whose torques are currents times a drive gain that is known to some
                 per cent
 information     What logs say of the base parameters: weighted least squares with the noise of every joint, and what

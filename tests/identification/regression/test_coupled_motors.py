@@ -14,9 +14,11 @@ from lwr_dyn.identification.fitted import fitted_values, write_fitted
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
+from lwr_dyn.identification.payload.identify_load import identify_load
+from lwr_dyn.identification.payload.possible_load import load_document
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
-from tests.identification.coupled_study import MOTORS, coupled_arm, coupled_log, identified, misses
+from tests.identification.coupled_study import LOAD, MOTORS, coupled_arm, coupled_log, identified, misses, with_load
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 UNCOUPLED = MotionRule(coupled=False)
@@ -151,6 +153,20 @@ def test_the_command_has_both_forms(lwr_dyn_command, joints_log, tmp_path):
     code, _, err = lwr_dyn_command(*command, "--coupled", "--motor-side")
     assert code == 2
     assert "--coupled: would do nothing here; allowed: without --motor-side" in err
+
+
+def test_a_load_is_found_beside_the_friction_of_the_motors():
+    """With the arm fitted too, so that its table plays no part; columns of the joints have twice the errors."""
+    truth = coupled_arm("wam7", 2)
+    log, empty = coupled_log(with_load(truth), 2), coupled_log(truth, 3)
+    found = identify_load([log], truth.arm, unloaded=[empty])
+    assert found.noise.max() < 0.06
+    assert np.abs((found.parameters - LOAD) / found.sigma).max() < 4.0
+    joints = identify_load([log], replace(truth.arm, transmission=None), unloaded=[empty])
+    assert (found.sigma < joints.sigma / 2.0)[:4].all()
+    text = load_document(found).text()
+    assert "motor 2 turns with joints 2 and 3, motor 3 turns with joints 2 and 3" in text
+    assert "turns with" not in load_document(joints).text()
 
 
 @pytest.mark.slow
