@@ -16,8 +16,10 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.payload.identify_load import identify_load
 from lwr_dyn.identification.payload.possible_load import load_document
+from lwr_dyn.identification.regression.coupled_motors import at_motors, has_coupled_motors, motors_or_joints
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
+from lwr_dyn.model.transmission import Transmission
 from tests.identification.coupled_study import LOAD, MOTORS, coupled_arm, coupled_log, identified, misses, with_load
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
@@ -88,6 +90,18 @@ def test_what_has_no_coupled_motors_is_refused(joints_log, robot, rule, message)
         identify_motion([joints_log], lwr_dyn.load(robot), rule)
     with pytest.raises(OptionError, match="coupled motors: given; allowed: none with instruments"):
         identify_motion([joints_log], lwr_dyn.load(robot), MotionRule(coupled=True), [joints_log])
+
+
+def test_motors_in_another_order_than_the_joints_are_not_tried(joints_log):
+    """Motors 5 and 6 exchanged: motor 5 would turn joint 6 too, motor 6 joint 5 alone."""
+    arm = lwr_dyn.load("tx40")
+    exchanged = Transmission(arm.transmission.matrix[[0, 1, 2, 3, 5, 4]])
+    other = replace(arm, transmission=exchanged)
+    assert exchanged.coupled.any()
+    assert not has_coupled_motors(other, SampleRule())
+    with pytest.raises(OptionError, match="coupled motors: asked for of tx40"):
+        at_motors(SampleRule(), other)
+    assert motors_or_joints(SampleRule(), [joints_log], other, "directions").transmission is None
 
 
 def test_the_report_says_which_motor_turns_what_and_nothing_is_left_out(tx40, joints_log):
