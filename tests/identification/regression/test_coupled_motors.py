@@ -183,6 +183,17 @@ def test_a_load_is_found_beside_the_friction_of_the_motors():
     assert "turns with" not in load_document(joints).text()
 
 
+def test_a_load_is_said_with_what_its_fit_leaves_out(lwr_dyn_command, joints_log, tmp_path):
+    truth, paths = coupled_arm("tx40", 2), [tmp_path / "motors.csv", tmp_path / "joints.csv"]
+    for path, log in zip(paths, (coupled_log(with_load(truth), 2), joints_log), strict=True):
+        write_log(path, replace(log, source=str(path)))
+    motors, joints = (lwr_dyn_command("identify", "payload", "tx40", str(path))[1] for path in paths)
+    assert "motor 6 turns with joints 5 and 6: rotors and friction are those of motors" in motors
+    assert motors.startswith("tx40 (body): inertias estimated\n")
+    assert joints.startswith("tx40 (body): inertias estimated; left out: a rotor that turns with joint_5 and joint_6")
+    assert "those of motors" not in joints
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(MOTORS))
 def test_parameters_of_twenty_logs_lie_within_three_sigma(name):
