@@ -21,9 +21,11 @@ from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.foundation.files import check_writable, ends_in, write_file, write_folder
 from lwr_dyn.foundation.version import VERSION
+from lwr_dyn.identification.bodies.consistent import ConsistentFit
 from lwr_dyn.identification.log_digests import LogDigest, log_digests
 from lwr_dyn.identification.motion.friction_rows import load_words
 from lwr_dyn.identification.motion.motion_result import MotionIdentification, expected
+from lwr_dyn.identification.regression.joints_alone import between_words, seen_alone
 from lwr_dyn.model.arm import Arm, JointLimits, Source
 from lwr_dyn.model.chain import Body, ChainLink, JointKind, Rotor
 from lwr_dyn.model.friction import JointFriction
@@ -57,7 +59,8 @@ class FittedValues:
     `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,); `friction`, one model a joint, with
     `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there is none;
     `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move. `joints` is False
-    where rotors and friction were fitted to motors: those of the arm stay then, and these are not used.
+    where rotors and friction were fitted to motors with units of their own: those of the arm stay then, and these are
+    not used. Of motors that turn several joints, seen at the joints, they are what each joint shows alone.
     """
 
     mass: Fitted
@@ -74,7 +77,7 @@ class FittedValues:
     contradicted: str = ""
     """By what the log contradicts the bodies; empty where it does not."""
     lacks: str = ""
-    """Friction that was fitted and that no model has a place for; empty where there is none."""
+    """What was fitted and no model has a place for; empty where there is nothing."""
 
     @property
     def where(self) -> str:
@@ -97,12 +100,12 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
     MissingDataError
         The arm has no masses, so there was no consistent fit.
     """
-    fit, columns = result.consistent, result.columns
-    if fit is None:
+    columns = result.columns
+    if result.consistent is None:
         raise MissingDataError(result.arm.name, "masses", "a fitted model")
-    n, ten, cov = result.arm.n, len(INERTIAL), fit.covariance
-    shown = np.array(result.shown_sigma, dtype=np.float64)
-    pi, sigma = (x[: columns.bodies].reshape(n, ten) for x in (fit.parameters, shown))
+    parameters, cov, shown = _of_joints(result, result.consistent)
+    n, ten = result.arm.n, len(INERTIAL)
+    pi, sigma = (x[: columns.bodies].reshape(n, ten) for x in (parameters, shown))
     com = pi[:, 1:4] / pi[:, :1]
     own = np.einsum("iaib->iab", cov[: columns.bodies, : columns.bodies].reshape(n, ten, n, ten))
     variance = np.diagonal(own, axis1=1, axis2=2)[:, 1:4] - 2.0 * com * own[:, 0, 1:4] + np.square(com) * own[:, 0, :1]
@@ -111,10 +114,30 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
     covered = np.where(result.samples.used, np.abs(result.samples.dq), 0.0).max(axis=0)
     return FittedValues(
         Fitted(pi[:, 0], sigma[:, 0]), Fitted(com, com_sigma), Fitted(pi[:, TENSOR], sigma[:, TENSOR]),
-        Fitted(fit.parameters[rotors], shown[rotors]), columns.friction_of(fit.parameters),
+        Fitted(parameters[rotors], shown[rotors]), columns.friction_of(parameters),
         _friction_sigma(result, cov), covered, tuple(log_digests(result.samples)), _about(result),
-        columns.transmission is None, result.contradiction, load_words(result.information),
+        columns.transmission is None or columns.transmission.seen_at_joints, result.contradiction,
+        "; ".join(filter(None, (load_words(result.information), _between(result)))),
     )  # fmt: skip
+
+
+def _between(result: MotionIdentification) -> str:
+    fit, columns = result.consistent, result.columns
+    assert fit is not None
+    return between_words(columns.transmission, fit.parameters[columns.rotor_indices])
+
+
+def _of_joints(result: MotionIdentification, fit: ConsistentFit) -> tuple[Array, Array, Array]:
+    """Parameters (p,), covariance (p, p) and standard errors (p,); rotors and friction of joints (`seen_alone`)."""
+    shown = np.array(result.shown_sigma, dtype=np.float64)
+    alone = seen_alone(result.columns.names, result.columns.transmission)
+    if alone is None:
+        return fit.parameters, fit.covariance, shown
+    cov = alone @ fit.covariance @ alone.T
+    unknown = (alone != 0.0) @ np.isnan(shown)
+    mixed = np.count_nonzero(alone, axis=1) > 1
+    sigma = np.where(mixed, np.sqrt(np.maximum(np.diag(cov), 0.0)), shown)
+    return alone @ fit.parameters, cov, np.where(unknown, np.nan, sigma)
 
 
 def _friction_sigma(result: MotionIdentification, covariance: Array) -> dict[str, Array]:
@@ -135,7 +158,9 @@ def _friction_sigma(result: MotionIdentification, covariance: Array) -> dict[str
 def _about(result: MotionIdentification) -> str:
     fit, rule = result.consistent, result.rule
     assert fit is not None
-    motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
+    map_, motors = result.columns.transmission, "; rotors and friction were fitted to the motors: not here"
+    if map_ is None or map_.seen_at_joints:
+        motors = f"; {left}" if (left := _between(result)) else ""
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
     terms = " with Stribeck terms" * rule.stribeck + f", gains known to {rule.gains or 0.0:.3g}" * bool(rule.gains)
     terms += f"; {load_words(result.information)}" * rule.load_friction

@@ -3,7 +3,7 @@ left of torques that it did not see.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -22,6 +22,7 @@ from lwr_dyn.identification.motion.gain_fit import gain_parts
 from lwr_dyn.identification.motion.validation import Validation, Whiteness
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.joints_alone import motor_words
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, BaseParameters
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch
@@ -69,6 +70,9 @@ class MotionRule:
         What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
     gains : float, optional
         Share to which the gains of the torques are known, such as 0.1: a factor a joint is fitted, log-normal about 1.
+    coupled : bool, optional
+        Whether rotors and friction are those of motors that turn several joints (`regression.coupled_motors`); by
+        the log if not given, and not with `gains` or `load_friction`.
 
     Raises
     ------
@@ -86,6 +90,7 @@ class MotionRule:
     known: tuple[str, ...] = ()
     cutoffs: tuple[float, ...] = ()
     gains: float | None = None
+    coupled: bool | None = None
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -98,8 +103,7 @@ class MotionRule:
         if self.gains is not None and self.load_friction:
             raise OptionError("gains", "given with friction that grows with the load", "one of the two")
         motors, asked = self.samples.transmission, "gains" if self.gains is not None else "load friction"
-        coupled = motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any()
-        if coupled and (self.gains is not None or self.load_friction):
+        if motors is not None and motors.coupled.any() and (self.gains is not None or self.load_friction):
             raise OptionError(asked, "given for motors that turn joints together", "motors with a joint each")
 
     def columns(self, arm: Arm) -> TorqueColumns:
@@ -245,6 +249,7 @@ def motion_document(
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
+    turned = motor_words(result.columns.transmission)
     contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
     verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
@@ -264,10 +269,12 @@ def motion_document(
         Fact("inflation", found.inflation, "How much larger the noise counts where residuals of neighbouring instants "
              "are alike, 1 where they are white.", kind=Numbers),
         Fact("chi2", found.chi2, "Of the residuals."), Fact("dof", found.dof, "Equations less parameters."),
+        Fact("coupled", bool(turned), "Whether rotors and friction are those of motors that turn several joints."),
         Fact("folds", result.rule.folds, "Parts of the motion, each kept from a fit in turn."),
     ]  # fmt: skip
     sections = [
         Section("", [
+            Note(f"{turned}: its rotor and friction, seen at the joint of its number", bool(turned)),
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
             Note(WITHOUT_PARTS, not result.validation),
@@ -295,7 +302,8 @@ def motion_document(
         ]),
     ]  # fmt: skip
     return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
-                    "lwr-dyn identify motion", "identification", facts, caveats_of([arm]))  # fmt: skip
+                    "lwr-dyn identify motion", "identification", facts,
+                    caveats_of([replace(arm, transmission=None) if turned else arm]))  # fmt: skip
 
 
 def parameters(result: MotionIdentification) -> Table:
