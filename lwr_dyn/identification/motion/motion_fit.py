@@ -51,8 +51,8 @@ def identify_motion(
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
-        More folds than instants; something known that is no equation between parameters; gains or
-        friction with the load with instruments.
+        More folds than instants; something known that is no equation between parameters; gains or friction with the
+        load with instruments.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError
@@ -110,13 +110,19 @@ class _SeenLogs:
     @classmethod
     def of(cls, folds: validation.Folds, search: StribeckSearch | None) -> "_SeenLogs":
         """What folds of logs say, whose Stribeck speeds were searched or not."""
-        information, whiteness = said_by(folds)
+        information, whiteness, sigma = _with_speeds(folds)
         if folds.columns.carried is not None:
             information = with_moving_loads(folds.samples, information)
-        if search is None or folds.columns.stribeck_velocity is None:
-            return cls(folds.samples, information, folds, whiteness, search)
-        information, sigma = with_unknown_speeds(folds.samples, information)
         return cls(folds.samples, information, folds, whiteness, search, sigma)
+
+
+def _with_speeds(folds: validation.Folds) -> tuple[Information, tuple[validation.Whiteness, ...], Array | None]:
+    """What folds of logs say where the loads that friction grows with are known, and the errors of Stribeck speeds."""
+    information, whiteness = said_by(folds)
+    if folds.columns.stribeck_velocity is None:
+        return information, whiteness, None
+    information, sigma = with_unknown_speeds(folds.samples, information)
+    return information, whiteness, sigma
 
 
 def _by_command(logs: Sequence[JointLog], commands: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
@@ -136,10 +142,7 @@ def _fitted(
     if width is None or seen.folds is None:
         return seen, None if near_the_table is None else near_the_table(seen.information, None), None
 
-    def said(folds: validation.Folds) -> Information:
-        return _SeenLogs.of(folds, seen.search).information
-
-    found = fit_gains(seen.folds, width, said, near_the_table)
+    found = fit_gains(seen.folds, width, lambda folds: _with_speeds(folds)[0], near_the_table)
     seen = replace(_SeenLogs.of(found.folds, seen.search), information=found.information)
     return seen, found.bodies, found.gains
 

@@ -74,7 +74,7 @@ class MotionRule:
     ------
     OptionError
         A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds; gains that are not above 0
-        or beyond `LARGEST_GAIN`; those, or friction with the load, of motors that turn joints together; both.
+        or beyond `LARGEST_GAIN`; those, or friction with the load, of motors that turn joints together.
     """
 
     samples: SampleRule = DEFAULT_SAMPLES
@@ -95,8 +95,6 @@ class MotionRule:
             raise OptionError("deviation", self.deviation, allowed)
         if self.gains is not None and not (0.0 < self.gains <= LARGEST_GAIN):
             raise OptionError("gains", self.gains, f"a share above 0 and up to {LARGEST_GAIN:g}, such as 0.1 for 10 %")
-        if self.gains is not None and self.load_friction:
-            raise OptionError("gains", "given with friction that grows with the load", "one of the two")
         motors, asked = self.samples.transmission, "gains" if self.gains is not None else "load friction"
         coupled = motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any()
         if coupled and (self.gains is not None or self.load_friction):
