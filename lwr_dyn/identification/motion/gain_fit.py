@@ -56,6 +56,11 @@ def fit_gains(
         What folds say together where the gains are known.
     near_the_table : callable or None
         Bodies by that; None for an arm without masses, whose gains are those of log and prior.
+
+    Raises
+    ------
+    LogError
+        No round after which gains move by less than `MOST`; friction with the load that does not settle.
     """
     logs = gains_alone(folds.information().normal, folds.columns, folds.base, width)
     best: GainFit | None = None
@@ -132,7 +137,11 @@ def gain_parts(gains: DriveGains | None, fit: ConsistentFit | None) -> list[Fact
              lambda x: f"{x:.4g} +- {error:.2g}", kind=float | None),
         Fact("total_mass_error", error, "Its standard error.", kind=float | None),
         Fact("fixed_by", words, "What fixes the common factor."),
+        Fact("moving", gains.moving, "By how many of its standard errors a gain would move at most in another round of "
+             "gains and bodies in turn."),
         Note(words),
+        Note(f"gains and bodies, found in turn, did not settle: another round would move a gain by {gains.moving:.2g} "
+             "of its plus-minus", gains.moving > SETTLED),
     ]  # fmt: skip
 
 

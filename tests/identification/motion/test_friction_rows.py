@@ -76,8 +76,6 @@ def test_a_written_model_says_what_it_lacks(fits):
 
 
 def test_what_does_not_go_with_it_is_refused(ur10, logs):
-    with pytest.raises(OptionError, match="gains: given with friction that grows with the load; allowed: one of the"):
-        MotionRule(gains=0.1, load_friction=True)
     matrix = np.diag(np.full(6, 100.0))
     MotionRule(SampleRule(transmission=Transmission(matrix)), load_friction=True)
     matrix[5, 4] = 20.0
