@@ -5,7 +5,7 @@ comes from, whose digests stand in `[document]` of a data file. All other column
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ import numpy as np
 
 from lwr_dyn.arms.export.data_file import ColumnText, literal, quoted, table_text
 from lwr_dyn.arms.papers.assembly import CONTRADICTED
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, SIDES, TABLES, Column, ColumnRule, Paper
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, LOAD, SIDES, TABLES, Column, ColumnRule, Paper
 from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.dynamics.regressor import INERTIAL
 from lwr_dyn.foundation.arrays import Array
@@ -55,9 +55,9 @@ class FittedValues:
     are NaN, written `unknown`, where no torque shows a number.
 
     `mass` (n,), `com` (n, 3), `inertia` (n, 3, 3), `armature` (n,); `friction`, one model a joint, with
-    `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset") -> (n,), NaN where there is none;
-    `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move. `joints` is False
-    where rotors and friction were fitted to motors: those of the arm stay then, and these are not used.
+    `friction_sigma`: quantity of a direction ("positive_coulomb", ..., "offset", "load") -> (n,), NaN where there is
+    none; `covered` (n,): the largest speed that was seen [rad/s or m/s], 0 for a joint that did not move. `joints` is
+    False where rotors and friction were fitted to motors: those of the arm stay then, and these are not used.
     """
 
     mass: Fitted
@@ -73,8 +73,6 @@ class FittedValues:
     joints: bool = True
     contradicted: str = ""
     """By what the log contradicts the bodies; empty where it does not."""
-    lacks: str = ""
-    """Friction that was fitted and that no model has a place for; empty where there is none."""
 
     @property
     def where(self) -> str:
@@ -113,13 +111,13 @@ def fitted_values(result: MotionIdentification) -> FittedValues:
         Fitted(pi[:, 0], sigma[:, 0]), Fitted(com, com_sigma), Fitted(pi[:, TENSOR], sigma[:, TENSOR]),
         Fitted(fit.parameters[rotors], shown[rotors]), columns.friction_of(fit.parameters),
         _friction_sigma(result, cov), covered, tuple(log_digests(result.samples)), _about(result),
-        columns.transmission is None, result.contradiction, load_words(result.information),
+        columns.transmission is None, result.contradiction,
     )  # fmt: skip
 
 
 def _friction_sigma(result: MotionIdentification, covariance: Array) -> dict[str, Array]:
     """Standard errors of the columns of a data file; NaN for a number that is not fitted."""
-    columns, wanted = result.columns, {"offset": {"offset"}}
+    columns, wanted = result.columns, {"offset": {"offset"}, LOAD: {LOAD}}
     for side, sign in zip(SIDES, "+-", strict=True):
         for name, sum_of in (("coulomb", ["coulomb"]), ("viscous", ["viscous"]), ("static", ["coulomb", "stribeck"])):
             wanted[f"{side}_{name}"] = {*sum_of, *(each + sign for each in sum_of)}
@@ -137,8 +135,11 @@ def _about(result: MotionIdentification) -> str:
     assert fit is not None
     motors = "" if result.columns.transmission is None else "; rotors and friction were fitted to the motors: not here"
     known = f", known: {'; '.join(fit.constraints)}" if fit.constraints else ""
-    terms = " with Stribeck terms" * rule.stribeck + f", gains known to {rule.gains or 0.0:.3g}" * bool(rule.gains)
-    terms += f"; {load_words(result.information)}" * rule.load_friction
+    terms = " with Stribeck terms" if rule.stribeck else ""
+    if rule.gains is not None:
+        terms += f", gains known to {rule.gains:.3g}"
+    if rule.load_friction:
+        terms += f"; {load_words(result.information)}"
     return (
         f"bodies near reading {result.arm.reading}, expected off it {expected(fit)}, {result.equations} "
         f"equations, {result.identified} of {result.base.count} base parameters identified, friction {rule.friction}"
@@ -186,7 +187,7 @@ def _limits(limits: JointLimits, model: JointFriction) -> JointLimits:
 
 def _sources(arm: Arm, values: FittedValues) -> dict[str, tuple[Source, ...]]:
     out: dict[str, tuple[Source, ...]] = {}
-    how = "least squares, bodies near the table" + f"; {values.lacks}" * bool(values.lacks)
+    how = "least squares, bodies near the table"
 
     def add(name: str, unit: str, value: object, sigma: object) -> None:
         out[name] = (Source("", values.where, "fitted", _plain(value), unit, how, sigma=_plain(sigma)),)
@@ -202,7 +203,15 @@ def _sources(arm: Arm, values: FittedValues) -> dict[str, tuple[Source, ...]]:
             value, sigma = getattr(getattr(values.friction[i], side), name), values.friction_sigma[quantity][i]
             for place in (f"friction.{quantity}", *((name,) if side == SIDES[0] else ())):
                 add(f"{link.joint}.{place}", _unit(name, link.kind), value, sigma)
+    _add_loads(arm, values, add)
     return out
+
+
+def _add_loads(arm: Arm, values: FittedValues, add: Callable[[str, str, object, object], None]) -> None:
+    """Shares of the load by which friction grows, where they were fitted."""
+    if values.joints and any(model.load for model in values.friction):
+        for joint, model, sigma in zip(arm.joint_names, values.friction, values.friction_sigma[LOAD], strict=True):
+            add(f"{joint}.friction.{LOAD}", "1", model.load, sigma)
 
 
 def _unit(name: str, kind: JointKind) -> str:
@@ -325,6 +334,9 @@ def _friction(paper: Paper, values: FittedValues) -> list[str]:
             columns.append(_fitted(f"{side}_{name}", numbers, _units(paper, name), values.where))
     offsets = Fitted(np.array([model.offset for model in values.friction]), values.friction_sigma["offset"])
     columns.append(_fitted("offset", offsets, _units(paper, "offset"), values.where))
+    if any(model.load for model in values.friction):
+        shares = Fitted(np.array([model.load for model in values.friction]), values.friction_sigma[LOAD])
+        columns.append(_fitted(LOAD, shares, "1", values.where))
     if (values.covered > 0.0).all():
         where = f"largest speed; {values.where}"
         columns.append(ColumnText("covered", values.covered, _units(paper, "covered"), where, "computed"))

@@ -161,8 +161,14 @@ class JointFriction:
     """The largest speed at which it was measured [rad/s or m/s]; None is unknown."""
     sigmoid: Sigmoid | None = None
     """Added to the directions and the offset."""
+    load: float = 0.0
+    """Share of the torque that the gear carries, at least 0 and below 1: load |tau_carried| sign(dq) more in both
+    directions, tau_carried what bodies and rotor ask (`Arm.friction_with_load`). `torque` has no such torque and leaves
+    it out."""
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.load < 1.0:
+            raise OptionError("friction load", self.load, "a share of at least 0 and below 1")
         if not math.isfinite(self.offset):
             raise OptionError("friction offset", self.offset, "a finite number")
         if self.covered is not None and not (math.isfinite(self.covered) and self.covered > 0.0):
@@ -184,7 +190,7 @@ class JointFriction:
         """Whether it is none at any speed."""
         smooth = 0.0 if self.sigmoid is None else self.sigmoid.level
         sides = (self.positive, self.negative)
-        return self.offset == smooth == 0.0 and all(x.holding == x.viscous == 0.0 for x in sides)
+        return self.offset == smooth == self.load == 0.0 and all(x.holding == x.viscous == 0.0 for x in sides)
 
     @property
     def breakaway(self) -> tuple[float, float]:

@@ -151,5 +151,3 @@ def _written(
     if given["out"] is not None and not _is_refused(given, result):
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
         yield f"wrote {files}; next: lwr-dyn check {given['out']}"
-        if given["load_friction"]:
-            yield f"{given['out']} lacks friction that grows with the load, kept in its provenance alone"
