@@ -19,6 +19,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.identification.motion.gain_fit import NearTheTable, fit_gains
 from lwr_dyn.identification.motion.identifiable import correlated_groups
+from lwr_dyn.identification.motion.load_hint import load_hint
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information, information_of, widened
@@ -93,6 +94,7 @@ def identify_motion(
     return MotionIdentification(
         arm, rule, seen.samples, information, consistent, of_the_model, unseen, seen.whiteness,
         correlated_groups(information), judge_bodies(arm, columns, estimate), seen.search, seen.search_sigma, gains,
+        None if seen.folds is None else load_hint(seen.folds, information),
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import identifiable, validation
 from lwr_dyn.identification.motion.friction_rows import friction_parts
 from lwr_dyn.identification.motion.gain_fit import gain_parts
+from lwr_dyn.identification.motion.load_hint import LoadHint
 from lwr_dyn.identification.motion.validation import Validation, Whiteness
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information
@@ -135,6 +136,8 @@ class MotionIdentification:
     """Their standard errors (n,) [rad/s or m/s], NaN for a joint without one."""
     gains: DriveGains | None = None
     """Of the torques, where they were fitted: `samples` have the torques of the logs over them."""
+    load_hint: LoadHint | None = None
+    """What friction that grows with the load would gain, where it was not fitted and the log asks for it."""
     __repr__ = short_repr
     _repr_html_ = repr_html
 
@@ -243,6 +246,7 @@ def motion_document(
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
+    hint = result.load_hint
     contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
     verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
@@ -263,11 +267,14 @@ def motion_document(
              "are alike, 1 where they are white.", kind=Numbers),
         Fact("chi2", found.chi2, "Of the residuals."), Fact("dof", found.dof, "Equations less parameters."),
         Fact("folds", result.rule.folds, "Parts of the motion, each kept from a fit in turn."),
+        Fact("load_friction_gain", None if hint is None else hint.gain, "Share of what is left of unseen torques that "
+             "friction with the load would explain; null where it is fitted or chance does.", kind=float | None),
     ]  # fmt: skip
     sections = [
         Section("", [
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
+            Note("" if hint is None else hint.words, hint is not None),
             Note(WITHOUT_PARTS, not result.validation),
             Note(body_lines(result.bodies)),
         ]),

@@ -56,7 +56,7 @@ def with_load_friction(samples: Samples, columns: TorqueColumns) -> TorqueColumn
         columns = replace(columns, carried=np.zeros(columns.table_indices.size))
     values, furthest = information_of(samples, columns).values, np.inf
     for _ in range(ROUNDS):
-        columns = replace(columns, carried=_rigid(columns, values))
+        columns = replace(columns, carried=rigid_values(columns, values))
         found = information_of(samples, columns)
         step = found.values - values
         furthest = float((np.abs(step) / found.sigma).max(initial=0.0))
@@ -68,7 +68,7 @@ def with_load_friction(samples: Samples, columns: TorqueColumns) -> TorqueColumn
     raise LogError(source, "friction with the load", f"moves by {furthest:.2g} sigma after {ROUNDS} rounds", needed)
 
 
-def _rigid(columns: TorqueColumns, values: Array) -> Array:
+def rigid_values(columns: TorqueColumns, values: Array) -> Array:
     """Bodies and rotors (11 n,) that have the base values (b,): those kept, 0 for all others."""
     whole = np.zeros(columns.count)
     whole[columns.base().kept] = values
