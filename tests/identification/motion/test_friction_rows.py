@@ -18,6 +18,7 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.regression.load_friction import load_indices
 from lwr_dyn.identification.regression.samples import SampleRule
+from lwr_dyn.model.friction import friction_torque
 from lwr_dyn.model.transmission import Transmission
 
 TRAIN = 0.6
@@ -66,7 +67,7 @@ def test_shares_stand_in_the_text_and_in_the_record(fits):
     assert f"2      {shares[1][1]:.5g} +- {shares[1][2]:.2g}" in text
     assert "a data file has it as friction.load; simulations leave it out and say so" in text
     assert without.record()["load_friction"] is None
-    assert "grows with" not in without.text()
+    assert "grows with the torque of bodies" not in without.text()
 
 
 def test_a_written_model_has_the_shares_with_their_errors(fits, ur10, tmp_path):
@@ -88,6 +89,13 @@ def test_a_written_model_has_the_shares_with_their_errors(fits, ur10, tmp_path):
     again = columns.own(arm)[load_indices(columns)]
     assert again.tolist() == given
     assert f"{given[1]:.2g} of it at joint_2" in arm.caveat()
+    q, dq, ddq = np.random.default_rng(4).uniform(-1.0, 1.0, (3, 6, 6))
+    rigid = lwr_dyn.dynamics_of(arm, "newton-euler").inverse_dynamics(q, dq, ddq)
+    parameters = fits[1].consistent.parameters.copy()
+    parameters[load_indices(columns)] = given
+    of_the_written = replace(columns, carried=parameters[columns.table_indices])
+    wanted = of_the_written.torques(q, dq, ddq, parameters)
+    assert rigid + friction_torque(arm.friction, dq, rigid) == pytest.approx(wanted, abs=1e-9)
     write_fitted(tmp_path / "plain.toml", fits[0], open_paper("ur10"))
     assert "load" not in tomllib.loads((tmp_path / "plain.toml").read_text(encoding="utf-8"))["friction"]
     write_fitted(tmp_path / "arm.urdf", fits[1], None)
