@@ -5,6 +5,7 @@ motion is predicted by fits to the others, from normal equations: with the colum
 some per cent and shares of a few standard errors to a log whose friction has none of it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
@@ -14,7 +15,7 @@ from scipy import stats
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.identification.motion.validation import Folds
-from lwr_dyn.identification.regression.information import Information, solve, widened
+from lwr_dyn.identification.regression.information import Information, solve
 from lwr_dyn.identification.regression.load_friction import load_indices, rigid_values
 
 LEAST = 0.1
@@ -50,7 +51,7 @@ class LoadHint:
         )
 
 
-def load_hint(folds: Folds, information: Information) -> LoadHint | None:
+def load_hint(folds: Folds, information: Information, said: Callable[[Folds], Information]) -> LoadHint | None:
     """None where friction grows with the load already, or where chance explains what that would gain.
 
     Parameters
@@ -58,14 +59,16 @@ def load_hint(folds: Folds, information: Information) -> LoadHint | None:
     folds : Folds
         The motions of the fit.
     information : Information
-        What they say together, with errors for residuals that last.
+        What they say together.
+    said : callable
+        The same of other folds, with errors for residuals that last.
     """
     columns, motors = folds.columns, folds.columns.transmission
     coupled = motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any()
     if columns.carried is not None or coupled or not information.equations.any():
         return None
     grown = folds.with_columns(replace(columns, carried=rigid_values(columns, information.values)))
-    found = widened(grown.information(), information.inflation)
+    found = said(grown)
     at = np.searchsorted(found.base.kept, load_indices(found.columns))
     shares, sigma = found.values[at], found.sigma[at]
     surest = int(np.argmax(shares / sigma))

@@ -94,7 +94,7 @@ def identify_motion(
     return MotionIdentification(
         arm, rule, seen.samples, information, consistent, of_the_model, unseen, seen.whiteness,
         correlated_groups(information), judge_bodies(arm, columns, estimate), seen.search, seen.search_sigma, gains,
-        None if seen.folds is None else load_hint(seen.folds, information),
+        None if seen.folds is None else load_hint(seen.folds, information, lambda x: said_by(x)[0]),
     )  # fmt: skip
 
 
