@@ -55,6 +55,7 @@ def test_the_log_of_a_ur10_asks_for_it_and_what_it_would_gain_is_said(ur10):
     assert "--load-friction" not in fitted.text()
 
 
+@pytest.mark.slow
 def test_the_log_of_a_panda_does_not():
     arm = lwr_dyn.load("panda")
     assert identify_motion([read_log(str(LOGS / "panda_salerno.csv"), {}, arm)], arm).load_hint is None
