@@ -13,6 +13,7 @@ from lwr_dyn.identification.motion import gain_fit
 from lwr_dyn.identification.motion.gain_fit import gain_parts
 from lwr_dyn.identification.motion.motion_fit import identify_motion, said_by
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
+from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
@@ -108,6 +109,23 @@ def test_rounds_that_do_not_settle_are_said_or_refused(monkeypatch, lwr):
     monkeypatch.setattr(gain_fit, "ROUNDS", 1)
     with pytest.raises(LogError, match=r"gains of the torques: move by .* sigma after 1 rounds with the bodies"):
         gain_fit_of("ur10", folds)
+
+
+def test_the_round_that_moves_least_is_taken(monkeypatch):
+    _, _, folds = gain_log("ur10", "natural", "white", 0)
+    moves, asked = iter([0.3, 0.04, 0.2, 0.1, 0.06, 0.05]), []
+
+    def made(there, given, logs, width, _):
+        asked.append(logs)
+        gains = DriveGains(width, np.exp(logs), 1e-4 * np.eye(6), 0.0, next(moves))
+        return gain_fit.GainFit(gains, there, given, None), np.full(6, 0.01)
+
+    monkeypatch.setattr(gain_fit, "_round", made)
+    found = gain_fit_of("ur10", folds)
+    assert len(asked) == 6
+    assert found.gains.moving == 0.04
+    assert found.gains.values == pytest.approx(np.exp(asked[1]))
+    assert found.folds.samples.tau == pytest.approx(folds.samples.tau / found.gains.values)
 
 
 def _text(found):
