@@ -66,6 +66,7 @@ def swing(payload: float = 0.0) -> tuple[Arm, JointLog]:
 def motion() -> Document:
     """A fit to a swing."""
     arm, log = swing()
+    log = LogSensors(torque_noise=0.05).through(log, seed=0)
     found = identify_motion([log], arm, MotionRule(gains=0.1))
     return motion_document(found, robot=arm.name, unseen=found.validated_on([log]))
 

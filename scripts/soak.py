@@ -45,6 +45,7 @@ LINES = {
     "false_alarms": "collisions:false_alarms",
     "fits_cover": "identification_fits:fits_cover",
     "gains_cover": "identification_fits:gains_cover",
+    "gains_and_loads_cover": "identification_fits:gains_and_loads_cover",
     "load_friction_cover": "identification_fits:load_friction_cover",
     "foreign_arms": "surveys:foreign_arms",
     "foreign_lint": "surveys:foreign_lint",

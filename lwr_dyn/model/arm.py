@@ -172,7 +172,8 @@ class Arm:
         bad = unphysical_links(self.chain) if "inertias" in used else ()
         body = f"no body can have the inertia of {', '.join(bad)}" if bad else ""
         coupled = self.coupled_rotors if "rotor inertias" in used else ""
-        words = "; ".join(filter(None, (self.caveats.words(used), body, coupled)))
+        load = self.friction_with_load if "friction" in used else ""
+        words = "; ".join(filter(None, (self.caveats.words(used), body, coupled, load)))
         return f"{self.name} ({self.reading}): {words}" if words else ""
 
     @property
@@ -192,6 +193,19 @@ class Arm:
             for i, j in pairs
         ]
         return f"left out: {', '.join(said)} between them" if said else ""
+
+    @property
+    def friction_with_load(self) -> str:
+        """The shares of the load by which friction grows, in words: no run has it; nothing where there are none.
+
+        References
+        ----------
+        Hamon, Gautier, Garrec, Dynamic identification of robots with a dry friction model depending on load and
+        velocity (2010).
+        """
+        pairs = zip(self.joint_names, self.friction, strict=False)
+        said = [f"{x.load:.2g} of it at {name}" for name, x in pairs if x is not None and x.load > 0.0]
+        return f"left out: friction that grows with the load, {', '.join(said)}" if said else ""
 
     @property
     def n(self) -> int:

@@ -161,8 +161,14 @@ class JointFriction:
     """The largest speed at which it was measured [rad/s or m/s]; None is unknown."""
     sigmoid: Sigmoid | None = None
     """Added to the directions and the offset."""
+    load: float = 0.0
+    """Share of the torque that the gear carries, at least 0 and below 1: load |tau_carried| sign(dq) more in both
+    directions, tau_carried what bodies and rotor ask. `torque`, which has no such torque, leaves it out, and runs do
+    (`Arm.friction_with_load`)."""
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.load < 1.0:
+            raise OptionError("friction load", self.load, "a share of at least 0 and below 1")
         if not math.isfinite(self.offset):
             raise OptionError("friction offset", self.offset, "a finite number")
         if self.covered is not None and not (math.isfinite(self.covered) and self.covered > 0.0):
@@ -184,7 +190,7 @@ class JointFriction:
         """Whether it is none at any speed."""
         smooth = 0.0 if self.sigmoid is None else self.sigmoid.level
         sides = (self.positive, self.negative)
-        return self.offset == smooth == 0.0 and all(x.holding == x.viscous == 0.0 for x in sides)
+        return self.offset == smooth == self.load == 0.0 and all(x.holding == x.viscous == 0.0 for x in sides)
 
     @property
     def breakaway(self) -> tuple[float, float]:
@@ -221,13 +227,23 @@ def _sigmoids(level: Array, slope: Array, shift: Array, at_rest: Array, dq: Arra
     return np.asarray(level * (_logistic(slope * (dq + shift)) - at_rest))
 
 
-def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike) -> Array:
+def friction_torque(models: tuple[JointFriction | None, ...], dq: ArrayLike, carried: ArrayLike | None = None) -> Array:
     """Friction torques tau_friction(dq) of an arm (..., n) at joint velocities (..., n); 0 where unknown.
 
-    Raises `ShapeError` for a `dq` that does not have one column per joint, or is not finite.
+    `carried` (..., n) is what bodies and rotors ask of the joints [N m or N], of which friction is a share beside the
+    rest; without it that share is left out. Raises `ShapeError` for arrays that do not have one column per joint, or
+    are not finite.
+
+    >>> grows = JointFriction(Direction(1.0, 0.0), Direction(1.0, 0.0), load=0.1)
+    >>> friction_torque((grows,), [[-0.5], [0.5]], [[20.0], [20.0]]).tolist()
+    [[-3.0], [3.0]]
     """
     v = joint_array("dq", dq, len(models))
-    return np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)
+    out = np.stack([(m or FRICTIONLESS).torque(v[..., i]) for i, m in enumerate(models)], axis=-1)
+    if carried is None:
+        return out
+    shares = np.array([(m or FRICTIONLESS).load for m in models])
+    return np.asarray(out + shares * np.abs(joint_array("carried", carried, len(models))) * np.sign(v))
 
 
 def smooth_friction(models: Sequence[JointFriction | None], width: float = 1e-3) -> Callable[[Array], Array]:

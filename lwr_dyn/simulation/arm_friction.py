@@ -173,16 +173,15 @@ class ArmFriction:
 def chosen_friction(arm: Arm, option: FrictionOption = None) -> ArmFriction:
     """The friction that an option of `simulate` names.
 
-    Raises `OptionError`: a form of another name; `ShapeError`: another number of joints.
+    Raises `OptionError`: a form of another name, friction given with a share of the load, which runs do not have (that
+    of the arm itself is left out, and `Arm.caveat` says so); `ShapeError`: another number of joints.
     """
     if callable(option):
         return ArmFriction.function("given", arm.n, option)
     if isinstance(option, str) and option not in FORMS:
         raise OptionError("friction", repr(option), f"{', '.join(FORMS)}, one JointFriction a joint, or a function")
     own = option is None or isinstance(option, str)
-    models = arm.friction_models() if option is None or isinstance(option, str) else tuple(option)
-    if len(models) != arm.n:
-        raise ShapeError("friction", f"{len(models)} joints", f"{arm.n}, one a joint, None where there is none")
+    models = arm.friction_models() if option is None or isinstance(option, str) else _given(tuple(option), arm.n)
     if option == "none" or (own and all(model is None for model in models)):
         return ArmFriction.function("none", arm.n, None)
     set_valued = ArmFriction.of(models)
@@ -196,6 +195,16 @@ def chosen_friction(arm: Arm, option: FrictionOption = None) -> ArmFriction:
             return ArmFriction.function("sigmoid", arm.n, lambda dq: coefficients * dq + sigmoid(dq), set_valued.slope)
         return ArmFriction.function("viscous", arm.n, lambda dq: coefficients * dq, set_valued.slope)
     return set_valued
+
+
+def _given(models: tuple[JointFriction | None, ...], n: int) -> tuple[JointFriction | None, ...]:
+    if len(models) != n:
+        raise ShapeError("friction", f"{len(models)} joints", f"{n}, one a joint, None where there is none")
+    for j, model in enumerate(models, 1):
+        if model is not None and model.load:
+            found, allowed = f"{model.load:.2g} of the load", "none of the load: no run has it"
+            raise OptionError(f"friction of joint {j}", found, allowed)
+    return models
 
 
 def braking_rate(B: Array, slope: Array) -> Array:

@@ -337,6 +337,7 @@ class Setup:
     def record(self) -> dict[str, Any]:
         """The setup as JSON values."""
         loop, friction, reference, elasticity = self.loop, self.plant.friction, self.reference, self.elasticity
+        left_out = {"left_out": words} if (words := self.plant.arm.friction_with_load) else {}
         return {
             **arm_record(self.arm), "plant": arm_record(self.plant.arm), "payload": loop.load,
             "controller": describe(self.controller), "engine": loop.engine_name,
@@ -346,7 +347,8 @@ class Setup:
             },
             "options": {name: getattr(loop, name) for name in OPTIONS},
             "encoder": None if loop.encoder is None else asdict(loop.encoder),
-            "friction": friction.form != "none", "friction_law": {**friction.record(), "rate": self.friction_rate},
+            "friction": friction.form != "none",
+            "friction_law": {**friction.record(), "rate": self.friction_rate, **left_out},
             "external": None if loop.external is None else describe(loop.external),
             "elasticity": None if elasticity is None else {
                 "stiffness": elasticity.stiffness.tolist(), "damping": elasticity.damping.tolist(),

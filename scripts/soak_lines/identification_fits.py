@@ -78,6 +78,28 @@ def gains_cover() -> tuple[str, bool, str]:
     return said, good, "\n".join(lines)
 
 
+def gains_and_loads_cover() -> tuple[str, bool, str]:
+    """Both together, two arms, two noises, 20 logs a cell: gains, shares and all other parameters inside 3 sigma."""
+    from tests.identification import cover_truths as of
+    from tests.identification.cover_study import rms
+    from tests.identification.gain_load_study import gain_load_cell
+
+    lines = ["| arm, noise | gains | shares | all other parameters | total mass | refused |", "|---" * 6 + "|"]
+    cells = []
+    for arm in ("panda", "ur10"):
+        for noise in of.NOISES:
+            cells.append(gain_load_cell(arm, "natural", noise, range(of.RUNS)))
+            lines.append(f"| {arm}, {noise} | {cells[-1].row()} | {cells[-1].refused} |")
+    every = [np.concatenate([np.ravel(getattr(cell, x)) for cell in cells]) for x in ("gains", "shares", "others")]
+    inside = [float(np.mean(np.abs(z) <= 3.0)) for z in every]
+    z = np.array([[rms(cell.gains), rms(cell.shares), rms(cell.others)] for cell in cells])
+    said = (
+        f"inside 3 sigma: {inside[0]:.1%} of gains, {inside[1]:.1%} of shares, {inside[2]:.1%} of the others; rms z "
+        f"{z.min():.2f} to {z.max():.2f}"
+    )
+    return said, min(inside) >= 0.97 and z.min() >= 0.5 and z.max() <= 1.5, "\n".join(lines)
+
+
 def load_friction_cover() -> tuple[str, bool, str]:
     """Friction of 2 to 20 % of the load on four arms, 20 logs each: base parameters and shares inside 3 sigma."""
     from tests.identification import cover_truths as of

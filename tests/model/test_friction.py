@@ -1,5 +1,7 @@
 """Friction models: levels, signs, directions, what is refused; the smooth form against the exact one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -87,6 +89,9 @@ def test_velocities_of_the_wrong_shape_are_refused(dq):
             lambda: JointFriction(Direction(1, 0), Direction(1, 0), covered=0.0),
             "covered: 0.0; allowed: a speed above 0",
         ),
+        (lambda: replace(ONE_SIDED, load=-0.1), "friction load: -0.1; allowed: a share of at least 0 and below 1"),
+        (lambda: replace(ONE_SIDED, load=1.0), r"friction load: 1\.0; allowed"),
+        (lambda: replace(ONE_SIDED, load=np.nan), "friction load: nan; allowed"),
         (lambda: smooth_friction([ONE_SIDED], 0.0), "width: 0.0; allowed: a speed above 0"),
         (lambda: smooth_friction([ONE_SIDED], np.nan), "width: nan; allowed: a speed above 0"),
     ],

@@ -223,6 +223,17 @@ def test_friction_brakes_as_fast_as_the_fastest_motion_of_the_linear_equation():
 SLIDES = JointFriction(Direction(0.0, 0.0), Direction(0.0, 0.0), sigmoid=Sigmoid(3.0, 20.0, 0.01))
 
 
+def test_a_share_of_the_load_is_left_out_of_a_run_and_refused_where_it_is_asked_for():
+    grows = replace(symmetric(3.0, 0.5), load=0.2)
+    run, plain = (simulate(replace(one_joint(), friction=(model,)), no_torque, Still(np.zeros(1), 0.3), dq0=[0.2])
+                  for model in (grows, symmetric(3.0, 0.5)))  # fmt: skip
+    assert (run.tau_friction == plain.tau_friction).all()
+    assert run.meta["friction_law"]["left_out"].startswith("left out: friction that grows with the load, 0.2 of it at ")
+    assert "left_out" not in plain.meta["friction_law"]
+    with pytest.raises(OptionError, match=r"friction of joint 1: 0\.2 of the load; allowed: none of the load"):
+        one(grows)
+
+
 def test_a_sigmoid_brakes_without_stick_and_its_work_closes_the_audit():
     """A slider alone: its kinetic energy goes into the friction, and nothing else."""
     run = one(SLIDES)

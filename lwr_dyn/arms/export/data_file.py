@@ -16,7 +16,7 @@ import numpy as np
 
 from lwr_dyn.arms.export.dh_table import DHTable, dh_table, residual
 from lwr_dyn.arms.papers.assembly import CONTRADICTED, LEFT_IN_PLACE, sort_of
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, SIDES, SIGMOID, TABLES, UNKNOWN
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, KINDS, LOAD, SIDES, SIGMOID, TABLES, UNKNOWN
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.arm import Arm, JointLimits
 from lwr_dyn.model.chain import Body, Convention
@@ -269,6 +269,8 @@ def _friction(arm: Arm) -> Columns:
     }
     whole: Columns = {name: values for name, values in sides.items() if None not in values}
     whole["offset"] = [model.offset for model in models]
+    if any(model.load for model in models):
+        whole[LOAD] = [model.load for model in models]
     covered: Sequence[float | None] = [model.covered for model in models]
     return {**whole, "covered": covered} if None not in covered else whole
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, ORIGINS, SIDES, SIGMOID, UNKNOWN, Column, Paper, to_si
+from lwr_dyn.arms.papers.schema import FRICTION_OF_A_SIDE, LOAD, ORIGINS, SIDES, SIGMOID, UNKNOWN, Column, Paper, to_si
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError, PaperError
 from lwr_dyn.model.arm import Arm, JointGains, JointLimits, Ratings, Source
@@ -70,6 +70,7 @@ def friction_per_direction(paper: Paper) -> tuple[JointFriction, ...]:
             negative=_direction(paper, SIDES[bool(ratios[i] > 0.0)], i, abs(ratios[i])),
             offset=(paper.cell("friction.offset", i) or 0.0) * ratios[i],
             covered=_times(paper.cell("friction.covered", i), 1.0 / abs(ratios[i])),
+            load=paper.cell(f"friction.{LOAD}", i) or 0.0,
         )
         for i in range(paper.n)
     )
@@ -124,7 +125,7 @@ def actuation_parts(paper: Paper) -> Iterator[tuple[str, tuple[Part, ...]]]:
         for name in ("viscous", "coulomb"):
             yield f"{joint}.{name}", ((f"friction.{name}", i, seen),)
         directed = (f"{side}_{x}" for side in SIDES for x in FRICTION_OF_A_SIDE)
-        for name in (*directed, "offset", "covered", *SIGMOID):
+        for name in (*directed, "offset", "covered", LOAD, *SIGMOID):
             yield f"{joint}.friction.{name}", ((f"friction.{name}", i, seen),)
         for name in ("kp", "ki", "kd", "effort"):
             yield f"{joint}.gains.{name}", ((f"gains.{name}", i, "to SI"),)

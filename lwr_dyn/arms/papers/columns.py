@@ -12,6 +12,7 @@ import numpy as np
 
 from lwr_dyn.arms.papers.schema import (
     KINDS,
+    LOAD,
     PER_JOINT,
     SIDES,
     SIGMOID,
@@ -128,7 +129,7 @@ def check_plausibility(
     columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind], file: str
 ) -> None:
     """Raise `PaperError` for the first number or unit that cannot be right."""
-    checks = (_signs, _limits, _symmetry, _rotors, _friction, _sigmoid, _gravity)
+    checks = (_signs, _shares, _limits, _symmetry, _rotors, _friction, _sigmoid, _gravity)
     for fault in chain(_units(columns, joints, kinds), *(check(columns) for check in checks)):
         raise PaperError(file, *fault)
 
@@ -148,7 +149,7 @@ def _gravity(columns: Mapping[str, Column]) -> Iterator[Fault]:
 def _units(columns: Mapping[str, Column], joints: Sequence[str], kinds: Sequence[JointKind]) -> Iterator[Fault]:
     for name in (x for x in columns if x.startswith(_OF_THE_JOINT) or x in ("poses.mastering", "rotors.armature")):
         for unit, joint, kind in zip(columns[name].unit, joints, kinds, strict=False):
-            if (UNITS[unit][0] in _LINEAR) != (kind is JointKind.PRISMATIC):
+            if unit != "1" and (UNITS[unit][0] in _LINEAR) != (kind is JointKind.PRISMATIC):
                 yield f"{name}.unit", f"{unit!r} for {joint}", f"a unit of a {kind.value} joint"
 
 
@@ -164,6 +165,12 @@ def _signs(columns: Mapping[str, Column]) -> Iterator[Fault]:
     for place, row in _cells(columns, "transmission.signs"):
         if any(value not in (1.0, 0.0, -1.0) for value in row):
             yield place, str(list(row)), "1, 0 or -1 for each joint"
+
+
+def _shares(columns: Mapping[str, Column]) -> Iterator[Fault]:
+    for place, value in _cells(columns, f"friction.{LOAD}"):
+        if not 0.0 <= value < 1.0:
+            yield place, str(value), "a share of at least 0 and below 1"
 
 
 def _limits(columns: Mapping[str, Column]) -> Iterator[Fault]:
@@ -215,7 +222,7 @@ def _friction(columns: Mapping[str, Column]) -> Iterator[Fault]:
     both_ways = [name for name in ("friction.viscous", "friction.coulomb") if name in columns]
     if directed and both_ways:
         yield both_ways[0], f"beside {directed[0]}", "either one pair both ways or columns per direction"
-    if directed or any(f"friction.{name}" in columns for name in ("offset", "covered")):
+    if directed or any(f"friction.{name}" in columns for name in ("offset", "covered", LOAD)):
         for name in (x for x in _DIRECTED if x not in columns):
             yield name, "missing", "Coulomb and viscous columns of both directions"
     for side in (s for s in SIDES if f"friction.{s}_static" in columns):

@@ -90,6 +90,8 @@ TORQUES = ("motor", "link")
 FRICTION_SIDES = ("joint", "motor")
 SIGMOID = ("sigmoid_level", "sigmoid_slope", "sigmoid_shift")
 """Columns of friction as a sigmoid of the speed."""
+LOAD = "load"
+"""Column of friction that grows with the load."""
 SIDES = ("positive", "negative")
 """Directions of motion, for friction that differs between them."""
 
@@ -183,6 +185,7 @@ TABLES: dict[str, dict[str, ColumnRule]] = {
         **{f"{s}_{x}": ColumnRule((), quantities) for s in SIDES for x, quantities in FRICTION_OF_A_SIDE.items()},
         "offset": ColumnRule((), _FORCE),
         "covered": ColumnRule((), _SPEED),
+        LOAD: ColumnRule((), ("number",)),
         "sigmoid_level": ColumnRule((), _FORCE),
         "sigmoid_slope": ColumnRule((), ("slope of a sigmoid",)),
         "sigmoid_shift": ColumnRule((), _SPEED),
@@ -197,11 +200,11 @@ URDF's inertial does. `origins` places each joint of a URDF in the one before, a
 `armature`, its inertia reflected to the joint. The motor map is dq_m = T dq with T_ij = signs_ij ratio_j / stage_j, or
 T is printed as `matrix`, a row a motor.
 `elasticity` is each gear's spring and damper, seen at the joint. `friction` is one pair for both directions, or columns
-per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors; or
-a sigmoid, level/(1 + exp(-slope (dq + shift))) less its value at rest. `poses`
-is a second description of the kinematics, all in the base: joint positions of the mastering pose, its wrist centre, the
-flange's position at zero, the flange's orientation in both, and each joint's axis at zero. `ratings` are data sheet
-values of the whole arm (`mass` includes the base).
+per direction that hold up to the speed `covered`, seen at the joints or, with `side = "motor"`, at the motors, and
+`load`, the share of the torque carried by which friction grows in both; or a sigmoid, level/(1 + exp(-slope (dq +
+shift))) less its value at rest. `poses` is a second description of the kinematics, all in the base: joint positions of
+the mastering pose, its wrist centre, the flange's position at zero, the flange's orientation in both, and each joint's
+axis at zero. `ratings` are data sheet values of the whole arm (`mass` includes the base).
 """
 
 

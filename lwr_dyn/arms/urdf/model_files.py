@@ -100,8 +100,8 @@ def sidecar_blocks(arm: Arm) -> dict[str, Any]:
 
 
 def _friction(friction: JointFriction) -> dict[str, Any]:
-    """As JSON values, the sigmoid only where there is one."""
-    return {name: value for name, value in asdict(friction).items() if name != "sigmoid" or value is not None}
+    """As JSON values, sigmoid and share of the load only where there is one."""
+    return {name: x for name, x in asdict(friction).items() if name not in ("sigmoid", "load") or x}
 
 
 def sidecar_quantities(arm: Arm) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.bodies.possible_bodies import body_lines
-from lwr_dyn.identification.fitted import check_fitted_path, write_fitted
+from lwr_dyn.identification.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion import motion_result
@@ -157,7 +157,5 @@ def _written(
     if given["out"] is not None and not _is_refused(given, result):
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
         yield f"wrote {files}; next: lwr-dyn check {given['out']}"
-        if given["load_friction"]:
-            yield f"{given['out']} lacks friction that grows with the load, kept in its provenance alone"
         if turned := motor_words(result.columns.transmission):
             yield f"{given['out']} has what each joint shows alone; {turned}: what it adds between them is in no model"

@@ -143,8 +143,15 @@ TEXT = {
 
 
 def friction_function(spec: KernelSpec, name: str, arm: Arm) -> emit.EmittedFunction:
-    """The rows of `EMITTED`; raises `MissingDataError` for an arm without friction."""
+    """The rows of `EMITTED`.
+
+    Raises `MissingDataError` for an arm without friction, `OptionError` for friction that grows with the load.
+    """
     models = [model or FRICTIONLESS for model in arm.friction_models()]
+    for joint, model in zip(arm.joint_names, models, strict=True):
+        if model.load:
+            allowed = "none: the functions have speeds and no torques"
+            raise OptionError(f"friction of {joint}", f"{model.load:.2g} of the load", allowed)
     if all(model is FRICTIONLESS for model in models):
         raise MissingDataError(arm.name, "friction", name)
     is_smooth = name != "friction_torque"

@@ -76,7 +76,7 @@ def payload_parameters(mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any
 def friction_parameters(arm: Arm) -> Array:
     """Friction of the joints, (5, n), rows as `FRICTION`; zero where unknown.
 
-    Raises `OptionError`: a joint with a Stribeck curve or a sigmoid, which kernels do not support.
+    Raises `OptionError`: a joint with a Stribeck curve, a sigmoid or a share of the load, which kernels do not support.
     """
     return friction_table(arm.friction_models(), arm.joint_names)
 
@@ -90,9 +90,11 @@ def friction_table(models: Sequence[JointFriction | None], names: Sequence[str] 
         if any(side.stribeck_velocity is not None and side.holding > side.coulomb for side in sides):
             allowed = "in kernels Coulomb and viscous friction per direction, and an offset"
             raise OptionError(f"friction of {name}", "a Stribeck curve", allowed)
+        allowed = "in kernels Coulomb and viscous friction per direction, and an offset; or friction none"
         if friction.sigmoid is not None:
-            allowed = "in kernels Coulomb and viscous friction per direction, and an offset; or friction none"
             raise OptionError(f"friction of {name}", "a sigmoid of the speed", allowed)
+        if friction.load:
+            raise OptionError(f"friction of {name}", f"{friction.load:.2g} of the load", allowed)
         columns.append([*(x for side in sides for x in (side.coulomb, side.viscous)), friction.offset])
     return np.array(columns).T
 

@@ -13,7 +13,7 @@ from lwr_dyn.identification.regression.load_friction import load_indices
 from lwr_dyn.identification.regression.stribeck import StribeckSearch
 
 Numbers = list[float]
-NOT_WRITTEN = "no model has a place for it: a written one lacks it"
+IN_A_MODEL = "a data file has it as friction.load; simulations leave it out and say so"
 
 
 def friction_parts(
@@ -34,7 +34,7 @@ def load_words(found: Information) -> str:
     """The shares for a provenance, `friction of 0.1 +- 0.01, ... of the load`; empty without the term."""
     rows = load_shares(found)
     shown = ", ".join(f"{share:.2g} +- {error:.2g}" if np.isfinite(error) else "unknown" for _, share, error in rows)
-    return f"friction of {shown} of the load (not in the model)" if rows else ""
+    return f"friction of {shown} of the load" if rows else ""
 
 
 def _stribeck(search: StribeckSearch | None, sigma: Array | None) -> list[Any]:
@@ -62,7 +62,7 @@ def _load(found: Information, states: Sequence[str]) -> list[Any]:
     heads = ("joint", Heading("share", "N m/(N m)", key="x", sigma="e"), Heading(key="e"), Heading("state", key=None))
     values, errors = ([row[i] for row in shares] or None for i in (1, 2))
     return [
-        Table("friction that grows with the torque of bodies and rotors", heads, rows, NOT_WRITTEN),
+        Table("friction that grows with the torque of bodies and rotors", heads, rows, IN_A_MODEL),
         Fact("load_friction", values, "Share of the torque of bodies and rotors, with --load-friction.",
              kind=Numbers | None),
         Fact("load_friction_error", errors, "Standard errors, null where no motion shows a share.",

@@ -19,6 +19,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import validation
 from lwr_dyn.identification.motion.gain_fit import NearTheTable, fit_gains
 from lwr_dyn.identification.motion.identifiable import correlated_groups
+from lwr_dyn.identification.motion.load_hint import load_hint
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
 from lwr_dyn.identification.regression.coupled_motors import at_motors, motors_or_joints
 from lwr_dyn.identification.regression.drive_gains import DriveGains
@@ -52,8 +53,8 @@ def identify_motion(
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
-        More folds than instants; something known that is no equation between parameters; gains,
-        friction with the load or coupled motors with instruments; coupled motors of an arm without.
+        More folds than instants; something known that is no equation between parameters; gains, friction with the load
+        or coupled motors with instruments; coupled motors of an arm without.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError
@@ -96,6 +97,7 @@ def identify_motion(
     return MotionIdentification(
         arm, rule, seen.samples, information, consistent, of_the_model, unseen, seen.whiteness,
         correlated_groups(information), judge_bodies(arm, columns, estimate), seen.search, seen.search_sigma, gains,
+        None if seen.folds is None else load_hint(seen.folds, information, lambda x: said_by(x)[0]),
     )  # fmt: skip
 
 
@@ -113,13 +115,19 @@ class _SeenLogs:
     @classmethod
     def of(cls, folds: validation.Folds, search: StribeckSearch | None) -> "_SeenLogs":
         """What folds of logs say, whose Stribeck speeds were searched or not."""
-        information, whiteness = said_by(folds)
+        information, whiteness, sigma = _with_speeds(folds)
         if folds.columns.carried is not None:
             information = with_moving_loads(folds.samples, information)
-        if search is None or folds.columns.stribeck_velocity is None:
-            return cls(folds.samples, information, folds, whiteness, search)
-        information, sigma = with_unknown_speeds(folds.samples, information)
         return cls(folds.samples, information, folds, whiteness, search, sigma)
+
+
+def _with_speeds(folds: validation.Folds) -> tuple[Information, tuple[validation.Whiteness, ...], Array | None]:
+    """What folds of logs say where the loads that friction grows with are known, and the errors of Stribeck speeds."""
+    information, whiteness = said_by(folds)
+    if folds.columns.stribeck_velocity is None:
+        return information, whiteness, None
+    information, sigma = with_unknown_speeds(folds.samples, information)
+    return information, whiteness, sigma
 
 
 def _by_command(logs: Sequence[JointLog], commands: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs:
@@ -141,10 +149,7 @@ def _fitted(
     if width is None or seen.folds is None:
         return seen, None if near_the_table is None else near_the_table(seen.information, None), None
 
-    def said(folds: validation.Folds) -> Information:
-        return _SeenLogs.of(folds, seen.search).information
-
-    found = fit_gains(seen.folds, width, said, near_the_table)
+    found = fit_gains(seen.folds, width, lambda folds: _with_speeds(folds)[0], near_the_table)
     seen = replace(_SeenLogs.of(found.folds, seen.search), information=found.information)
     return seen, found.bodies, found.gains
 

@@ -19,6 +19,7 @@ from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion import identifiable, validation
 from lwr_dyn.identification.motion.friction_rows import friction_parts
 from lwr_dyn.identification.motion.gain_fit import gain_parts
+from lwr_dyn.identification.motion.load_hint import LoadHint
 from lwr_dyn.identification.motion.validation import Validation, Whiteness
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information
@@ -78,7 +79,7 @@ class MotionRule:
     ------
     OptionError
         A deviation that is not above 0 or beyond `LARGEST_DEVIATION`; fewer than two folds; gains that are not above 0
-        or beyond `LARGEST_GAIN`; those, or friction with the load, of motors that turn joints together; both.
+        or beyond `LARGEST_GAIN`; those, or friction with the load, of motors that turn joints together.
     """
 
     samples: SampleRule = DEFAULT_SAMPLES
@@ -100,8 +101,6 @@ class MotionRule:
             raise OptionError("deviation", self.deviation, allowed)
         if self.gains is not None and not (0.0 < self.gains <= LARGEST_GAIN):
             raise OptionError("gains", self.gains, f"a share above 0 and up to {LARGEST_GAIN:g}, such as 0.1 for 10 %")
-        if self.gains is not None and self.load_friction:
-            raise OptionError("gains", "given with friction that grows with the load", "one of the two")
         motors, asked = self.samples.transmission, "gains" if self.gains is not None else "load friction"
         if motors is not None and motors.coupled.any() and (self.gains is not None or self.load_friction):
             raise OptionError(asked, "given for motors that turn joints together", "motors with a joint each")
@@ -141,6 +140,8 @@ class MotionIdentification:
     """Their standard errors (n,) [rad/s or m/s], NaN for a joint without one."""
     gains: DriveGains | None = None
     """Of the torques, where they were fitted: `samples` have the torques of the logs over them."""
+    load_hint: LoadHint | None = None
+    """What friction that grows with the load would gain, where it was not fitted and the log asks for it."""
     __repr__ = short_repr
     _repr_html_ = repr_html
 
@@ -250,6 +251,7 @@ def motion_document(
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
     turned = motor_words(result.columns.transmission)
+    hint = result.load_hint
     contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
     verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
@@ -271,12 +273,15 @@ def motion_document(
         Fact("chi2", found.chi2, "Of the residuals."), Fact("dof", found.dof, "Equations less parameters."),
         Fact("coupled", bool(turned), "Whether rotors and friction are those of motors that turn several joints."),
         Fact("folds", result.rule.folds, "Parts of the motion, each kept from a fit in turn."),
+        Fact("load_friction_gain", None if hint is None else hint.gain, "Share of what is left of unseen torques that "
+             "friction with the load would explain; null where it is fitted or chance does.", kind=float | None),
     ]  # fmt: skip
     sections = [
         Section("", [
             Note(f"{turned}: its rotor and friction, seen at the joint of its number", bool(turned)),
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
+            Note("" if hint is None else hint.words, hint is not None),
             Note(WITHOUT_PARTS, not result.validation),
             Note(body_lines(result.bodies)),
         ]),

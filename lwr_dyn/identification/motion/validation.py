@@ -18,7 +18,7 @@ Time Series (1971), section 8.2, for the bias of correlations about a fitted mea
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import reduce
 from itertools import pairwise
 from operator import add
@@ -232,14 +232,17 @@ class Folds:
     def of(cls, samples: Samples, columns: TorqueColumns, count: int, known: NDArray[np.bool_]) -> "Folds":
         """Motions dealt to `count` folds; raises `OptionError` as `motion_pieces`."""
         base, fold = columns.base(), motion_pieces(samples, count)
-        parts = [samples.select(fold == i) for i in range(count)]
-        normal = tuple(normal_equations(part, columns, base) for part in parts)
-        return cls(samples, known, columns, base, fold, normal)
+        return cls(samples, known, columns, base, fold, _by_fold(samples, columns, fold, count))
 
     def times(self, factors: Array) -> "Folds":
         """The same with the torques of each joint multiplied by a factor, (n,)."""
         normal = tuple(part.times(factors) for part in self.normal)
         return Folds(self.samples.times(factors), self.known, self.columns, self.base, self.fold, normal)
+
+    def with_columns(self, columns: TorqueColumns) -> "Folds":
+        """The same motions in the same folds, with other columns."""
+        normal = _by_fold(self.samples, columns, self.fold, len(self.normal))
+        return replace(self, columns=columns, base=columns.base(), normal=normal)
 
     def information(self) -> Information:
         """What all of them say."""
@@ -285,6 +288,13 @@ class Folds:
             values = found.values if refit is None else self.base.of(refit(found))
             out[rows] = self.samples.tau[rows] - predicted(self.samples.select(rows), self.columns, values)
         return np.where(self.known, out, np.nan)
+
+
+def _by_fold(
+    samples: Samples, columns: TorqueColumns, fold: NDArray[np.intp], count: int
+) -> tuple[NormalEquations, ...]:
+    base = columns.base()
+    return tuple(normal_equations(samples.select(fold == i), columns, base) for i in range(count))
 
 
 def cross_validation(

@@ -105,7 +105,7 @@ def with_own_friction(both: tuple[Modelled, Modelled], arm: Arm) -> Fit | None:
     """The set with the friction that it publishes, and nothing fitted; None where it publishes none."""
     if not arm.has_friction:
         return None
-    train, test = (one.model + friction_torque(arm.friction_models(), one.log.dq) for one in both)
+    train, test = (one.model + friction_torque(arm.friction_models(), one.log.dq, one.model) for one in both)
     return Fit((), both[1].log.tau - test, (train, test))
 
 

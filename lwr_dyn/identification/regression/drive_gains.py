@@ -13,6 +13,10 @@ measured, is no witness to their gains. The column of a gain is the predicted to
 column shrinks what it is the column of. It is a sum of other columns, so that everything follows from normal equations,
 without the rows. Along the common factor, b = (1 - d) b0, this is exact.
 
+Friction that grows with the load (`regression.load_friction`) is a share of what bodies ask, so that it stays in b0: a
+gain is its factor as it is that of the bodies. What X^T S (tau - f(b)) = 0 has in place of -X^T S X as its slope,
+-(X^T S X + E), is that of both: with d summed over, F = X^T S X less what d takes and E less the same.
+
 References
 ----------
 Gautier, Briot, New method for global identification of the joint drive gains of robots using a known payload mass
@@ -29,6 +33,7 @@ from numpy.typing import NDArray
 from lwr_dyn.foundation.arrays import Array, freeze_arrays
 from lwr_dyn.identification.regression.information import Information, NormalEquations, solve, widened
 from lwr_dyn.identification.regression.least_squares import BaseParameters, Spectrum, solved
+from lwr_dyn.identification.regression.load_friction import load_indices, moved_precision
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 
 QUIETEST = 1e-4
@@ -49,6 +54,8 @@ class DriveGains:
     """(n, n) of their logs, with what the table says of masses."""
     without_table: float
     """Standard error of the mean of their logs by log and prior alone."""
+    moving: float = 0.0
+    """By how many standard errors a gain would still move, were it found again: what numerical choices leave."""
 
     def __post_init__(self) -> None:
         freeze_arrays(self, "values", "covariance")
@@ -81,21 +88,25 @@ class FreedGains:
     """(n,) d at base parameters of 0."""
     _spread: Array
     """(n,) variance of d where the base parameters are known."""
+    _turn: Array
+    """(b, b): the identity, or F^-1 (F + E) with friction that grows with the load."""
 
     @classmethod
     def of(
-        cls, given: Information, taken: Array, width: float, about: Array | None = None, volume: Array | float = 0.0
-    ) -> "FreedGains":
+        cls, given: Information, taken: Array, width: float, about: Array | None = None,
+        volume: Array | float = 0.0, moving: Array | None = None,
+    ) -> "FreedGains":  # fmt: skip
         """Of the information of torques that were divided by exp(taken), (n,).
 
         `about` are the base values b0 (b,): those of least squares have noise, and where a table has a say they are
-        those with the table. `volume` (n,) is that of `volume_of`.
+        those with the table. `volume` (n,) is that of `volume_of`, `moving` (n, b, b) that of `loads_moved` at the
+        values of `given`, whose precision is that of loads as if they were known.
         """
         normal, seen = given.normal, given.equations > 0
         rms = np.sqrt(normal.squares / np.maximum(normal.equations, 1))
         given = widened(given, np.where(seen, np.maximum(1.0, QUIETEST * rms / given.noise), 1.0))
         weights = _weights(given)
-        moved = np.where(_of_friction(given), 0.0, given.values if about is None else about)
+        moved = np.where(_of_dry_friction(given), 0.0, given.values if about is None else about)
         predicted = normal.matrices @ moved
         across = weights[:, None] * predicted
         alone = weights * (predicted @ moved) + width**-2.0
@@ -104,8 +115,18 @@ class FreedGains:
         precision = 0.5 * (precision + precision.T)
         right = given.precision @ given.values - across.T @ (side / alone)
         values = solved(precision, right, Spectrum.of(precision).inverse())
-        information = replace(given, values=values, precision=precision)
-        return cls(taken, width, given, information, -across / alone[:, None], side / alone, 1.0 / alone)
+        freed = replace(given, values=values, precision=precision)
+        if moving is None:
+            turn = np.eye(values.size)
+            return cls(taken, width, given, freed, -across / alone[:, None], side / alone, 1.0 / alone, turn)
+        changes = weights[:, None, None] * moving
+        of_gains = np.einsum("b,jbc->jc", moved, changes)  # (n, b): what E is for the equations of gains
+        change, left = changes.sum(axis=0), changes.sum(axis=0) - across.T @ (of_gains / alone[:, None])
+        step = np.linalg.solve(precision + left, precision @ (values - given.values))
+        freed = replace(freed, values=given.values + step, precision=moved_precision(freed, left))
+        loaded, side = replace(given, precision=moved_precision(given, change)), side + of_gains @ given.values
+        turn, rate = np.eye(values.size) + given.covariance @ change, -(across + of_gains) / alone[:, None]
+        return cls(taken, width, loaded, freed, rate, side / alone, 1.0 / alone, turn)
 
     def steps(self, base_values: Array) -> Array:
         """d (n,) at base values (b,): how much larger the logs of gains are than those taken."""
@@ -127,7 +148,7 @@ class FreedGains:
         Their covariance is C + J S J^T with J the change by gains, friction's too, whose covariance is S.
         """
         given = self.given
-        across = _weights(given)[:, None] * (given.normal.matrices @ given.values)
+        across = _weights(given)[:, None] * (given.normal.matrices @ given.values) @ self._turn
         inner = np.linalg.inv(gains.covariance) + across @ given.covariance @ across.T
         precision = given.precision - across.T @ np.linalg.solve(inner, across)
         return replace(given, precision=0.5 * (precision + precision.T))
@@ -138,7 +159,7 @@ class FreedGains:
         out, alone = np.eye(columns.count), np.zeros((columns.count, columns.n))
         for j in range(columns.n):
             part = columns.of_joint(j)
-            own = np.arange(part.start + 1, part.stop)
+            own = np.setdiff1d(np.arange(part.start + 1, part.stop), load_indices(columns))
             out[own] -= parameters[own, None] * rate[j]
             alone[own, j] = parameters[own]
         return np.asarray(out @ covariance @ out.T + (alone * self._spread) @ alone.T)
@@ -150,9 +171,10 @@ def _weights(information: Information) -> Array:
     return np.where(seen, np.where(seen, information.noise, 1.0) ** -2.0, 0.0)
 
 
-def _of_friction(information: Information) -> NDArray[np.bool_]:
-    """Which base parameters are friction, (b,)."""
-    return np.isin(information.base.kept, information.columns.friction_indices)
+def _of_dry_friction(information: Information) -> NDArray[np.bool_]:
+    """Which base parameters are friction that is no share of the load, (b,)."""
+    columns = information.columns
+    return np.isin(information.base.kept, np.setdiff1d(columns.friction_indices, load_indices(columns)))
 
 
 def volume_of(given: Information, covariance: Array) -> Array:
@@ -176,7 +198,7 @@ def volume_of(given: Information, covariance: Array) -> Array:
 
 
 def gains_alone(normal: NormalEquations, columns: TorqueColumns, base: BaseParameters, width: float) -> Array:
-    """Logs of gains (n,) by log and prior, without a table: the start for more.
+    """Logs of gains (n,) by log and prior, without a table: a start, which need not have settled.
 
     Gauss and Newton's method: gains taken off the torques, base parameters and noise found again, in turn.
     """

@@ -56,19 +56,19 @@ def with_load_friction(samples: Samples, columns: TorqueColumns) -> TorqueColumn
         columns = replace(columns, carried=np.zeros(columns.table_indices.size))
     values, furthest = information_of(samples, columns).values, np.inf
     for _ in range(ROUNDS):
-        columns = replace(columns, carried=_rigid(columns, values))
+        columns = replace(columns, carried=rigid_values(columns, values))
         found = information_of(samples, columns)
         step = found.values - values
         furthest = float((np.abs(step) / found.sigma).max(initial=0.0))
         if furthest < SETTLED:
             return columns
-        moving = np.eye(step.size) + found.covariance @ _of_moving_loads(samples, found, values)
+        moving = np.eye(step.size) + found.covariance @ _weighted(found, loads_moved(samples, found, values))
         values = values + np.linalg.solve(moving, step)
     needed = "torques in which friction is a small share of what bodies ask"
     raise LogError(source, "friction with the load", f"moves by {furthest:.2g} sigma after {ROUNDS} rounds", needed)
 
 
-def _rigid(columns: TorqueColumns, values: Array) -> Array:
+def rigid_values(columns: TorqueColumns, values: Array) -> Array:
     """Bodies and rotors (11 n,) that have the base values (b,): those kept, 0 for all others."""
     whole = np.zeros(columns.count)
     whole[columns.base().kept] = values
@@ -86,20 +86,33 @@ def _check_both_ways(samples: Samples, columns: TorqueColumns, source: str) -> N
 
 def with_moving_loads(samples: Samples, information: Information) -> Information:
     """The same with errors that take the torque that a gear carries as found with the parameters, not as known."""
-    moved = information.precision + _of_moving_loads(samples, information, information.values)
-    precision = moved.T @ information.covariance @ moved
-    return replace(information, precision=0.5 * (precision + precision.T))
+    moving = _weighted(information, loads_moved(samples, information, information.values))
+    return replace(information, precision=moved_precision(information, moving))
 
 
-def _of_moving_loads(samples: Samples, information: Information, values: Array) -> Array:
-    """X^T S (J - X) at base values (b,), (b, b): load sign(dq) sign(r) times the columns of bodies and rotors."""
+def moved_precision(information: Information, moving: Array) -> Array:
+    """M^T (X^T S X)^-1 M (b, b) of M = X^T S X + `moving`, which is X^T S (J - X)."""
+    slope = information.precision + moving
+    precision = slope.T @ information.covariance @ slope
+    return np.asarray(0.5 * (precision + precision.T))
+
+
+def _weighted(information: Information, moved: Array) -> Array:
+    weight = np.where(information.equations > 0, np.nan_to_num(information.noise, nan=1.0) ** -2.0, 0.0)
+    return np.tensordot(weight, moved, 1)
+
+
+def loads_moved(samples: Samples, information: Information, values: Array) -> Array:
+    """X_j^T (J_j - X_j) of each joint at base values (b,), (n, b, b), without weights.
+
+    J - X is load sign(dq) sign(r) times the columns of bodies and rotors.
+    """
     columns, kept = information.columns, information.base.kept
     rigid, share = np.isin(kept, columns.table_indices), values[np.isin(kept, load_indices(columns))]
-    weight = np.where(information.equations > 0, np.nan_to_num(information.noise, nan=1.0) ** -2.0, 0.0)
-    out = np.zeros((kept.size, kept.size))
+    out = np.zeros((columns.n, kept.size, kept.size))
     for first in range(0, len(samples), BLOCK):
         part = samples.select(slice(first, first + BLOCK))
         X = columns(part.q, part.dq, part.ddq)[:, :, kept]
-        change = share * np.sign(part.dq) * np.sign(X @ np.where(rigid, values, 0.0)) * part.used * weight
-        out += np.einsum("kjb,kjc->bc", X, X * rigid * change[:, :, None], optimize=True)
+        change = share * np.sign(part.dq) * np.sign(X @ np.where(rigid, values, 0.0)) * part.used
+        out += np.moveaxis(X, 0, 2) @ np.moveaxis(X * rigid * change[:, :, None], 0, 1)
     return out

@@ -27,6 +27,8 @@ _NAMES = {
 }
 LOAD = "load"
 """Name of the column of friction that grows with the load."""
+MOST_LOAD = 0.99
+"""Largest share that a model is given: one of 1 is a gear that its load cannot drive back."""
 _STRIBECK = {"symmetric": ("stribeck",), "directions": ("stribeck+", "stribeck-")}
 
 
@@ -92,11 +94,11 @@ class JointColumns:
     def values_of(self, model: JointFriction | None, armature: float) -> list[float]:
         """The parameters (f,) of a friction model: the mean of its directions where the form is symmetric.
 
-        The Stribeck term is taken as the model's own, whatever its v_s; none grows with the load.
+        The Stribeck term is taken as the model's own, whatever its v_s.
         """
         given = model or FRICTIONLESS
         sides = (given.positive, given.negative)
-        load = [0.0] if self.load else []
+        load = [given.load] if self.load else []
         drops = [side.holding - side.coulomb for side in sides] if self.stribeck else []
         if self.form == "symmetric":
             up, down = sides
@@ -111,15 +113,16 @@ class JointColumns:
         """The model that parameters (f,) describe; a level or a Stribeck term that noise put below 0 is 0.
 
         With directions the model has no offset of its own unless a level is below 0: then half the difference of the
-        two levels is the offset. What grows with the load is left out: the model has no place for it.
+        two levels is the offset. A share of the load below 0 is 0, one of 1 and more `MOST_LOAD`.
         """
+        load = float(np.clip(values[self.names.index(LOAD)], 0.0, MOST_LOAD)) if self.load else 0.0
         v, drops = [float(x) for x in values], [float(x) for x in values[self.linear :]]
         if self.form == "symmetric":
             side = self._direction(v[1], v[2], drops)
-            return JointFriction(side, side, v[3])
+            return JointFriction(side, side, v[3], load=load)
         offset = 0.0 if min(v[1], v[3]) >= 0.0 else (v[1] - v[3]) / 2
         up, down = self._direction(v[1] - offset, v[2], drops[:1]), self._direction(v[3] + offset, v[4], drops[1:])
-        return JointFriction(up, down, offset)
+        return JointFriction(up, down, offset, load=load)
 
     def _direction(self, coulomb: float, viscous: float, drop: list[float]) -> Direction:
         level = max(coulomb, 0.0)

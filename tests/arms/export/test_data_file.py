@@ -1,5 +1,6 @@
 """An arm written as a data file loads as the same arm: poses, torques, limits, rotors, friction; sources are named."""
 
+import json
 import tomllib
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 import lwr_dyn
 from lwr_dyn.arms.export.data_file import ColumnText, data_file_text, literal, quoted, table_text
 from lwr_dyn.arms.papers.catalog import open_paper, studied
+from lwr_dyn.arms.urdf.model_files import provenance_text
 from lwr_dyn.dynamics.newton_euler import newton_euler_dynamics
 from lwr_dyn.model.arm import JointLimits
 from lwr_dyn.model.chain import Convention, Rotor
@@ -78,6 +80,15 @@ def test_motors_and_gains_come_back(tmp_path):
     assert np.array_equal(back.transmission.matrix, arm.transmission.matrix)
     assert np.array_equal(back.gains.Kp, arm.gains.Kp)
     assert np.array_equal(back.gains.effort, arm.gains.effort)
+
+
+def test_shares_of_the_load_come_back(tmp_path):
+    arm = lwr_dyn.load("wam7")
+    grows = replace(arm, friction=(*arm.friction[:6], replace(arm.friction[6], load=0.05)))
+    assert again(grows, Convention.MODIFIED, tmp_path).friction == grows.friction
+    assert "load" not in data_file_text(arm).partition("[friction]")[2].partition("[gains]")[0]
+    assert json.loads(provenance_text(grows))["friction"]["joint_7"]["load"] == 0.05
+    assert "load" not in json.loads(provenance_text(arm))["friction"]["joint_7"]
 
 
 def test_what_is_not_known_stays_unknown(tmp_path):

@@ -220,6 +220,19 @@ def test_a_sigmoid_of_the_motors_is_seen_at_the_joints(side, seen):
     assert all(model.breakaway == (0.0, 0.0) for model in arm.friction)
 
 
+@pytest.mark.parametrize("side", ["joint", "motor"])
+def test_a_share_of_the_load_is_the_same_at_motor_and_joint_and_is_said_to_be_left_out(side):
+    given = DIRECTED.replace("[friction]", f'[friction]\nside = "{side}"') + column("load", [0.0, 0.12], "1")
+    text = GOOD.replace("[joints]", given + gears(10, -4) + "[joints]", 1)
+    arm = arm_from_paper(parse_paper(text, "own.toml"))
+    assert [model.load for model in arm.friction] == [0.0, 0.12]
+    assert arm.sources["joint_2.friction.load"][0].value == 0.12
+    assert arm.friction_with_load == "left out: friction that grows with the load, 0.12 of it at joint_2"
+    assert arm.caveat().endswith(arm.friction_with_load)
+    assert "left out" not in arm.caveat(used=("masses",))
+    assert "left out" not in assembled(("[joints]", DIRECTED + "[joints]")).caveat()
+
+
 def test_an_inertia_with_unknown_numbers_names_the_parameters_that_are_open(tmp_path):
     """Mass, first moments, then the tensor about the origin xx xy xz yy yz zz: what no number of the file fixes."""
     masses = next(line for line in GOOD.splitlines() if line.startswith("mass ="))

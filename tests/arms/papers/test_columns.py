@@ -88,6 +88,9 @@ BAD = {
         {"friction__positive_coulomb": (1.0, 1.0)},
         "friction.positive_viscous: missing; allowed: Coulomb and viscous columns of both directions",
     ),
+    "a whole load": ({**PER_SIDE, "friction__load": (0.1, 1.0)}, "friction.load.values[1]: 1.0; allowed: a share of"),
+    "a negative load": ({**PER_SIDE, "friction__load": (-0.1, 0)}, "friction.load.values[0]: -0.1; allowed: a share"),
+    "a load alone": ({"friction__load": (0.1, 0.0)}, "friction.positive_coulomb: missing; allowed: Coulomb and"),
     "an offset alone": ({"friction__offset": (1.0, 1.0)}, "friction.positive_coulomb: missing; allowed: Coulomb and"),
     "a fall at no speed": (
         {**PER_SIDE, "friction__negative_stribeck_velocity": (0.1, 0.0)},
@@ -129,6 +132,7 @@ def test_what_is_just_allowed_passes():
         inertial__inertia=(((1.0, 0.1, 0.2), (0.1, 1.0, 0.3), (0.2, 0.3, 1.0)), ((math.nan,) * 3,) * 3),
     )  # fmt: skip
     check(**PER_SIDE, friction__positive_static=(2.0, 3.0), friction__offset=(-1.0, 0.0), friction__covered=(1e-9, 1.0))
+    check(**PER_SIDE, friction__load=(0.0, 0.999))
     check(**{name: x for name, x in SIGMOID.items() if "shift" not in name}, friction__sigmoid_shift=(-1.0, 0.0))
     check(transmission__matrix=((1.0, 2.0), (2.0, 4.001)), rotors__armature=(0.0, 1.0))
 

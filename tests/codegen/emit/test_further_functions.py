@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -254,6 +255,14 @@ def test_friction_is_that_of_the_models(curve, tmp_path):
 def test_an_arm_without_friction_has_none():
     with pytest.raises(MissingDataError, match="friction"):
         emitted_arm(lwr_dyn.load("lwr4plus"), ["friction_torque"])
+
+
+def test_friction_that_grows_with_the_load_is_refused():
+    arm = lwr_dyn.load("wam7")
+    grows = replace(arm, friction=(*arm.friction[:6], replace(arm.friction[6], load=0.05)))
+    for name in ("friction_torque", "smooth_friction_torque"):
+        with pytest.raises(OptionError, match=r"friction of joint_7: 0\.05 of the load; allowed: none: the functions"):
+            friction_function(kernel_spec(arm), name, grows)
 
 
 def test_a_sigmoid_is_emitted_as_it_is():

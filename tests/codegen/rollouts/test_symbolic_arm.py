@@ -107,6 +107,8 @@ def test_a_stribeck_curve_is_refused_by_name():
     falling = JointFriction(*(Direction(1.0, 0.1, 2.0, 0.05),) * 2)
     with pytest.raises(OptionError, match="friction of joint 2: a Stribeck curve"):
         friction_table((None, falling))
+    with pytest.raises(OptionError, match=r"friction of joint 1: 0\.1 of the load; allowed: in kernels Coulomb"):
+        friction_table((JointFriction(*(Direction(1.0, 0.1),) * 2, load=0.1), None))
     at_once = JointFriction(*(Direction(1.0, 0.1, 2.0),) * 2)  # static friction that drops at the first motion
     np.testing.assert_array_equal(friction_table((at_once,))[:, 0], [1.0, 0.1, 1.0, 0.1, 0.0])
 

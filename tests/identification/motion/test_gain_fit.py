@@ -6,15 +6,20 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.foundation.document import Document, Section
+from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.logs.joint_log import JointLog
-from lwr_dyn.identification.motion.motion_fit import identify_motion
+from lwr_dyn.identification.motion import gain_fit
+from lwr_dyn.identification.motion.gain_fit import gain_parts
+from lwr_dyn.identification.motion.motion_fit import identify_motion, said_by
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
+from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.samples import SampleRule
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.cover_study import rms
-from tests.identification.gain_study import gain_cell
+from tests.identification.gain_load_study import gain_load_cell
+from tests.identification.gain_study import gain_cell, gain_fit_of, gain_log
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log
 
 GAINS = np.array([1.12, 0.93, 1.05, 0.88, 1.08, 0.97, 1.1])
@@ -87,6 +92,63 @@ def test_gains_of_an_arm_without_masses_are_those_of_log_and_prior(record):
     assert bare.gains.common == pytest.approx(bare.gains.without_table)
     assert (np.abs(bare.gains.values - GAINS) < 3.0 * bare.gains.sigma).all()
     assert "masses of the table" not in motion_document(bare).text()
+
+
+def test_rounds_that_do_not_settle_are_said_or_refused(monkeypatch, lwr):
+    _, _, folds = gain_log("ur10", "natural", "white", 0)
+    monkeypatch.setattr(gain_fit, "SETTLED", 0.0)
+    monkeypatch.setattr(gain_fit, "ROUNDS", 3)
+    unsettled = gain_fit_of("ur10", folds)
+    assert 0.0 < unsettled.gains.moving < 0.02
+    assert unsettled.folds.samples.tau == pytest.approx(folds.samples.tau / unsettled.gains.values)
+    there = said_by(unsettled.folds)[0]
+    assert unsettled.information.values == pytest.approx(there.values)
+    assert "did not settle: another round would move a gain by 0.0" in _text(unsettled)
+    monkeypatch.setattr(gain_fit, "SETTLED", 0.02)
+    assert "did not settle" not in _text(unsettled)
+    monkeypatch.setattr(gain_fit, "ROUNDS", 1)
+    with pytest.raises(LogError, match=r"gains of the torques: move by .* sigma after 1 rounds with the bodies"):
+        gain_fit_of("ur10", folds)
+
+
+def test_the_round_that_moves_least_is_taken(monkeypatch):
+    _, _, folds = gain_log("ur10", "natural", "white", 0)
+    moves, asked = iter([0.3, 0.04, 0.2, 0.1, 0.06, 0.05]), []
+
+    def made(there, given, logs, width, _):
+        asked.append(logs)
+        gains = DriveGains(width, np.exp(logs), 1e-4 * np.eye(6), 0.0, next(moves))
+        return gain_fit.GainFit(gains, there, given, None), np.full(6, 0.01)
+
+    monkeypatch.setattr(gain_fit, "_round", made)
+    found = gain_fit_of("ur10", folds)
+    assert len(asked) == 6
+    assert found.gains.moving == 0.04
+    assert found.gains.values == pytest.approx(np.exp(asked[1]))
+    assert found.folds.samples.tau == pytest.approx(folds.samples.tau / found.gains.values)
+
+
+def _text(found):
+    return Document("", "", [Section("", gain_parts(found.gains, found.bodies))], "", "").text()
+
+
+def test_gains_and_shares_of_the_load_come_out_together():
+    cell = gain_load_cell("ur10", "natural", "white", range(1))
+    assert (np.abs(cell.gains) < 3.0).all()
+    assert (np.abs(cell.shares) < 3.0).all()
+    assert np.mean(np.abs(cell.others) < 3.0) > 0.97
+    assert cell.moving.max() < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("arm", "noise"), [("panda", "white"), ("ur10", "coloured")])
+def test_a_plus_minus_of_gains_and_shares_covers(arm, noise):
+    """A share of `scripts/soak.py gains_and_loads_cover`."""
+    cell = gain_load_cell(arm, "natural", noise, range(4))
+    assert min(cell.inside) >= 0.97
+    for z in (cell.gains, cell.shares, cell.others):
+        assert 0.5 < rms(z) < 1.5
+    assert cell.refused == 0
 
 
 @pytest.mark.parametrize("width", [0.0, -0.1, 0.8, float("nan")])

@@ -10,7 +10,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.fitted import fitted_values, write_fitted
+from lwr_dyn.identification.fitted import fitted_values
+from lwr_dyn.identification.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document

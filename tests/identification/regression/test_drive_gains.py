@@ -7,6 +7,7 @@ import pytest
 
 from lwr_dyn.identification.regression.drive_gains import FreedGains, gains_alone, volume_of
 from lwr_dyn.identification.regression.information import information_of
+from lwr_dyn.identification.regression.load_friction import load_indices, loads_moved, with_load_friction
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from tests.identification.plants import perturbed_plant, random_motion, simulated_samples
 
@@ -57,6 +58,55 @@ def test_gains_from_normal_equations_are_those_from_rows(samples, plant):
     assert freed.information.sigma == pytest.approx(sigma[:b], rel=1e-5)
     assert freed.steps(values[:b]) == pytest.approx(-np.log1p(-values[b:]), abs=1e-7)
     assert freed.covariance(covariance[:b, :b]) == pytest.approx(covariance[b:, b:], rel=1e-4, abs=1e-9)
+
+
+def test_gains_and_loads_that_move_with_the_bodies_are_those_of_the_equations_of_both(samples, plant):
+    """The score of X, then of the gains' columns D, its slope by differences of the torques, its variance: by rows."""
+    there = replace(plant.columns, carried=plant.parameters[plant.columns.table_indices])
+    share = np.zeros(there.count)
+    share[load_indices(there)] = 0.3
+    samples = replace(samples, tau=samples.tau + there.torques(samples.q, samples.dq, samples.ddq, share))
+    columns = with_load_friction(samples, plant.columns)
+    given, taken = information_of(samples, columns), np.linspace(-0.05, 0.1, 7)
+    about, loads = given.values * 1.02, load_indices(columns)
+    dry = np.isin(given.base.kept, np.setdiff1d(columns.friction_indices, loads))
+    W = columns(samples.q, samples.dq, samples.ddq)[:, :, given.base.kept]
+    D = np.einsum("kj,ji->kji", W @ np.where(dry, 0.0, about), np.eye(7))
+    weight = samples.used / np.square(given.noise)
+
+    def torques(values):
+        whole = np.zeros(columns.count)
+        whole[given.base.kept] = values
+        at = replace(columns, carried=whole[columns.table_indices])
+        return at.torques(samples.q, samples.dq, samples.ddq, whole)
+
+    h, b = 1e-6, given.base.count
+    J = np.stack([(torques(given.values + e) - torques(given.values - e)) / (2 * h) for e in h * np.eye(b)], axis=2)
+    X, slope = (np.concatenate([one, D], axis=2) for one in (W, J))
+    prior = np.diag([0.0] * b + [WIDTH**-2.0] * 7)
+    M, V = (np.einsum("kjb,kj,kjc->bc", X, weight, one) + prior for one in (slope, X))
+    score = np.einsum("kjb,kj,kj->b", X, weight, samples.tau - torques(given.values))
+    score[b:] -= taken / WIDTH**2
+    wanted, inverse = np.concatenate([given.values, np.zeros(7)]), np.linalg.inv(M)
+    wanted, covariance = wanted + inverse @ score, inverse @ V @ inverse.T
+    sigma = np.sqrt(np.diag(covariance))
+    freed = FreedGains.of(given, taken, WIDTH, about, moving=loads_moved(samples, given, given.values))
+    assert np.abs((freed.information.values - wanted[:b]) / sigma[:b]).max() < 0.02
+    assert freed.information.sigma == pytest.approx(sigma[:b], rel=1e-3)
+    assert freed.steps(wanted[:b]) == pytest.approx(-np.log1p(-wanted[b:]), abs=1e-3 * sigma[b:].min())
+    assert freed.covariance(covariance[:b, :b]) == pytest.approx(covariance[b:, b:], rel=1e-3, abs=1e-8)
+    still = FreedGains.of(given, taken, WIDTH, about)
+    assert np.abs(still.information.sigma / sigma[:b] - 1.0).max() > 0.05
+    whole = np.zeros(columns.count)
+    whole[given.base.kept] = given.values
+    sure = np.sqrt(np.diag(freed.with_friction(whole, np.zeros((columns.count,) * 2))))
+    assert not sure[loads].any()  # a share is none of torque
+    assert (sure[np.setdiff1d(columns.friction_indices, loads)] > 0.0).all()
+    same = np.diag(freed.gains(covariance[:b, :b]).covariance)
+    noise = replace(freed.gains(covariance[:b, :b]), covariance=np.diag(1e-12 * same))
+    loaded = freed.with_errors_of(noise)
+    known = np.linalg.inv(M[:b, :b])
+    assert loaded.sigma == pytest.approx(np.sqrt(np.diag(known @ V[:b, :b] @ known.T)), rel=1e-3)
 
 
 def test_gains_alone_meet_the_truth_and_leave_the_common_factor_to_the_prior(samples, plant, gains):
