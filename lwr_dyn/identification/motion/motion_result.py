@@ -249,7 +249,8 @@ def motion_document(
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
-    turned = motor_words(result.columns.transmission)
+    columns = result.columns
+    turned = motor_words(columns.transmission)
     contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
     verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
@@ -274,7 +275,7 @@ def motion_document(
     ]  # fmt: skip
     sections = [
         Section("", [
-            Note(f"{turned}: its rotor and friction, seen at the joint of its number", bool(turned)),
+            Note(f"{turned}: rotors and friction are those of motors, each seen at the joint of its number", bool(turned)),
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
             Note(WITHOUT_PARTS, not result.validation),
@@ -303,7 +304,7 @@ def motion_document(
     ]  # fmt: skip
     return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
                     "lwr-dyn identify motion", "identification", facts,
-                    caveats_of([replace(arm, transmission=None) if turned else arm]))  # fmt: skip
+                    caveats_of([replace(arm, transmission=None) if columns.transmission else arm]))  # fmt: skip
 
 
 def parameters(result: MotionIdentification) -> Table:
