@@ -40,6 +40,7 @@ WITHOUT_PARTS = (
     "instrumental variables on unfiltered rows: no part of the motion was kept from the fit, and the price is that "
     "along the command; judge the fit on other logs with --validate"
 )
+AT_MOTORS = "rotors and friction are those of motors, each seen at the joint of its number"
 LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
 LARGEST_GAIN = 0.5  # beyond, a gain is unknown
 EXACT = 1e-6  # of a torque: residuals below it are those of a log that was computed and has no noise
@@ -275,7 +276,7 @@ def motion_document(
     ]  # fmt: skip
     sections = [
         Section("", [
-            Note(f"{turned}: rotors and friction are those of motors, each seen at the joint of its number", bool(turned)),
+            Note(f"{turned}: {AT_MOTORS}", bool(turned)),
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
             Note(WITHOUT_PARTS, not result.validation),
