@@ -50,7 +50,8 @@ def command(
         usable = [] if same else usable  # one of the two is not what it is called
         found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
-        known = replace(arm, transmission=None) if found.motors else arm  # then nothing between joints is left out
+        at_motors = bool(found.motors) or motors is not None  # then nothing between joints is left out
+        known = replace(arm, transmission=None) if at_motors else arm
         show(replace(load_document(found, robot), caveats=caveats_of([known])), as_json, own_caveats=True)
         if as_json:
             of_logs.warn(load_warnings(found))

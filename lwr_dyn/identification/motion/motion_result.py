@@ -41,6 +41,7 @@ WITHOUT_PARTS = (
     "instrumental variables on unfiltered rows: no part of the motion was kept from the fit, and the price is that "
     "along the command; judge the fit on other logs with --validate"
 )
+AT_MOTORS = "rotors and friction are those of motors, each seen at the joint of its number"
 LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
 LARGEST_GAIN = 0.5  # beyond, a gain is unknown
 EXACT = 1e-6  # of a torque: residuals below it are those of a log that was computed and has no noise
@@ -250,8 +251,8 @@ def motion_document(
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
-    turned = motor_words(result.columns.transmission)
-    hint = result.load_hint
+    columns, hint = result.columns, result.load_hint
+    turned = motor_words(columns.transmission)
     contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
     verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
@@ -278,7 +279,7 @@ def motion_document(
     ]  # fmt: skip
     sections = [
         Section("", [
-            Note(f"{turned}: its rotor and friction, seen at the joint of its number", bool(turned)),
+            Note(f"{turned}: {AT_MOTORS}", bool(turned)),
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
             Note("" if hint is None else hint.words, hint is not None),
@@ -308,7 +309,7 @@ def motion_document(
     ]  # fmt: skip
     return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
                     "lwr-dyn identify motion", "identification", facts,
-                    caveats_of([replace(arm, transmission=None) if turned else arm]))  # fmt: skip
+                    caveats_of([replace(arm, transmission=None) if columns.transmission else arm]))  # fmt: skip
 
 
 def parameters(result: MotionIdentification) -> Table:

@@ -108,7 +108,7 @@ def test_motors_in_another_order_than_the_joints_are_not_tried(joints_log):
 def test_the_report_says_which_motor_turns_what_and_nothing_is_left_out(tx40, joints_log):
     _, found = tx40
     document = motion_document(found)
-    assert "motor 6 turns with joints 5 and 6: its rotor and friction" in document.text()
+    assert "motor 6 turns with joints 5 and 6: rotors and friction are those of motors, each" in document.text()
     assert "left out: a rotor" not in document.text()
     assert document.record()["coupled"] is True
     arm = lwr_dyn.load("tx40")
