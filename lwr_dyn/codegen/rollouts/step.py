@@ -223,7 +223,7 @@ def late_command(command: Column, memory: Column, delay: Any, sample: Any) -> La
     return LateCommand(out, casadi.vertcat(command, memory[: n * (most - 1)]) if most else memory)
 
 
-GENERATOR = 4
+GENERATOR = 5
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
 
 MOST_DELAY = 8
