@@ -42,8 +42,9 @@ FASTER: Registry[Callable[[Setup], bool]] = Registry(
     {"compiled": Row("lwr_dyn.codegen.rollouts.compiled_loop:takes", "the usual loop in one kernel", "batch",
                      {"times": 10})},
 )  # fmt: skip
-"""Loop -> whether it takes a setup that the usual loop would run, and how many times as fast it is: measured in ten cases
-of four arms and five laws, 9.5 to 21, with smooth friction 7, record and audit included, sampling of the reference apart."""
+"""Loop -> whether it takes a setup that the usual loop would run, and how many times as fast it is: measured in ten
+cases of four arms and five laws, 9.5 to 21, with smooth friction 7; with record and audit, without sampling the
+reference."""
 
 LONG = 50_000
 """RK4 steps from which on a faster loop is pointed out: the usual one takes about a second for them."""

@@ -28,10 +28,10 @@ from lwr_dyn.foundation.errors import OptionError, RatingWarning
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
+from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED, Mask
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import Log, Progress, run_of
-from lwr_dyn.simulation.plant import Encoder, Mask
+from lwr_dyn.simulation.plant import Encoder
 from lwr_dyn.simulation.setup import Setup
 
 USUAL, STICK = "the usual loop (the default)", "true stick (friction set-valued)"
@@ -100,7 +100,7 @@ def _ends(setup: Setup, states: Array, commands: Mask) -> Mask:
 def refuse_ends(setup: Setup, log: Log) -> None:
     """Raise `OptionError` where a joint came to its stop, or the kernel could not follow the motion; with the time."""
     commands = np.isfinite(log.command)
-    if not _ends(setup, _extremes(log.states), commands.all()).any():
+    if not _ends(setup, _extremes(log.states), np.all(commands, keepdims=True)).any():
         return
     lost, beyond = _ends(setup, log.states, commands)
     rows = np.flatnonzero((lost | beyond).any(axis=1))
