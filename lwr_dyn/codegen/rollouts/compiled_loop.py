@@ -100,7 +100,7 @@ def _ends(setup: Setup, states: Array, commands: Mask | np.bool_) -> Mask:
 def refuse_ends(setup: Setup, log: Log) -> None:
     """Raise `OptionError` where a joint came to its stop, or the kernel could not follow the motion; with the time."""
     commands = np.isfinite(log.command)
-    if not _ends(setup, _extremes(log.states), commands.all()).any():
+    if not _ends(setup, _extremes(log.states), np.all(commands, keepdims=True)).any():
         return
     lost, beyond = _ends(setup, log.states, commands)
     rows = np.flatnonzero((lost | beyond).any(axis=1))
