@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from lwr_dyn.dynamics.recursion import LinkConstants
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.model.spatial import Matrix3, Vector
 
 _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -51,7 +51,13 @@ def _body(link: LinkConstants) -> Array:
 
 def _carried(turn: Matrix3, shift: Vector) -> Array:
     """(10, 10): a body's numbers in a frame -> those in the frame in which that one has this pose."""
-    R, r = _matrix(turn), _vector(shift)
+    return _carried_by(_matrix(turn).tobytes(), _vector(shift).tobytes())
+
+
+@lru_cache(maxsize=256)
+def _carried_by(turn: bytes, shift: bytes) -> Array:
+    """`_carried` of the bytes of a matrix and a vector: arms of other bodies and the same geometry share it."""
+    R, r = np.frombuffer(turn).reshape(3, 3), np.frombuffer(shift)
     columns = []
     for unit in np.eye(10):
         mass, first, inertia = unit[0], R @ unit[1:4], np.zeros((3, 3))
@@ -60,7 +66,7 @@ def _carried(turn: Matrix3, shift: Vector) -> Array:
         cross = np.outer(first, r) + np.outer(r, first) + mass * np.outer(r, r)
         moved = R @ inertia @ R.T + np.trace(cross) * np.eye(3) - cross
         columns.append(_numbers(mass, first + mass * r, moved))
-    return np.array(columns).T
+    return read_only(np.array(columns).T)
 
 
 def _numbers(mass: float, first: Array, inertia: Array) -> Array:
