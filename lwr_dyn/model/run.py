@@ -284,6 +284,10 @@ class Run:
         other = format_of(path)
         if other is not None:
             return write_file(path, other(self))
+        write_file(path, self.to_npz())
+
+    def to_npz(self) -> bytes:
+        """What `save` writes as .npz; most of its time other threads can run."""
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"work_{name}": value for name, value in self.work.items()}
         arrays |= {f"signal_{name}": value for name, value in self.signals.items()}
@@ -292,7 +296,7 @@ class Run:
         arrays["record"] = np.frombuffer(json.dumps(record, sort_keys=True).encode(), dtype=np.uint8)
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
-        write_file(path, buffer.getvalue())
+        return buffer.getvalue()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

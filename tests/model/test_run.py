@@ -28,6 +28,11 @@ def test_a_run_file_gives_the_run_back(run, tmp_path):
     assert not back.q.flags.writeable
 
 
+def test_a_run_file_holds_the_bytes_that_the_run_gives(run, tmp_path):
+    run.save(tmp_path / "x.npz")
+    assert (tmp_path / "x.npz").read_bytes() == run.to_npz()
+
+
 def test_its_representation_is_short(run):
     assert repr(run) == "Run(lwr4plus, n=7, 3001 samples to t = 6 s, 3 events)"
 
