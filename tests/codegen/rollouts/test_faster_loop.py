@@ -76,7 +76,7 @@ def test_nothing_is_said_where_no_other_loop_is_faster(arm, law, options):
 
 def test_nothing_is_said_without_the_extra(arm, monkeypatch):
     def missing():
-        raise MissingPackageError("numba", "batch")
+        raise MissingPackageError("llvmlite", "batch")
 
     monkeypatch.setattr(compiled_loop, "require_packages", missing)
     assert _run(arm).hint == ""
