@@ -20,8 +20,6 @@ from lwr_dyn.identification.regression.load_friction import load_indices, rigid_
 
 LEAST = 0.1
 """Share of the unseen torques that is worth a line."""
-EXACT = 1e-6
-"""Of the torques: what is left of a log that was computed and has no noise is rounding."""
 LEVEL = 1e-3
 """Probability that chance gives so large a share to any joint (Bonferroni)."""
 
@@ -77,8 +75,7 @@ def load_hint(folds: Folds, information: Information, said: Callable[[Folds], In
     noise = np.where(np.isfinite(information.noise), information.noise, 1.0)
     hint = LoadHint(_unseen(folds, noise), _unseen(grown, noise), surest + 1, float(shares[surest]),
                     float(sigma[surest]))  # fmt: skip
-    whole = information.normal.squares.sum() / information.equations.sum()
-    sure = stats.norm.sf(hint.share / hint.sigma) * columns.n < LEVEL and hint.without > EXACT * np.sqrt(whole)
+    sure = stats.norm.sf(hint.share / hint.sigma) * columns.n < LEVEL
     return hint if sure and hint.gain >= LEAST else None
 
 
