@@ -35,7 +35,7 @@ from lwr_dyn.simulation.simulate import simulate
 from lwr_dyn.trajectory.references.ist import ist_reference
 
 PEERS = (
-    "pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "numba", "llvmlite", "casadi", "jax", "eaik", "ssik",
+    "pin", "mujoco", "roboticstoolbox-python", "numpy", "scipy", "llvmlite", "casadi", "jax", "eaik", "ssik",
     "dynibo", "lwr_dyn",
 )  # fmt: skip
 METHODS = ("mass_matrix", "coriolis_matrix", "gravity_vector", "inverse_dynamics", "forward_dynamics")

@@ -19,10 +19,10 @@ PACKAGES = {
     "control": "control", "cvxpy": "cvxpy", "dask": "dask", "distributed": "distributed", "docutils": "sphinx",
     "eaik": "EAIK", "fmpy": "fmpy", "ipykernel": "ipykernel", "jax": "jax",
     "jsonschema": "jsonschema",
-    "lark": "lark", "libcosimpy": "libcosimpy", "llvmlite": "numba", "lsprotocol": "pygls", "lxml": "lxml",
+    "lark": "lark", "libcosimpy": "libcosimpy", "llvmlite": "llvmlite", "lsprotocol": "pygls", "lxml": "lxml",
     "matplotlib": "matplotlib", "mcap": "mcap", "mcap_ros2": "mcap-ros2-support",
     "mpmath": "mpmath", "mujoco": "mujoco", "myst_nb": "myst-nb",
-    "myst_parser": "myst-nb", "nbclient": "myst-nb", "nbformat": "myst-nb", "numba": "numba", "pandas": "pandas",
+    "myst_parser": "myst-nb", "nbclient": "myst-nb", "nbformat": "myst-nb", "pandas": "pandas",
     "pyarrow": "pyarrow", "pybullet": "pybullet", "pydrake": "drake", "pygls": "pygls", "rosbags": "rosbags",
     "selenium": "selenium", "sphinx": "sphinx", "sympy": "sympy", "toppra": "toppra", "xacro": "xacro",
 }  # fmt: skip

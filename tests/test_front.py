@@ -35,7 +35,7 @@ def test_bad_input_is_one_line(case):
 
 
 def test_a_function_whose_extra_is_missing_names_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.setitem(sys.modules, "llvmlite", None)
     for name in [name for name in sys.modules if name.startswith("lwr_dyn.codegen")]:
         monkeypatch.delitem(sys.modules, name)
     with pytest.raises(MissingPackageError, match=r"pip install 'lwr_dyn\[batch\]'"):

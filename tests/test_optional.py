@@ -94,9 +94,9 @@ def test_only_packages_of_the_list_are_left_out_in_ci(monkeypatch):
 
 def test_an_error_and_its_causes_name_packages():
     fault = ValueError("odd")
-    fault.__cause__ = MissingPackageError("numba", "batch")
+    fault.__cause__ = MissingPackageError("llvmlite", "batch")
     fault.__cause__.__context__ = ModuleNotFoundError("No module named 'pydrake'", name="pydrake")
-    assert missing_packages(fault) == {"numba", "drake"}
+    assert missing_packages(fault) == {"llvmlite", "drake"}
     assert missing_packages(ModuleNotFoundError("No module named 'elsewhere'", name="elsewhere")) == set()
     with pytest.raises(ModuleNotFoundError, match="no_such_package is not installed"):
         need("no_such_package")

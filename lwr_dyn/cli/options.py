@@ -235,12 +235,12 @@ def given_elasticity(text: str | None) -> str | float | None:
     raise OptionError("--elastic", repr(text), "a stiffness above 0 in N m/rad, or file")
 
 
-def show(document: Document, as_json: bool, wrote: Iterable[object] = ()) -> None:
+def show(document: Document, as_json: bool, wrote: Iterable[object] = (), own_caveats: bool = False) -> None:
     """A result on stdout, as text with the files that were written, or as one JSON object.
 
-    The caveats of the arms that it stands on come first.
+    The caveats of the arms that it stands on come first; with `own_caveats` those of the document are all.
     """
-    document = with_caveats(document)
+    document = document if own_caveats else with_caveats(document)
     click.echo(json_text(document.record()) if as_json else document.text())
     for path in () if as_json else wrote:
         click.echo(f"wrote {path}")

@@ -186,7 +186,8 @@ def command(robot: str, loading: options.Loading, **given: Any) -> None:
     sampled = sampled_notes(setup)
     _note([] if given["json"] else [*setup.record()["note"].get("chosen", ()), *sampled.before])
     run = _simulated(setup, given["controller"] or "", out, [] if given["json"] else sampled.once_begun)
-    _note([] if given["json"] else [x for x in run.meta["note"].get("chosen", ()) if x.startswith("substeps")])
+    chosen = [x for x in run.meta["note"].get("chosen", ()) if x.startswith("substeps")]
+    _note([] if given["json"] else [*chosen, *(f"note: {line}" for line in filter(None, [run.hint]))])
     others = [*_written(run, arm, given), *(str(draw(run)) for draw in pictures)]
     _note([] if given["json"] else sampled.after)
     options.show(run_document(run, arm, given["full"], sampled.record), given["json"], others)

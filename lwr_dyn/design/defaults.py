@@ -11,9 +11,11 @@ import numpy as np
 
 from lwr_dyn.control.protocol import Controller
 from lwr_dyn.design.loop_judgement import LoopCase
-from lwr_dyn.design.sampled_stability import SampledStability, pose_text, rate_text, stability_at
+from lwr_dyn.design.sampled_loop import RestingLoop, Sampling
+from lwr_dyn.design.sampled_stability import SampledStability, pose_text, rate_text, stability_at, unstable_at
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, OutOfReachError, PathLimitError
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Reference
@@ -117,8 +119,8 @@ def usual_law(
                 raise
             why.append(f"{name} cannot be made ({fault})")
             continue
-        found = law_stability(arm, dynamics, made[-1].controller, reference, rate)
-        if found is None or found.holds:
+        found = law_fault(arm, dynamics, made[-1].controller, reference, rate)
+        if found is None:
             words = f"controller: {name}, chosen for this arm: {'; '.join(why)}" if why else ""
             return replace(made[-1], words=words)
         why.append(f"at {rate:g} Hz {name} {unstable_words(found)}")
@@ -129,10 +131,27 @@ def law_stability(
     arm: Arm, dynamics: Dynamics, controller: Controller, reference: Reference, rate: float, delay: int = 0
 ) -> SampledStability | None:
     """The sampled loop of a rigid arm at rest at poses of a reference; None for a law that hides a memory."""
-    case = LoopCase(rate, delay)
+    return _judged(stability_at, LoopCase(rate, delay), arm, dynamics, controller, reference)
+
+
+def law_fault(
+    arm: Arm, dynamics: Dynamics, controller: Controller, reference: Reference, rate: float
+) -> SampledStability | None:
+    """`law_stability` of a law whose loop is unstable; None where it holds, and for a law that hides a memory."""
+    return _judged(unstable_at, LoopCase(rate), arm, dynamics, controller, reference)
+
+
+def _judged(
+    judge: Callable[[RestingLoop, Sampling, Array], SampledStability | None],
+    case: LoopCase,
+    arm: Arm,
+    dynamics: Dynamics,
+    controller: Controller,
+    reference: Reference,
+) -> SampledStability | None:
     poses = np.asarray(reference.sample(np.linspace(0.0, reference.duration, PLACES)).q)
     try:
-        return stability_at(case.loop(arm, dynamics, controller, poses), case.sampling, poses)
+        return judge(case.loop(arm, dynamics, controller, poses), case.sampling, poses)
     except OptionError:
         return None
 

@@ -27,7 +27,7 @@ from lwr_dyn.design.sampled_stability import climb, joint_box, pose_text
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics
 from lwr_dyn.foundation.arrays import Array, freeze_arrays, joint_array
-from lwr_dyn.foundation.errors import MissingPackageError, OptionError, needs_extra
+from lwr_dyn.foundation.errors import MissingPackageError, OptionError
 from lwr_dyn.foundation.tables import Heading, Table
 from lwr_dyn.model.arm import Arm
 
@@ -337,13 +337,12 @@ def certificates(arm: Arm, maxima: Sequence[InertiaMaximum]) -> Sequence[Any] | 
 
     None without the extra `batch`, and for an arm with too many joints for it.
     """
+    from lwr_dyn.control.inertia.certificate import inertia_certificates
+
     try:
-        with needs_extra("batch"):
-            from lwr_dyn.control.inertia.certificate import inertia_certificates
-        found: Sequence[Any] = inertia_certificates(arm, maxima)
+        return inertia_certificates(arm, maxima)
     except (MissingPackageError, OptionError):
         return None
-    return found
 
 
 def certified(arm: Arm, proven: Sequence[Any]) -> list[str]:

@@ -43,6 +43,8 @@ class RestingPlant:
         What the encoders read [rad, rad/s].
     torque : (k, n, N) array, optional
         What the torque sensors read [N m].
+    stiffness : Dynamics and (k, n, n) array, optional
+        What dg/dq was computed with, and dg/dq [N m/rad], where the joints stand at the poses that a law reads.
     """
 
     A: Array
@@ -50,6 +52,7 @@ class RestingPlant:
     position: Array
     velocity: Array
     torque: Array | None = None
+    stiffness: tuple[Dynamics, Array] | None = None
 
     @property
     def n(self) -> int:
@@ -64,7 +67,14 @@ class RestingPlant:
     def at(self, rows: NDArray[np.signedinteger[Any]]) -> Self:
         """The plant at some of its poses."""
         torque = None if self.torque is None else self.torque[rows]
-        return type(self)(self.A[rows], self.B[rows], self.position, self.velocity, torque)
+        stiffness = None if self.stiffness is None else (self.stiffness[0], self.stiffness[1][rows])
+        return type(self)(self.A[rows], self.B[rows], self.position, self.velocity, torque, stiffness)
+
+    def stiffness_of(self, dynamics: Dynamics, q: Array) -> Array:
+        """dg/dq (k, n, n) of a law's model at the poses q (k, n) that it reads: the plant's own where they are one."""
+        if self.stiffness is not None and self.stiffness[0] is dynamics:
+            return self.stiffness[1]
+        return gravity_stiffness(dynamics, q)
 
     def held(self, T: float) -> tuple[Array, Array]:
         """The exact step over T [s] with u held: z -> Ad z + Bd u, (k, N, N) and (k, N, n), by one exponential.
@@ -92,8 +102,9 @@ def rigid_plant(dynamics: Dynamics, q: Array) -> RestingPlant:
         raise OptionError("mass matrix", "singular", "an arm with inertia at every joint") from None
     k, n = q.shape
     A, B = np.zeros((k, 2 * n, 2 * n)), np.zeros((k, 2 * n, n))
-    A[:, :n, n:], A[:, n:, :n], B[:, n:] = np.eye(n), -inverse @ gravity_stiffness(dynamics, q), inverse
-    return RestingPlant(A, B, np.eye(n, 2 * n), np.eye(n, 2 * n, n))
+    G = gravity_stiffness(dynamics, q)
+    A[:, :n, n:], A[:, n:, :n], B[:, n:] = np.eye(n), -inverse @ G, inverse
+    return RestingPlant(A, B, np.eye(n, 2 * n), np.eye(n, 2 * n, n), stiffness=(dynamics, G))
 
 
 STEP = 1e-4
@@ -241,7 +252,7 @@ class RestingLoop:
         A law of the motor side takes the torque of a rigid joint for that of its sensor.
         """
         if law.gravity is not None:
-            law = replace(law, position=law.position - gravity_stiffness(law.gravity, q), gravity=None)
+            law = replace(law, position=law.position - plant.stiffness_of(law.gravity, q), gravity=None)
         if law.torque is not None and law.motor and plant.torque is None:  # tau_J = u: solved for u
             solve = np.linalg.inv(np.eye(plant.n) + law.torque)
             law = replace(law, position=solve @ law.position, velocity=solve @ law.velocity, torque=None)

@@ -229,6 +229,11 @@ def stability_at(loop: RestingLoop, sampling: Sampling, rows: Array) -> SampledS
     )
 
 
+def unstable_at(loop: RestingLoop, sampling: Sampling, rows: Array) -> SampledStability | None:
+    """`stability_at` of a loop that is unstable at one of its poses; None where it holds: no least rate is searched."""
+    return stability_at(loop, sampling, rows) if (loop.radius(sampling) > GROWS).any() else None
+
+
 def _largest(values: Array, count: int) -> Rows:
     return np.argsort(-values, kind="stable")[:count]
 
@@ -236,22 +241,31 @@ def _largest(values: Array, count: int) -> Rows:
 def _least_rate(loop: RestingLoop, sampling: Sampling) -> float | None:
     """The rate [Hz] from which on the loop holds at all its poses, to 1e-4 relative and rounded up; None above all."""
 
-    def unstable(part: RestingLoop, rate: float) -> Array:
-        radii = part.radius(replace(sampling, rate=rate))
-        return radii if (radii > GROWS).any() else radii[:0]
+    def radii(part: RestingLoop, rate: float) -> Array:
+        return part.radius(replace(sampling, rate=rate))
 
     high = sampling.rate
-    while (radii := unstable(loop, high)).size:
-        loop = loop.at(_largest(radii, max(8, radii.size // 4)))  # the others hold sooner
+    while ((found := radii(loop, high)) > GROWS).any():
+        loop = loop.at(_largest(found, max(8, found.size // 4)))  # the others hold sooner
         high *= 2.0
         if high > FASTEST:
             return None
+    worst = loop.at(_largest(found, 1))
+
+    def holds(rate: float) -> bool:
+        nonlocal worst
+        if (radii(worst, rate) > GROWS).any():
+            return False  # asked first, alone
+        found = radii(loop, rate)
+        worst = loop.at(_largest(found, 1))
+        return not (found > GROWS).any()
+
     low = high / 2.0
-    while low >= SLOWEST and not unstable(loop, low).size:
+    while low >= SLOWEST and holds(low):
         high, low = low, low / 2.0
     while high > low * (1 + 1e-4):
         middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if unstable(loop, middle).size else (low, middle)
+        low, high = (low, middle) if holds(middle) else (middle, high)
     return high
 
 

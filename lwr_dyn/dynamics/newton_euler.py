@@ -13,6 +13,7 @@ import numpy as np
 from lwr_dyn.dynamics.protocol import Gated
 from lwr_dyn.dynamics.recursion import LinkConstants, Rotors, inverse_dynamics, link_constants, potential_energy
 from lwr_dyn.dynamics.regressor import chain_with_dynamics
+from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.model.chain import Chain
 from lwr_dyn.model.spatial import ZERO, Scalar, Vector
 
@@ -58,6 +59,14 @@ class Recursion:
         """B(q): all columns in one batch of unit accelerations."""
         columns = self._torque(ZERO, q[..., None, :], None, np.eye(len(self.links)))
         return _matrix(columns, q)
+
+    def mass_and_bias(self, q: Array, dq: Array) -> tuple[Array, Array]:
+        """B (k, n, n) and C dq + g (k, n) of states (k, n): both in one pass, which gives the bits of two."""
+        n = len(self.links)
+        first = np.eye(n + 1, 1)  # of the pass: the bias; then the unit accelerations, at rest and without gravity
+        torque = self._torque(self.gravity.times(first), q, first[..., None] * dq, np.eye(n + 1, n, -1)[:, None])
+        torque = np.broadcast_to(torque, (n + 1, *q.shape))
+        return np.moveaxis(torque[1:], 0, -1), torque[0]
 
     def forward_dynamics(self, q: Any, dq: Any, tau: Any) -> Any:
         """ddq = B^-1 (tau - C dq - g), for numbers."""

@@ -88,9 +88,22 @@ def mechanical_energy(dynamics: Dynamics, q: Array, dq: Array) -> Array:
     """
     single = getattr(ungated(dynamics), "mechanical_energy", None)
     if single is not None:
-        return np.array([single(x, v) for x, v in zip(q, dq, strict=True)])
+        return np.fromiter(map(single, q, dq), np.float64, len(q))
     B = dynamics.mass_matrix(q)
     return np.asarray(np.einsum("ki,kij,kj->k", dq, B, dq) / 2 + dynamics.potential_energy(q))
+
+
+def mass_and_bias(dynamics: Dynamics, q: Array, dq: Array) -> tuple[Array, Array]:
+    """B(q) (k, n, n) and C(q, dq) dq + g(q) (k, n) for k states (k, n).
+
+    Calls the ungated `mass_and_bias(q, dq)` of batches where the engine has one. Raises `ShapeError`: a value that is
+    not finite.
+    """
+    both = getattr(ungated(dynamics), "mass_and_bias", None)
+    if both is None:
+        return dynamics.mass_matrix(q), dynamics.bias_torque(q, dq)
+    B, bias = both(joint_array("q", q, dynamics.n), joint_array("dq", dq, dynamics.n))
+    return B, bias
 
 
 def singular_joint(B: Array) -> int | None:

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from lwr_dyn.dynamics.recursion import LinkConstants
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.model.spatial import Matrix3, Vector
 
 _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -20,12 +20,35 @@ _ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 def seen_inertia(links: tuple[LinkConstants, ...], q: Array) -> Array:
     """B_11 (k,) of the chain `links`, without rotors [kg m^2; kg for a sliding joint], at q (k, n) [rad or m]."""
+    return _of_first(links, _inward(links, _constants(links)[1][-1][:, None], q, len(links) - 1, 0), len(q))
+
+
+def seen_inertia_along(links: tuple[LinkConstants, ...], q: Array, j: int, values: Array) -> Array:
+    """`seen_inertia` (k, m) with joint j > 0 of the rows q (k, n) at each of m values [rad or m].
+
+    Links beyond joint j are the same for all values and are put together once a row.
+    """
+    m = len(values)
+    whole = _inward(links, _constants(links)[1][-1][:, None], q, len(links) - 1, j)
+    if whole.shape[1] > 1:
+        whole = np.repeat(whole, m, axis=1)
+    lines = np.repeat(q, m, axis=0)
+    lines[:, j] = np.tile(values, len(q))
+    return _of_first(links, _inward(links, whole, lines, j, 0), len(lines)).reshape(len(q), m)
+
+
+def _inward(links: tuple[LinkConstants, ...], whole: Array, q: Array, start: int, end: int) -> Array:
+    """The body (10, k) or (10, 1) from link `start` outward, in its frame -> that from link `end` outward."""
     transfers, bodies = _constants(links)
-    whole = bodies[-1][:, None]
-    for i in range(len(links) - 1, 0, -1):
+    for i in range(start, end, -1):
         moved = _turned(whole, q[:, i]) if links[i].revolute else _slid(whole, q[:, i])
         whole = transfers[i] @ moved + bodies[i - 1][:, None]
-    return np.broadcast_to(whole[9] if links[0].revolute else whole[0], (len(q),))
+    return whole
+
+
+def _of_first(links: tuple[LinkConstants, ...], whole: Array, rows: int) -> Array:
+    """Moment about the axis of joint 1, or mass along it, of a body (10, rows) or (10, 1) in its moved frame."""
+    return np.broadcast_to(whole[9] if links[0].revolute else whole[0], (rows,))
 
 
 @lru_cache(maxsize=256)
@@ -51,7 +74,13 @@ def _body(link: LinkConstants) -> Array:
 
 def _carried(turn: Matrix3, shift: Vector) -> Array:
     """(10, 10): a body's numbers in a frame -> those in the frame in which that one has this pose."""
-    R, r = _matrix(turn), _vector(shift)
+    return _carried_by(_matrix(turn).tobytes(), _vector(shift).tobytes())
+
+
+@lru_cache(maxsize=256)
+def _carried_by(turn: bytes, shift: bytes) -> Array:
+    """`_carried` of the bytes of a matrix and a vector: arms of other bodies and the same geometry share it."""
+    R, r = np.frombuffer(turn).reshape(3, 3), np.frombuffer(shift)
     columns = []
     for unit in np.eye(10):
         mass, first, inertia = unit[0], R @ unit[1:4], np.zeros((3, 3))
@@ -60,7 +89,7 @@ def _carried(turn: Matrix3, shift: Vector) -> Array:
         cross = np.outer(first, r) + np.outer(r, first) + mass * np.outer(r, r)
         moved = R @ inertia @ R.T + np.trace(cross) * np.eye(3) - cross
         columns.append(_numbers(mass, first + mass * r, moved))
-    return np.array(columns).T
+    return read_only(np.array(columns).T)
 
 
 def _numbers(mass: float, first: Array, inertia: Array) -> Array:

@@ -3,7 +3,8 @@
 bodies          Bodies that have the estimated parameters, or a proof that none do
 elastic_joints  Springs, dampers, rotors, friction and links from logs with the encoders of both sides of the gears
 excitation      Motions that excite the parameters of an arm (`lwr-dyn excite`)
-fitted          A fitted arm as a model that every command takes (`lwr-dyn identify motion ... --out`): a data file,
+fitted          The values of a fit with their standard errors, and the arm with them
+fitted_files    A fitted arm as a model that every command takes (`lwr-dyn identify motion ... --out`): a data file,
                 or a URDF
 friction        Friction per joint and direction from runs at constant speed (`lwr-dyn identify friction`)
 log_digests     Logs that a fit used by their digests, which a written model keeps

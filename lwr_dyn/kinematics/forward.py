@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from lwr_dyn.foundation.arrays import Array, arm_argument, joint_array
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.chain import Chain, JointKind, link_frames
+from lwr_dyn.model.chain import Chain, JointKind, followed_by, link_frames
+from lwr_dyn.model.spatial import cross
 
 
 def frames(chain: Chain, q: ArrayLike) -> Array:
@@ -53,7 +54,7 @@ def joint_axes(chain: Chain, q: Array) -> JointAxes:
     """Axes of all joints at q (..., n); ungated."""
     poses = list(link_frames(chain, q))
     before = [np.broadcast_to(np.eye(4), poses[0].shape), *poses[:-2]]
-    frames_ahead = [pose @ link.before.matrix() for pose, link in zip(before, chain.links, strict=True)]
+    frames_ahead = [followed_by(pose, link.before) for pose, link in zip(before, chain.links, strict=True)]
     stacked = np.stack(frames_ahead, axis=-3)
     revolute = tuple(link.kind is JointKind.REVOLUTE for link in chain.links)
     return JointAxes(stacked[..., :3, 2], stacked[..., :3, 3], poses[-1], revolute)
@@ -65,9 +66,10 @@ def jacobian_at(axes: JointAxes, point: Array) -> Array:
     Column i is (z_i x (point - p_i), z_i) for a revolute joint and (z_i, 0) for a prismatic one
     (Siciliano et al., Robotics, eqs. 3.26 to 3.30).
     """
-    turning = np.array(axes.revolute)[:, None]
-    linear = np.where(turning, np.cross(axes.z, point[..., None, :] - axes.p), axes.z)
-    angular = np.where(turning, axes.z, 0.0)
+    linear, angular = cross(axes.z, point[..., None, :] - axes.p), axes.z
+    if not all(axes.revolute):
+        turning = np.array(axes.revolute)[:, None]
+        linear, angular = np.where(turning, linear, axes.z), np.where(turning, axes.z, 0.0)
     return np.swapaxes(np.concatenate([linear, angular], axis=-1), -1, -2)
 
 
@@ -83,11 +85,11 @@ def velocity_product_at(axes: JointAxes, point: Array, dq: Array) -> Array:
     linear, angular = np.zeros_like(tip_speed), np.zeros_like(tip_speed)
     for i, revolute in enumerate(axes.revolute):
         axis, rate = z[..., i, :], dq[..., i, None]
-        speed = speed + np.cross(omega, p[..., i, :] - place)
+        speed = speed + cross(omega, p[..., i, :] - place)
         place = p[..., i, :]
-        axis_rate = np.cross(omega, axis)
+        axis_rate = cross(omega, axis)
         if revolute:
-            change = np.cross(axis_rate, point - place) + np.cross(axis, tip_speed - speed)
+            change = cross(axis_rate, point - place) + cross(axis, tip_speed - speed)
             linear, angular = linear + change * rate, angular + axis_rate * rate
             omega = omega + axis * rate
         else:

@@ -33,7 +33,7 @@ from lwr_dyn.kinematics.arm_geometry import Ball, SrsGeometry, require_srs
 from lwr_dyn.kinematics.forward import JointAxes, jacobian_at, joint_axes, velocity_product_at
 from lwr_dyn.kinematics.solution import ALIGNED, REACH_SLACK, Branch, JointRanges, elbow_bend, joint_ranges, wrap
 from lwr_dyn.model.arm import Arm
-from lwr_dyn.model.spatial import pose_array, turn_about
+from lwr_dyn.model.spatial import cross, pose_array, turn_about
 
 ON_AXIS = 1e-9
 """Sine of the angle to the reference direction below which the wrist counts as being on it."""
@@ -90,9 +90,9 @@ def ball_forms(geometry: SrsGeometry, T: Array, triangle: ArmTriangle, elbow: Ar
     reach = g.upper + bent @ g.fore
     u_home = reach / np.maximum(np.linalg.norm(reach, axis=1, keepdims=True), ON_AXIS)
     n_home = np.broadcast_to(g.elbow_axis, u_home.shape)
-    side_home = np.cross(u_home, n_home)
+    side_home = cross(u_home, n_home)
     u, up = triangle.u, triangle.up
-    across, sign = np.cross(u, up), elbow[:, None, None]
+    across, sign = cross(u, up), elbow[:, None, None]
     # the elbow's direction is sign (u x n), so n = sign (sin(psi) up - cos(psi) across); R_shoulder turns home to it
     cosine = sign * (_outer(up, side_home) - _outer(across, n_home))
     sine = sign * (_outer(up, n_home) + _outer(across, side_home))
@@ -250,13 +250,13 @@ def _arm_angle_task(geometry: SrsGeometry, axes: JointAxes) -> _ArmAngleTask:
     wrist = _wrist(geometry, axes)
     w = wrist - geometry.shoulder
     rho = np.linalg.norm(w, axis=1)
-    P, C = rho * (n @ r), _dot(n, np.cross(r, w))
+    P, C = rho * (n @ r), _dot(n, cross(r, w))
     wrist_jacobian = jacobian_at(axes, wrist)[:, :3]
     n_jacobian = np.zeros_like(wrist_jacobian)
-    n_jacobian[:, :, :3] = np.swapaxes(np.cross(axes.z[:, :3], n[:, None]), 1, 2)
+    n_jacobian[:, :, :3] = np.swapaxes(cross(axes.z[:, :3], n[:, None]), 1, 2)
     of_rho = np.einsum("ki,kij->kj", w / rho[:, None], wrist_jacobian)
     of_P = (n @ r)[:, None] * of_rho + rho[:, None] * np.einsum("i,kij->kj", r, n_jacobian)
-    of_C = np.einsum("ki,kij->kj", np.cross(r, w), n_jacobian) + np.einsum("ki,kij->kj", np.cross(n, r), wrist_jacobian)
+    of_C = np.einsum("ki,kij->kj", cross(r, w), n_jacobian) + np.einsum("ki,kij->kj", cross(n, r), wrist_jacobian)
     row = (C[:, None] * of_P - P[:, None] * of_C) / np.maximum(P**2 + C**2, np.finfo(float).tiny)[:, None]
     return _ArmAngleTask(w, n, rho, P, C, wrist_jacobian, n_jacobian, row)
 
@@ -271,8 +271,8 @@ def _own_change(geometry: SrsGeometry, axes: JointAxes, task: _ArmAngleTask, dq:
     ddrho = (_dot(dw, dw) + _dot(w, ddw) - drho**2) / rho
     dP = drho * (n @ r) + rho * (dn @ r)
     ddP = ddrho * (n @ r) + 2.0 * drho * (dn @ r) + rho * (ddn @ r)
-    dC = _dot(dn, np.cross(r, w)) + _dot(n, np.cross(r, dw))
-    ddC = _dot(ddn, np.cross(r, w)) + 2.0 * _dot(dn, np.cross(r, dw)) + _dot(n, np.cross(r, ddw))
+    dC = _dot(dn, cross(r, w)) + _dot(n, cross(r, dw))
+    ddC = _dot(ddn, cross(r, w)) + 2.0 * _dot(dn, cross(r, dw)) + _dot(n, cross(r, ddw))
     size = task.P**2 + task.C**2
     dpsi = (task.C * dP - task.P * dC) / size
     change: Array = (task.C * ddP - task.P * ddC) / size - 2.0 * dpsi * (task.P * dP + task.C * dC) / size
@@ -284,9 +284,9 @@ def _turning_change(axes: JointAxes, n: Array, dq: Array) -> Array:
     omega, domega = np.zeros_like(n), np.zeros_like(n)
     for i in range(3):
         turn = axes.z[:, i] * dq[:, i, None]
-        domega = domega + np.cross(omega, turn)
+        domega = domega + cross(omega, turn)
         omega = omega + turn
-    change: Array = np.cross(domega, n) + np.cross(omega, np.cross(omega, n))
+    change: Array = cross(domega, n) + cross(omega, cross(omega, n))
     return change
 
 

@@ -27,6 +27,7 @@ import enum
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -206,18 +207,24 @@ def joint_motion(kind: JointKind, q: float) -> Pose:
 def link_frames(chain: Chain, q: Array) -> Iterator[Array]:
     """T_{0,1}(q) ... T_{0,n}(q) and T_{0,flange}(q), each (..., 4, 4), for q (..., n)."""
     batch = q.shape[:-1]
-    pose = np.broadcast_to(np.eye(4), (*batch, 4, 4))
+    pose, motion = np.broadcast_to(np.eye(4), (*batch, 4, 4)), np.empty((*batch, 4, 4), q.dtype)
     for i, link in enumerate(chain.links):
-        motion = np.broadcast_to(np.eye(4), (*batch, 4, 4)).astype(q.dtype)
+        motion[...] = np.eye(4)
         if link.kind is JointKind.REVOLUTE:
             c, s = np.cos(q[..., i]), np.sin(q[..., i])
             motion[..., 0, 0], motion[..., 0, 1] = c, -s
             motion[..., 1, 0], motion[..., 1, 1] = s, c
         else:
             motion[..., 2, 3] = q[..., i]
-        pose = pose @ link.before.matrix() @ motion @ link.after.matrix()
+        pose = followed_by(followed_by(pose, link.before) @ motion, link.after)
         yield pose
-    yield pose @ chain.flange.matrix()
+    yield followed_by(pose, chain.flange)
+
+
+def followed_by(poses: Array, constant: Pose) -> Array:
+    """Poses (..., 4, 4), then a constant one: all rows in one product, several times as fast as one a pose."""
+    product: Array = (poses.reshape(-1, 4) @ constant.matrix()).reshape(poses.shape)
+    return product
 
 
 def with_payload(chain: Chain, mass: float, com: Any = (0.0, 0.0, 0.0), inertia_com: Any = None) -> Chain:
@@ -298,6 +305,7 @@ def is_physical(body: Body) -> bool:
     return bool(smallest >= -slack and smallest + middle >= largest - slack)
 
 
+@lru_cache(maxsize=32)  # a chain does not change, and every run asks
 def unphysical_links(chain: Chain) -> tuple[str, ...]:
     """Names of the links with an infeasible inertia, from the base outward; links without a body are skipped."""
     return tuple(link.link for link in chain.links if link.body is not None and not is_physical(link.body))

@@ -4,6 +4,7 @@ A run file is looked at before its arrays are unpacked, and its record before it
 a short text, and HTML in a notebook where an optional package makes it.
 """
 
+import copy
 import io
 import json
 import math
@@ -89,7 +90,7 @@ PER_TIME = ("t", "energy")
 
 _META: Mapping[str, type] = {
     "robot": str, "reading": str, "file": str, "digest": str, "plant": dict, "task": str,
-    "note": dict, "loaded_with": dict, "audit": dict, "payload": dict, "joint_units": list,
+    "hint": str, "note": dict, "loaded_with": dict, "audit": dict, "payload": dict, "joint_units": list,
 }  # fmt: skip
 """Entries of the record that other modules read, if they are there."""
 
@@ -224,7 +225,8 @@ class Run:
 
     def __repr__(self) -> str:
         robot, end = self.meta.get("robot", "unknown robot"), self.t[-1] if self.t.size else 0.0
-        return f"Run({robot}, n={self.n}, {self.t.size} samples to t = {end:g} s, {len(self.events)} events)"
+        hint = f"; {self.hint}" if self.hint else ""
+        return f"Run({robot}, n={self.n}, {self.t.size} samples to t = {end:g} s, {len(self.events)} events{hint})"
 
     @property
     def n(self) -> int:
@@ -236,6 +238,17 @@ class Run:
         """The audit of energy and inverse dynamics that `simulate` recorded; empty for a run without one."""
         audit: Mapping[str, Any] = self.meta.get("audit", {})
         return audit
+
+    @property
+    def hint(self) -> str:
+        """Which option would make such a run at least 5 times as fast, and how many times; empty for none."""
+        return str(self.meta.get("hint", ""))
+
+    def with_meta(self, meta: Mapping[str, Any]) -> Self:
+        """The run with another record; its arrays, which are read-only, are shared."""
+        out = copy.copy(self)
+        object.__setattr__(out, "meta", meta)
+        return out
 
     def to_columns(self) -> dict[str, Array]:
         """The run as read-only columns (k,) by name, nothing copied: pandas, polars, pyarrow make a table of them.
@@ -271,6 +284,10 @@ class Run:
         other = format_of(path)
         if other is not None:
             return write_file(path, other(self))
+        write_file(path, self.to_npz())
+
+    def to_npz(self) -> bytes:
+        """What `save` writes as .npz; most of its time other threads can run."""
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"work_{name}": value for name, value in self.work.items()}
         arrays |= {f"signal_{name}": value for name, value in self.signals.items()}
@@ -279,7 +296,7 @@ class Run:
         arrays["record"] = np.frombuffer(json.dumps(record, sort_keys=True).encode(), dtype=np.uint8)
         buffer = io.BytesIO()
         np.savez_compressed(buffer, **arrays)
-        write_file(path, buffer.getvalue())
+        return buffer.getvalue()
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -11,7 +11,7 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from lwr_dyn.foundation.arrays import Array, fixed_array, freeze_arrays, joint_array, read_only, real_array
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError
@@ -54,6 +54,30 @@ class Transmission:
     def n(self) -> int:
         """Number of joints, and of motors."""
         return int(self.matrix.shape[0])
+
+    @property
+    def coupled(self) -> NDArray[np.bool_]:
+        """Which joints share a motor with another, (n,)."""
+        turns = self.matrix != 0.0
+        return np.asarray((turns & (turns.sum(axis=1) > 1)[:, None]).any(axis=0))
+
+    @property
+    def seen_at_joints(self) -> bool:
+        """Whether each motor turns as its own joint does, as `at_joints` has it."""
+        return bool((np.diag(self.matrix) == 1.0).all())
+
+    def at_joints(self) -> Transmission:
+        """The same motors with their speeds seen at the joint of the same number: a row over its own joint's ratio.
+
+        Inertia and friction of motors are then numbers as those of joints: a motor with one joint has that joint's.
+        A motor that does not turn its own joint has the ratio 1 there in its largest entry, and is not seen at it.
+
+        >>> Transmission([[45.0, 0.0], [32.0, 32.0]]).at_joints().matrix.tolist()
+        [[1.0, 0.0], [1.0, 1.0]]
+        """
+        T, own = self.matrix, np.diag(self.matrix)
+        largest = np.take_along_axis(T, np.abs(T).argmax(axis=1)[:, None], axis=1)[:, 0]
+        return Transmission(T / np.where(own == 0.0, largest, own)[:, None] + 0.0)  # no -0
 
     def motor_velocity(self, dq: ArrayLike) -> Array:
         """dq_m = T dq, (..., n) for joint velocities (..., n) [rad/s]; also position differences."""

@@ -12,6 +12,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from importlib import resources
@@ -22,7 +23,7 @@ import numpy as np
 
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.document import Document, Fact, Part, Section
-from lwr_dyn.foundation.files import make_folder, read_text, write_folder
+from lwr_dyn.foundation.files import make_folder, read_text, write_file, write_folder
 from lwr_dyn.foundation.tables import Table
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run, short_repr
@@ -163,9 +164,16 @@ class Pictures:
 
         Returns the pictures with the figures as `figures.json` has them, from which PNG and SVG are drawn too.
         """
-        for file, run in self._run_files().items():
-            run.save(make_folder(folder / "runs") / file)
-        places = {id(run): f"runs/{file}" for file, run in self._run_files().items()}
+        runs = self._run_files()
+        with ThreadPoolExecutor(1) as second:  # runs are packed while figures are drawn
+            packed = {file: second.submit(run.to_npz) for file, run in runs.items()}
+            read = self._drawn(folder, {id(run): f"runs/{file}" for file, run in runs.items()})
+            for file, content in packed.items():
+                write_file(make_folder(folder / "runs") / file, content.result())
+        return replace(self, figures=read)
+
+    def _drawn(self, folder: Path, places: Mapping[int, str]) -> Figures:
+        """Write `figures.json`, PNG, SVG and `replay.html`; `places` are the files of the runs, by the runs' ids."""
         files = [places[id(one.run)] for one in self.shown]
         read = written_figures(folder, self.figures, files) if self.figures else {}
         for file, figures in read.items():
@@ -174,7 +182,7 @@ class Pictures:
         if first:
             runs, arms, labels = ([getattr(one, name) for one in first] for name in ("run", "arm", "label"))
             write_replay(folder / "replay.html", runs, arms, labels=labels, title=self.title)
-        return replace(self, figures=read)
+        return read
 
     def _run_files(self) -> dict[str, Run]:
         """File -> run: those that were simulated, and what figures show beside them."""

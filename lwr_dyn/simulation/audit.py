@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lwr_dyn.dynamics.engines import dynamics_of
-from lwr_dyn.dynamics.protocol import Dynamics, mechanical_energy
+from lwr_dyn.dynamics.protocol import Dynamics, mass_and_bias, mechanical_energy
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import ShapeError
 from lwr_dyn.model.run import Run
@@ -173,23 +173,21 @@ class Intervals:
         still = (self.dq == 0.0) & (self.after_dq == 0.0) & (self.q == self.after_q)
         self.rest = still & (plant.friction.directional | self.at_limit)
         self.friction = self._friction()
+        self.at_start = mass_and_bias(dynamics, self.q, self.dq)
 
     def residuals(self) -> tuple[Array, Array]:
         """Residuals and gaps, (k, n) each; NaN where the other engine cannot follow."""
         k, n = self.q.shape
-        first = list[tuple[Array, Array, Array]]()  # every method's first stage is the start itself
 
         def rates(s: float, y: Array) -> Array:
             x, v = y.reshape(2, k, n)
-            motion = self.motion(x, v, s)
-            first[:] = first or [motion]
-            return np.concatenate([self.h * v, self.h * motion[0]]).ravel()
+            return np.concatenate([self.h * v, self.h * self.motion(x, v, s)[0]]).ravel()
 
         start = np.concatenate([self.q, self.dq]).ravel()
         try:
             with np.errstate(over="ignore", invalid="ignore"):
                 end = self.loop.integrator()(rates, 0.0, start, 1.0).reshape(2, k, n)
-            ddq, B, net = first[0]
+            ddq, B, net = self.motion(self.q, self.dq, 0.0)
         except (ShapeError, np.linalg.LinAlgError):
             unknown = np.full((k, n), np.nan)
             return unknown, unknown
@@ -200,8 +198,9 @@ class Intervals:
 
     def motion(self, x: Array, v: Array, s: float) -> tuple[Array, Array, Array]:
         """ddq (k, n), 0 of joints at rest, with B (k, n, n) and tau - tau_friction + tau_external - C dq - g (k, n)."""
-        B, keep = self.dynamics.mass_matrix(x), ~self.rest
-        net = self.torque(s) - self.friction(v) - self.dynamics.bias_torque(x, v) + self.external(x, v, s)
+        is_start = np.array_equal(x, self.q) and np.array_equal(v, self.dq)
+        B, bias = self.at_start if is_start else mass_and_bias(self.dynamics, x, v)
+        keep, net = ~self.rest, self.torque(s) - self.friction(v) - bias + self.external(x, v, s)
         held = B * keep[:, :, None] * keep[:, None, :] + np.eye(self.run.n) * self.rest[:, None, :]
         return np.linalg.solve(held, (net * keep)[..., None])[..., 0], B, net
 
@@ -227,14 +226,13 @@ class Intervals:
         if not self.loop.continuous:
             return 0.0, 0.0
         torque = max(_largest_of(np.abs(self.torque(s) - self.torque(s, NODES - 2))) for s in (0.25, 0.5, 0.75))
-        softest = np.abs(np.linalg.inv(self.dynamics.mass_matrix(self.q))).max()
+        softest = np.abs(np.linalg.inv(self.at_start[0])).max()
         torque += CONTINUOUS * self.scale()
         return torque, float(torque * softest * (self.h**2).max())
 
     def scale(self) -> float:
         """The largest torque, applied or of speeds and weight [N m], at least 1."""
-        bias = np.abs(self.dynamics.bias_torque(self.q, self.dq)).max()
-        return float(max(1.0, bias, np.abs(self.run.tau_applied[self.rows]).max()))
+        return float(max(1.0, *(np.abs(x).max() for x in (self.at_start[1], self.run.tau_applied[self.rows]))))
 
     def _friction(self) -> Callable[[Array], Array]:
         """tau_friction(dq) (k, n): that of the record at the first sample, changed as the plant's model changes."""

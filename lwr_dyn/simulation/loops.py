@@ -95,7 +95,7 @@ def run_of(setup: Setup, log: Log, flow: Flow, meta: Mapping[str, Any]) -> Run:
     """The run as far as it was computed; its meta is `meta`, the record of the setup, with the audit."""
     q, dq = log.states[: log.done, 0], log.states[: log.done, 1]
     run = unaudited_run(setup, log, flow, meta, mechanical_energy(setup.plant.dynamics, q, dq), {}, {})
-    return replace(run, meta={**run.meta, "audit": audit(run).to_json()})
+    return run.with_meta({**run.meta, "audit": audit(run).to_json()})
 
 
 def unaudited_run(
@@ -119,7 +119,7 @@ def unaudited_run(
         for event in flow.events
         if event.t <= t[-1]
     ]
-    events += active_friction(t, log.states[done, 1, -n:], friction)
+    events += [] if log.friction is None else active_friction(t, log.states[done, 1, -n:], friction)
     own = {**{name: each[done] for name, each in log.signals.items()}, **signals}
     if setup.loop.external is not None:
         rows = zip(t.tolist(), q, dq, strict=True)

@@ -137,8 +137,9 @@ def change_bound(run: Run) -> float:
     if not plain.size:
         return np.inf
     rows = plain[np.unique(np.linspace(0, plain.size - 1, min(INTERVALS, plain.size)).astype(int))]
-    judge, steps = Intervals(run, rows, run.setup.plant.dynamics), run.setup.loop.substeps
+    steps = run.setup.loop.substeps
     try:
+        judge = Intervals(run, rows, run.setup.plant.dynamics)
         with np.errstate(over="ignore", invalid="ignore"):
             position, speed = np.abs(_ends(judge, rk4(steps)) - _ends(judge, rk4(2 * steps)))
     except (ShapeError, np.linalg.LinAlgError):

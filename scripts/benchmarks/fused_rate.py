@@ -8,27 +8,20 @@ from functools import cache
 import numpy as np
 
 from benchmarks.timing import seconds
-from lwr_dyn.codegen.kernels.machine_code import compiled, lanes_of, load
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop, LaneBody
+from lwr_dyn.codegen.kernels.machine_code import lanes_of, load
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 _CHAINS, _ROUNDS, _TURNS = 16, 8, 2000
 """Chains that do not wait for each other; operations of each chain before it is stored; turns of the loop."""
-_TEXT = """from numba import carray, cfunc, types
-
-from lwr_dyn.codegen.kernels.lowering import straight_line
-
-
-@straight_line("float64")
-def body(b):
-    for k in range({lanes}):
-{body}
-
-
-@cfunc(types.int64(types.CPointer(types.float64), types.CPointer(types.float64), types.int64, types.int64))
-def kernel(out_, b_, start, stop):
-    b = carray(b_, ({size},), types.float64)
-    for s in range(start, stop):
-        body(b)
-    return 0
+_TEXT = """
+int turns(double *out, double *b, int start, int stop)
+{
+    for (int s = start; s < stop; s++) {
+        body(b);
+    }
+    return 0;
+}
 """
 
 
@@ -45,8 +38,9 @@ def _loop() -> tuple[Callable[[], object], int]:
             names[i] = f"y{i}_{j}"
     lines += [f"b[{i * lanes} + k] = {names[i]}" for i in range(_CHAINS)]
     size = (_CHAINS + 2) * lanes
-    text = _TEXT.format(lanes=lanes, size=size, body="\n".join(f"        {line}" for line in lines))
-    code = load(*compiled(text), inputs=0)
+    body = "\n".join([f"def body(b):\n    for k in range({lanes}):", *(f"        {line}" for line in lines)])
+    loop = KernelLoop(parsed(_TEXT, {}), "turns", (LaneBody("body", body),))
+    code = load(loop.machine_code(), "kernel", inputs=0)
     memory = np.full(size + 8, 0.5)
     place = memory.__array_interface__["data"][0]
 

@@ -76,7 +76,7 @@ def print_agreement(arm: Arm) -> None:
 
 def kernels(pairs: int, most_threads: int | None = None) -> None:
     """All of it, for every robot with inertias."""
-    if not installed("numba"):
+    if not installed("llvmlite"):
         return
     begin = time.perf_counter()
     for arm in arms():

@@ -23,7 +23,7 @@ from benchmarks.rollout_case import KD, KP, RATE, RolloutCase
 from benchmarks.timing import Call, installed
 from lwr_dyn.arms.export.mjcf import mjcf_text
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
-from lwr_dyn.codegen.rollouts.kernel import RolloutSource, rollout_kernel, rollout_source
+from lwr_dyn.codegen.rollouts.kernel import PlanLoop, rollout_kernel, rollout_loop
 from lwr_dyn.codegen.rollouts.kernel_task import plan_of, task_of
 from lwr_dyn.codegen.rollouts.law_forms import law_form
 from lwr_dyn.codegen.rollouts.loop_setup import loop_setup
@@ -99,13 +99,13 @@ def mujoco_rollout(case: RolloutCase, seconds: float) -> Call:
     return call
 
 
-def scalar_kernel(case: RolloutCase, seconds: float) -> tuple[Call, RolloutSource, RolloutSource]:
+def scalar_kernel(case: RolloutCase, seconds: float) -> tuple[Call, PlanLoop, PlanLoop]:
     """One run by scalar code, from the parameters on; the sources of the kernels of one run and of a block."""
     loop, form = Loop(friction="none", duration=seconds), law_form(case.law, case.arm)
     setup = loop_setup(case.arm, case.law, case.reference, loop)
     given = {"inertia": case.inertia[:1]}
     plan = plan_of(setup, form, given)
-    kernel, sources = rollout_kernel(plan, lanes=1), [rollout_source(plan, lanes) for lanes in (1, lanes_of("float64"))]
+    kernel, sources = rollout_kernel(plan, lanes=1), [rollout_loop(plan, lanes) for lanes in (1, lanes_of("float64"))]
 
     def call() -> None:
         kernel.run(task_of(setup, plan, kernel, given, 1, None, (), 0, 0))

@@ -13,7 +13,7 @@ from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.checks.arm.run_checks import check_arm
 from lwr_dyn.foundation.files import make_folder
 from lwr_dyn.identification.excitation.design import design_excitation
-from lwr_dyn.identification.fitted import write_fitted
+from lwr_dyn.identification.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import log_of_run, write_log
 from lwr_dyn.identification.logs.simulated_logs import LogSensors
 from lwr_dyn.identification.motion.motion_fit import identify_motion

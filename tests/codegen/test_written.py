@@ -4,7 +4,6 @@ A change that is meant raises the generator's number (`kernel_spec.GENERATOR`, `
 `step.GENERATOR`), so that kernels on disk are made again, and its digest here: `python -m tests.codegen.test_written`.
 """
 
-import ast
 import hashlib
 import re
 import struct
@@ -22,10 +21,10 @@ from lwr_dyn.codegen.emit.functions import EMITTED
 from lwr_dyn.codegen.emit.javascript_file import js_files
 from lwr_dyn.codegen.kernels import kernel_spec, lowering, pose_kernel
 from lwr_dyn.codegen.kernels.kernel_source import generate
-from lwr_dyn.codegen.kernels.pose_source import pose_source
+from lwr_dyn.codegen.kernels.pose_source import pose_loop
 from lwr_dyn.codegen.rollouts import philox_code, step
-from lwr_dyn.codegen.rollouts.compiled_loop import whole_source
-from lwr_dyn.codegen.rollouts.kernel import rollout_source
+from lwr_dyn.codegen.rollouts.compiled_loop import whole_loop
+from lwr_dyn.codegen.rollouts.kernel import rollout_loop
 from lwr_dyn.codegen.rollouts.law_forms import unchecked_form
 from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.kinematics.pose_solver import search_ranges
@@ -85,13 +84,13 @@ def kernel_texts():
             source = generate(spec, function, 2)
             yield f"{name} {function}", source.text + repr(source.interface)
             if function in ("jacobian", "forward_dynamics", "mass_matrix") and (name, function) != ("rows", "jacobian"):
-                definition = next(x for x in ast.parse(source.text).body if getattr(x, "name", "") == "body")
-                definition.decorator_list = []
-                for past in {False, spec.layout == "blocks"}:
-                    text = lowering._assembly(ast.unparse(definition), "body", spec.dtype, past)
-                    yield f"assembly {name} {function} {past}", text
+                loop = source.loop.around(source.body)
+                yield f"loop {name} {function}", loop.assembly() + "".join(x.assembly for x in loop.helpers)
+                for body in loop.bodies:
+                    text = lowering.body_assembly(body.text, "body", spec.dtype, body.is_streaming)
+                    yield f"assembly {name} {function} {body.is_streaming}", text
     for lanes in (1, 4):
-        yield f"numbers {lanes}", philox_code._assembly("fill", lanes, 5, 3)
+        yield f"numbers {lanes}", philox_code.uniform_code("fill", lanes, 5, 3).assembly
 
 
 def rollout_texts(kind):
@@ -99,12 +98,14 @@ def rollout_texts(kind):
         if kind == "plain" or name in LAWS[-2:]:
             form = unchecked_form(beside.made(name, ARM), ARM)
             plan = step.StepPlan(ARM, ARM, form, **PLANS[kind])
-            yield name, whole_source(plan) if kind == "whole" else rollout_source(plan, 2).text
+            loop = whole_loop(plan).loop if kind == "whole" else rollout_loop(plan, 2).loop
+            yield name, "".join([loop.assembly(), *(body.text for body in loop.bodies)])
 
 
 def pose_texts():
     for arm in (ARM, SLIDING):
-        yield f"pose {arm.name}", pose_source(arm.name, arm.chain, search_ranges(arm, True, 1, 0), 2)
+        loop = pose_loop(arm.chain, search_ranges(arm, True, 1, 0), 2)
+        yield f"pose {arm.name}", loop.assembly() + loop.bodies[0].text
 
 
 def emitted_texts(name):

@@ -26,7 +26,7 @@ COMMANDS = (
 """A command, its exit code, a part of its output: what no example shows; `scripts/wheel_smoke.py` runs those."""
 LACKED = {
     "tests/foundation/test_column_files.py": {"pyarrow"},
-    "tests/foundation/test_registry.py": {"casadi", "lark", "numba", "pygls", "rosbags"},
+    "tests/foundation/test_registry.py": {"casadi", "lark", "llvmlite", "pygls", "rosbags"},
 }
 """Tests of `SHARE` that an extra brings, with its package: a file format, rows of registries."""
 

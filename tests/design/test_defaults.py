@@ -7,7 +7,8 @@ import pinocchio as pin
 import pytest
 
 import lwr_dyn
-from lwr_dyn.design.defaults import LAWS, law_stability, usual_law, usual_task
+from lwr_dyn.design import sampled_stability
+from lwr_dyn.design.defaults import LAWS, law_fault, law_stability, usual_law, usual_task
 from lwr_dyn.foundation.errors import DivergenceError, MissingDataError
 from lwr_dyn.trajectory.references.ist import ist_reference
 
@@ -32,6 +33,16 @@ def test_the_arm_of_the_paper_keeps_the_paper_s_task_and_law_without_a_word():
     np.testing.assert_array_equal(task.reference.sample(t).q, ist_reference(arm).sample(t).q)
     law = usual_law(arm, lwr_dyn.dynamics_of(arm), maker(arm), task.reference, 1000.0)
     assert (law.name, law.words) == ("pd-gravity", "")
+
+
+def test_of_a_law_that_holds_no_least_rate_is_searched_and_of_another_all_is_known(monkeypatch):
+    arm = lwr_dyn.load("lwr4plus")
+    case = arm, lwr_dyn.dynamics_of(arm), maker(arm)("pd-gravity"), ist_reference(arm)
+    slow = law_fault(*case, 100.0)
+    assert slow.to_json() == law_stability(*case, 100.0).to_json()
+    assert slow.unstable
+    monkeypatch.setattr(sampled_stability, "_least_rate", None)
+    assert law_fault(*case, 1000.0) is None
 
 
 @pytest.mark.parametrize("robot", ["kr30ha", PANDA])

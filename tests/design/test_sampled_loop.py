@@ -39,6 +39,21 @@ def id_without_gravity():
     return InverseDynamics(lwr_dynamics(), 1600, 80, gravity=False)
 
 
+def test_slopes_of_gravity_are_computed_once_where_the_law_s_model_is_the_plant(monkeypatch):
+    asked, own = [], sampled_loop.gravity_stiffness
+    monkeypatch.setattr(sampled_loop, "gravity_stiffness", lambda *given: (asked.append(given[0]), own(*given))[1])
+    dynamics, q = lwr_dynamics(), np.array([UPRIGHT, BENT])
+    one, rows = RestingLoop.of(dynamics, pd(dynamics), q), np.array([1])
+    assert asked == [dynamics]
+    for other in (lwr_dyn.dynamics_of(lwr()), lwr_dyn.dynamics_of(arm_with_payload(lwr(), 2.0))):
+        two = RestingLoop.of(dynamics, pd(other), q)
+        assert asked.pop() is other
+        same = two.feedback.position.tobytes() == one.feedback.position.tobytes()
+        assert same == (other.inverse_dynamics(BENT, BENT, BENT) == dynamics.inverse_dynamics(BENT, BENT, BENT)).all()
+    again = RestingLoop.of_plant(one.plant.at(rows), pd(dynamics).linear_feedback(q[rows]), q[rows])
+    assert again.feedback.position.tobytes() == one.feedback.position[rows].tobytes()
+
+
 def simulated_and_linear(controller, q, sampling, plant=None, encoder=None):
     """Small deviations (k, 14) from rest, simulated, and by powers of the map, up to where they are no longer small."""
     offset = 1e-9 * np.arange(1, 8)

@@ -143,6 +143,22 @@ def test_the_record_says_what_was_drawn_and_a_singular_plant_is_refused():
         stability_in_box(lwr(), flat, controller, Sampling(), poses=2)
 
 
+def test_the_least_rate_is_that_of_all_poses_though_the_worst_one_is_asked_alone_first(monkeypatch):
+    asked, radius = [], RestingLoop.radius
+    monkeypatch.setattr(
+        RestingLoop, "radius", lambda self, *given: (asked.append(len(self.plant.B)), radius(self, *given))[1]
+    )
+    dynamics = lwr_dynamics()
+    q = np.random.default_rng(3).uniform(-2.0, 2.0, (40, 7))
+    for controller in (default("physical")[2], lwr_dyn.controller("pid", lwr())):
+        asked.clear()
+        least = stability_at(RestingLoop.of(dynamics, controller, q), Sampling(8000.0), q).least_rate
+        assert asked.count(1) > asked.count(40) > 3
+        alone = [RestingLoop.of(dynamics, controller, row[None]) for row in q]
+        grows = {k: [radius(one, Sampling(k * least))[0] > GROWS for one in alone] for k in (0.9998, 1.0)}
+        assert (any(grows[0.9998]), any(grows[1.0])) == (True, False)
+
+
 @pytest.mark.slow
 def test_long_delays_are_judged_at_fewer_poses_and_the_search_is_left_out(monkeypatch):
     sizes, matrices = [], RestingLoop.step_matrices

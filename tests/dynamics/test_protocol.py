@@ -10,7 +10,7 @@ import pytest
 import lwr_dyn
 from lwr_dyn.dynamics.engines import ENGINES
 from lwr_dyn.dynamics.newton_euler import Recursion
-from lwr_dyn.dynamics.protocol import FUNCTIONS, Dynamics, Gated
+from lwr_dyn.dynamics.protocol import FUNCTIONS, Dynamics, Gated, mass_and_bias
 from lwr_dyn.foundation.errors import MissingDataError, OptionError, ShapeError, UnknownNameError
 from lwr_dyn.foundation.registry import Registry, Row
 from tests.random_arms import random_arm
@@ -27,7 +27,7 @@ METHODS = {
 SHAPES = {"mass_matrix": (7, 7), "coriolis_matrix": (7, 7), "potential_energy": ()}
 
 
-@pytest.fixture(scope="module", params=[name for name in ENGINES.names if name != "kernels" or find_spec("numba")])
+@pytest.fixture(scope="module", params=[name for name in ENGINES.names if name != "kernels" or find_spec("llvmlite")])
 def engine(request):
     return lwr_dyn.dynamics_of(lwr_dyn.load("lwr4plus"), request.param)
 
@@ -49,6 +49,28 @@ def test_a_batch_is_its_states_one_by_one(engine, method):
     one_by_one = np.array([call(*state) for state in zip(*x, strict=True)])
     assert np.abs(call(*x) - one_by_one).max() < 1e-13
     assert np.array_equal(call(*(list(map(float, a[0])) for a in x)), call(*(a[0] for a in x)))
+
+
+def test_mass_matrix_and_bias_together_are_those_of_two_calls(engine):
+    q, dq = np.random.default_rng(0).uniform(-1, 1, (2, 4, 7))
+    B, bias = mass_and_bias(engine, q, dq)
+    assert np.array_equal(B, engine.mass_matrix(q))
+    assert np.array_equal(bias, engine.bias_torque(q, dq))
+    for bad in ((np.where(q == q[1, 2], np.inf, q), dq), (q, np.where(dq == dq[3, 0], np.nan, dq))):
+        with pytest.raises(ShapeError):
+            mass_and_bias(engine, *bad)
+
+
+@pytest.mark.parametrize("rotors", ["armature", "full", "none"])
+@pytest.mark.parametrize("joints", ["P", "R", "PP", None])
+def test_so_are_those_of_any_joints(joints, rotors):
+    arm = random_arm(5, joints)
+    engine = lwr_dyn.dynamics_of(arm, "newton-euler", rotors=rotors)
+    q, dq = np.random.default_rng(0).uniform(-1, 1, (2, 3, arm.n))
+    B, bias = mass_and_bias(engine, q, dq)
+    assert B.shape == (3, arm.n, arm.n)
+    assert np.array_equal(B, engine.mass_matrix(q))
+    assert np.array_equal(bias, engine.bias_torque(q, dq))
 
 
 def test_leading_axes_broadcast(engine):

@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.dynamics.recursion import link_constants
-from lwr_dyn.dynamics.seen_inertia import seen_inertia
+from lwr_dyn.dynamics.seen_inertia import seen_inertia, seen_inertia_along
 from tests.random_arms import random_arm
 
 
@@ -24,6 +24,17 @@ def test_it_is_the_diagonal_of_the_mass_matrix(name):
     arm = lwr_dyn.load(name)
     assert largest_difference(arm, "newton-euler", rotors="none") < 1e-14
     assert largest_difference(arm, "pinocchio") < 1e-14
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_along_one_joint_it_is_that_of_every_row_with_every_value(seed):
+    arm, rng = random_arm(seed), np.random.default_rng(seed)
+    links, q, values = link_constants(arm.chain), rng.uniform(-3.0, 3.0, (4, arm.n)), rng.uniform(-3.0, 3.0, 5)
+    for j in range(1, arm.n):
+        lines = np.repeat(q[:, None], 5, axis=1)
+        lines[:, :, j] = values
+        each = seen_inertia(links, lines.reshape(-1, arm.n)).reshape(4, 5)
+        np.testing.assert_allclose(seen_inertia_along(links, q, j, values), each, rtol=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from decimal import Decimal
 
 PACKAGE = Path(lwr_dyn.__file__).parent
-EXTRAS_ARE_THERE = all(find_spec(name) for name in ("casadi", "numba", "lark", "matplotlib", "sympy"))
+EXTRAS_ARE_THERE = all(find_spec(name) for name in ("casadi", "llvmlite", "lark", "matplotlib", "sympy"))
 
 
 def _registries():

@@ -10,7 +10,7 @@ import numpy as np
 import lwr_dyn
 from lwr_dyn.arms.papers.schema import Paper
 from lwr_dyn.foundation.arrays import Array
-from lwr_dyn.identification.fitted import write_fitted
+from lwr_dyn.identification.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog
 from lwr_dyn.identification.motion.identifiable import SECONDS, MissingMotion
 from lwr_dyn.identification.motion.motion_fit import identify_motion

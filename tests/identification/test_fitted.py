@@ -15,7 +15,7 @@ from lwr_dyn.arms.urdf.model_files import model_files
 from lwr_dyn.checks.arm.model_laws import fit_verdicts
 from lwr_dyn.foundation.errors import FileAccessError, MissingDataError
 from lwr_dyn.foundation.files import write_folder
-from lwr_dyn.identification import fitted, log_digests
+from lwr_dyn.identification import fitted, fitted_files, log_digests
 from lwr_dyn.identification.logs.joint_log import read_log, write_log
 from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import MotionRule
@@ -45,7 +45,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def lwr(folder):
     result, paper = fit("lwr4plus", "physical", folder)
-    fitted.write_fitted(folder / "arm.toml", result, paper)
+    fitted_files.write_fitted(folder / "arm.toml", result, paper)
     return result, paper
 
 
@@ -113,7 +113,7 @@ def test_errors_of_centres_of_mass_are_those_of_draws(lwr):
 
 def test_a_urdf_has_the_same_bodies_and_its_sidecar_the_errors(lwr, folder):
     result, _ = lwr
-    files = fitted.write_fitted(folder / "arm.urdf", result, None)
+    files = fitted_files.write_fitted(folder / "arm.urdf", result, None)
     assert [file.name for file in files] == ["arm.urdf", "arm.provenance.json", "arm.srdf", "arm.xml"]
     arm = lwr_dyn.load(folder / "arm.urdf")
     states = random_states(7)
@@ -134,7 +134,7 @@ def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
     rule = MotionRule(SampleRule(slowest=0.01), "symmetric", stribeck=True)
     speeds = [np.nan, 0.1, *[np.nan] * 5]
     result, paper = fit("wam7", None, folder, rule, 8.0, "symmetric", speeds)
-    fitted.write_fitted(folder / "wam.toml", result, paper)
+    fitted_files.write_fitted(folder / "wam.toml", result, paper)
     arm = lwr_dyn.load(folder / "wam.toml")
     check_agreement(result, arm)
     assert arm.transmission.matrix.tolist() == result.arm.transmission.matrix.tolist()
@@ -156,7 +156,7 @@ def test_an_arm_with_a_motor_map_and_symmetric_friction(folder):
 def test_rotors_and_friction_that_were_fitted_to_motors_stay_the_source_s(lwr, folder):
     result, paper = lwr
     values = replace(fitted.fitted_values(result), joints=False)
-    (folder / "motors.toml").write_text(fitted.fitted_paper_text(paper, values), encoding="utf-8")
+    (folder / "motors.toml").write_text(fitted_files.fitted_paper_text(paper, values), encoding="utf-8")
     of_file, of_values = lwr_dyn.load(folder / "motors.toml"), fitted.fitted_arm(result.arm, values)
     bodies = lwr_dyn.load(folder / "arm.toml").chain.bodies
     for arm in (of_file, of_values):
@@ -173,7 +173,7 @@ def test_what_the_log_contradicts_stays_with_the_model_and_fails_its_check(lwr, 
     result, paper = lwr
     assert fitted.fitted_values(result).contradicted == result.contradiction == ""
     values = replace(fitted.fitted_values(result), contradicted="m_7 is 9.0 sigma off")
-    (folder / "against.toml").write_text(fitted.fitted_paper_text(paper, values), encoding="utf-8")
+    (folder / "against.toml").write_text(fitted_files.fitted_paper_text(paper, values), encoding="utf-8")
     write_folder(folder / "against", model_files(fitted.fitted_arm(result.arm, values), "against"))
     for arm in (lwr_dyn.load(folder / "against.toml"), lwr_dyn.load(folder / "against/against.urdf")):
         assert arm.caveats.contradicted == "m_7 is 9.0 sigma off"
@@ -185,7 +185,7 @@ def test_what_the_log_contradicts_stays_with_the_model_and_fails_its_check(lwr, 
 def test_a_second_fit_starts_from_the_first_one(lwr, folder):
     arm, paper = load_with_paper(folder / "arm.toml")
     again = identify_motion([read_log(folder / "moves.csv", arm=lwr[0].arm)], arm)
-    fitted.write_fitted(folder / "again.toml", again, paper)
+    fitted_files.write_fitted(folder / "again.toml", again, paper)
     title = tomllib.loads((folder / "again.toml").read_text(encoding="utf-8"))["title"]
     assert title.count("fitted to logs") == 1
     assert again.consistent.scales.centre < 0.5 * lwr[0].consistent.scales.centre  # it has no reason to leave it
@@ -197,10 +197,10 @@ def test_what_cannot_be_written_is_refused_before_any_work(folder, wam, fourier)
     with pytest.raises(
         FileAccessError, match=r"the robot comes from a .urdf; allowed: a .urdf, or a robot from a data"
     ):
-        fitted.check_fitted_path(folder / "x.toml", None)
+        fitted_files.check_fitted_path(folder / "x.toml", None)
     bare = identify_motion([fourier(wam, wam.friction)], lwr_dyn.load("lwr4"))
     with pytest.raises(MissingDataError, match="masses"):
-        fitted.write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
+        fitted_files.write_fitted(folder / "x.toml", bare, open_paper("lwr4"))
     assert not (folder / "x.toml").exists()
 
 

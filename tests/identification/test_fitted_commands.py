@@ -5,7 +5,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.arms.loading import load_with_paper
-from lwr_dyn.identification.fitted import write_fitted
+from lwr_dyn.identification.fitted_files import write_fitted
 from tests.identification.model_study import study
 from tests.identification.test_fitted import NOISE, fit
 

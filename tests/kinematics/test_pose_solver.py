@@ -25,7 +25,7 @@ from tests.kinematics.solved_poses import arm_named, assert_reached, solver_of
 from tests.public_arms import random_positions, singular_positions
 from tests.random_arms import random_arm
 
-SEARCHES = tuple(name for name in POSE_SEARCHES.rows if name != "kernel" or find_spec("numba"))
+SEARCHES = tuple(name for name in POSE_SEARCHES.rows if name != "kernel" or find_spec("llvmlite"))
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from lwr_dyn.krl.editor.edited_project import EditedProject
 from lwr_dyn.krl.editor.outlines import folds_of, outline_items
 from lwr_dyn.krl.editor.quick_fixes import quick_fix
 from lwr_dyn.krl.editor.referents import hover_text, line_context, name_column
-from lwr_dyn.krl.editor.renaming import KeptNameError, renamed
+from lwr_dyn.krl.editor.renaming import KeptNameError, renamable, renamed
 from lwr_dyn.krl.editor.signal_hints import signal_hints
 from tests.krl.mutations import mutated
 from tests.krl.small_backup import FILES, write_backup
@@ -76,7 +76,7 @@ def assert_help(project, name, line, column):
     call = open_call(context, column)
     assert call is None or call.at >= 0
     with contextlib.suppress(KeptNameError):
-        assert renamed(project, name, line, column + 1, "zz_9")
+        assert renamed(project, renamable(project, name, line, column + 1), "zz_9")
 
 
 def assert_inside(items, first, last):

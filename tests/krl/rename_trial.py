@@ -65,11 +65,12 @@ def rename_trial(project: EditedProject, rng: random.Random, wanted: int, tries:
             break
         new = rng.choice(["zz_new", "q", "v", "p", "A_LONGER_NAME_THAN_MOST"]) + str(rng.randrange(9))
         try:
-            _, referent, _ = renamable(project, file, line, column)
-            uses = renamed(project, file, line, column, new)
+            found = renamable(project, file, line, column)
+            uses = renamed(project, found, new)
         except KeptNameError as why:
             out.kept[str(why).partition(" ")[2][:32]] += 1
             continue
+        referent = found.referent
         out.renamed += 1
         out.places += len(uses)
         out.kinds[referent.meaning] += 1

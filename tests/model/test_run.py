@@ -28,8 +28,22 @@ def test_a_run_file_gives_the_run_back(run, tmp_path):
     assert not back.q.flags.writeable
 
 
+def test_a_run_file_holds_the_bytes_that_the_run_gives(run, tmp_path):
+    run.save(tmp_path / "x.npz")
+    assert (tmp_path / "x.npz").read_bytes() == run.to_npz()
+
+
 def test_its_representation_is_short(run):
     assert repr(run) == "Run(lwr4plus, n=7, 3001 samples to t = 6 s, 3 events)"
+
+
+def test_another_record_shares_the_arrays(run):
+    other = run.with_meta({**run.meta, "hint": "loop: another"})
+    assert (run.hint, other.hint) == ("", "loop: another")
+    assert repr(other).endswith("3 events; loop: another)")
+    assert other.q is run.q
+    assert other.work is run.work
+    assert "hint" not in run.meta
 
 
 def stored(path, **changes):

@@ -18,6 +18,7 @@ from lwr_dyn.model.spatial import (
     axis_to_z,
     constant,
     cos_sin,
+    cross,
     from_rpy,
     multiply,
     pose_array,
@@ -77,6 +78,13 @@ def test_an_axis_becomes_the_third_column_of_a_rotation(rng):
 def test_skew_is_the_cross_product_in_any_batch(rng):
     a, b = rng.normal(size=(2, 4, 5, 3))
     np.testing.assert_allclose((skew(a) @ b[..., None])[..., 0], np.cross(a, b), atol=ROUNDING)
+
+
+@given(seeds)
+def test_the_vector_product_of_arrays_is_numpy_s_to_the_bit_in_any_batch(rng):
+    a, b = rng.uniform(-9, 9, (4, 1, 3)), rng.uniform(-9, 9, (5, 3))
+    for one, other in ((a, b), (b, a), (a[0, 0], b[0]), (b[::2], a[2])):
+        assert cross(one, other).tobytes() == np.cross(one, other).tobytes()
 
 
 @given(seeds)

@@ -183,3 +183,23 @@ def test_rotors_of_a_coupled_wrist_stand_between_joints_and_equal_ones_of_a_diff
     assert "a rotor that turns with joint_5 and joint_6 adds 0.0105 kg m^2 between them" in tx40.caveat()
     assert "an MJCF cannot hold it" in lwr_dyn.urdf_text(tx40)
     assert "rotor" not in tx40.caveat(used=KINEMATICS)
+
+
+def test_motors_are_seen_at_the_joints_of_their_numbers():
+    """Inertia by the square of a motor's own ratio: the same mass matrix; a second time changes nothing."""
+    for name, shared in (("tx40", [4, 5]), ("wam7", [1, 2, 4, 5]), ("lwr4plus", [])):
+        arm = lwr_dyn.load(name)
+        motors = arm.transmission or Transmission(np.diag([160.0] * arm.n))
+        seen, own = motors.at_joints(), np.diag(motors.matrix)
+        J = np.linspace(1e-4, 2e-4, arm.n)
+        assert seen.reflected_inertia(J * own**2) == pytest.approx(motors.reflected_inertia(J), rel=1e-12)
+        assert np.flatnonzero(seen.coupled).tolist() == np.flatnonzero(motors.coupled).tolist() == shared
+        assert (seen.seen_at_joints, motors.seen_at_joints) == (True, False)
+        assert np.array_equal(seen.at_joints().matrix, seen.matrix)
+
+
+def test_motors_in_another_order_are_seen_at_no_joint_of_their_number():
+    swapped = Transmission([[0.0, -20.0], [30.0, 0.0]]).at_joints()
+    assert swapped.matrix.tolist() == [[0.0, 1.0], [1.0, 0.0]]
+    assert not swapped.seen_at_joints
+    assert not swapped.coupled.any()

@@ -13,7 +13,7 @@ from lwr_dyn.foundation.errors import FileAccessError, LwrDynError
 from lwr_dyn.foundation.files import ends_in, write_file
 from lwr_dyn.foundation.progress import progress
 from lwr_dyn.identification.bodies.possible_bodies import body_lines
-from lwr_dyn.identification.fitted import check_fitted_path, write_fitted
+from lwr_dyn.identification.fitted_files import check_fitted_path, write_fitted
 from lwr_dyn.identification.logs.joint_log import JointLog, apart_from, read_log
 from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.motion import motion_result
@@ -21,6 +21,7 @@ from lwr_dyn.identification.motion.motion_fit import identify_motion
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification
 from lwr_dyn.identification.motion.validation import Validation
 from lwr_dyn.identification.payload.identify_load import CUTOFFS
+from lwr_dyn.identification.regression.joints_alone import motor_words
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, sample_notes
 from lwr_dyn.identification.regression.torque_columns import FORMS
 from lwr_dyn.identification.report.motion_report import check_report_path, motion_page
@@ -32,9 +33,12 @@ SLOWEST_STRIBECK = 0.01
 """[rad/s or m/s] Samples below three Stribeck speeds are what the search needs."""
 INSTRUMENT_RULES = tuple(
     OptionRule(option, lambda given: not given["instruments"], "without --instruments, which takes unfiltered rows")
-    for option in ("stribeck", "motor-side", "cutoff", "folds", "gains", "html", "load-friction")
+    for option in ("stribeck", "motor-side", "cutoff", "folds", "gains", "html", "load-friction", "coupled")
 )
 """Options that instrumental variables have no use for."""
+COUPLED_RULE = OptionRule(
+    "coupled", lambda given: not given["motor_side"], "without --motor-side, which has the motors"
+)
 ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
 
 
@@ -59,6 +63,8 @@ ACCEPT_RULE = OptionRule("accept", lambda given: given["out"], "with --out")
     "--load-friction", is_flag=True, help="Friction that grows with the torque carried: fits a share a joint."
 )
 @with_shared("--deviation", ", as 20% or 0.2; found from the logs if not given")
+@click.option("--coupled/--uncoupled", default=None, help="Rotors and friction of motors that turn several joints, "
+              "or of the joints; what the logs say if not given.")  # fmt: skip
 @click.option("--known", multiple=True, metavar="EQUATION",
               help="Known for certain of the bodies: 'total mass = 15.8', 'm_7 = 0.24' [SI]. Repeatable.")  # fmt: skip
 @click.option("--gains", type=SHARE, metavar="SHARE",
@@ -82,15 +88,14 @@ def command(
     """
     usual = SLOWEST_STRIBECK if given["stribeck"] else DEFAULT_SAMPLES.slowest
     slowest = usual if given["slowest"] is None else given["slowest"]
-    refuse_unused((*INSTRUMENT_RULES, ACCEPT_RULE), given)
+    refuse_unused((*INSTRUMENT_RULES, COUPLED_RULE, ACCEPT_RULE), given)
     of_logs.check_robot(robot)
     (arm, paper), declared = loading.arm_and_paper(robot), declared_units(units)
     motors = of_logs.chosen_motors(arm, given)
     cutoff = DEFAULT_SAMPLES.cutoff if given["cutoff"] is None else given["cutoff"]
     samples = of_logs.sample_rule(cutoff, float(slowest), motors, of_logs.behind_the_gears(arm, given))
-    fit = {
-        name: given[name] for name in ("friction", "stribeck", "folds", "deviation", "known", "gains", "load_friction")
-    }
+    asked = ("friction", "stribeck", "folds", "deviation", "known", "gains", "load_friction", "coupled")
+    fit = {name: given[name] for name in asked}
     rule = motion_result.MotionRule(samples, cutoffs=CUTOFFS if given["cutoff"] is None else (), **fit)
     _check_paths(given, arm, paper, loading)
     read = (given["columns"], given["as_logged"])
@@ -104,7 +109,8 @@ def command(
     if result is not None:
         checked = result.validated_on(unseen) if unseen else ()
         files = ", ".join(log.source for log in unseen)
-        show(motion_result.motion_document(result, robot=robot, unseen=checked, files=files), as_json)
+        document = motion_result.motion_document(result, robot=robot, unseen=checked, files=files)
+        show(document, as_json, own_caveats=True)  # what the arm's model leaves out the fit may have
         if as_json:
             of_logs.warn(body_lines(result.bodies))
         for line in _written(given, result, checked, paper):
@@ -151,3 +157,5 @@ def _written(
     if given["out"] is not None and not _is_refused(given, result):
         files = ", ".join(map(str, write_fitted(given["out"], result, paper)))
         yield f"wrote {files}; next: lwr-dyn check {given['out']}"
+        if turned := motor_words(result.columns.transmission):
+            yield f"{given['out']} has what each joint shows alone; {turned}: what it adds between them is in no model"

@@ -1,5 +1,6 @@
 """`lwr-dyn identify payload`: a load in the hand from any motion."""
 
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -13,6 +14,7 @@ from lwr_dyn.identification.logs.log_columns import declared_units
 from lwr_dyn.identification.payload.identify_load import CUTOFFS, FRICTIONS, identify_load
 from lwr_dyn.identification.payload.possible_load import load_document, load_warnings
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES
+from lwr_dyn.model.arm import caveats_of
 
 
 @click.command("payload")
@@ -48,7 +50,9 @@ def command(
         usable = [] if same else usable  # one of the two is not what it is called
         found = identify_load(usable, arm, rules, given["friction"], empty) if usable else None
     if found is not None:
-        show(load_document(found, robot), as_json)
+        at_motors = bool(found.motors) or motors is not None  # then nothing between joints is left out
+        known = replace(arm, transmission=None) if at_motors else arm
+        show(replace(load_document(found, robot), caveats=caveats_of([known])), as_json, own_caveats=True)
         if as_json:
             of_logs.warn(load_warnings(found))
     of_logs.end([*faults, *more, *same])

@@ -68,7 +68,7 @@ def command(
         cells = table_against_log(information, source, deviation=share, at=best_table(report))
     show(slip_document(report, cells, paper, robot=robot, reading=arm.reading), as_json)
     if html is not None:
-        result = identify_motion(usable, arm, MotionRule(samples))
+        result = identify_motion(usable, arm, MotionRule(samples, coupled=False))
         card = slips_card(result.information, source, report)
         write_file(html, page_html(motion_page(result, more=[card], command="lwr-dyn identify table")))
         click.echo(f"wrote {html}", err=as_json)

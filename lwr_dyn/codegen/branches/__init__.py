@@ -1,5 +1,4 @@
 """Inverse kinematics as machine code: the texts of the closed forms, by LLVM.
 
 compiled_text  The text of a closed form as a function in memory: of this process, from the cache, or compiled now
-llvm_text      The texts of the closed forms as LLVM's intermediate language
 """

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from llvmlite import binding as llvm
 
-from lwr_dyn.codegen.branches.llvm_text import DECLARATIONS, llvm_text, table, table_places
-from lwr_dyn.codegen.kernels.kernel import address, cache_name, read_cache, write_cache
-from lwr_dyn.codegen.kernels.machine_code import LoadedCode, host_cpu, load, optimise, target_machine
+from lwr_dyn.codegen.kernels.kernel import address, cache_name, kept_code
+from lwr_dyn.codegen.kernels.llvm_text import DECLARATIONS, llvm_text, table, table_places
+from lwr_dyn.codegen.kernels.machine_code import LoadedCode, host_cpu, optimise, target_machine
 from lwr_dyn.codegen.kernels.single_state import Signature, closed_because, single_call
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.kinematics.closed_forms.runners import ENTRY, ROWS, Runner, frozen, text_tree, whole_numbers
@@ -24,12 +24,8 @@ from lwr_dyn.kinematics.closed_forms.texts import ANGLE_NUMBERS, closed_form_tex
 GIVEN = 20
 """Numbers that a function can be given: a pose, and what else it asks for."""
 
-_WRITERS = (("lwr_dyn.kinematics.closed_forms", "text_parser.py"), ("lwr_dyn.codegen.branches", "llvm_text.py"))
+_WRITERS = (("lwr_dyn.kinematics.closed_forms", "text_parser.py"), ("lwr_dyn.codegen.kernels", "llvm_text.py"))
 """The cache does not keep what an earlier version of these has made."""
-
-_codes: dict[str, LoadedCode] = {}
-
-_compiling = threading.Lock()
 
 
 def written(texts: tuple[str, ...], numbers: Mapping[str, Any], entry: str) -> str:
@@ -57,14 +53,8 @@ def machine_code(texts: tuple[str, ...], numbers: Mapping[str, Any], entry: str 
 def kept_machine_code(texts: tuple[str, ...], numbers: Mapping[str, Any], entry: str = ENTRY) -> LoadedCode:
     """The function of these texts: of this process, from the cache, or compiled now."""
     key = cache_name("branches", [*_parts(texts, numbers), entry, *host_cpu(), version("llvmlite")])
-    with _compiling:
-        if key not in _codes:
-            kept = read_cache(key)
-            code = machine_code(texts, numbers, entry) if kept is None else kept[1]
-            if kept is None:
-                write_cache(key, {"symbol": "kernel"}, code)
-            _codes[key] = load(code, "kernel", 1)
-        return _codes[key]
+    code: LoadedCode = kept_code(key, lambda: machine_code(texts, numbers, entry), 1)
+    return code
 
 
 class _CallRoom(threading.local):

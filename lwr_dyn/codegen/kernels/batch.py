@@ -9,6 +9,7 @@ import os
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ def _rows(name: str, value: Any, shape: tuple[int, ...], dtype: str) -> tuple[Nu
         each = ", ".join(map(str, shape))
         one = f"({each},)" if len(shape) == 1 else f"({each})"
         raise ShapeError(name, f"shape {array.shape}", f"(N, {each}) or {one}")
-    flat = array.reshape(len(array), int(np.prod(shape)))
+    flat = array.reshape(len(array), prod(shape))
     size = flat.dtype.itemsize
     regular = flat.strides[1] == size and flat.strides[0] % size == 0 and flat.strides[0] >= flat.shape[1] * size
     in_place = (regular and flat.flags.aligned) or len(flat) == 0
@@ -303,7 +304,7 @@ def batch_dynamics(
     MissingDataError
         The arm has no inertias.
     MissingPackageError
-        The extra `batch` (numba, casadi) is not installed.
+        The extra `batch` (llvmlite, CasADi, mpmath) is not installed.
     """
     spec = kernel_spec(arm_argument(arm), inputs, friction, rotors, dtype, layout, structure)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):

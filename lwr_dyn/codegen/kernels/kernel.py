@@ -214,7 +214,7 @@ def shared_out(parts: Iterable[T], task: Callable[[T], int], threads: int) -> in
     return total + sum(other.result() for other in others if not other.cancel())
 
 
-MAKERS = ("numba", "llvmlite", "mpmath")
+MAKERS = ("llvmlite", "mpmath")
 """Packages on which the machine code depends; mpmath finds the polynomials of sin, cos, exp and log."""
 
 _codes: dict[str, Any] = {}
@@ -238,36 +238,32 @@ def cache_name(kind: str, text: Iterable[str]) -> str:
     return f"{kind}-{hashlib.sha256(chr(10).join(text).encode()).hexdigest()[:40]}"
 
 
-def kept_code(key: str, source: Callable[[], str], inputs: int) -> Any:
-    """The `LoadedCode` of that key: of this process, from the cache, or built now from the source."""
+def kept_code(key: str, made: Callable[[], bytes], inputs: int) -> Any:
+    """The `LoadedCode` of that key: of this process, from the cache, or of the object code `made` now."""
     from lwr_dyn.codegen.kernels.machine_code import load
 
     with _building:
         if key not in _codes:
-            record, code = _record_and_code(key, set(), lambda: (source(), {}))
-            _codes[key] = load(code, record["symbol"], inputs)
+            _, code = _record_and_code(key, set(), lambda: (made(), {}))
+            _codes[key] = load(code, "kernel", inputs)
         return _codes[key]
 
 
 def _record_and_code(
-    key: str, names: set[str], made: Callable[[], tuple[str, dict[str, Any]]]
+    key: str, names: set[str], made: Callable[[], tuple[bytes, dict[str, Any]]]
 ) -> tuple[dict[str, Any], bytes]:
-    """A record of these names and the function's symbol, and the code: from the cache, or of the source made now."""
-    from lwr_dyn.codegen.kernels.machine_code import compiled
-
+    """A record of these names, and the object code of a function `kernel`: from the cache, or made now."""
     kept = read_cache(key)
-    if kept is not None and kept[0].keys() == {"symbol", *names} and isinstance(kept[0]["symbol"], str):
+    if kept is not None and kept[0].keys() == names:
         return kept
-    source, record = made()
-    code, symbol = compiled(source)
-    record = {"symbol": symbol} | record
+    code, record = made()
     write_cache(key, record, code)
     return record, code
 
 
 def require_packages() -> None:
     """Raise `MissingPackageError` unless the packages of the extra `batch` are installed."""
-    for package in ("numba", "casadi", "mpmath"):
+    for package in ("llvmlite", "casadi", "mpmath"):
         if find_spec(package) is None:
             raise MissingPackageError(package, "batch")
 
@@ -304,14 +300,13 @@ def kernel_of(spec: KernelSpec, function: str) -> Kernel:
     if kernel is None:
         record, code = _record_and_code(key, {f.name for f in fields(KernelInterface)}, lambda: _made(spec, function))
         values: dict[str, Any] = {name: tuple(x) if isinstance(x, list) else x for name, x in record.items()}
-        symbol = values.pop("symbol")
         interface = KernelInterface(**values)
-        kernel = _loaded[key] = Kernel(interface, np.dtype(spec.dtype), load(code, symbol, len(interface.inputs)))
+        kernel = _loaded[key] = Kernel(interface, np.dtype(spec.dtype), load(code, "kernel", len(interface.inputs)))
     return kernel
 
 
-def _made(spec: KernelSpec, function: str) -> tuple[str, dict[str, Any]]:
+def _made(spec: KernelSpec, function: str) -> tuple[bytes, dict[str, Any]]:
     from lwr_dyn.codegen.kernels.kernel_source import generate
 
     source = generate(spec, function)
-    return source.text, asdict(source.interface)
+    return source.loop.around(source.body).machine_code(), asdict(source.interface)

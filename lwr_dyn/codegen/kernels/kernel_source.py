@@ -1,6 +1,6 @@
-"""Generates the Python source of a kernel: a block of W states is copied to a buffer, the code works on its lanes.
+"""Generates the body of a kernel as Python: a block of W states is copied to a buffer, the code works on its lanes.
 
-The body is plain Python over lanes; `lowering.straight_line` gives it to numba as vector instructions.
+`lowering` makes vector instructions of it, `block_loop` is the loop around it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from lwr_dyn.codegen.kernels.block_loop import BlockLoop
 from lwr_dyn.codegen.kernels.elementary import SinCos, sincos
 from lwr_dyn.codegen.kernels.kernel_spec import GENERATOR, KernelInterface, KernelSpec, function_shape
 from lwr_dyn.codegen.kernels.machine_code import lanes_of
@@ -31,73 +32,28 @@ Written by lwr_dyn {version}, generator {generator}: {operations} operations a s
 Inputs: {inputs}.
 """
 
-from numba import carray, cfunc, types
 
-from lwr_dyn.codegen.kernels.lowering import {lowering}
-from lwr_dyn.codegen.kernels.transposes import begins_on_vector, block_past_caches, rows_to_lanes
-
-begins = begins_on_vector({lanes})
-{stream}{transposes}
-
-
-@straight_line("{dtype}")
-def body(b, out, at):
-    for k in range({lanes}):
-{body}
-{streamed}
-
-@cfunc(types.int64({types}), error_model="numpy")
-def kernel({arguments}, out_, b_, start, stop):
-    """Rows start to stop; gives the number of states not finite, not determined, or with an angle too large."""
-{arrays}
-    out = carray(out_, ((stop + {lanes}) * {step},), types.{dtype})
-    b = carray(b_, ({size},), types.{dtype})
-    trouble, is_large = 0, stop - start > {many} and begins(out)
-    for s in range(start, stop, {lanes}):
-        lanes, whole = min({lanes}, stop - s), s + {two_blocks} <= stop
-{copies}
-{give}
-        for k in range(lanes):
-            trouble += not (b[{flag} + k] == 0.0)
-    return trouble
 '''
 
-_GIVE_ROWS = """        if whole:
-            body(b, out, s * {step})
-        else:
-            body(b, b, {tail})
-            for k in range(lanes):
-                for j in range({width}):
-                    out[(s + k) * {step} + j] = b[{tail} + k * {step} + j]"""
-
-_GIVE_LARGE = """        if whole and is_large:
-            body(b, b, {tail})
-            stream(b, out, s * {step})
-        elif whole:""" + _GIVE_ROWS.removeprefix("        if whole:")
-
-_GIVE_BLOCKS = """        if is_large:
-            streamed(b, out, s * {width})
-        else:
-            body(b, out, s * {width})"""
-_GIVE = {"rows": _GIVE_LARGE, "padded": _GIVE_LARGE, "blocks": _GIVE_BLOCKS}
-_CACHE_BYTES = 1 << 21
-"""Results of more bytes leave a core's cache before they are read: they are written past it."""
-
-_COPY = """        if whole and {name}_step >= {width}:
-{take}
-        elif {name}_step != 0 or s == start:
-            for k in range({lanes}):
-                row = min(s + k, stop - 1) * {name}_step
-                for j in range({width}):
-                    b[({first} + j) * {lanes} + k] = {name}[row + j]"""
+_BODY = """def body(b, out, at):
+    for k in range({lanes}):
+{body}
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class KernelSource:
-    """The Python text of a kernel and how it is called."""
+    """The body of a kernel in Python, what it is, how it is called, and the loop around it."""
 
-    text: str
+    head: str
+    body: str
     interface: KernelInterface
+    loop: BlockLoop
+
+    @property
+    def text(self) -> str:
+        """Head and body."""
+        return self.head + self.body
 
 
 def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> KernelSource:
@@ -113,38 +69,19 @@ def generate(spec: KernelSpec, function: str, lanes: int | None = None) -> Kerne
     names = (*function_shape(function).states, *spec.parameters_of(function))
     first = [sum(widths[:i]) for i in range(len(widths))]
     slots = {("in", i, j): first[i] + j for i in range(len(widths)) for j in range(widths[i])}
-    flag, tail, width = sum(widths), (sum(widths) + 1) * lanes, len(code.results)
+    width = len(code.results)
     step = row_step(spec.layout, width, lanes)
-    size = tail + (0 if spec.layout == "blocks" else step * lanes)
-    many = _CACHE_BYTES // (step * np.dtype(spec.dtype).itemsize)
-    number = f"types.CPointer(types.{spec.dtype})"
+    loop = BlockLoop(names, tuple(widths), lanes, spec.layout, width, step, spec.dtype)
     fused = code.operations_after_contraction()
-    text = _HEAD.format(
+    head = _HEAD.format(
         function=function, name=spec.name, formula=function_shape(function).formula, dtype=spec.dtype, lanes=lanes,
         version=VERSION, generator=GENERATOR, operations=code.operations, fused=fused, inputs=", ".join(names),
-        body="\n".join(_early_lines(code, slots, flag, spec.layout, step, lanes)),
         form=f"{spec.layout}, {spec.structure}",
-        lowering="straight_line" if spec.layout != "blocks" else "straight_line, streaming",
-        types=", ".join([f"{number}, types.int64"] * len(names) + [f"{number}, {number}, types.int64, types.int64"]),
-        arguments=", ".join(f"{name}_, {name}_step" for name in names),
-        arrays="\n".join(
-            f"    {x} = carray({x}_, ((stop - 1) * {x}_step + {w},), types.{spec.dtype})"
-            for x, w in zip(names, widths, strict=True)
-        ),
-        transposes="\n".join(
-            f"take_{x} = rows_to_lanes({lanes}, {w}, {f})" for x, w, f in zip(names, widths, first, strict=True)
-        ),
-        give=_GIVE[spec.layout].format(step=step, width=width, tail=tail),
-        many=many,
-        streamed="" if spec.layout != "blocks" else "\n\nstreamed = streaming(body)\n",
-        stream=f"stream = block_past_caches({lanes}, {step}, {tail})\n" if spec.layout != "blocks" else "",
-        two_blocks=2 * lanes, step=step, size=size, flag=flag * lanes,
-        copies="\n".join(_copy(x, w, f, lanes) for x, w, f in zip(names, widths, first, strict=True)),
     )  # fmt: skip
+    body = "\n".join(_early_lines(code, slots, sum(widths), spec.layout, step, lanes))
     counts = (code.operations, fused)
-    return KernelSource(
-        text, KernelInterface(names, tuple(widths), width, size, lanes, limit, *counts, entries, constants)
-    )
+    interface = KernelInterface(names, tuple(widths), width, loop.buffer, lanes, limit, *counts, entries, constants)
+    return KernelSource(head, _BODY.format(lanes=lanes, body=body), interface, loop)
 
 
 def function_code(spec: KernelSpec, function: str) -> StraightLineCode:
@@ -156,16 +93,6 @@ def _flagged(symbolic: Any, function: str, numbers: SinCos) -> StraightLineCode:
     # accelerations are not determined where B is singular
     by: FlaggedBy = "results" if function == "forward_dynamics" else "few results"
     return straight_line_code(symbolic, numbers, flagged_by=by)
-
-
-def _copy(name: str, width: int, first: int, lanes: int) -> str:
-    """Rows of one input into the buffer, by a transpose for every W columns; the last one ends with the row."""
-    call = f"take_{name}({name}, s * {name}_step, {name}_step, b, {{}})"
-    take = " " * 12 + call.format(0)
-    if width > lanes:
-        last = call.format(f"min(c, {width - lanes})")
-        take = f"            for c in range(0, {width}, {lanes}):\n" + " " * 16 + last
-    return _COPY.format(name=name, width=width, first=first, lanes=lanes, take=take)
 
 
 _FORMS = {

@@ -124,7 +124,7 @@ def _half_trace(tensor: Array) -> float:
     return float(tensor[0, 0] + tensor[1, 1] + tensor[2, 2]) / 2
 
 
-GENERATOR = 17
+GENERATOR = 18
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 
 NUMBER_TYPES = ("float64", "float32")

@@ -1,117 +1,39 @@
 """Lowers the body of a kernel, a straight-line loop over lanes, to LLVM vector instructions.
 
-numba spends a millisecond on the types of each statement, and its optimiser may or may not use vectors. Here each
-statement is one instruction on a vector of W lanes, so thousands of them compile in a second or two.
+Each statement is one instruction on a vector of W lanes, so thousands of them compile in a tenth of a second, and no
+optimiser has to find the vectors.
 """
 
 import ast
-import ctypes
-import hashlib
-import inspect
-import textwrap
-from collections.abc import Callable
 from typing import Any
 
-from llvmlite import binding as llvm
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from lwr_dyn.codegen.kernels.machine_code import fuses
-from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows
+from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows, function_of
 
 _INSTRUCTIONS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-_NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
+NUMBERS: dict[str, Any] = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
+"""LLVM's types."""
 _BYTES = {"float64": 8, "float32": 4}
 
 
-def _unlinked() -> None:
-    """Stands in for a body that `machine_code.compiled` has not linked."""
-    raise RuntimeError(
-        "this kernel's body is not linked: compile it with lwr_dyn.codegen.kernels.machine_code.compiled"
-    )
+def body_assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> str:
+    """A body in Python as an LLVM module of one function of this name, on pointers to b, and to out + at.
 
-
-_UNLINKED = ctypes.CFUNCTYPE(None)(_unlinked)
-
-
-def unlinked_address() -> Any:
-    """What the name of a function stands for until `machine_code.compiled` has linked its code."""
-    return ctypes.cast(_UNLINKED, ctypes.c_void_p).value
-
-
-def straight_line(dtype: str) -> Callable[[Callable[[Any], None]], Any]:
-    """A decorator: the function `body(b)` or `body(b, out, at)` of one loop ``for k in range(W)`` as a numba intrinsic.
-
-    Statements are ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = z if x > y else w``, ``v = f(x)`` with f of
-    sqrt, abs, two_to, exponent, significand (the last three of float64 alone), ``v = fma(x, y, z)``, which is x y + z
-    rounded once, ``b[I + k] = x`` and ``b[I + k] = -x``,
-    where x, y, z, w are names or numbers (of the type of b, `dtype`), and I a multiple of W. Results also go to rows,
-    ``out[at + k * S + J] = x``, W columns J at once when they are known, or to blocks, ``out[at + I + k] = x``, and do
-    not overlap b. The intrinsic calls a function of `intrinsic.assembly`, which `machine_code.compiled` links.
+    The text is a function `body(b)` or `body(b, out, at)` of one loop ``for k in range(W)``. Its statements are
+    ``v = b[I + k]``, ``v = x + y`` (also - * /), ``v = z if x > y else w``, ``v = f(x)`` with f of sqrt, abs, two_to,
+    exponent, significand (the last three of float64 alone), ``v = fma(x, y, z)``, which is x y + z rounded once,
+    ``b[I + k] = x`` and ``b[I + k] = -x``, where x, y, z, w are names or numbers (of the type of b, `dtype`), and I a
+    multiple of W. Results also go to rows, ``out[at + k * S + J] = x``, W columns J at once when they are known, or to
+    blocks, ``out[at + I + k] = x``, past the caches with `is_streaming` (they must be aligned then), and do not overlap
+    b.
     """
-
-    def decorate(function: Callable[[Any], None]) -> Any:
-        text = textwrap.dedent(inspect.getsource(function))
-        name = f"lwr_dyn_body_{hashlib.sha256(text.encode()).hexdigest()[:16]}_{dtype}"
-        llvm.add_symbol(name, unlinked_address())
-
-        lowered = _in_place(name) if len(inspect.signature(function).parameters) == 1 else _to_results(name)
-        lowered.assembly = _assembly(text, name, dtype)
-        lowered.written = (text, name, dtype)
-        return lowered
-
-    return decorate
-
-
-def streaming(body: Any) -> Any:
-    """The same `body(b, out, at)`, but whole vectors of results go past the caches: they must be aligned."""
-    text, name, dtype = body.written
-    llvm.add_symbol(f"{name}_streaming", unlinked_address())
-    lowered = _to_results(f"{name}_streaming")
-    lowered.assembly = _assembly(text, f"{name}_streaming", dtype, is_streaming=True)
-    return lowered
-
-
-def _in_place(name: str) -> Any:
-    @intrinsic  # type: ignore[untyped-decorator]
-    def lowered(typing_context: Any, b: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            _call(context, builder, name, [context.make_array(signature.args[0])(context, builder, arguments[0]).data])
-            return context.get_dummy_value()
-
-        return types.void(b), code
-
-    return lowered
-
-
-def _to_results(name: str) -> Any:
-    @intrinsic  # type: ignore[untyped-decorator]
-    def lowered(typing_context: Any, b: Any, out: Any, at: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            arrays = zip(signature.args[:2], arguments[:2], strict=True)
-            data = [context.make_array(kind)(context, builder, array).data for kind, array in arrays]
-            _call(context, builder, name, [data[0], builder.gep(data[1], [arguments[2]])])
-            return context.get_dummy_value()
-
-        return types.void(b, out, types.int64), code
-
-    return lowered
-
-
-def _call(context: Any, builder: Any, name: str, data: list[Any]) -> None:
-    kind = ir.FunctionType(ir.VoidType(), [each.type for each in data])
-    builder.call(cgutils.get_or_insert_function(builder.module, kind, name), data)
-
-
-def _assembly(text: str, name: str, dtype: str, is_streaming: bool = False) -> str:
-    """The body as an LLVM module of one function."""
     definition: Any = ast.parse(text).body[0]
     loop = definition.body[0]
     module = ir.Module(name)
     has_results = len(definition.args.args) > 1
-    kind = ir.FunctionType(ir.VoidType(), [_NUMBERS[dtype].as_pointer()] * (2 if has_results else 1))
+    kind = ir.FunctionType(ir.VoidType(), [NUMBERS[dtype].as_pointer()] * (2 if has_results else 1))
     function = ir.Function(module, kind, name)
     builder = ir.IRBuilder(function.append_basic_block())
     _Lanes(builder, function.args, dtype, int(loop.iter.args[0].value), is_streaming).write(loop.body)
@@ -136,8 +58,8 @@ class _Lanes:
     """Translates statements to instructions on vectors of lanes."""
 
     def __init__(self, builder: Any, pointers: Any, dtype: str, lanes: int, is_streaming: bool) -> None:
-        self.block = LaneBlock(builder, _NUMBERS[dtype], lanes, is_streaming)
-        self.builder, self.number, self.lanes = builder, _NUMBERS[dtype], lanes
+        self.block = LaneBlock(builder, NUMBERS[dtype], lanes, is_streaming)
+        self.builder, self.number, self.lanes = builder, NUMBERS[dtype], lanes
         self.data, self.out = pointers[0], pointers[-1]
         self.rows: ResultRows | None = None
         self.vector = ir.VectorType(self.number, lanes)
@@ -173,7 +95,7 @@ class _Lanes:
     def _intrinsic(self, name: str, *x: Any) -> Any:
         kind = ir.FunctionType(self.vector, [self.vector] * len(x))
         full = f"llvm.{name}.v{self.lanes}f{64 if self.number == ir.DoubleType() else 32}"
-        return self.builder.call(cgutils.get_or_insert_function(self.builder.module, kind, full), x)
+        return self.builder.call(function_of(self.builder.module, kind, full), x)
 
     def fused(self, x: Any, y: Any, z: Any) -> Any:
         """x y + z with one rounding; with two where the processor has no such instruction."""

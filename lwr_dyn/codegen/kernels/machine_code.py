@@ -1,9 +1,7 @@
-"""From the source of a kernel to machine code for this processor, and machine code as a function to call."""
+"""From a module of LLVM to machine code for this processor, and machine code as a function to call."""
 
 import ctypes
 import functools
-import itertools
-import linecache
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +10,6 @@ from typing import Any
 from llvmlite import binding as llvm
 
 VECTOR_BYTES_WIDE, VECTOR_BYTES = 64, 32
-_NUMBER = itertools.count()
 
 
 @functools.cache
@@ -65,50 +62,17 @@ def _is_near(code: bytes) -> bool:
     return _relocations(code) == {_DISTANCE}
 
 
-def _object(module: Any) -> bytes:
-    """Object code with constants near, but not where it calls another library: that may be far away."""
+def machine_code(module: Any) -> bytes:
+    """Object code of a module that calls nothing else; its constants are near unless it calls a library of LLVM's."""
+    missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
+    if missing:
+        raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")
     if host_cpu()[0].startswith("x86_64") and "linux" in host_cpu()[0]:
         code: bytes = target_machine(near=True).emit_object(module)
         if _is_near(code):
             return code
-    far: bytes = target_machine().emit_object(module)
+    far: bytes = target_machine().emit_object(module)  # a library may be far away
     return far
-
-
-def compiled(text: str) -> tuple[bytes, str]:
-    """Object code of a kernel's source, compiled by numba, and the name of its function.
-
-    The source defines `kernel` and any number of functions with an `assembly`, which are linked to it.
-    """
-    file = f"<lwr_dyn kernel {next(_NUMBER)}>"
-    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
-    names: dict[str, Any] = {"__name__": file}
-    try:
-        exec(compile(text, file, "exec"), names)
-    finally:
-        del linecache.cache[file]
-    kernel = names["kernel"]
-    machine = target_machine()
-    module = llvm.parse_assembly(kernel.inspect_llvm())
-    _strip(module, kernel.native_name, machine)
-    for assembly in [each.assembly for each in names.values() if hasattr(each, "assembly")]:
-        module.link_in(llvm.parse_assembly(assembly))
-    missing = [f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")]
-    if missing:  # numba's helpers are missing when the code is loaded without numba
-        raise RuntimeError(f"a generated kernel calls {', '.join(missing)}: it must stand alone")
-    return _object(module), kernel.native_name
-
-
-def _strip(module: Any, name: str, machine: Any) -> None:
-    """Remove numba's additions for Python callers and for errors that cannot occur: only function `name` stays."""
-    for item in itertools.chain(module.functions, module.global_variables):
-        if not item.is_declaration and item.name != name:
-            item.linkage = "internal"
-    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=2))
-    passes = builder.getModulePassManager()
-    passes.add_global_dead_code_eliminate_pass()
-    passes.add_strip_dead_prototype_pass()
-    passes.run(module, builder)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -62,7 +62,7 @@ def finish(chain: Chain, ranges: SearchRanges, T: Array, row: Array, near: Array
     return row
 
 
-GENERATOR = 8
+GENERATOR = 9
 """Version of the generator: raised when it writes another kernel for the same arm, so that cached ones are not used."""
 
 _CLOSE, _AGAIN, _NEAR = 1e-11, 40, 1e-3
@@ -176,9 +176,14 @@ def kernel_search(arm: Arm, limits: bool, starts: int, seed: int) -> KernelSearc
 
 def _kernel(arm: Arm) -> Any:
     """The arm's kernel."""
-    from lwr_dyn.codegen.kernels.pose_source import pose_source
+    from lwr_dyn.codegen.kernels.machine_code import lanes_of
 
-    return kept_code(_key(arm), lambda: pose_source(arm.name, arm.chain, search_ranges(arm, True, 1, 0)), inputs=3)
+    def made() -> bytes:
+        from lwr_dyn.codegen.kernels.pose_source import pose_loop
+
+        return pose_loop(arm.chain, search_ranges(arm, True, 1, 0), lanes_of("float64")).machine_code()
+
+    return kept_code(_key(arm), made, inputs=3)
 
 
 def _key(arm: Arm) -> str:
@@ -189,5 +194,5 @@ def _key(arm: Arm) -> str:
     numbers = [*frames, arm.chain.flange.matrix(), arm.lower, arm.upper]
     text = [f"generator {GENERATOR}", *(link.kind.value for link in arm.chain.links)]
     text += [np.asarray(x, dtype=np.float64).tobytes().hex() for x in numbers]
-    text += [*host_cpu(), str(lanes_of("float64")), package_version("numba"), package_version("llvmlite")]
+    text += [*host_cpu(), str(lanes_of("float64")), package_version("llvmlite")]
     return cache_name("pose", text)

@@ -1,4 +1,4 @@
-"""Generates the Python source of an arm's kernel of inverse kinematics: its step, as straight-line code.
+"""Generates the step of an arm's inverse kinematics as straight-line code, and its kernel, the step in its loop.
 
 From q towards the pose T of the flange:
 
@@ -16,11 +16,10 @@ import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
-from lwr_dyn.codegen.kernels.machine_code import lanes_of
-from lwr_dyn.codegen.kernels.pose_driver import POSE
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop, LaneBody
+from lwr_dyn.codegen.kernels.pose_driver import NUMBERS, POSE, pose_driver
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
 from lwr_dyn.codegen.kernels.symbolic_functions import column, ldl_factor, ldl_solve, scalars
-from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.kinematics.forward import jacobian_at, joint_axes
 from lwr_dyn.kinematics.pose_solver import SearchRanges
 from lwr_dyn.model.chain import Chain
@@ -83,31 +82,26 @@ def _pose_error(flange: Any, pose: Any) -> tuple[Any, tuple[Any, Any, Any]]:
     return casadi.vertcat(position, rotation), measures
 
 
-_TEXT = '''"""Inverse kinematics of {name}: {operations} operations a step, {lanes} starts at once.
-
-Written by lwr_dyn {version}.
-"""
-
-from lwr_dyn.codegen.kernels.lowering import straight_line
-from lwr_dyn.codegen.kernels.pose_driver import pose_kernel
-
-
-@straight_line("float64")
-def body(b):
+_TEXT = """def body(b):
     for k in range({lanes}):
 {body}
+"""
 
 
-kernel = pose_kernel(body, {lanes})
-'''
+def step_source(chain: Chain, ranges: SearchRanges, lanes: int) -> str:
+    """The step of a chain on a buffer of W lanes, as Python.
 
-
-def pose_source(name: str, chain: Chain, ranges: SearchRanges, lanes: int | None = None) -> str:
-    """The source of the kernel of a chain."""
-    n, W = chain.n, lanes or lanes_of("float64")
+    The flag and what `pose_step` gives stand behind q, T and repair.
+    """
     code = straight_line_code(pose_step(chain, ranges), sincos("float64"))
-    widths = (n, POSE, 1)
+    widths = (chain.n, POSE, 1)
     slots = {("in", row, j): sum(widths[:row]) + j for row, width in enumerate(widths) for j in range(width)}
     flag = sum(widths)
-    body = "\n".join(placed_lines(code, slots, range(flag, flag + 1 + len(code.results)), W))
-    return _TEXT.format(name=name, operations=code.operations, lanes=W, version=VERSION, body=body)
+    body = "\n".join(placed_lines(code, slots, range(flag, flag + 1 + len(code.results)), lanes))
+    return _TEXT.format(lanes=lanes, body=body)
+
+
+def pose_loop(chain: Chain, ranges: SearchRanges, lanes: int) -> KernelLoop:
+    """The kernel of a chain: the search around its step."""
+    step = LaneBody("body", step_source(chain, ranges, lanes))
+    return KernelLoop(pose_driver(chain.n, lanes), "search", (step,), constants=NUMBERS)

@@ -8,80 +8,64 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
+
+from lwr_dyn.codegen.kernels.loop_helpers import Helper, helper
 
 _AHEAD = 64
 """States between the rows that are read and those that are fetched."""
 
 
-def rows_to_lanes(lanes: int, width: int, first: int) -> Any:
-    """An intrinsic `(x, start, step, b, c)`: b[(first + j) W + k] = x[start + k step + j] for W columns j from c.
+def rows_to_lanes(name: str, number: Any, lanes: int, width: int, first: int) -> Helper:
+    """A helper `(x, start, step, b, c)`: b[(first + j) W + k] = x[start + k step + j] for W columns j from c.
 
     With rows shorter than W, c is 0 and up to W - width numbers behind a row are read: more rows must follow. Rows that
     will be read soon are fetched into the cache: the processor does not foresee them across pages.
     """
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def read(typing_context: Any, x: Any, start: Any, step: Any, b: Any, c: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = LaneBlock(builder, context.get_data_type(signature.args[0].dtype), lanes)
-            source, target = (
-                context.make_array(signature.args[i])(context, builder, arguments[i]).data for i in (0, 3)
-            )
-            at = builder.add(arguments[1], arguments[4])
-            places = [builder.add(at, builder.mul(arguments[2], block.index(k))) for k in range(lanes)]
-            soon = builder.mul(arguments[2], block.index(_AHEAD))
-            for place in places:
-                block.fetch(source, builder.add(place, soon))
-            columns = block.transposed([block.load(source, place) for place in places])
-            for j, vector in enumerate(columns[:width]):
-                block.store(vector, target, block.slot(first + j, arguments[4]), aligned=True)
-            return context.get_dummy_value()
+    def write(builder: Any, arguments: Any) -> None:
+        block, (x, start, step, b, c) = LaneBlock(builder, number, lanes), arguments
+        at = builder.add(start, c)
+        places = [builder.add(at, builder.mul(step, block.index(k))) for k in range(lanes)]
+        soon = builder.mul(step, block.index(_AHEAD))
+        for place in places:
+            block.fetch(x, builder.add(place, soon))
+        columns = block.transposed([block.load(x, place) for place in places])
+        for j, vector in enumerate(columns[:width]):
+            block.store(vector, b, block.slot(first + j, c), aligned=True)
 
-        return types.void(x, types.int64, types.int64, b, types.int64), code
-
-    return read
+    arguments = (("double*", "x"), ("int", "start"), ("int", "step"), ("double*", "b"), ("int", "c"))
+    return helper(name, "void", arguments, number, write)
 
 
-def block_past_caches(lanes: int, width: int, first: int) -> Any:
-    """An intrinsic `(b, out, start)`: out[start + i] = b[first + i] for width W numbers, past the caches.
+def block_past_caches(name: str, number: Any, lanes: int, width: int, first: int) -> Helper:
+    """A helper `(b, out, start)`: out[start + i] = b[first + i] for width W numbers, past the caches.
 
     out[start] must begin a whole vector.
     """
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def copy(typing_context: Any, b: Any, out: Any, start: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = LaneBlock(builder, context.get_data_type(signature.args[0].dtype), lanes, is_streaming=True)
-            source, target = (
-                context.make_array(signature.args[i])(context, builder, arguments[i]).data for i in (0, 1)
-            )
-            for i in range(width):
-                vector = block.load(source, block.index(first + i * lanes), aligned=True)
-                block.give(vector, target, builder.add(arguments[2], block.index(i * lanes)))
-            return context.get_dummy_value()
+    def write(builder: Any, arguments: Any) -> None:
+        block, (b, out, start) = LaneBlock(builder, number, lanes, is_streaming=True), arguments
+        for i in range(width):
+            vector = block.load(b, block.index(first + i * lanes), aligned=True)
+            block.give(vector, out, builder.add(start, block.index(i * lanes)))
 
-        return types.void(b, out, types.int64), code
-
-    return copy
+    return helper(name, "void", (("double*", "b"), ("double*", "out"), ("int", "start")), number, write)
 
 
-def begins_on_vector(lanes: int) -> Any:
-    """An intrinsic `(x)`: whether an array begins on a whole vector."""
+def begins_on_vector(name: str, number: Any, lanes: int) -> Helper:
+    """A helper `(x)`: whether an array begins on a whole vector."""
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def begins(typing_context: Any, x: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            block = LaneBlock(builder, context.get_data_type(signature.args[0].dtype), lanes)
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            rest = builder.urem(builder.ptrtoint(data, ir.IntType(64)), block.index(block.bits // 8 * lanes))
-            return builder.icmp_unsigned("==", rest, block.index(0))
+    def write(builder: Any, arguments: Any) -> Any:
+        block = LaneBlock(builder, number, lanes)
+        rest = builder.urem(builder.ptrtoint(arguments[0], ir.IntType(64)), block.index(block.bits // 8 * lanes))
+        return builder.icmp_unsigned("==", rest, block.index(0))
 
-        return types.boolean(x), code
+    return helper(name, "int", (("double*", "x"),), number, write)
 
-    return begins
+
+def function_of(module: Any, kind: Any, name: str) -> Any:
+    """A function of an LLVM module by its name, declared if it is new."""
+    return module.globals.get(name) or ir.Function(module, kind, name)
 
 
 class ResultRows:
@@ -152,7 +136,7 @@ class LaneBlock:
         """The cache line of an index into the cache; it may lie behind the end."""
         number, place = ir.IntType(32), ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [place, number, number, number])
-        prefetch = cgutils.get_or_insert_function(self.builder.module, kind, "llvm.prefetch.p0")
+        prefetch = function_of(self.builder.module, kind, "llvm.prefetch.p0")
         to_read, keep, is_data = (ir.Constant(number, i) for i in (0, 3, 1))
         at = self.builder.bitcast(self.builder.gep(data, [index]), place)
         self.builder.call(prefetch, [at, to_read, keep, is_data])
@@ -181,7 +165,7 @@ class LaneBlock:
         mask_type, pointer = ir.VectorType(ir.IntType(1), self.lanes), self.vector.as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [self.vector, pointer, ir.IntType(32), mask_type])
         name = f"llvm.masked.store.v{self.lanes}f{self.bits}.p0"
-        masked = cgutils.get_or_insert_function(self.builder.module, kind, name)
+        masked = function_of(self.builder.module, kind, name)
         mask = ir.Constant(mask_type, [ir.Constant(ir.IntType(1), i < count) for i in range(self.lanes)])
         align = ir.Constant(ir.IntType(32), self._align(False))
         self.builder.call(masked, [vector, self._place(data, index), align, mask])

@@ -6,28 +6,29 @@ an encoder with a resolution, which leaves the arm alone between two counts.
 """
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from lwr_dyn.codegen.kernels.elementary import sincos
-from lwr_dyn.codegen.kernels.kernel import address, kept_code, require_packages
+from lwr_dyn.codegen.kernels.kernel import address, require_packages
 from lwr_dyn.codegen.kernels.kernel_spec import friction_table
-from lwr_dyn.codegen.rollouts.kernel import body_text, plan_key, row_width
+from lwr_dyn.codegen.rollouts.kernel import PlanLoop, loop_of, plan_code
 from lwr_dyn.codegen.rollouts.law_forms import LawForm, NoKernelFormError, law_form
-from lwr_dyn.codegen.rollouts.step import GAIN, GENERATOR, MOST_DELAY, Slots, StepPlan, steps
+from lwr_dyn.codegen.rollouts.loop_setup import joint_rows
+from lwr_dyn.codegen.rollouts.step import GAIN, MOST_DELAY, WHOLE, Slots, StepPlan
 from lwr_dyn.codegen.rollouts.symbolic_arm import LARGEST
 from lwr_dyn.control.protocol import label_of
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import ungated
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError, RatingWarning
-from lwr_dyn.foundation.version import VERSION
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.run import Run
-from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
+from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED, Mask
 from lwr_dyn.simulation.flow import Flow
 from lwr_dyn.simulation.loops import Log, Progress, run_of
 from lwr_dyn.simulation.plant import Encoder
@@ -66,17 +67,43 @@ def _check_engine(setup: Setup) -> None:
         raise OptionError("loop", fault, USUAL)
 
 
-def refuse_ends(setup: Setup, log: Log) -> None:
-    """Raise `OptionError` where a joint came to its stop, or the kernel could not follow the motion; with the time."""
+_FOLDS = 64
+
+
+def _extremes(states: Array) -> Array:
+    """The least and the largest of each column, (2, 2, n) of (k, 2, n), NaN where one is NaN.
+
+    Rows are laid side by side first: NumPy takes long for many short rows.
+    """
+    rows = states.reshape(len(states), -1)
+    folded = len(rows) // _FOLDS * _FOLDS
+    out = []
+    for most in (np.minimum, np.maximum):
+        first = most.reduce(rows[:folded].reshape(_FOLDS, -1)).reshape(-1, rows.shape[1])
+        out.append(most.reduce(np.concatenate([first, rows[folded:]])))
+    return np.reshape(out, (2, *states.shape[1:]))
+
+
+def _ends(setup: Setup, states: Array, commands: Mask | np.bool_) -> Mask:
+    """Where joints cannot be followed, and where they are past a limit, (2, k, n), of states (k, 2, n).
+
+    `commands` (k, n) says which are numbers.
+    """
     step = 1.0 / (setup.loop.rate * setup.loop.substeps)
     most = (sincos("float64").most_half_turns - 1) * np.pi
-    q, dq = np.moveaxis(log.states, 1, 0)
+    q, dq = np.moveaxis(states, 1, 0)
     with np.errstate(invalid="ignore"):
-        lost = ~((np.abs(dq) * step <= LARGEST) & (np.abs(q) <= most) & np.isfinite(log.command))
-    beyond = setup.plant.beyond(q)
-    rows = np.flatnonzero((lost | beyond).any(axis=1))
-    if not rows.size:
+        followed = (np.abs(dq) * step <= LARGEST) & (np.abs(q) <= most) & commands
+    return np.stack([~followed, setup.plant.beyond(q)])
+
+
+def refuse_ends(setup: Setup, log: Log) -> None:
+    """Raise `OptionError` where a joint came to its stop, or the kernel could not follow the motion; with the time."""
+    commands = np.isfinite(log.command)
+    if not _ends(setup, _extremes(log.states), np.all(commands, keepdims=True)).any():
         return
+    lost, beyond = _ends(setup, log.states, commands)
+    rows = np.flatnonzero((lost | beyond).any(axis=1))
     k = int(rows[0])
     joint = setup.plant.arm.joint_names[int(np.flatnonzero((lost | beyond)[k])[0])]
     if lost[k].any():
@@ -88,77 +115,45 @@ def refuse_ends(setup: Setup, log: Log) -> None:
 
 INPUTS = ("common", "reference")
 
-BEFORE, AFTER = ("q", "dq", "memory"), ("command", "applied", "friction_torque", "friction_work")
-"""What is kept of a sample, in this order: before the step, and what the step made of it."""
+BEFORE = {"states": ("q", "dq"), "memory": ("memory",)}
+AFTER = {name: (name,) for name in WHOLE}
+"""What is kept of a sample, in this order, and the slots that it is read from, which are neighbours: before the step,
+and what the step made of it."""
 
-_SOURCE = '''"""One run of {name} under {law}, sample by sample: {operations} operations a step.
 
-Written by lwr_dyn {version}, generator {generator}.
+def kept_widths(slots: Slots) -> dict[str, int]:
+    """How many numbers of a sample are kept under each name; each name has a table of its own, one after the other."""
+    return {name: sum(slots.widths[slot] for slot in names) for name, names in (BEFORE | AFTER).items()}
+
+
+_KEPT = """
+/* copies from the block to the row of a sample in each table */
+static void {name}(const double *b, double *out, int samples, int sample)
+{{{lines}
+}}
 """
 
-from numba import carray, cfunc, types
-
-from lwr_dyn.codegen.kernels.lowering import straight_line
-
-{bodies}
-
-number, count = types.CPointer(types.float64), types.int64
+_COPY = """
+    for (int j = 0; j < {width}; j++) {{
+        out[{before} * samples + {width} * sample + j] = b[{slot} + j];
+    }}"""
 
 
-@cfunc(count(number, count, number, count, number, number, count, count), error_model="numpy")
-def kernel(common_, common_n, reference_, samples, out_, b_, start, stop):
-    """Samples start to stop; the block keeps the state between two calls."""
-    common, b = carray(common_, ({size},), types.float64), carray(b_, ({size} + 1,), types.float64)
-    reference = carray(reference_, (samples * {row},), types.float64)
-    out = carray(out_, (samples * {width},), types.float64)
-    if start == 0:
-        for j in range({size}):
-            b[j] = common[j]
-    for i in range(start, stop):
-        for j in range({row}):
-            b[{row_first} + j] = reference[i * {row} + j]
-        b[{sample}] = i
-{before}
-{step}
-{after}
-    return 0
-'''
+def whole_loop(plan: StepPlan) -> PlanLoop:
+    """The loop of one run of a plan with `whole`."""
+    kept = _kept("before", plan.slots, BEFORE) + _kept("after", plan.slots, AFTER)
+    text = (files("lwr_dyn.codegen.rollouts") / "compiled_loop.c").read_text(encoding="utf-8")
+    return loop_of(plan, kept + text, "run", 1, {"SAMPLE": plan.slots.first("sample")})
 
 
-def kept_columns(slots: Slots) -> dict[str, slice]:
-    """Where each kept name stands in a row."""
-    out, first = {}, 0
-    for name in (*BEFORE, *AFTER):
-        out[name] = slice(first, first + slots.widths[name])
-        first += slots.widths[name]
-    return out
-
-
-def whole_source(plan: StepPlan) -> str:
-    """The source of the scalar kernel of a plan with `whole`."""
-    slots, columns = plan.slots, kept_columns(plan.slots)
-    parts = [body_text(plan, step, name, 1) for step, name in zip(steps(plan), ("body", "motion"), strict=False)]
-    calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (len(parts) > 1)
-    width = columns[AFTER[-1]].stop
-    return _SOURCE.format(
-        name=f"{plan.plant.name} ({plan.plant.reading})", law=plan.form.name, version=VERSION, generator=GENERATOR,
-        operations=sum(part[1] for part in parts), bodies="\n\n".join(part[0] for part in parts), size=slots.size,
-        row=row_width(plan), width=width, row_first=slots.first("reference"), sample=slots.first("sample"),
-        step="\n".join(" " * 8 + call for call in calls), before=_kept(slots, columns, BEFORE, width),
-        after=_kept(slots, columns, AFTER, width),
-    )  # fmt: skip
-
-
-def _kept(slots: Slots, columns: dict[str, slice], names: Sequence[str], width: int) -> str:
-    """Copies from the block to a row."""
-    lines = []
-    for name in names:
-        if slots.widths[name]:
-            lines += [
-                f"        for j in range({slots.widths[name]}):",
-                f"            out[i * {width} + {columns[name].start} + j] = b[{slots.first(name)} + j]",
-            ]
-    return "\n".join(lines)
+def _kept(name: str, slots: Slots, tables: Mapping[str, tuple[str, ...]]) -> str:
+    """A function that copies what is kept in these tables."""
+    lines, before = [], 0
+    for table, width in kept_widths(slots).items():
+        if table in tables and width:
+            lines.append(_COPY.format(width=width, before=before, slot=slots.first(tables[table][0])))
+        before += width
+    return _KEPT.format(name=name, lines="".join(lines))
 
 
 REPORTS = 100
@@ -183,8 +178,8 @@ class WholeKernel:
         report : callable, optional
             Called with the share that is done, about a hundred times.
         """
-        columns, samples = kept_columns(self.slots), len(reference)
-        out = np.empty((samples, columns[AFTER[-1]].stop))
+        widths, samples = kept_widths(self.slots), len(reference)
+        out = np.empty(samples * sum(widths.values()))
         block = np.empty(self.slots.size + 1)
         size = samples if report is None else max(1, samples // REPORTS)
         arguments = [address(common), 0, address(reference), samples, address(out), address(block)]
@@ -193,14 +188,28 @@ class WholeKernel:
             self.code.call(*arguments, first, last)
             if report is not None:
                 report(last / samples)
-        return {name: out[:, place] for name, place in columns.items()}
+        tables = np.split(out, samples * np.cumsum(list(widths.values())))
+        return {name: x.reshape(samples, width) for (name, width), x in zip(widths.items(), tables, strict=False)}
 
 
 def whole_kernel(plan: StepPlan) -> WholeKernel:
     """The kernel of a plan with `whole`; raises `MissingPackageError` without the extra `batch`."""
+    code = plan_code("rollout-whole", plan, "tables", lambda: whole_loop(plan), len(INPUTS))
+    return WholeKernel(plan.slots, code)
+
+
+def takes(setup: Setup) -> bool:
+    """Whether `run_compiled` would begin the run of a setup; the controller is called, and reset after.
+
+    Raises `MissingPackageError`: the extra `batch` is not installed.
+    """
     require_packages()
-    key = plan_key("rollout-whole", plan, "whole")
-    return WholeKernel(plan.slots, kept_code(key, lambda: whole_source(plan), len(INPUTS)))
+    try:
+        check_setup(setup)
+        _, form = _arm_and_form(setup)
+    except OptionError:
+        return False
+    return hasattr(form, "signals") or not hasattr(setup.controller, "signals")
 
 
 def run_compiled(setup: Setup, progress: Progress | None = None) -> Run:
@@ -274,23 +283,23 @@ def _friction(setup: Setup) -> Array:
 
 
 def _table(setup: Setup, plan: StepPlan) -> Array:
-    """Rows of the reference, of a tip that no result needs, and of noise."""
+    """Rows of the reference and of noise."""
     motion, n, encoder = setup.motion, setup.plant.n, setup.loop.encoder
-    parts = [motion.q, motion.dq, motion.ddq, np.zeros((motion.t.size, plan.slots.widths["tip"]))]
-    if plan.noise == "table" and encoder is not None:
-        parts.append(encoder.noise_of(motion.t.size, n, setup.loop.seed))
-    return np.ascontiguousarray(np.concatenate(parts, axis=1))
+    if plan.noise != "table" or encoder is None:
+        return joint_rows(motion)
+    return np.hstack([joint_rows(motion), encoder.noise_of(motion.t.size, n, setup.loop.seed)])
 
 
 def _log(setup: Setup, kept: Mapping[str, Array]) -> Log:
-    log = Log.blank(setup)
-    log.states[:] = np.stack([kept["q"], kept["dq"]], axis=1)
-    log.command[:], log.applied[:] = kept["command"], kept["applied"]
-    if log.friction is not None:
-        log.friction[:] = kept["friction_torque"]
-        log.works[1:, 1] = kept["friction_work"][:-1, 0]
-    log.done = len(log.t)
-    return log
+    samples, n = setup.motion.t.size, setup.plant.n
+    friction = None if setup.plant.friction.form == "none" else kept["friction_torque"]
+    works = np.zeros((samples, 2))
+    if friction is not None:
+        works[1:, 1] = kept["friction_work"][:-1, 0]
+    return Log(
+        setup.motion, kept["states"].reshape(samples, 2, n), kept["command"], kept["applied"], friction,
+        np.zeros(samples), works, continuous=False, done=samples,
+    )  # fmt: skip
 
 
 def _signals(setup: Setup, form: LawForm, memory: Array) -> Mapping[str, Array]:

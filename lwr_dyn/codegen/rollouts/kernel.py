@@ -1,11 +1,13 @@
-"""A rollout kernel: the source of its driver over blocks of W runs, its machine code, and its runs over threads.
+"""A rollout kernel: its loop over blocks of W runs (`kernel.c`), its machine code, and its runs over threads.
 
 A block holds W lanes of every slot. Numbers of a run that are not given for each are copied from a common row, so the
 same kernel serves whatever varies; the rows of a reference are shared, or picked lane by lane.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -13,127 +15,76 @@ import numpy as np
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel import MAKERS, address, aligned, cache_name, kept_code, require_packages, shared_out
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop, LaneBody
 from lwr_dyn.codegen.kernels.machine_code import host_cpu, lanes_of
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
-from lwr_dyn.codegen.rollouts.step import FIGURES, GENERATOR, SAMPLE, Slots, Step, StepPlan, steps
+from lwr_dyn.codegen.rollouts.philox_code import uniform_code
+from lwr_dyn.codegen.rollouts.step import FIGURES, SAMPLE, Slots, Step, StepPlan, steps
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.foundation.version import VERSION, package_version
+from lwr_dyn.foundation.version import package_version
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 INPUTS = ("common", "given", "places", "reference", "which", "record", "trace", "noise")
 """Pairs of an address and a number, in this order: the common row and whether runs are traced; values of each run and
 how many; their slots and the number of samples; references and how many; the reference of each run and the record's
 stride; the record and its samples; the squares of the tip's error; seed and number of the first run."""
 
-_HEAD = '''"""Rollouts of {name} under {law}: {lanes} runs a block, {operations} operations a sample.
-
-Written by lwr_dyn {version}, generator {generator}; {fused} operations with fused multiply-add.
-"""
-
-from numba import carray, cfunc, types
-
-from lwr_dyn.codegen.kernels.lowering import straight_line
-{imports}
-
-{bodies}
-
-number, count = types.CPointer(types.float64), types.int64
-
-
-@cfunc(count({types}, number, number, count, count), error_model="numpy")
-def kernel({arguments}, out_, b_, start, stop):
-    """Runs start to stop; their figures go to rows of `out`."""
-    values, samples, references, stride, kept = given_n, places_n, reference_n, which_n, record_n
-    common, b = carray(common_, ({size},), types.float64), carray(b_, ({buffer},), types.float64)
-    given, places = carray(given_, (stop * values + 1,), types.float64), carray(places_, (values + 1,), types.float64)
-    reference = carray(reference_, (references * samples * {row},), types.float64)
-    which, out = carray(which_, (stop,), types.float64), carray(out_, (stop * {figures},), types.float64)
-    record = carray(record_, (stop * kept * {recorded} + 1,), types.float64)
-    trace = carray(trace_, ((stop - start) * samples * common_n + 1,), types.float64)
-    for s in range(start, stop, {lanes}):
-        lanes = min({lanes}, stop - s)
-        for j in range({size}):
-            for k in range({lanes}):
-                b[j * {lanes} + k] = common[j]
-        for j in range(values):
-            place = int(places[j]) * {lanes}
-            for k in range({lanes}):
-                b[place + k] = given[min(s + k, stop - 1) * values + j]
-        for i in range(samples):
-            if references == 1:
-                for j in range({row}):
-                    x = reference[i * {row} + j]
-                    for k in range({lanes}):
-                        b[({row_first} + j) * {lanes} + k] = x
-            else:
-                for k in range({lanes}):
-                    row = (int(which[min(s + k, stop - 1)]) * samples + i) * {row}
-                    for j in range({row}):
-                        b[({row_first} + j) * {lanes} + k] = reference[row + j]
-            for k in range({lanes}):
-                b[{sample} + k] = i
-            at = i // stride
-            if kept != 0 and i % stride == 0:
-                for k in range(lanes):
-                    for j in range({state}):
-                        record[((s + k) * kept + at) * {recorded} + j] = b[j * {lanes} + k]
-{step}
-            if kept != 0 and i % stride == 0:
-                for k in range(lanes):
-                    for j in range({joints}):
-                        x = b[({applied} + j) * {lanes} + k]
-                        record[((s + k) * kept + at) * {recorded} + {state} + j] = x
-            if common_n != 0:
-                for k in range(lanes):
-                    trace[(s - start + k) * samples + i] = b[{tip_square} + k]
-        for k in range(lanes):
-            for j in range({figures}):
-                out[(s + k) * {figures} + j] = b[({figures_first} + j) * {lanes} + k]
-    return 0
-'''
-
-_BODY = """@straight_line("float64")
-def {name}(b):
+_BODY = """def {name}(b):
     for k in range({lanes}):
 {lines}
 """
 
+_STEP = """
+/* a sample */
+static void step(double *b, int seed, int run, int sample)
+{{
+    {noise}body(b);{motion}
+}}
+"""
+
+_MOTION = """
+    for (int i = 0; i < SUBSTEPS; i++) {
+        motion(b);
+    }"""
+
 
 @dataclass(frozen=True, slots=True)
-class RolloutSource:
-    """The Python text of a rollout kernel, and its cost of a sample."""
+class PlanLoop:
+    """The loop of a plan, with its operations a sample, and those of them with fused multiply-add."""
 
-    text: str
+    loop: KernelLoop
     operations: int
     fused: int
 
 
-def rollout_source(plan: StepPlan, lanes: int) -> RolloutSource:
-    """The source of a plan's kernel in blocks of `lanes` runs."""
-    slots, names = plan.slots, ("body", "motion")
-    n = plan.plant.n
-    parts = [body_text(plan, step, name, lanes) for step, name in zip(steps(plan), names, strict=False)]
-    calls = ["body(b)"] + [f"for _ in range({plan.substeps}):", "    motion(b)"] * (plan.substeps > 1)
-    imports = ""
-    if plan.noise == "philox":
-        imports = "from lwr_dyn.codegen.rollouts.philox_code import uniform_code"
-        fill = f"fill = uniform_code({lanes}, {slots.widths['chance']}, {slots.first('chance')})"
-        calls = ["fill(b, noise_, noise_n + s, i)", *calls]
-    whole = plan.substeps
-    text = _HEAD.format(
-        name=f"{plan.plant.name} ({plan.plant.reading})", law=plan.form.name, lanes=lanes, version=VERSION,
-        generator=GENERATOR, imports=imports,
-        operations=parts[0][1] + whole * sum(part[1] for part in parts[1:]),
-        fused=parts[0][2] + whole * sum(part[2] for part in parts[1:]),
-        bodies="\n\n".join([part[0] for part in parts] + ([fill] if plan.noise == "philox" else [])),
-        types=", ".join("count, count" if x == "noise" else "number, count" for x in INPUTS),
-        arguments=", ".join(f"{x}_, {x}_n" for x in INPUTS), size=slots.size, buffer=(slots.size + 1) * lanes,
-        row=row_width(plan), row_first=slots.first("reference"), sample=slots.first("sample") * lanes, state=2 * n,
-        joints=n, recorded=3 * n, applied=slots.first("applied"), tip_square=slots.first("tip_square") * lanes,
-        figures=len(slots.all_places(FIGURES)), figures_first=slots.first(FIGURES[0]),
-        step="\n".join(" " * 12 + call for call in calls),
-    )  # fmt: skip
-    return RolloutSource(text, parts[0][1], parts[0][2])
+def rollout_loop(plan: StepPlan, lanes: int) -> PlanLoop:
+    """The loop of a plan's rollouts in blocks of `lanes` runs."""
+    places = {
+        "SAMPLE": plan.slots.first("sample"), "APPLIED": plan.slots.first("applied"), "N": plan.plant.n,
+        "TIP_SQUARE": plan.slots.first("tip_square"), "FIGURES": len(plan.slots.all_places(FIGURES)),
+        "FIRST_FIGURE": plan.slots.first(FIGURES[0]),
+    }  # fmt: skip
+    text = (files("lwr_dyn.codegen.rollouts") / "kernel.c").read_text(encoding="utf-8")
+    return loop_of(plan, text, "rollouts", lanes, places)
+
+
+def loop_of(plan: StepPlan, text: str, entry: str, lanes: int, places: Mapping[str, int]) -> PlanLoop:
+    """The loop of a text that calls `step` for each sample, with numbers of its own besides those of every plan."""
+    slots, found = plan.slots, [body_of(plan, *x, lanes) for x in zip(steps(plan), ("body", "motion"), strict=False)]
+    has_noise = plan.noise == "philox"
+    step = _STEP.format(
+        noise="fill(b, seed, run, sample);\n    " if has_noise else "", motion=_MOTION if len(found) > 1 else ""
+    )
+    every = {
+        "W": lanes, "SIZE": slots.size, "ROW": row_width(plan), "REFERENCE": slots.first("reference"),
+        "SUBSTEPS": plan.substeps,
+    }  # fmt: skip
+    fill = (uniform_code("fill", lanes, slots.widths["chance"], slots.first("chance")),) if has_noise else ()
+    loop = KernelLoop(parsed(step + text, every | dict(places)), entry, tuple(x.body for x in found), fill)
+    first, *others = (x.counts for x in found)
+    operations, fused = (first[i] + plan.substeps * sum(x[i] for x in others) for i in (0, 1))
+    return PlanLoop(loop, operations, fused)
 
 
 def row_width(plan: StepPlan) -> int:
@@ -142,8 +93,16 @@ def row_width(plan: StepPlan) -> int:
     return sum(widths[name] for name in SAMPLE[1:]) - (widths["chance"] if plan.noise == "philox" else 0)
 
 
-def body_text(plan: StepPlan, step: Step, name: str, lanes: int) -> tuple[str, int, int]:
-    """A step as a function of the block, its operations, and those with fused multiply-add."""
+@dataclass(frozen=True, slots=True)
+class _CountedBody:
+    """A body, its operations, and those with fused multiply-add."""
+
+    body: LaneBody
+    counts: tuple[int, int]
+
+
+def body_of(plan: StepPlan, step: Step, name: str, lanes: int) -> _CountedBody:
+    """A step as a function of the block."""
     slots = plan.slots
     code = straight_line_code(step.function, sincos("float64"), is_flagged=False)
     given = {
@@ -151,11 +110,10 @@ def body_text(plan: StepPlan, step: Step, name: str, lanes: int) -> tuple[str, i
         for i, argument in enumerate(step.arguments)
         for j, place in enumerate(slots.places(argument))
     }
-    lines = placed_lines(
-        code, given, [slots.size, *slots.all_places(step.results)], lanes
-    )  # the flag's place is a spare row
+    places = [slots.size, *slots.all_places(step.results)]  # the flag's place is a spare row
+    lines = placed_lines(code, given, places, lanes)
     text = _BODY.format(name=name, lanes=lanes, lines="\n".join(lines))
-    return text, code.operations, code.operations_after_contraction()
+    return _CountedBody(LaneBody(name, text), (code.operations, code.operations_after_contraction()))
 
 
 BLOCK = 64
@@ -257,12 +215,23 @@ def plan_key(kind: str, plan: StepPlan, form: str) -> str:
     return cache_name(kind, [plan.digest, form, *host_cpu(), *map(package_version, ("casadi", *MAKERS))])
 
 
+_codes: dict[tuple[str, str, str], Any] = {}
+
+
+def plan_code(kind: str, plan: StepPlan, form: str, made: Callable[[], PlanLoop], inputs: int) -> Any:
+    """The `LoadedCode` of a plan; raises `MissingPackageError` without the extra `batch`."""
+    known = kind, plan.digest, form
+    if known not in _codes:
+        require_packages()
+        _codes[known] = kept_code(plan_key(kind, plan, form), lambda: made().loop.machine_code(), inputs)
+    return _codes[known]
+
+
 def rollout_kernel(plan: StepPlan, lanes: int | None = None) -> RolloutKernel:
     """The kernel of a plan, in blocks of `lanes` runs: of a vector register if not given; 1 is scalar code.
 
     Raises `MissingPackageError` without the extra `batch`.
     """
-    require_packages()
     wide = lanes_of("float64") if lanes is None else lanes
-    code = kept_code(plan_key("rollout", plan, str(wide)), lambda: rollout_source(plan, wide).text, len(INPUTS))
+    code = plan_code("rollout", plan, str(wide), lambda: rollout_loop(plan, wide), len(INPUTS))
     return RolloutKernel(plan.slots, wide, plan.plant.n, plan.digest, code)

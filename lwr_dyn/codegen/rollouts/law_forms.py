@@ -9,7 +9,8 @@ controller may be of another arm.
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from math import isfinite, prod
+from functools import lru_cache
+from math import prod
 from typing import Any, Protocol
 
 import casadi
@@ -24,7 +25,7 @@ from lwr_dyn.control.paper_laws import PID, InverseDynamics, PDGravity
 from lwr_dyn.control.protocol import Controller, Wrapped, label_of, reset
 from lwr_dyn.dynamics.engines import dynamics_of
 from lwr_dyn.dynamics.protocol import Dynamics, ungated
-from lwr_dyn.foundation.arrays import Array
+from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.foundation.registry import Registry, Row
 from lwr_dyn.model.arm import Arm
@@ -280,11 +281,14 @@ def form_function(form: LawForm, arm: Arm) -> Step:
     x, y = np.zeros(function.numel_in(0)), np.zeros(function.numel_out(0))
     buffer.set_arg(0, x.data)
     buffer.set_res(0, y.data)
+    shapes = [(arm.n,)] * len(JOINT) + [(form.memory,), (), *form.parameters.values()]
+    parts = np.split(x, np.cumsum([prod(shape) for shape in shapes[:-1]]))
+    places, names = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)], tuple(form.parameters)
 
     def step(*given: Any) -> tuple[Array, Array]:
         *state, values, time = given
-        flat = [np.ravel(values[name]) for name in form.parameters]
-        x[:] = np.concatenate([*map(np.ravel, state), [time], *flat])
+        for place, value in zip(places, (*state, time, *(values[name] for name in names)), strict=True):
+            place[...] = value
         run()
         failed = buffer.ret() != 0  # it also keeps the buffer alive, which `run` alone does not
         return np.where(failed, np.nan, y[: arm.n]), y[arm.n :].copy()
@@ -292,8 +296,9 @@ def form_function(form: LawForm, arm: Arm) -> Step:
     return step
 
 
+@lru_cache(maxsize=32)
 def states_of(arm: Arm) -> Array:
-    """Random samples (sequences, samples, 5, n) of q, dq, q_ref, dq_ref, ddq_ref, inside the joint box."""
+    """Random samples (sequences, samples, 5, n) of q, dq, q_ref, dq_ref, ddq_ref, inside the joint box; read-only."""
     rng = np.random.default_rng(SEED)
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     sequences = []
@@ -302,41 +307,36 @@ def states_of(arm: Arm) -> Array:
         q_ref = lower + (0.5 + 0.4 * q_ref) * (upper - lower)
         q, dq = (r + error * rng.uniform(-1.0, 1.0, r.shape) for r in (q_ref, dq_ref))
         sequences.append([q, dq, q_ref, dq_ref, ddq_ref])
-    return np.swapaxes(sequences, 1, 2)
+    return read_only(np.swapaxes(sequences, 1, 2))
 
 
 def check_form(form: LawForm, controller: Controller, arm: Arm) -> None:
-    """Compare the controller's torque with its form's; the controller is reset before and after.
-
-    Raises `NoKernelFormError`: they differ.
-    """
+    """Raise `NoKernelFormError` where the controller's torque is not its form's; it is reset before and after."""
     off, share = differences(form_function(form, arm), form.values(), form.start(), controller, states_of(arm))
     if not share <= CLOSE:
         raise NoKernelFormError(
             "controller",
             f"{label_of(controller)}: its torque is not that of its kernel form for {arm.name} ({arm.reading}), by up "
-            f"to {off:.3g} N m",
-            "a controller made for this arm, and not changed since",
-        )
+            f"to {off:.3g} N m", "a controller made for this arm, and not changed since",
+        )  # fmt: skip
 
 
 def differences(
     step: Step, values: Mapping[str, Array], start: Array, controller: Controller, sequences: Array
 ) -> tuple[float, float]:
     """The largest difference of the torques [N m], and the largest share of the largest torque of its sample."""
-    off, share = 0.0, 0.0
-    for sequence in sequences:
+    torque = np.empty((2, *sequences.shape[:2], sequences.shape[-1]))  # the controller's and the form's
+    for i, sequence in enumerate(sequences):
         reset(controller)
         memory = start
         for k, state in enumerate(sequence):
-            own = np.asarray(controller(k * STEP, *np.array(state)), dtype=np.float64)
-            tau, memory = step(*state, memory, values, STEP)
-            apart, size = float(np.abs(tau - own).max()), max(1.0, float(np.abs(own).max()))
-            if not isfinite(apart / size):
-                return np.inf, np.inf
-            off, share = max(off, apart), max(share, apart / size)
+            torque[0, i, k] = controller(k * STEP, *np.array(state))
+            torque[1, i, k], memory = step(*state, memory, values, STEP)
     reset(controller)
-    return off, share
+    with np.errstate(invalid="ignore"):
+        off = np.abs(torque[1] - torque[0]).max(axis=-1)
+        share = off / np.maximum(1.0, np.abs(torque[0]).max(axis=-1))
+    return (float(off.max()), float(share.max())) if np.isfinite(share).all() else (np.inf, np.inf)
 
 
 _JOINT, _PASSIVE = "lwr_dyn.codegen.rollouts.law_forms", "lwr_dyn.codegen.rollouts.passivity_law_forms"

@@ -21,7 +21,7 @@ from lwr_dyn.codegen.rollouts.philox_code import MOST_SEED
 from lwr_dyn.codegen.rollouts.step import MOST_DELAY
 from lwr_dyn.codegen.rollouts.symbolic_arm import KeptParameters, SymbolicModel, check_friction
 from lwr_dyn.control.protocol import Controller
-from lwr_dyn.foundation.arrays import Array, real_array
+from lwr_dyn.foundation.arrays import Array, read_only, real_array
 from lwr_dyn.foundation.errors import OptionError, ShapeError, UnknownNameError
 from lwr_dyn.kinematics.forward import flange_pose
 from lwr_dyn.model.arm import Arm, JointLimits
@@ -131,8 +131,8 @@ def _whole(name: str, array: Array, shape: tuple[int, ...]) -> Array:
 def _check(values: Mapping[str, Array], references: int) -> None:
     bounds = {"payload": np.inf, "model_payload": np.inf, "armature": np.inf, "effort": np.inf, "resolution": np.inf}
     bounds |= {"noise": np.inf, "delay": MOST_DELAY, "reference": references - 1}
-    for name, most in bounds.items():
-        array = values.get(name, np.zeros(1))
+    for name, most in ((name, most) for name, most in bounds.items() if name in values):
+        array = values[name]
         bad = (array < 0.0) | (array > most)
         if name in ("delay", "reference"):
             bad |= array != np.round(array)
@@ -235,9 +235,15 @@ _KEPT = 16
 
 
 @lru_cache(maxsize=_KEPT)
+def joint_rows(motion: Motion) -> Array:
+    """Rows of a kernel's table, (samples, 3 n), read-only: q, dq, ddq."""
+    return read_only(np.hstack([motion.q, motion.dq, motion.ddq]))
+
+
+@lru_cache(maxsize=_KEPT)
 def reference_rows(motion: Motion, chain: Chain) -> Array:
-    """Rows of a kernel's table, (samples, 3 n + 3): q, dq, ddq, and the place of the tip."""
-    return np.hstack([motion.q, motion.dq, motion.ddq, flange_pose(chain, motion.q)[:, :3, 3]])
+    """The same with the place of the tip, (samples, 3 n + 3)."""
+    return read_only(np.hstack([motion.q, motion.dq, motion.ddq, flange_pose(chain, motion.q)[:, :3, 3]]))
 
 
 FRICTIONS = ("none", "smooth")
@@ -271,7 +277,8 @@ class LoopSetup:
 
     def table(self) -> Array:
         """Rows of all references, (references, samples, 3 n + 3): q, dq, ddq, and the place of the tip."""
-        return np.ascontiguousarray(np.stack([reference_rows(motion, self.plant.chain) for motion in self.motions]))
+        rows = [reference_rows(motion, self.plant.chain) for motion in self.motions]
+        return rows[0][None] if len(rows) == 1 else np.stack(rows)
 
     def record(self) -> dict[str, Any]:
         """The options as JSON values."""

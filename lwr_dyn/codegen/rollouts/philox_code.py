@@ -9,15 +9,14 @@ Source: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3
 Box, Muller, "A note on the generation of random normal deviates", Ann. Math. Stat. 29 (1958).
 """
 
-import hashlib
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from llvmlite import binding as llvm
 from llvmlite import ir
 from numpy.typing import NDArray
 
+from lwr_dyn.codegen.kernels.loop_helpers import Helper, helper
 from lwr_dyn.foundation.arrays import Array
 from lwr_dyn.foundation.errors import OptionError
 from lwr_dyn.simulation.plant import Encoder
@@ -111,54 +110,28 @@ _INT, _NUMBER = ir.IntType(64), ir.DoubleType()
 _LOW = 0xFFFFFFFF
 
 
-def uniform_code(lanes: int, words: int, first_slot: int) -> Any:
-    """An intrinsic `fill(b, seed, run, sample)` for generated drivers.
+def uniform_code(name: str, lanes: int, words: int, first_slot: int) -> Helper:
+    """A helper `(b, seed, run, sample)` of a kernel's loop.
 
     It writes `words` uniform numbers (a multiple of 4) to the slots from `first_slot` on of the block `b` of float64;
-    seed, run (of lane 0) and sample are int64. As of `lowering.straight_line`, its code is a function of the
-    module `fill.assembly`, which `machine_code.compiled` links.
+    lane k has the number `run + k`.
     """
-    from numba import types
-    from numba.core import cgutils
-    from numba.extending import intrinsic
 
-    from lwr_dyn.codegen.kernels.lowering import unlinked_address
+    def write_numbers(builder: Any, arguments: Any) -> None:
+        data, seed, run, sample = arguments
+        write = _Words(builder, lanes)
+        runs = builder.add(write.all_lanes(run), ir.Constant(write.vector, list(range(lanes))))
+        counter = [write.low(write.all_lanes(sample)), write.low(runs), write.high(runs)]
+        key = [write.low(write.all_lanes(seed)), write.high(write.all_lanes(seed))]
+        for block in range(words // 4):
+            four = write.philox([counter[0], write.number(block), *counter[1:]], key)
+            for i, word in enumerate(four):
+                place = builder.gep(data, [ir.Constant(_INT, (first_slot + 4 * block + i) * lanes)])
+                target = builder.bitcast(place, ir.VectorType(_NUMBER, lanes).as_pointer())
+                builder.store(write.uniform(word), target, align=8 * lanes)
 
-    text = f"{lanes} {words} {first_slot}"
-    name = f"lwr_dyn_philox_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    llvm.add_symbol(name, unlinked_address())
-
-    @intrinsic  # type: ignore[untyped-decorator]
-    def fill(typing_context: Any, b: Any, seed: Any, run: Any, sample: Any) -> Any:
-        def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            kind = ir.FunctionType(ir.VoidType(), [data.type, _INT, _INT, _INT])
-            builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [data, *arguments[1:]])
-            return context.get_dummy_value()
-
-        return types.void(b, types.int64, types.int64, types.int64), code
-
-    fill.assembly = _assembly(name, lanes, words, first_slot)
-    return fill
-
-
-def _assembly(name: str, lanes: int, words: int, first_slot: int) -> str:
-    module = ir.Module(name)
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [_NUMBER.as_pointer(), _INT, _INT, _INT]), name)
-    builder = ir.IRBuilder(function.append_basic_block())
-    data, seed, run, sample = function.args
-    write = _Words(builder, lanes)
-    runs = builder.add(write.all_lanes(run), ir.Constant(write.vector, list(range(lanes))))
-    counter = [write.low(write.all_lanes(sample)), write.low(runs), write.high(runs)]
-    key = [write.low(write.all_lanes(seed)), write.high(write.all_lanes(seed))]
-    for block in range(words // 4):
-        four = write.philox([counter[0], write.number(block), *counter[1:]], key)
-        for i, word in enumerate(four):
-            place = builder.gep(data, [ir.Constant(_INT, (first_slot + 4 * block + i) * lanes)])
-            target = builder.bitcast(place, ir.VectorType(_NUMBER, lanes).as_pointer())
-            builder.store(write.uniform(word), target, align=8 * lanes)
-    builder.ret_void()
-    return str(module)
+    arguments = (("double*", "b"), ("int", "seed"), ("int", "run"), ("int", "sample"))
+    return helper(name, "void", arguments, _NUMBER, write_numbers)
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,8 +119,8 @@ def metrics_of_computed(
 ) -> tuple[dict[str, Array], list[str]]:
     """Metrics of all runs, and the flag of each in words (`FLAGS`); each run may have its own torque limits."""
     known = np.isfinite(setup.plant.effort) | effort_given
-    places = {name: [p - slots.first(FIGURES[0]) for p in slots.places(name)] for name in FIGURES}
-    rows = {name: computed.figures[:, at] for name, at in places.items()}
+    first, places = slots.first(FIGURES[0]), {name: slots.places(name) for name in FIGURES}
+    rows = {name: computed.figures[:, at.start - first : at.stop - first] for name, at in places.items()}
     samples, rate = setup.samples, setup.loop.rate
     late = rows["violation"][:, 0]
     with np.errstate(invalid="ignore"):

@@ -9,7 +9,7 @@ numbers of one run stand by name in rows of lanes of a kernel's block (`Slots`).
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import accumulate
 from math import prod
 from typing import Any, NamedTuple
@@ -63,7 +63,7 @@ GAIN = "gain "
 """Stands before the name of a parameter of the law."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Slots:
     """Names with their widths, in the order in which they stand."""
 
@@ -71,39 +71,34 @@ class Slots:
 
     def first(self, name: str) -> int:
         """The row at which a name begins."""
-        return self._ranges()[name].start
+        return self._ranges[name].start
 
     def places(self, name: str) -> range:
         """The rows of a name."""
-        return self._ranges()[name]
+        return self._ranges[name]
 
     def all_places(self, names: Iterable[str]) -> list[int]:
         """The rows of several names."""
-        ranges = self._ranges()
-        return [place for name in names for place in ranges[name]]
+        return [place for name in names for place in self._ranges[name]]
 
+    @cached_property
     def _ranges(self) -> Mapping[str, range]:
-        return _ranges_of(tuple(self.widths.items()))
+        ends = accumulate(self.widths.values())
+        return {name: range(end - width, end) for (name, width), end in zip(self.widths.items(), ends, strict=True)}
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Rows in all."""
         return sum(self.widths.values())
 
     def filled(self, values: Mapping[str, ArrayLike]) -> Array:
         """The numbers of a run, (size,), from values by their names; zeros elsewhere."""
-        row, ranges = np.zeros(self.size), self._ranges()
+        row, ranges = np.zeros(self.size), self._ranges
         for name, value in values.items():
             place = ranges[name]
             if place:
                 row[place.start : place.stop] = np.ravel(value)
         return row
-
-
-@lru_cache(maxsize=64)
-def _ranges_of(widths: tuple[tuple[str, int], ...]) -> Mapping[str, range]:
-    ends = accumulate(width for _, width in widths)
-    return {name: range(end - width, end) for (name, width), end in zip(widths, ends, strict=True)}
 
 
 STARTS = dict.fromkeys(FIGURES, 0.0) | {"margin": float("inf"), "violation": float("inf")}
@@ -228,14 +223,14 @@ def late_command(command: Column, memory: Column, delay: Any, sample: Any) -> La
     return LateCommand(out, casadi.vertcat(command, memory[: n * (most - 1)]) if most else memory)
 
 
-GENERATOR = 4
+GENERATOR = 5
 """Version of the step and its driver: raised when they compute otherwise, so that cached kernels are not used."""
 
 MOST_DELAY = 8
 """[samples] Longest delay of a kernel that has one."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class StepPlan:
     """Everything on which the code of a step depends. What differs from run to run is a slot, not part of the plan."""
 
@@ -258,25 +253,26 @@ class StepPlan:
     most_delay: int = 0
     """Longest delay of any run [samples]; 0 for no ring."""
     whole: bool = False
-    """Whether the torques of each sample and the work of friction are results too."""
+    """Whether the torques of each sample and the work of friction are results, in place of the figures."""
 
-    @property
+    @cached_property
     def slots(self) -> Slots:
         """The numbers of one run."""
         n = self.plant.n
         widths = dict.fromkeys((*STATE, *FIGURES, *WHOLE, *CONSTANTS, *SAMPLE), 1) | dict.fromkeys(OF_JOINTS, n)
         widths |= {
             "memory": self.form.memory, "encoder": 0 if self.pole is None else 2 * n, "commands": n * self.most_delay,
-            "friction": 0 if self.friction_width is None else 5 * n, "reference": 3 * n, "tip": 3,
+            "friction": 0 if self.friction_width is None else 5 * n, "reference": 3 * n, "tip": 0 if self.whole else 3,
             "plant": len(KeptParameters.of(self.plant.chain).kept) if self.varies_plant else 0,
             "model": len(KeptParameters.of(self.arm.chain).kept) if self.varies_model else 0,
             "chance": {"none": 0, "philox": words_of(n), "table": n}[self.noise],
         }  # fmt: skip
         gains = {GAIN + name: prod(shape) for name, shape in self.form.parameters.items()}
-        order = (*STATE, *FIGURES, *(WHOLE if self.whole or self.substeps > 1 else ("applied",)), *CONSTANTS)
+        results = WHOLE if self.whole else (*FIGURES, *(WHOLE if self.substeps > 1 else ("applied",)))
+        order = (*STATE, *results, *CONSTANTS)
         return Slots({name: widths[name] for name in order} | gains | {name: widths[name] for name in SAMPLE})
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """SHA-256 of the plan."""
         arms = [_chain_digest(arm.chain) for arm in (self.arm, self.plant)]
@@ -327,7 +323,7 @@ def _sample(plan: StepPlan, x: Mapping[str, Any]) -> dict[str, Any]:
     applied = saturate(command, x["effort"])
     plant = _plant(plan, x)
     out = {
-        **figures(x, plant.tip(x["q"]), command, applied), "memory": memory, "encoder": encoder,
+        **({} if plan.whole else figures(x, plant.tip(x["q"]), command, applied)), "memory": memory, "encoder": encoder,
         "commands": commands, "applied": applied, "command": command, "friction_torque": plant.friction(x["dq"]),
     }  # fmt: skip
     if plan.substeps > 1:

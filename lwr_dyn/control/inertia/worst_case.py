@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from lwr_dyn.dynamics.newton_euler import Recursion
 from lwr_dyn.dynamics.recursion import inverse_dynamics
 from lwr_dyn.dynamics.regressor import chain_with_dynamics
-from lwr_dyn.dynamics.seen_inertia import seen_inertia
+from lwr_dyn.dynamics.seen_inertia import seen_inertia, seen_inertia_along
 from lwr_dyn.foundation.arrays import Array, read_only
 from lwr_dyn.foundation.errors import MissingDataError
 from lwr_dyn.model.arm import Arm
@@ -29,6 +29,13 @@ from lwr_dyn.model.spatial import ZERO
 _LINE = 181
 """Points of a line among which Newton's method starts at the best."""
 
+_NODES = 2 * np.pi * np.arange(5) / 5
+_WAVES = np.array([np.ones(5), np.cos(_NODES), np.sin(_NODES), np.cos(2 * _NODES), np.sin(2 * _NODES)]).T
+"""Five angles of a line, and at each the five waves that B_ii is made of."""
+
+_ROWS = 64
+"""Lines whose points are looked at together."""
+
 _STEP = 1e-5
 """[rad or m] Of the central differences of `local_maximum`."""
 
@@ -37,13 +44,25 @@ def diagonal(recursion: Recursion, i: int, q: Array) -> Array:
     """B_ii(q), (...), for q (..., n): the torque at joint i of a unit acceleration of joint i; links before it rest."""
     links = recursion.links[i:]
     if recursion.rotors != "full":
-        first = links[0]
-        rotor = first.gear_ratio**2 * first.rotor_inertia if recursion.rotors == "armature" else 0.0
-        return seen_inertia(links, q[..., i:].reshape(-1, len(links))).reshape(q.shape[:-1]) + rotor
+        seen = seen_inertia(links, q[..., i:].reshape(-1, len(links))).reshape(q.shape[:-1])
+        return seen + _rotor(recursion, i)
     unit = [1.0] + [0.0] * (len(links) - 1)  # the rotors of links behind it turn with them
     split = [q[..., i + j] for j in range(len(links))]
     tau: Any = inverse_dynamics(links, ZERO, split, [0.0] * len(links), unit, recursion.rotors)[0]
     return np.broadcast_to(np.asarray(tau, dtype=np.float64), q.shape[:-1])
+
+
+def diagonal_along(recursion: Recursion, i: int, q: Array, j: int, values: Array) -> Array:
+    """`diagonal` (k, m) with joint j of the rows q (k, n) at each of m values [rad or m]; j is behind joint i."""
+    if recursion.rotors == "full":
+        return diagonal(recursion, i, with_joint_values(q, j, values))
+    return seen_inertia_along(recursion.links[i:], q[:, i:], j - i, values) + _rotor(recursion, i)
+
+
+def _rotor(recursion: Recursion, i: int) -> float:
+    """Rotor inertia seen at joint i as armature."""
+    link = recursion.links[i]
+    return link.gear_ratio**2 * link.rotor_inertia if recursion.rotors == "armature" else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,24 +90,25 @@ class JointInertia:
         """The values (...) [kg m^2; kg for a sliding joint] at q (..., n)."""
         return self.sign * diagonal(self.recursion, self.joint, q)
 
+    def _along(self, q: Array, j: int, values: Array) -> Array:
+        """The values (rows, m) at the rows of q with joint j at each of m values."""
+        return self.sign * diagonal_along(self.recursion, self.joint, q, j, values)
+
     def line_maximum(self, q: Array, j: int) -> Array:
         """The q_j (rows,) in its range with the largest value, all else held, for every row of q (rows, n)."""
         if self.kinds[j] is JointKind.PRISMATIC:
             return self._parabola_maximum(q, j)
-        nodes = 2 * np.pi * np.arange(5) / 5
-        samples = self.at(with_joint_values(q, j, nodes))
-        wave = np.array([np.ones(5), np.cos(nodes), np.sin(nodes), np.cos(2 * nodes), np.sin(2 * nodes)])
-        a0, a1, b1, a2, b2 = np.linalg.solve(wave.T, samples.T)
-        x = np.linspace(self.lower[j], self.upper[j], _LINE)
-        line = a0[:, None] + np.outer(a1, np.cos(x)) + np.outer(b1, np.sin(x)) + np.outer(a2, np.cos(2 * x))
-        line += np.outer(b2, np.sin(2 * x))
-        best = x[np.argmax(line, axis=-1)]
+        samples = self._along(q, j, _NODES)
+        a0, a1, b1, a2, b2 = np.linalg.solve(_WAVES, samples.T)
+        best = _best_of_line(np.linspace(self.lower[j], self.upper[j], _LINE), a0, a1, b1, a2, b2)
         for _ in range(6):
             c, s, c2, s2 = np.cos(best), np.sin(best), np.cos(2 * best), np.sin(2 * best)
             slope = -a1 * s + b1 * c - 2 * a2 * s2 + 2 * b2 * c2
             curve = -a1 * c - b1 * s - 4 * a2 * c2 - 4 * b2 * s2
-            step = np.where(curve < 0.0, -slope / np.where(curve < 0.0, curve, -1.0), 0.0)
-            best = np.clip(best + np.clip(step, -0.05, 0.05), self.lower[j], self.upper[j])
+            bent = curve < 0.0
+            step = np.where(bent, -slope / np.where(bent, curve, -1.0), 0.0)
+            best = best + np.minimum(np.maximum(step, -0.05), 0.05)
+            best = np.minimum(np.maximum(best, self.lower[j]), self.upper[j])
         flat = np.ptp(samples, axis=-1) <= 1e-13 * np.abs(a0)
         return np.where(flat, q[:, j], best)
 
@@ -96,7 +116,7 @@ class JointInertia:
         """The same along a sliding joint: three values give the parabola; its ends or its vertex are best."""
         low, up = self.lower[j], self.upper[j]
         half = (up - low) / 2
-        left, middle, right = self.at(with_joint_values(q, j, np.array([low, low + half, up]))).T
+        left, middle, right = self._along(q, j, np.array([low, low + half, up])).T
         bend, slope = left - 2 * middle + right, (right - left) / 2
         vertex = np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.where(right > left, 1.0, -1.0))
         places = np.stack([np.full(len(q), -1.0), np.clip(vertex, -1.0, 1.0), np.full(len(q), 1.0)], axis=-1)
@@ -119,6 +139,23 @@ class JointInertia:
             options={"ftol": 1e-15, "gtol": 1e-12, "maxiter": 500},
         )  # fmt: skip
         return np.clip(solution.x, self.lower, self.upper), -float(solution.fun)
+
+
+def _best_of_line(x: Array, *wave: Array) -> Array:
+    """Where among x (m,) a0 + a1 cos x + b1 sin x + a2 cos 2x + b2 sin 2x is largest, for coefficients (k,) each: (k,).
+
+    Some rows at a time: their values stay in the processor's cache.
+    """
+    forms, best = (np.cos(x), np.sin(x), np.cos(2 * x), np.sin(2 * x)), np.empty(len(wave[0]))
+    term = np.empty((_ROWS, len(x)))
+    for at in range(0, len(best), _ROWS):
+        a0, first, *others = (weight[at : at + _ROWS, None] for weight in wave)
+        line = first * forms[0]
+        line += a0
+        for weight, form in zip(others, forms[1:], strict=True):
+            line += np.multiply(weight, form, out=term[: len(line)])
+        best[at : at + _ROWS] = x[np.argmax(line, axis=-1)]
+    return best
 
 
 def with_joint_values(q: Array, j: int, values: Array) -> Array:

@@ -134,7 +134,7 @@ def design_excitation(
     OptionError, ShapeError
         Numbers out of their range, noise of another shape, columns with other friction or a transmission.
     MissingDataError, MissingPackageError
-        An arm without masses; numba is not installed.
+        An arm without masses; the extra `batch` is not installed.
     ExcitationError
         No pose meets what is asked, which is seen before any search: says which pair or joint.
     NoMotionError

@@ -150,7 +150,7 @@ class MotionObjective:
     Raises
     ------
     MissingPackageError
-        Without numba: the gradient needs the compiled columns.
+        Without the extra `batch`: the gradient needs the compiled columns.
     OptionError
         Columns with other friction than Coulomb, viscous and offset, the same in both directions, or of motors that
         are coupled.
@@ -267,7 +267,7 @@ def _scaled(M: Array, scale: Array) -> Array | None:
 
 def _kernel(columns: TorqueColumns) -> BatchDynamics:
     if columns.kernel is None:
-        raise MissingPackageError("numba", "batch")
+        raise MissingPackageError("llvmlite", "batch")
     return columns.kernel
 
 

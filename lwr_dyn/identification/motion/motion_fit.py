@@ -21,6 +21,7 @@ from lwr_dyn.identification.motion.gain_fit import NearTheTable, fit_gains
 from lwr_dyn.identification.motion.identifiable import correlated_groups
 from lwr_dyn.identification.motion.load_hint import load_hint
 from lwr_dyn.identification.motion.motion_result import DEFAULT_MOTION, MotionIdentification, MotionRule
+from lwr_dyn.identification.regression.coupled_motors import at_motors, motors_or_joints
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information, information_of, widened
 from lwr_dyn.identification.regression.instrumental import instrumental_information
@@ -52,8 +53,8 @@ def identify_motion(
     LogError
         Uneven or too few rows, or a motion from which nothing can be had.
     OptionError, UnknownNameError
-        More folds than instants; something known that is no equation between parameters; gains or friction with the
-        load with instruments.
+        More folds than instants; something known that is no equation between parameters; gains, friction with the load
+        or coupled motors with instruments; coupled motors of an arm without.
     ConstraintError
         No bodies obey what is known; names the ones that contradict each other.
     MissingDataError
@@ -62,6 +63,8 @@ def identify_motion(
     several = [on_even_clock(log) for log in logs]
     if rule.cutoffs and not instruments:
         rule = replace(rule, samples=likeliest_samples(several, arm, rule))
+    if not instruments:
+        rule = _with_motors(several, arm, rule)
     seen = _by_command(several, instruments, arm, rule) if instruments else _filtered(several, arm, rule)
     columns = seen.information.columns
     own = columns.own(arm)
@@ -132,6 +135,8 @@ def _by_command(logs: Sequence[JointLog], commands: Sequence[JointLog], arm: Arm
         raise OptionError("gains", f"{rule.gains:g}", "none with instruments, which take unfiltered rows")
     if rule.load_friction:
         raise OptionError("load friction", "given", "none with instruments, which take columns of one motion")
+    if rule.coupled:
+        raise OptionError("coupled motors", "given", "none with instruments, which leave out what is slow by joints")
     columns = TorqueColumns(arm.chain, rule.friction, link_side=rule.samples.link_side)
     information, along = instrumental_information(logs, commands, columns, float(np.max(rule.samples.slowest)))
     return _SeenLogs(along, information)
@@ -164,10 +169,21 @@ def _filtered(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> _SeenLogs
     return _SeenLogs.of(folds, search)
 
 
+def _with_motors(logs: Sequence[JointLog], arm: Arm, rule: MotionRule) -> MotionRule:
+    """With columns of motors that turn several joints: where the rule asks for them, or leaves it open and logs do."""
+    if rule.coupled and rule.samples.transmission is None:
+        return replace(rule, samples=at_motors(rule.samples, arm))
+    if rule.coupled is None and rule.gains is None and not rule.load_friction:
+        return replace(rule, samples=motors_or_joints(rule.samples, logs, arm, rule.friction))
+    return rule
+
+
 def motion_information(
     logs: Sequence[JointLog], arm: Arm, rule: MotionRule = DEFAULT_MOTION
 ) -> tuple[Information, SampleRule]:
     """What logs say of the base parameters, as `identify_motion` takes it, and how instants were taken.
+
+    Rotors and friction are those of the joints, whatever turns them.
 
     Raises `LogError` for uneven or too few rows.
     """

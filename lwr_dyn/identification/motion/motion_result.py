@@ -3,7 +3,7 @@ left of torques that it did not see.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -23,6 +23,7 @@ from lwr_dyn.identification.motion.load_hint import LoadHint
 from lwr_dyn.identification.motion.validation import Validation, Whiteness
 from lwr_dyn.identification.regression.drive_gains import DriveGains
 from lwr_dyn.identification.regression.information import Information
+from lwr_dyn.identification.regression.joints_alone import motor_words
 from lwr_dyn.identification.regression.least_squares import IDENTIFIED, BaseParameters
 from lwr_dyn.identification.regression.samples import DEFAULT_SAMPLES, SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.stribeck import StribeckSearch
@@ -40,6 +41,7 @@ WITHOUT_PARTS = (
     "instrumental variables on unfiltered rows: no part of the motion was kept from the fit, and the price is that "
     "along the command; judge the fit on other logs with --validate"
 )
+AT_MOTORS = "rotors and friction are those of motors, each seen at the joint of its number"
 LARGEST_DEVIATION = 10.0  # beyond, the table says nothing and leaves no bodies
 LARGEST_GAIN = 0.5  # beyond, a gain is unknown
 EXACT = 1e-6  # of a torque: residuals below it are those of a log that was computed and has no noise
@@ -70,6 +72,9 @@ class MotionRule:
         What is known for certain of the bodies, as `total mass = 15.8` or `m_7 = 0.24` (`constraints_of`).
     gains : float, optional
         Share to which the gains of the torques are known, such as 0.1: a factor a joint is fitted, log-normal about 1.
+    coupled : bool, optional
+        Whether rotors and friction are those of motors that turn several joints (`regression.coupled_motors`); by
+        the log if not given, and not with `gains` or `load_friction`.
 
     Raises
     ------
@@ -87,6 +92,7 @@ class MotionRule:
     known: tuple[str, ...] = ()
     cutoffs: tuple[float, ...] = ()
     gains: float | None = None
+    coupled: bool | None = None
 
     def __post_init__(self) -> None:
         if self.folds < 2:
@@ -97,8 +103,7 @@ class MotionRule:
         if self.gains is not None and not (0.0 < self.gains <= LARGEST_GAIN):
             raise OptionError("gains", self.gains, f"a share above 0 and up to {LARGEST_GAIN:g}, such as 0.1 for 10 %")
         motors, asked = self.samples.transmission, "gains" if self.gains is not None else "load friction"
-        coupled = motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any()
-        if coupled and (self.gains is not None or self.load_friction):
+        if motors is not None and motors.coupled.any() and (self.gains is not None or self.load_friction):
             raise OptionError(asked, "given for motors that turn joints together", "motors with a joint each")
 
     def columns(self, arm: Arm) -> TorqueColumns:
@@ -246,7 +251,8 @@ def motion_document(
 ) -> Document:
     """The fit; `unseen` are its figures on logs of their own, `files` their names."""
     arm, found, fit, judged = result.arm, result.information, result.consistent, validation.validation_table
-    hint = result.load_hint
+    columns, hint = result.columns, result.load_hint
+    turned = motor_words(columns.transmission)
     contradicted = f"THE LOG CONTRADICTS THE BODIES NEAR THE TABLE: {result.contradiction}; "
     verdict = contradicted * bool(result.contradiction) + (
         f"{result.identified} of {result.base.count} base parameters identified, from {result.equations} equations, "
@@ -266,12 +272,14 @@ def motion_document(
         Fact("inflation", found.inflation, "How much larger the noise counts where residuals of neighbouring instants "
              "are alike, 1 where they are white.", kind=Numbers),
         Fact("chi2", found.chi2, "Of the residuals."), Fact("dof", found.dof, "Equations less parameters."),
+        Fact("coupled", bool(turned), "Whether rotors and friction are those of motors that turn several joints."),
         Fact("folds", result.rule.folds, "Parts of the motion, each kept from a fit in turn."),
         Fact("load_friction_gain", None if hint is None else hint.gain, "Share of what is left of unseen torques that "
              "friction with the load would explain; null where it is fitted or chance does.", kind=float | None),
     ]  # fmt: skip
     sections = [
         Section("", [
+            Note(f"{turned}: {AT_MOTORS}", bool(turned)),
             Note("NO BODIES CAN HAVE THESE VALUES", result.bodies.impossible),
             Note("sigma widened: residuals are not white", bool((found.inflation > 1.0).any())),
             Note("" if hint is None else hint.words, hint is not None),
@@ -300,7 +308,8 @@ def motion_document(
         ]),
     ]  # fmt: skip
     return Document(f"Identification of {arm.name}, reading {arm.reading}", verdict, sections,
-                    "lwr-dyn identify motion", "identification", facts, caveats_of([arm]))  # fmt: skip
+                    "lwr-dyn identify motion", "identification", facts,
+                    caveats_of([replace(arm, transmission=None) if columns.transmission else arm]))  # fmt: skip
 
 
 def parameters(result: MotionIdentification) -> Table:

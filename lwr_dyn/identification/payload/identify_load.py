@@ -23,8 +23,10 @@ from lwr_dyn.foundation.errors import LogError, OptionError
 from lwr_dyn.identification.bodies.body_prior import body_prior
 from lwr_dyn.identification.bodies.link_spreads import Scales, link_spreads
 from lwr_dyn.identification.logs.joint_log import JointLog
+from lwr_dyn.identification.regression.coupled_motors import motors_or_joints
 from lwr_dyn.identification.regression.information import BLOCK, GroupedEstimate, NormalEquations, equations_of, grouped
 from lwr_dyn.identification.regression.instrumental import WINDOW, window_sums
+from lwr_dyn.identification.regression.joints_alone import motor_words
 from lwr_dyn.identification.regression.least_squares import Spectrum
 from lwr_dyn.identification.regression.samples import SampleRule, Samples, samples_of
 from lwr_dyn.identification.regression.torque_columns import FrictionForm, TorqueColumns
@@ -155,6 +157,8 @@ class LoadIdentification:
     """What was fitted beside the load."""
     share: float = 0.0
     """How far the arm is taken to be off its table, whose errors are in the covariance; 0 where the arm is fitted."""
+    motors: str = ""
+    """Which motors turn several joints, where rotors and friction are theirs (`regression.coupled_motors`)."""
     __repr__ = short_repr
 
     def __post_init__(self) -> None:
@@ -240,8 +244,10 @@ def identify_load(
 def _identified(
     logs: list[JointLog], arm: Arm, rule: SampleRule, friction: str, empty: list[JointLog]
 ) -> LoadIdentification:
-    loaded = samples_of(logs, rule)
     form: FrictionForm = "symmetric" if friction == "symmetric" else "directions"
+    if friction != "own":
+        rule = motors_or_joints(rule, logs, arm, form)
+    loaded = samples_of(logs, rule)
     transmission = None if friction == "own" else rule.transmission
     columns = TorqueColumns(arm.chain, form, transmission=transmission, link_side=rule.link_side)
     own = columns.own(arm)
@@ -263,6 +269,7 @@ def _identified(
         needed = "a motion that turns the load against gravity, at changing speeds"
         raise LogError(loaded.sources[0], "columns q1..", "the load's mass is not determined", needed)
     found = _result(fit, problems, rule.cutoff, said, tuple(columns.names[k] for k in beside))
+    found = replace(found, motors=motor_words(transmission))
     return found if empty else _doubted(found, fit, problems[0])
 
 

@@ -148,6 +148,8 @@ def load_document(found: LoadIdentification, robot: str = "") -> Document:
         Fact("cutoff", found.cutoff, "Of the filter on positions, Hz.", "positions filtered at", "Hz", "g", Maybe),
         Note("positions not filtered", found.cutoff is None),
         Fact("known", found.known, "What was taken as known.", "taken as known"),
+        Fact("motors", found.motors, "Which motors turn several joints, where rotors and friction are theirs."),
+        Note(f"{found.motors}: rotors and friction are those of motors", bool(found.motors)),
         Fact("fitted_beside", list(found.nuisance), "Parameters that were fitted beside the load.", "fitted beside it",
              format=_kinds, kind=list[str]),
         Note(load_warnings(found), key="warnings", says="Where the residual is not noise."),

@@ -86,7 +86,7 @@ def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
     the alternative (1987).
     """
     plain = replace(columns, stribeck_velocity=None)
-    lowest, highest = _bounds(samples)
+    lowest, highest = _bounds(samples, columns)
     low, high = lowest.copy(), highest.copy()
     chosen = np.full(columns.n, -1)
     grid, drop = np.empty((columns.n, 0)), np.zeros(columns.n)
@@ -103,8 +103,8 @@ def stribeck_search(samples: Samples, columns: TorqueColumns) -> StribeckSearch:
     return StribeckSearch(final, speeds, information.information_of(samples, final), drop, lowest, highest)
 
 
-def _bounds(samples: Samples) -> tuple[Array, Array]:
-    size = np.abs(samples.dq)
+def _bounds(samples: Samples, columns: TorqueColumns) -> tuple[Array, Array]:
+    size = np.abs(columns.drive_speeds(samples.dq))  # of the motor where the equation of its number counts
     fastest = np.max(size, axis=0, where=samples.used, initial=0.0)
     slowest = np.min(size, axis=0, where=samples.used, initial=np.inf)
     fastest = np.where(fastest > 0.0, fastest, 1.0)  # a joint without equations has no term whatever the bounds

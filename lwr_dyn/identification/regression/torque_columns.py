@@ -12,6 +12,7 @@ from lwr_dyn.codegen.kernels.kernel_spec import PER_LINK, KernelSpec
 from lwr_dyn.dynamics.regressor import INERTIAL, Regressor, body_parameters
 from lwr_dyn.foundation.arrays import Array, fixed_array, read_only
 from lwr_dyn.foundation.errors import MissingPackageError, OptionError
+from lwr_dyn.identification.regression.joints_alone import seen_alone
 from lwr_dyn.identification.regression.least_squares import BaseParameters, base_parameters
 from lwr_dyn.model.arm import Arm
 from lwr_dyn.model.chain import Body, Chain
@@ -242,7 +243,7 @@ class TorqueColumns:
 
     @property
     def kernel(self) -> BatchDynamics | None:
-        """The compiled bodies' columns, with the tensor in Pinocchio's order (`FROM_KERNEL`); None without numba."""
+        """The compiled bodies' columns, the tensor in Pinocchio's order (`FROM_KERNEL`); None without `batch`."""
         return self._kernel
 
     def __call__(self, q: Array, dq: Array, ddq: Array) -> Array:
@@ -323,17 +324,22 @@ class TorqueColumns:
     def own(self, arm: Arm) -> Array:
         """The arm's own values of the parameters, (p,): table's bodies and rotors, its friction where it has one.
 
-        With a transmission rotors are those of motors that give the joints' inertia, diag(T^T J T), of equal ones where
-        motors are coupled; the arm's friction, which is at the joints, is left at 0.
+        With a transmission they are those of motors that give the joints' (`seen_alone`), the smallest where several
+        do; of motors with units of their own, friction, which the arm has at the joints, is left at 0.
         """
         links = [body_parameters(link.body or Body.massless()) for link in arm.chain.links]
         rotors = [0.0 if link.rotor is None else link.rotor.armature for link in arm.chain.links]
-        if self.transmission is not None:
+        alone = seen_alone(self.names, self.transmission)
+        if self.transmission is not None and alone is None:
             out = np.concatenate([*links, np.zeros(self.count - self.bodies)])
             out[self.rotor_indices] = np.linalg.lstsq(self.transmission.matrix.T**2, np.array(rotors), rcond=1e-9)[0]
             return out
         rows = zip(self.joints, arm.friction_models(), rotors, strict=True)
-        return np.concatenate([*links, *(joint.values_of(model, rotor) for joint, model, rotor in rows)])
+        out = np.concatenate([*links, *(joint.values_of(model, rotor) for joint, model, rotor in rows)])
+        if alone is not None:
+            own = slice(self.bodies, None)
+            out[own] = np.linalg.lstsq(alone[own, own], out[own], rcond=1e-9)[0]
+        return out
 
     def friction_of(self, parameters: Array) -> tuple[JointFriction, ...]:
         """The friction models that parameters (p,) describe, one per joint (per motor with a transmission)."""

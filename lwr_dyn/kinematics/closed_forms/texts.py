@@ -52,6 +52,11 @@ def with_own_angles(text: str) -> str:
     return closed_form_text("own_angles") + "\n" + _NAMES.sub(r"own_\1(", text)
 
 
+def with_shared(text: str, entry: str) -> str:
+    """A text with those functions of `shared.c` in front that its function `entry` needs."""
+    return used_functions(closed_form_text("shared") + "\n" + text, (entry,))
+
+
 def used_functions(text: str, wanted: tuple[str, ...]) -> str:
     """The text without the static functions that none of those wanted needs."""
     bodies = {match[1]: match[0] for match in FUNCTION.finditer(text)}

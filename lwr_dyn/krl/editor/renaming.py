@@ -5,6 +5,7 @@ A rename is only made where it is proven: with the new texts, the places that me
 
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from lwr_dyn.krl.checks.global_names import repeated_globals
@@ -27,8 +28,17 @@ class KeptNameError(Exception):
     """A name cannot be changed: the sentence says why. Used inside this package only."""
 
 
-def renamable(project: EditedProject, file: str, line: int, column: int) -> tuple[LineContext, Referent, int]:
-    """What stands at a line (from 0) and column (from 1), with the column at which its name begins.
+@dataclass(frozen=True, slots=True, eq=False)
+class RenamableName:
+    """What stands at a place and may have another name; `start` is the column (from 1) at which its name begins."""
+
+    context: LineContext
+    referent: Referent
+    start: int
+
+
+def renamable(project: EditedProject, file: str, line: int, column: int) -> RenamableName:
+    """What stands at a line (from 0) and column (from 1).
 
     Raises `KeptNameError` where it cannot have another name.
     """
@@ -43,15 +53,15 @@ def renamable(project: EditedProject, file: str, line: int, column: int) -> tupl
         raise KeptNameError(f"{referent.name} is the name of {routine.file.name}: rename the .src, its .dat and DEFDAT")
     if referent.meaning == "constant" and len(_owners(context.scope, referent.name)) > 1:
         raise KeptNameError(f"#{referent.name} belongs to several ENUMs; which one is meant is not written here")
-    return context, referent, token.column + len(token.text) - len(referent.name)
+    return RenamableName(context, referent, token.column + len(token.text) - len(referent.name))
 
 
-def renamed(project: EditedProject, file: str, line: int, column: int, new: str) -> list[SourcePosition]:
+def renamed(project: EditedProject, name: RenamableName, new: str) -> list[SourcePosition]:
     """The places where the new name is written in the place of the old one.
 
     Raises `KeptNameError` where a name is none, is taken, or one of the places must not be changed.
     """
-    context, found, start = renamable(project, file, line, column)
+    context, found = name.context, name.referent
     _check_spelling(new)
     uses = project.uses(found)
     if new.upper() != found.name.upper():
@@ -60,9 +70,9 @@ def renamed(project: EditedProject, file: str, line: int, column: int, new: str)
     _check_inline_forms(project, found, uses)
     after = project.with_texts(_texts(project, found.name, new, uses))
     shift = len(new) - len(found.name)
-    here = context.file.file.position(line, start)
+    here = context.file.file.position(context.line, name.start)
     moved = _moved([here], uses, shift)[0]
-    meant = after.at(file, line, moved.column)
+    meant = after.at(moved.file, context.line, moved.column)
     if meant is None or set(after.uses(meant[2])) != set(_moved(uses, uses, shift)):
         raise KeptNameError(f"with the name {new}, some places would mean something else than {found.name} does")
     return uses

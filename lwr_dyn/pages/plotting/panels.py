@@ -39,6 +39,9 @@ TITLE, LINE, EDGE = 0.32, 0.2, 0.16
 CAPTION, TICKS, LABELS = 0.34, 0.3, 0.55
 """Room above a panel, below it, and at its left."""
 
+_CAPTION: dict[str, Any] = {"y": 1.0, "pad": 9}
+"""Where it stands: said, so that Matplotlib does not measure all labels at every drawing to find the same place."""
+
 NO_CAPTION = 0.1
 """Room above a lone panel of which nothing is said."""
 
@@ -206,7 +209,7 @@ def draw_panel(place: SubFigure, laid: FigureLayout, k: int) -> None:
         _draw_curve(axes, drawn, f"{figure.id or 'figure'}-{k}-{c}", widest_first(one).index(drawn))
     _draw_levels(axes, one)
     caption = one.panel.title or ("" if figure.equal_aspect or laid.about else one.panel.y_label)
-    axes.set_title(caption, loc="left", fontsize=9.5, fontweight=600, pad=9)
+    axes.set_title(caption, **_CAPTION, loc="left", fontsize=9.5, fontweight=600)
     _draw_fact(axes, laid, one)
     if laid.has_ends:
         _draw_ends(axes, one)
@@ -288,7 +291,7 @@ def _draw_fact(axes: Axes, laid: FigureLayout, one: DrawnPanel) -> None:
     words = fact_text(laid, one)
     broken = one.limit is not None and one.peak > one.limit * (1.0 + 1e-9)
     colour = tokens()["alarm" if broken else "soft"]
-    axes.set_title(words, loc="right", fontsize=8.5, color=colour, pad=9)
+    axes.set_title(words, **_CAPTION, loc="right", fontsize=8.5, color=colour)
     if one.limit is None or not one.limit:
         return
     for share, token in ((1.0, "grid"), (min(one.peak / one.limit, 1.0), "alarm" if broken else "soft")):

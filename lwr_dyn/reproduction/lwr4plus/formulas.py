@@ -8,6 +8,7 @@ The printed unit is mm; the numbers are read as mrad (mrad/s).
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -115,7 +116,7 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
     With `arm_angle` given, position limits are not enforced: the authors' simulation is not known to have kept them.
     """
     kept = arm_angle is None
-    reference = ist_reference(arm, timing, arm_angle=arm_angle, limits=kept)
+    reference = shared_ist(arm, timing) if kept else ist_reference(arm, timing, arm_angle=arm_angle, limits=False)
     angle = LARGEST_MARGIN
     if arm_angle is not None:
         angle = f"{math.degrees(arm_angle.psi):.0f} deg, branch {arm_angle.branch.label} (fitted to Table VIII)"
@@ -133,6 +134,12 @@ def error_table(arm: Arm, name: str, timing: str, arm_angle: FixedArmAngle | Non
         for column, figure in COLUMNS.items()
     )
     return ErrorTable(name, timing, angle, cells, run, reference)
+
+
+@lru_cache(maxsize=8)
+def shared_ist(arm: Arm, timing: str) -> PosePathReference:
+    """IST with the arm angle of the largest margin, one for all tables and runs: its motion too is sampled once."""
+    return ist_reference(arm, timing)
 
 
 def fitted_arm_angle(arm: Arm) -> FixedArmAngle:

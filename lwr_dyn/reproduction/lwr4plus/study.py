@@ -22,7 +22,6 @@ from lwr_dyn.reproduction.paper_study import Pictures, Progress, Reproduction, s
 from lwr_dyn.reproduction.report.content import ReportSection, Still
 from lwr_dyn.simulation.metrics import RIGID, Metrics, metrics
 from lwr_dyn.simulation.simulate import simulate
-from lwr_dyn.trajectory.references.ist import ist_reference
 
 PLANTS = ("as modelled", "10 % heavier", "3 kg at the flange")
 """The simulated plants; the model of the controllers is always the arm as modelled."""
@@ -45,7 +44,7 @@ def run(_: Path, arm: Arm, progress: Progress, timing: str = "smooth", fit_arm_a
     }
     velocity = formulas.velocity_rows(min(errors["table_viii"], key=lambda t: t.distance), arm)
     progress("controllers on three plants")
-    runs = controller_runs(arm, ist_reference(arm, timing))
+    runs = controller_runs(arm, formulas.shared_ist(arm, timing))
     progress("plots and replay")
     own = {name: [t for t in tables if t.arm_angle == formulas.LARGEST_MARGIN] for name, tables in errors.items()}
     nearest = {name: min(tables, key=lambda t: t.distance) for name, tables in own.items()}

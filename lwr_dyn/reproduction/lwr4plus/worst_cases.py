@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -33,9 +34,11 @@ _cache: dict[bytes, tuple[float, float]] = {}
 """What B_ii depends on -> its least and most value, or the most value twice."""
 
 
-def arms() -> dict[str, Arm]:
+@cache
+def arms() -> Mapping[str, Arm]:
     """The arm under each of its readings, the authors' first."""
-    return {name: arm_from_paper(open_paper("lwr4plus", name)) for name in (AUTHORS, "printed", "physical")}
+    found = {name: arm_from_paper(open_paper("lwr4plus", name)) for name in (AUTHORS, "printed", "physical")}
+    return MappingProxyType(found)
 
 
 def largest(arm: Arm, joint: int, from_known_maxima: bool = False) -> float:

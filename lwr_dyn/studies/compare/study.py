@@ -23,7 +23,7 @@ import numpy as np
 
 from lwr_dyn.control.controllers import CONTROLLERS, ControllerSpec, controller_spec, faults_in
 from lwr_dyn.control.protocol import Controller, label_of
-from lwr_dyn.design.defaults import law_stability, unstable_words
+from lwr_dyn.design.defaults import law_fault, unstable_words
 from lwr_dyn.design.gain_search import TunedFrequency, largest_omega_n
 from lwr_dyn.design.loop_judgement import LoopCase
 from lwr_dyn.dynamics.engines import dynamics_of
@@ -239,8 +239,8 @@ class ControllerStudy:
         if not getattr(controller, "follows_reference", True):
             return "it follows no reference"
         rate = dict(self.options).get("rate", 1000.0)
-        found = law_stability(self.arm, dynamics, controller, self.reference, rate)
-        return "" if found is None or found.holds else f"at {rate:g} Hz it {unstable_words(found)}"
+        found = law_fault(self.arm, dynamics, controller, self.reference, rate)
+        return "" if found is None else f"at {rate:g} Hz it {unstable_words(found)}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

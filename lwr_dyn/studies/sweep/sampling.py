@@ -21,7 +21,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
-from scipy.stats import qmc
 
 from lwr_dyn.foundation.arrays import Array
 
@@ -196,6 +195,8 @@ def _blocks(method: str, d: int, seed: int, first: int, stop: int) -> Array:
     if method == "random":
         drawn = [np.random.default_rng([seed, block]).random((BLOCK, d)) for block in range(begin, end)]
     else:
+        from scipy.stats import qmc  # a quarter of a second that most commands do not need
+
         sobol = qmc.Sobol(d, seed=np.random.default_rng(seed))
         if begin:
             sobol.fast_forward(begin * BLOCK)

@@ -45,10 +45,10 @@ MASSES = 0.1
 COLUMN = 28
 """Where a comment begins."""
 
-FRICTION_TABLE = """[[parameter]]
+FRICTION_TABLE = f"""[[parameter]]
 path = "friction.coulomb"   # share of the torque limit, of the plant alone
 low = 0
-high = 0.02
+high = {FRICTION:g}
 kind = "assumed"
 """
 
@@ -89,7 +89,8 @@ def study_template(file: str, name: str, robot: str | None = None, arm: Arm | No
     paths = ", ".join(path for path in PATHS if OPTION not in path)
     listed = "\n#   ".join(wrap(paths, 100))
     of_arm = OF_LWR if robot is None or arm is None else _of_arm(robot, arm)
-    for place, words in {**of_arm, "file": file, "name": name, "paths": f"\n#   {listed}"}.items():
+    shared = {"lightest": f"{1.0 - MASSES:g}", "heaviest": f"{1.0 + MASSES:g}", "width": f"{WIDTH:g}".ljust(10)}
+    for place, words in {**of_arm, **shared, "file": file, "name": name, "paths": f"\n#   {listed}"}.items():
         text = text.replace(f"@@{place}@@", words)
     return text
 

@@ -8,6 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.codegen.branches import compiled_text
+from lwr_dyn.codegen.kernels import kernel
 from lwr_dyn.kinematics.closed_forms.arm_numbers import numbers_of_solutions
 from lwr_dyn.kinematics.six_joints.exact_arms import six_joint_form
 
@@ -23,15 +24,15 @@ def given(name):
 
 def test_arms_of_a_kind_share_their_code_and_other_kinds_do_not(monkeypatch, tmp_path):
     monkeypatch.setenv("LWR_DYN_CACHE", str(tmp_path))
-    monkeypatch.setattr(compiled_text, "_codes", {})
+    monkeypatch.setattr(kernel, "_codes", {})
     first = compiled_text.kept_machine_code(*given("ur10"))
     assert compiled_text.kept_machine_code(*given("ur5e")) is first
     (kept,) = tmp_path.glob("branches-*.kernel")
-    monkeypatch.setattr(compiled_text, "_codes", {})
+    monkeypatch.setattr(kernel, "_codes", {})
     monkeypatch.setattr(compiled_text, "machine_code", None)  # nothing is compiled again
     assert compiled_text.kept_machine_code(*given("ur10")) is not first
     kept.write_bytes(kept.read_bytes()[:-1])
-    monkeypatch.setattr(compiled_text, "_codes", {})
+    monkeypatch.setattr(kernel, "_codes", {})
     with pytest.raises(TypeError):
         compiled_text.kept_machine_code(*given("ur10"))
 

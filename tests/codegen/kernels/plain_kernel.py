@@ -18,7 +18,7 @@ _CHOICE = re.compile(r"(v\d+) = (.+) if (.+) else (.+)")
 
 def body_of(text):
     """`body(b, out, at, where)` of a kernel's text for the first lane; choices are made by `where`."""
-    loop = text[text.index("    for k in range(", text.index("def body(b, out, at):")) : text.index("@cfunc")]
+    loop = text[text.index("    for k in range(") :]
     lines = [_CHOICE.sub(r"\1 = where(\3, \2, \4)", line.strip()) for line in loop.splitlines()[1:]]
     names = {"sqrt": np.sqrt, "abs": np.abs, "fma": lambda x, y, z: x * y + z}
     exec("\n ".join(["def body(b, out, at, where, k=0):", *(line for line in lines if line)]), names)
@@ -31,7 +31,7 @@ class PlainKernel:
     def __init__(self, spec, function):
         assert spec.layout == "rows"
         source = generate(spec, function)
-        self.interface, self.dtype, self._body = source.interface, np.dtype(spec.dtype), body_of(source.text)
+        self.interface, self.dtype, self._body = source.interface, np.dtype(spec.dtype), body_of(source.body)
 
     def run(self, rows, out, count, threads=1):
         """As `Kernel.run`: `count` rows from addresses and steps; the number of states whose results are invalid."""

@@ -6,8 +6,10 @@ import pytest
 
 from lwr_dyn.codegen.kernels.elementary import sincos
 from lwr_dyn.codegen.kernels.kernel_source import placed_lines
-from lwr_dyn.codegen.kernels.machine_code import compiled, load
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop, LaneBody
+from lwr_dyn.codegen.kernels.machine_code import load
 from lwr_dyn.codegen.kernels.straight_line import straight_line_code
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 LANES = 8
 X, Y = casadi.SX.sym("x"), casadi.SX.sym("y")
@@ -25,21 +27,12 @@ def computed():
     lines = placed_lines(code, {("in", 0, 0): 0, ("in", 1, 0): 1}, range(2, 3 + len(FUNCTIONS)), LANES)
     size = (3 + len(FUNCTIONS)) * LANES
     body = "\n".join(lines)
-    text = f"""
-from numba import carray, cfunc, types
-from lwr_dyn.codegen.kernels.lowering import straight_line
-
-@straight_line("float64")
-def body(b):
-    for k in range({LANES}):
-{body}
-
-@cfunc(types.int64(types.CPointer(types.float64), types.CPointer(types.float64), types.int64, types.int64))
-def kernel(out_, b_, start, stop):
-    body(carray(b_, ({size},), types.float64))
-    return 0
-"""
-    kernel = load(*compiled(text), inputs=0)
+    loop = KernelLoop(
+        parsed("int once(double *out, double *b, int start, int stop)\n{\n    body(b);\n    return 0;\n}\n", {}),
+        "once",
+        (LaneBody("body", f"def body(b):\n    for k in range({LANES}):\n{body}\n"),),
+    )
+    kernel = load(loop.machine_code(), "kernel", inputs=0)
 
     def run(x, y):
         memory = np.zeros(size + 8)

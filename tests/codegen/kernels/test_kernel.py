@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels import kernel, machine_code
+from lwr_dyn.codegen.kernels import kernel
 from lwr_dyn.codegen.kernels.kernel import CacheWarning
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop
 from lwr_dyn.codegen.rollouts import kernel as rollout_kernel
 from lwr_dyn.foundation.errors import FileAccessError, MissingPackageError
 from lwr_dyn.model.friction import symmetric
@@ -27,7 +28,7 @@ ONE = """
 import sys, numpy as np, lwr_dyn
 batch = lwr_dyn.batch_dynamics(lwr_dyn.load("lwr4plus"))
 g = batch.gravity_vector(np.full((3, 7), 0.3))
-print("numba" in sys.modules, "casadi" in sys.modules, g[0, 1])
+print("casadi" in sys.modules, g[0, 1])
 """
 
 
@@ -49,11 +50,11 @@ def in_a_new_process():
 
 
 def answer(process):
-    """Whether it imported numba and casadi, and its torque."""
+    """Whether it imported casadi, and its torque."""
     out, err = process.communicate()
     assert process.returncode == 0, err
-    *compilers, value = out.split()
-    return tuple(name == "True" for name in compilers), float(value)
+    traced, value = out.split()
+    return traced == "True", float(value)
 
 
 @pytest.fixture(scope="module")
@@ -83,12 +84,12 @@ def test_a_damaged_kernel_is_built_again(built, folder, monkeypatch, damage):
         file.write_bytes({"cut": whole[:-5], "flipped": flipped, "empty": b"", "other": b"something else"}[damage])
     built_again = []
 
-    def compiled(text):
-        """The compiler, which needs half a second for the same code."""
-        built_again.append(text)
-        return code, record["symbol"]
+    def compiled(loop):
+        """The compiler, which gives the same code."""
+        built_again.append(loop)
+        return code
 
-    monkeypatch.setattr(machine_code, "compiled", compiled)
+    monkeypatch.setattr(KernelLoop, "machine_code", compiled)
     if damage == "folder":
         with pytest.warns(CacheWarning, match="directory"):
             assert np.array_equal(gravity(), right)
@@ -118,8 +119,8 @@ def test_processes_at_once_a_killed_one_and_a_later_one_that_loads_their_kernel(
     answers = [answer(process) for process in several[1:]]
     several[0].communicate()
     later = answer(in_a_new_process())
-    assert (True, True) in {compilers for compilers, _ in answers}
-    assert later[0] == (False, False)  # neither compiler is even imported
+    assert True in {traced for traced, _ in answers}
+    assert not later[0]  # nothing is traced or compiled again
     assert len({value for _, value in (*answers, later)}) == 1
     assert len(list(folder.glob("*.kernel"))) == 1
     assert os.stat(folder).st_mode & 0o777 == 0o700
@@ -151,7 +152,7 @@ def test_the_key_distinguishes_arms_choices_and_functions():
     assert kernel.key_of(kernel_spec(lwr_dyn.load("lwr4plus")), "mass_matrix") in keys
 
 
-@pytest.mark.parametrize("package", ["numba", "llvmlite", "mpmath"])
+@pytest.mark.parametrize("package", ["llvmlite", "mpmath"])
 def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, package):
     makers = (
         (kernel, lambda: kernel.key_of(kernel_spec(ARM), "mass_matrix")),
@@ -163,7 +164,7 @@ def test_the_key_distinguishes_versions_of_what_makes_the_code(monkeypatch, pack
         assert key() != before
 
 
-@pytest.mark.parametrize("package", ["numba", "casadi", "mpmath"])
+@pytest.mark.parametrize("package", ["llvmlite", "casadi", "mpmath"])
 def test_an_absent_package_is_named(monkeypatch, package):
     monkeypatch.setattr(kernel, "find_spec", lambda name: None if name == package else object())
     for make in (lwr_dyn.batch_dynamics, lambda arm: lwr_dyn.dynamics_of(arm, "kernels")):

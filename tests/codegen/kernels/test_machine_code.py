@@ -1,8 +1,8 @@
 """Machine code of a kernel's body: vectors on the stack do not lie across cache lines, constants are near."""
 
-import linecache
 import platform
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +12,9 @@ import lwr_dyn
 from lwr_dyn.codegen.kernels import machine_code
 from lwr_dyn.codegen.kernels.kernel_source import generate
 from lwr_dyn.codegen.kernels.kernel_spec import kernel_spec
+from lwr_dyn.codegen.kernels.lowering import body_assembly
 from lwr_dyn.codegen.kernels.machine_code import target_machine
+from lwr_dyn.model.chain import first_links
 
 IS_X86 = platform.machine().lower() in ("x86_64", "amd64")
 
@@ -21,11 +23,9 @@ IS_X86 = platform.machine().lower() in ("x86_64", "amd64")
 @pytest.mark.skipif(not IS_X86, reason="reads the assembly of x86-64")
 @pytest.mark.parametrize(("function", "layout"), [("coriolis_matrix", "rows"), ("forward_dynamics", "blocks")])
 def test_spilled_vectors_are_aligned_and_constants_need_no_address_of_64_bits(function, layout):
-    text = generate(kernel_spec(lwr_dyn.load("lwr4plus"), layout=layout), function).text
-    file, names = "<a body under test>", {"__name__": "body"}
-    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
-    exec(compile(text, file, "exec"), names)
-    bodies = [each.assembly for each in names.values() if hasattr(each, "assembly")]
+    source = generate(kernel_spec(lwr_dyn.load("lwr4plus"), layout=layout), function)
+    loop = source.loop.around(source.body)
+    bodies = [body_assembly(x.text, x.name, "float64", x.is_streaming) for x in loop.bodies]
     assert len(bodies) == (2 if layout == "blocks" else 1)
     for body in bodies:
         written = target_machine(near=True).emit_assembly(llvm.parse_assembly(body))
@@ -34,6 +34,15 @@ def test_spilled_vectors_are_aligned_and_constants_need_no_address_of_64_bits(fu
         assert len(on_stack) > 20
         assert "movabs" not in written
         assert written.count("(%rip)") > 20
+
+
+@pytest.mark.skipif(not IS_X86, reason="relocations of x86-64")
+def test_a_whole_kernel_finds_its_constants_near():
+    """Its body is a function of its own, but not one that others could call, which would count as far away."""
+    arm = lwr_dyn.load("lwr4plus")
+    chain = first_links(arm.chain, 2)
+    source = generate(kernel_spec(replace(arm, chain=chain)), "potential_energy")
+    assert machine_code._is_near(source.loop.around(source.body).machine_code())
 
 
 @pytest.mark.skipif(not IS_X86, reason="relocations of x86-64")
@@ -51,7 +60,7 @@ def test_code_that_calls_a_library_is_loaded_and_runs(call, is_near):
       store double %z, ptr %b
       ret i64 7
     }}"""
-    code = machine_code._object(llvm.parse_assembly(text))
+    code = machine_code.machine_code(llvm.parse_assembly(text))
     assert machine_code._is_near(code) is is_near
     assert machine_code._relocations(code) == ({2} if is_near else set())
     x, b = np.ones(64), np.array([4.0])

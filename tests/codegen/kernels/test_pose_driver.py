@@ -1,14 +1,14 @@
 """The driver of the search as plain Python: around the arm's step, and around steps that are set by hand."""
 
-import runpy
+from functools import cache
 
-import numba
 import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.kernels import pose_driver
+from lwr_dyn.codegen.kernels.pose_driver import NUMBERS, buffer_size, layout, pose_driver
 from lwr_dyn.codegen.kernels.pose_source import pose_step
+from lwr_dyn.kinematics.closed_forms.python_text import python_text
 from lwr_dyn.kinematics.pose_solver import FOUND, INVALID, NOT_REACHED, OUTSIDE, TAIL, search_ranges
 from tests.kinematics.solved_poses import assert_reached
 from tests.public_arms import random_positions
@@ -18,34 +18,34 @@ EYE = np.eye(4)
 TURN = 2.0 * np.pi
 
 
-@pytest.fixture(scope="module")
-def driver():
-    """The module's functions without a compiler."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name in ("njit", "cfunc"):
-            patch.setattr(numba, name, lambda *_, **__: lambda function: function)
-        patch.setattr(numba, "carray", lambda array, *_: array)
-        return runpy.run_path(pose_driver.__file__)
+@cache
+def driver(n=1, W=2):
+    """The functions of the text without a compiler; `body` is to be set."""
+    names = dict(NUMBERS)
+    exec(python_text(pose_driver(n, W)), names)
+    return names
 
 
-def searched(driver, body, settings, T, q0=None, W=2):
+def searched(body, settings, T, q0=None, W=2):
     """The rows of poses; `body` (q, T, repair, start) -> next q and measures, by columns."""
     s, n, T = np.array(settings, dtype=float), int(settings[3]), np.reshape(T, (-1, 4, 4)).astype(float)
-    out, b = np.full(len(T) * (n + TAIL), 77.0), np.full(driver["buffer_size"](n, W), 77.0)
+    out, b = np.full(len(T) * (n + TAIL), 77.0), np.full(buffer_size(n, W), 77.0)
+    places, functions = layout(n, W), driver(n, W)
 
     left = iter(range(5000))
 
     def step(memory):
         next(left)  # a search that does not end fails
         rows = memory.reshape(-1, W)
-        start = rows[2 * n + 14 + driver["MEASURES"] + driver["START"]]
+        start = rows[places["STATE"] + places["START"]]
         q, measures = body(rows[:n].copy(), rows[n : n + 12].copy(), rows[n + 12].copy(), start)
         rows[n + 14 : 2 * n + 14] = q
         for row, measure in zip(rows[2 * n + 14 :], measures, strict=False):
             row[:] = measure
 
     first, stride = (np.zeros(n), -1) if q0 is None else (np.ravel(q0).astype(float), n)
-    driver["pose_kernel"](step, W)(T.ravel(), 16, first, stride, s, len(s), out, b, 0, len(T))
+    functions["body"] = step
+    functions["search"](T.ravel(), 16, first, stride, s, len(s), out, b, 0, len(T))
     return out.reshape(len(T), -1)
 
 
@@ -74,10 +74,10 @@ def arms_own():
 
 
 @pytest.mark.parametrize("near", [False, True])
-def test_poses_are_solved_one_after_the_other_as_alone(driver, arms_own, near):
+def test_poses_are_solved_one_after_the_other_as_alone(arms_own, near):
     q = random_positions(ARM, 6, seed=3)
     T, q0 = lwr_dyn.forward_kinematics(ARM, q), q + 0.05 if near else None
-    rows = searched(driver, *arms_own, T, q0)
+    rows = searched(*arms_own, T, q0)
     assert (rows[:, 7] == FOUND).all()
     assert_reached(ARM, rows[:, :7], T)
     assert (rows[:, 8:10] < 1e-18).all()
@@ -86,30 +86,30 @@ def test_poses_are_solved_one_after_the_other_as_alone(driver, arms_own, near):
         assert (rows[:, 11] == 0.0).all()
         assert np.abs(rows[:, :7] - q).max() < 0.2
     for k in (0, 3):
-        alone = searched(driver, *arms_own, T[k], None if q0 is None else q0[k], W=4)
+        alone = searched(*arms_own, T[k], None if q0 is None else q0[k], W=4)
         assert np.abs(alone[0, :7] - rows[k, :7]).max() < 1e-12
         assert alone[0, 11] == rows[k, 11]
 
 
 @pytest.mark.parametrize(("E", "steps"), [(2e-3, 15), (5e-4, 40), (2e-6, 40), (5e-7, 1000)])
 @pytest.mark.parametrize("poses", [1, 2])
-def test_a_start_gets_steps_by_its_error(driver, E, steps, poses):
-    rows = searched(driver, fixed(2.0 * E), settings(), [EYE] * poses)
+def test_a_start_gets_steps_by_its_error(E, steps, poses):
+    rows = searched(fixed(2.0 * E), settings(), [EYE] * poses)
     assert rows.tolist() == [[0.0, NOT_REACHED, 2.0 * E, 0.0, 1.0, 0.0, steps]] * poses
 
 
-def test_late_starts_are_given_up_sooner(driver):
+def test_late_starts_are_given_up_sooner():
     """From the 41st on: 39 starts of 15 steps, one of 1000, then 2 of 40."""
 
     def body(q, T, repair, start):
         return q, (np.where(start < 39, 2.0, 1e-8), 0.0, 1.0, 0.0)
 
-    rows = searched(driver, body, settings(np.zeros((42, 1))), [EYE, EYE])
+    rows = searched(body, settings(np.zeros((42, 1))), [EYE, EYE])
     assert rows[:, -1].tolist() == [39 * 15 + 1000 + 2 * 40] * 2
     assert rows[:, -2].tolist() == [41.0] * 2
 
 
-def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_wins(driver):
+def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_wins():
     """Start 3 (of 6) is solved, and start 4; two lanes have the even and the odd ones."""
 
     def body(q, T, repair, start):
@@ -117,18 +117,18 @@ def test_all_lanes_of_one_pose_share_its_starts_and_the_first_that_is_solved_win
 
     starts = np.arange(6.0)[:, None]
     for T, steps in (([EYE], 16), ([EYE, EYE], 3 * 15 + 1)):
-        rows = searched(driver, body, settings(starts, 0.0, 9.0, turning=0.0), T)
+        rows = searched(body, settings(starts, 0.0, 9.0, turning=0.0), T)
         assert rows.tolist() == [[3.0, FOUND, 0.0, 0.0, 1.0, 3.0, steps]] * len(T)
 
 
-def test_the_nearest_miss_is_kept(driver):
+def test_the_nearest_miss_is_kept():
     """Of starts that miss by 3, 1 and 2."""
 
     def body(q, T, repair, start):
         return q, (q[0], 0.0, 1.0, 0.0)
 
     for T in ([EYE], [EYE, EYE]):
-        rows = searched(driver, body, settings([[3.0], [1.0], [2.0]]), T)
+        rows = searched(body, settings([[3.0], [1.0], [2.0]]), T)
         assert rows[:, :5].tolist() == [[1.0, NOT_REACHED, 1.0, 0.0, 1.0]] * len(T)
 
 
@@ -147,16 +147,16 @@ def test_the_nearest_miss_is_kept(driver):
         (3.1, {}, None),
     ],
 )
-def test_an_angle_is_moved_by_whole_turns_to_the_middle_and_into_the_limits(driver, q, options, found):
-    (row,) = searched(driver, fixed(0.0), settings([[q]], **options), EYE)
+def test_an_angle_is_moved_by_whole_turns_to_the_middle_and_into_the_limits(q, options, found):
+    (row,) = searched(fixed(0.0), settings([[q]], **options), EYE)
     assert row[1] == (OUTSIDE if found is None else FOUND)
     assert row[0] == pytest.approx(q if found is None else found, abs=1e-15)
 
 
-def test_the_solution_is_near_to_a_position_that_is_given(driver):
+def test_the_solution_is_near_to_a_position_that_is_given():
     """One beyond the limits counts as at them."""
     for q0, near in (([[7.0]], 7.0), ([[8.0]], 8.0 - TURN)):
-        (row,) = searched(driver, fixed(0.0), settings(lower=-7.0, upper=7.5, middle=-6.0), EYE, q0)
+        (row,) = searched(fixed(0.0), settings(lower=-7.0, upper=7.5, middle=-6.0), EYE, q0)
         assert row[0] == pytest.approx(near, abs=1e-15)
 
 
@@ -170,7 +170,7 @@ def test_the_solution_is_near_to_a_position_that_is_given(driver):
         (0.5, 1.0, 7, ([0.0] + [1.0] * 20) * 7 + [2.0] * 20),
     ],
 )
-def test_a_solution_outside_the_limits_is_pulled_then_held_at_them(driver, excess, redundant, starts, log):
+def test_a_solution_outside_the_limits_is_pulled_then_held_at_them(excess, redundant, starts, log):
     """A step of 1 mm off in every repair; the row is that of the miss."""
     seen = []
 
@@ -179,13 +179,13 @@ def test_a_solution_outside_the_limits_is_pulled_then_held_at_them(driver, exces
         return q * 0.0 + 3.0 + excess, (np.where(repair > 0.0, 1e-6, 0.0), 0.0, 1.0, 0.0)
 
     table = np.full((starts, 1), 3.0 + excess)
-    rows = searched(driver, body, settings(table, redundant=redundant, turning=0.0), [EYE, EYE, 2.0 * EYE])
+    rows = searched(body, settings(table, redundant=redundant, turning=0.0), [EYE, EYE, 2.0 * EYE])
     assert seen == [[mode, mode] for mode in log]
     assert rows[:2, :2].tolist() == [[3.0 + excess, OUTSIDE]] * 2
     assert rows[2].tolist() == [0.0, INVALID, *[0.0] * 5]
 
 
-def test_a_repair_that_holds_ends_at_the_limits(driver):
+def test_a_repair_that_holds_ends_at_the_limits():
     """Held joints begin at their limits and return to them after every step."""
     seen = []
 
@@ -193,7 +193,7 @@ def test_a_repair_that_holds_ends_at_the_limits(driver):
         seen.append(q[0, 0])
         return q + 0.25, (np.where((repair == 2.0) & (len(seen) < 4), 1e-6, 0.0), 0.0, 1.0, 0.0)
 
-    (row,) = searched(driver, body, settings([[3.0 + 0.5e-4]], turning=0.0), EYE)
+    (row,) = searched(body, settings([[3.0 + 0.5e-4]], turning=0.0), EYE)
     assert seen == [3.0 + 0.5e-4, 3.0, 3.0, 3.0]
     assert row.tolist() == [3.0, FOUND, 0.0, 0.0, 1.0, 0.0, 4.0]
 
@@ -208,16 +208,16 @@ def test_a_repair_that_holds_ends_at_the_limits(driver):
         ((np.nan, 0.0, 1.0, 0.0), NOT_REACHED),
     ],
 )
-def test_what_counts_as_reached(driver, measures, code):
-    (row,) = searched(driver, fixed(*measures), settings(), EYE)
+def test_what_counts_as_reached(measures, code):
+    (row,) = searched(fixed(*measures), settings(), EYE)
     assert row[1] == code
 
 
-def test_a_pull_is_done_when_no_joint_is_outside(driver):
+def test_a_pull_is_done_when_no_joint_is_outside():
     for outside, code in ((1.0, OUTSIDE), (0.0, FOUND)):
         q = iter([3.5] + [1.0] * 30)
         body = lambda *_, q=q, outside=outside: (next(q), (0.0, 0.0, 1.0, outside))  # noqa: E731
-        (row,) = searched(driver, body, settings([[3.5]], redundant=1.0, turning=0.0), EYE)
+        (row,) = searched(body, settings([[3.5]], redundant=1.0, turning=0.0), EYE)
         assert row[1] == code
 
 
@@ -240,25 +240,25 @@ SHEARED = EYE + 1.1e-6 * np.eye(4, k=1) * [[1], [1], [0], [0]]
         (EYE[[1, 0, 2, 3]], False),
     ],
 )
-def test_what_is_a_pose(driver, T, is_one):
+def test_what_is_a_pose(T, is_one):
     padded = np.concatenate([[5.0], T.ravel()])
-    assert driver["is_pose"](padded, 1) == is_one
+    assert driver()["is_pose"](padded, 1) == is_one
     for k in range(3):
         moved = padded.copy()
         moved[1 + 4 * k + 3] = 0.9e300
-        assert driver["is_pose"](moved, 1) == is_one
+        assert driver()["is_pose"](moved, 1) == is_one
         moved[1 + 4 * k + 3] = 1.1e300
-        assert not driver["is_pose"](moved, 1)
+        assert not driver()["is_pose"](moved, 1)
 
 
-def test_positions_are_numbers_below_1e5(driver):
+def test_positions_are_numbers_below_1e5():
     q = np.array([1e9, 99999.0, -99999.0, np.nan])
-    assert [driver["is_finite"](q, *x) for x in ((1, 2), (0, 2), (2, 2), (1, 1))] == [True, False, False, True]
-    (row,) = searched(driver, fixed(0.0), settings(), EYE, [[1e5]])
+    assert [driver(n)["is_finite"](q, at) for at, n in ((1, 2), (0, 2), (2, 2), (1, 1))] == [True, False, False, True]
+    (row,) = searched(fixed(0.0), settings(), EYE, [[1e5]])
     assert row.tolist() == [0.0, INVALID, *[0.0] * 5]
 
 
-def test_a_rotation_is_made_exact_and_the_place_is_kept(driver):
+def test_a_rotation_is_made_exact_and_the_place_is_kept():
     """A Newton step of the polar decomposition leaves the square of what was off."""
     R = lwr_dyn.forward_kinematics(ARM, np.full((1, 7), 0.4))[0]
     T, taken = R.copy(), []
@@ -268,7 +268,7 @@ def test_a_rotation_is_made_exact_and_the_place_is_kept(driver):
         taken.append(given[:, 0].reshape(3, 4))
         return q, (0.0, 0.0, 1.0, 0.0)
 
-    searched(driver, body, settings(), T)
+    searched(body, settings(), T)
     found = taken[0]
     assert (found[:, 3] == T[:3, 3]).all()
     assert np.abs(found[:, :3].T @ found[:, :3] - np.eye(3)).max() < 1e-13

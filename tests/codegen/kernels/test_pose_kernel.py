@@ -74,7 +74,7 @@ def test_threads_do_not_disturb_each_other():
 
 def test_without_the_packages_of_kernels_pinocchio_searches(monkeypatch):
     def missing():
-        raise MissingPackageError("numba", "batch")
+        raise MissingPackageError("llvmlite", "batch")
 
     monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_kernel.require_packages", missing)
     arm = arm_named("kr30ha")
@@ -88,7 +88,7 @@ def test_a_kept_kernel_is_loaded_and_another_arm_has_its_own(monkeypatch):
     arm = arm_named("ur10e")
     first = lwr_dyn.ik_solver(arm, search="kernel")
     monkeypatch.setattr("lwr_dyn.codegen.kernels.kernel._codes", {})
-    monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_source.pose_source", None)
+    monkeypatch.setattr("lwr_dyn.codegen.kernels.pose_source.pose_loop", None)
     T = lwr_dyn.forward_kinematics(arm, np.full(6, 0.3))
     assert np.array_equal(lwr_dyn.ik_solver(arm, search="kernel")(T), first(T))
     assert pose_kernel._key(arm) != pose_kernel._key(arm_named("lwr4plus"))

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from llvmlite import binding as llvm
 from llvmlite import ir
-from numba import njit
 
-from lwr_dyn.codegen.kernels.machine_code import target_machine
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop
+from lwr_dyn.codegen.kernels.machine_code import load, target_machine
 from lwr_dyn.codegen.kernels.transposes import LaneBlock, ResultRows, begins_on_vector, block_past_caches, rows_to_lanes
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 LANES = 4
 NUMBERS = {"float64": ir.DoubleType(), "float32": ir.FloatType()}
@@ -115,19 +116,33 @@ def test_places_alignment_and_what_goes_past_the_caches():
     assert call(given, target)[:12].tolist() == [20.0, 21.0, 22.0, 23.0, 0.0, 22.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0]
 
 
+BOTH = """
+int both(const double *x, int unused, double *out, double *b, int start, int stop)
+{
+    read(x, 1, 5, b, 0);
+    copy(b, out, 4);
+    return begins(out) * 2 + begins(x);
+}
+"""
+
+
 def test_rows_are_read_into_lanes_and_blocks_written_past_the_caches():
-    read, copy, begins = rows_to_lanes(LANES, 3, 2), block_past_caches(LANES, 2, 8), begins_on_vector(LANES)
+    number = NUMBERS["float64"]
+    helpers = (
+        rows_to_lanes("read", number, LANES, 3, 2),
+        block_past_caches("copy", number, LANES, 2, 8),
+        begins_on_vector("begins", number, LANES),
+    )
+    code = load(KernelLoop(parsed(BOTH, {}), "both", (), helpers).machine_code(), "kernel", 1)
 
-    @njit
     def both(x, b, out):
-        read(x, 1, 5, b, 0)
-        copy(b, out, 4)
-        return begins(out), begins(out[1:])
+        return code.call(x.ctypes.data, 0, out.ctypes.data, b.ctypes.data, 0, 0)
 
-    x, memory = np.arange(40.0), np.full(80, 77.0)
-    memory = memory[-memory.ctypes.data // 8 % 8 :]
+    given, memory = np.arange(48.0), np.full(80, 77.0)
+    memory, given = memory[-memory.ctypes.data // 8 % 8 :], given[-given.ctypes.data // 8 % 8 :]
+    x = given[1:41]
     b, out = memory[:32], memory[32:64]
-    assert both(x, b, out) == (True, False)
+    assert both(x, b, out) == 2  # out begins a vector, x does not
     expected = x[1 + 5 * np.arange(LANES) + np.arange(3)[:, None]]
     assert (b[8:20].reshape(3, LANES) == expected).all()
     assert (np.delete(b, range(8, 20)) == 77.0).all()

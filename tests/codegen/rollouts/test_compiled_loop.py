@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import lwr_dyn
-from lwr_dyn.codegen.rollouts.compiled_loop import check_setup, run_compiled
+from lwr_dyn.codegen.rollouts.compiled_loop import _extremes, check_setup, run_compiled
 from lwr_dyn.codegen.rollouts.law_forms import NoKernelFormError
 from lwr_dyn.codegen.rollouts.philox_code import CountedEncoder
 from lwr_dyn.control.laws.friction_compensation import arm_with_friction
@@ -247,6 +247,14 @@ def test_what_there_is_passes():
     controller = lwr_dyn.controller("pd-gravity", lwr())
     options = {"delay": 8, "encoder": Encoder(1e-4, 1e-5, 50.0), "substeps": 3, "engine": "newton-euler"}
     check_setup(prepare(lwr(), controller, still(), Loop(**options)))
+
+
+@pytest.mark.parametrize("samples", [1, 63, 64, 65, 200])
+def test_the_least_and_the_largest_of_many_rows(samples):
+    states = np.random.default_rng(samples).normal(size=(samples, 2, 3))
+    assert np.array_equal(_extremes(states), [states.min(axis=0), states.max(axis=0)])
+    states[samples // 2, 1, 2] = np.nan
+    assert np.isnan(_extremes(states)).sum() == 2
 
 
 def test_a_stop_is_said_with_joint_and_time():

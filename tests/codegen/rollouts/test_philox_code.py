@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from llvmlite import binding as llvm
 
-from lwr_dyn.codegen.kernels.machine_code import compiled, target_machine
-from lwr_dyn.codegen.rollouts.philox_code import normal_numbers, philox, uniform_numbers
+from lwr_dyn.codegen.kernels.loop_code import KernelLoop
+from lwr_dyn.codegen.kernels.machine_code import target_machine
+from lwr_dyn.codegen.rollouts.philox_code import normal_numbers, philox, uniform_code, uniform_numbers
 from lwr_dyn.foundation.errors import OptionError
+from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 
 KNOWN = [
     ("00000000 00000000 00000000 00000000", "00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
@@ -71,21 +73,16 @@ def test_a_seed_of_other_than_64_bits_is_refused(value: object) -> None:
 
 
 SOURCE = """
-from numba import carray, cfunc, types
-from lwr_dyn.codegen.rollouts.philox_code import uniform_code
-
-fill = uniform_code({lanes}, {words}, 3)
-number = types.CPointer(types.float64)
-
-@cfunc(types.int64(number, number, types.int64, types.int64, types.int64))
-def kernel(out_, b_, seed, run, samples):
-    b = carray(b_, (({words} + 4) * {lanes},), types.float64)
-    out = carray(out_, (samples * ({words} + 4) * {lanes},), types.float64)
-    for k in range(samples):
-        fill(b, seed, run, k)
-        for i in range(b.size):
-            out[k * b.size + i] = b[i]
-    return 0
+int kernel_of(double *out, double *b, int seed, int run, int samples)
+{
+    for (int k = 0; k < samples; k++) {
+        fill(b, seed, run, k);
+        for (int i = 0; i < SIZE; i++) {
+            out[k * SIZE + i] = b[i];
+        }
+    }
+    return 0;
+}
 """
 SAMPLES = 5
 
@@ -93,7 +90,8 @@ SAMPLES = 5
 @pytest.mark.parametrize("lanes", [1, 4, 8])
 def test_every_lane_has_the_numbers_of_its_run(lanes: int) -> None:
     words, seed, run = 8, 2**63 + 12345, 2**32 - 3  # lanes on both sides of a run's low half
-    code, name = compiled(SOURCE.format(lanes=lanes, words=words))
+    text = parsed(SOURCE, {"SIZE": (words + 4) * lanes})
+    code = KernelLoop(text, "kernel_of", (), (uniform_code("fill", lanes, words, 3),)).machine_code()
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
@@ -101,7 +99,7 @@ def test_every_lane_has_the_numbers_of_its_run(lanes: int) -> None:
     room = np.full((words + 4) * lanes + 8, -1.0)
     buffer = room[-room.ctypes.data % 64 // 8 :][: (words + 4) * lanes]
     out = np.zeros((SAMPLES, words + 4, lanes))
-    kind(engine.get_function_address(name))(out.ctypes.data, buffer.ctypes.data, seed - 2**64, run, SAMPLES)
+    kind(engine.get_function_address("kernel"))(out.ctypes.data, buffer.ctypes.data, seed - 2**64, run, SAMPLES)
     for lane in range(lanes):
         assert (out[:, 3:-1, lane] == uniform_numbers(seed, run + lane, SAMPLES, words)).all()
     assert (out[:, :3] == -1.0).all()

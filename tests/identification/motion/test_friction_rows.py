@@ -11,7 +11,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.arms.papers.catalog import open_paper
 from lwr_dyn.foundation.errors import OptionError
-from lwr_dyn.identification.fitted import fitted_values, write_fitted
+from lwr_dyn.identification.fitted import fitted_values
+from lwr_dyn.identification.fitted_files import write_fitted
 from lwr_dyn.identification.logs.joint_log import read_log
 from lwr_dyn.identification.motion.friction_rows import load_shares, load_words
 from lwr_dyn.identification.motion.motion_fit import identify_motion

@@ -58,6 +58,15 @@ def test_they_are_the_curvature_of_chi2(lwr):
         assert sigma[THERE] == pytest.approx(_by_differences(samples, found), rel=0.05)
 
 
+def test_speeds_of_motors_are_looked_for_among_those_that_motors_have(lwr):
+    """Behind gears of 50 they are 50 times those of joints, which is above the speeds of any joint."""
+    rng, motors = np.random.default_rng(3), Transmission(50.0 * np.eye(7))
+    plant = perturbed_plant(TorqueColumns(lwr.chain, "symmetric", 50.0 * TRUE, motors), lwr, rng)
+    samples = simulated_samples(plant, random_motion(lwr, 10.0, rng), 1e-3, rng, 0.01)
+    found = stribeck_search(samples, TorqueColumns(lwr.chain, "symmetric", transmission=motors))
+    assert found.speeds[THERE] == pytest.approx(50.0 * TRUE[THERE], rel=0.05)
+
+
 def _by_differences(samples, found):
     noise, joints = found.information.noise, np.flatnonzero(THERE)
     H, step = np.zeros((len(joints), len(joints))), 0.02 * found.speeds

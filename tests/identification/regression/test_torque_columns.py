@@ -36,7 +36,7 @@ def test_without_a_compiler_the_columns_are_the_same(monkeypatch):
     fast = TorqueColumns(arm.chain)
 
     def missing():
-        raise MissingPackageError("numba", "batch")
+        raise MissingPackageError("llvmlite", "batch")
 
     monkeypatch.setattr(torque_columns, "require_packages", missing)
     slow, x = TorqueColumns(arm.chain), states(arm.n)

@@ -7,7 +7,7 @@ import pytest
 
 from lwr_dyn.krl.editor import renaming
 from lwr_dyn.krl.editor.edited_project import EditedProject
-from lwr_dyn.krl.editor.renaming import KeptNameError, renamed
+from lwr_dyn.krl.editor.renaming import KeptNameError, renamable, renamed
 from tests.krl import planting
 from tests.krl.rename_trial import random_backup, rename_trial, written
 from tests.krl.small_backup import CLOSE, CONFIG, FILES, MAIN, place_of, write_backup
@@ -21,7 +21,7 @@ def project(tmp_path):
 
 
 def rename(project, new, name, text, nth=0, word=""):
-    return renamed(project, name, *place_of(name, text, nth, word), new)
+    return renamed(project, renamable(project, name, *place_of(name, text, nth, word)), new)
 
 
 def short(uses):
@@ -121,7 +121,8 @@ def test_a_member_that_is_spelt_as_a_variable_is_not_that_variable(project):
     text = FILES[CONFIG].replace("ENDDAT", "DECL INT state=1\nENDDAT")
     project.set_text(CONFIG, text)
     line = text.split("\n").index("DECL INT state=1")
-    assert short(renamed(project, CONFIG, line, len("DECL INT s"), "other")) == [("$config.dat", line + 1)]
+    state = renamable(project, CONFIG, line, len("DECL INT s"))
+    assert short(renamed(project, state, "other")) == [("$config.dat", line + 1)]
 
 
 def test_renames_drawn_by_a_seed_change_no_diagnosis(tmp_path):

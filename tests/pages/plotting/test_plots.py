@@ -14,6 +14,7 @@ from lwr_dyn.foundation.errors import FileAccessError, OptionError
 from lwr_dyn.foundation.number_text import short
 from lwr_dyn.pages.figures.figure import Curve, Figure, Level, Panel, Series
 from lwr_dyn.pages.figures.run_figures import error_figure, path_figure, torque_figure
+from lwr_dyn.pages.plotting import panels
 from lwr_dyn.pages.plotting.panels import CAPTION, EDGE, LABELS, LINE, NO_CAPTION, TICKS, TITLE
 from lwr_dyn.pages.plotting.plots import draw, figure_bytes, save_figure
 from lwr_dyn.pages.replay.look import tokens
@@ -35,6 +36,13 @@ def lines_of(drawing):
 def words_of(drawing):
     """Heading and names of the lines."""
     return [text.get_text() for text in drawing.subfigs[0].texts]
+
+
+def test_captions_stand_where_matplotlib_would_put_them(runs, monkeypatch):
+    figures = [torque_figure(runs, (0, 1)), path_figure(runs, (0,))]
+    drawn = [figure_bytes(figure, "svg", runs) for figure in figures]
+    monkeypatch.setattr(panels, "_CAPTION", {"pad": 9})
+    assert [figure_bytes(figure, "svg", runs) for figure in figures] == drawn
 
 
 def test_every_curve_of_a_figure_is_drawn_with_its_numbers_and_the_colour_of_its_run(runs):

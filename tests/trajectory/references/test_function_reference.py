@@ -147,14 +147,14 @@ def test_kinks_are_allowed_where_derivatives_are_given_and_limits_can_be_left(ar
 def test_a_plain_function_names_the_road(arm):
     with pytest.raises(OptionError, match=r"the function wave; allowed: lwr_dyn.reference\(function, arm, duration"):
         lwr_dyn.simulate(arm, lwr_dyn.controller("pid", arm), wave)
-    need("numba")
+    need("llvmlite")
     with pytest.raises(OptionError, match=r"the function wave; allowed: lwr_dyn.reference"):
         lwr_dyn.rollouts(arm, "pid", [wave], runs=2)
 
 
 @pytest.mark.slow
 def test_rollouts_follow_it_as_simulate_does(arm):
-    need("numba")
+    need("llvmlite")
     reference = lwr_dyn.reference(wave, arm, duration=0.05)
     rolls = lwr_dyn.rollouts(arm, "inverse-dynamics", reference, runs=1, record=1)
     run = lwr_dyn.simulate(arm, lwr_dyn.controller("inverse-dynamics", arm), reference, friction="none")

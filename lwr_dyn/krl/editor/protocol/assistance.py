@@ -71,12 +71,12 @@ class Assistance:
             return None
         project, name, column = place
         try:
-            context, referent, start = renamable(project, name, params.position.line, column + 1)
+            found = renamable(project, name, params.position.line, column + 1)
         except KeptNameError as why:
             raise _refusal(why) from None
-        ends = (start - 1, start - 1 + len(referent.name))
-        where = self.files.places.range(context.text, params.position.line, *ends)
-        return lsp.PrepareRenamePlaceholder(where, context.text[slice(*ends)])
+        text, ends = found.context.text, (found.start - 1, found.start - 1 + len(found.referent.name))
+        where = self.files.places.range(text, params.position.line, *ends)
+        return lsp.PrepareRenamePlaceholder(where, text[slice(*ends)])
 
     def rename(self, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
         """The new name at all places of the old one."""
@@ -85,13 +85,13 @@ class Assistance:
             return None
         project, name, column = place
         try:
-            _, referent, _ = renamable(project, name, params.position.line, column + 1)
-            uses = renamed(project, name, params.position.line, column + 1, params.new_name)
+            found = renamable(project, name, params.position.line, column + 1)
+            uses = renamed(project, found, params.new_name)
         except KeptNameError as why:
             raise _refusal(why) from None
         changes: dict[str, list[lsp.TextEdit]] = {}
         for use in uses:
-            there = self.files.location(project, use, len(referent.name))
+            there = self.files.location(project, use, len(found.referent.name))
             changes.setdefault(there.uri, []).append(lsp.TextEdit(there.range, params.new_name))
         return lsp.WorkspaceEdit(changes)
 

@@ -33,7 +33,7 @@ from lwr_dyn.studies.sweep.summary import ControllerRuns
 from lwr_dyn.studies.sweep.sweep_study import MOST_RUNS
 
 SCHEMA = 1
-PACKAGES = ("numpy", "scipy", "pin", "casadi", "numba", "llvmlite", "pyarrow", "mpmath")
+PACKAGES = ("numpy", "scipy", "pin", "casadi", "llvmlite", "pyarrow", "mpmath")
 """What numbers and bytes depend on."""
 _LONGEST = 60
 

@@ -59,8 +59,8 @@ def test_a_chunk_that_kills_its_worker_ends_as_a_fault_and_the_rest_is_made(loca
 def test_a_worker_of_another_version_is_refused(local_cluster, monkeypatch):
     with cluster.connected(local_cluster.scheduler_address):
         pass
-    monkeypatch.setattr(cluster, "versions", lambda: versions() | {"numba": "0.1"})
-    with pytest.raises(cluster.WorkerVersionError, match=r"worker tcp://\S+ has numba \S+, here is 0\.1"):
+    monkeypatch.setattr(cluster, "versions", lambda: versions() | {"llvmlite": "0.1"})
+    with pytest.raises(cluster.WorkerVersionError, match=r"worker tcp://\S+ has llvmlite \S+, here is 0\.1"):
         cluster.connected(local_cluster.scheduler_address).__enter__()
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from llvmlite import binding as llvm
 
-from lwr_dyn.codegen.branches.llvm_text import llvm_text, table, table_places
 from lwr_dyn.codegen.kernels.kernel import address
+from lwr_dyn.codegen.kernels.llvm_text import llvm_text, table, table_places
 from lwr_dyn.codegen.kernels.machine_code import load, target_machine
 from lwr_dyn.kinematics.closed_forms.text_parser import parsed
 

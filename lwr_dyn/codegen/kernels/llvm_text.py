@@ -1,4 +1,4 @@
-"""The texts of the closed forms as LLVM's intermediate language.
+"""Texts in the small part of C (closed forms, loops of kernels) as LLVM's intermediate language.
 
 Sums and products stay as they are written, none is fused, so the bits are those of C, JavaScript and Python. The
 numbers of an arm are a table that every function gets, so one compilation serves all arms of a kind.
@@ -26,6 +26,9 @@ _COMPARED = {
 _INTRINSICS = {
     "sqrt": "llvm.sqrt.f64", "floor": "llvm.floor.f64", "fabs": "llvm.fabs.f64", "copysign": "llvm.copysign.f64",
 }  # fmt: skip
+
+_ELSEWHERE = ("@llvm.floor.f64(double)", "@llvm.copysign.f64(double, double)")
+"""Those that `DECLARATIONS` leaves out."""
 
 Value = tuple[str, str]
 """(LLVM's type, name or literal)."""
@@ -70,6 +73,20 @@ def llvm_text(text: tree.CText, constants: Mapping[str, Any], places: Mapping[st
 
     Constants are the same for every arm; `places` are those of `table_places`.
     """
+    kernel = [
+        "define i64 @kernel(ptr %given, i64 %step, ptr %out, ptr %numbers, i64 %start, i64 %stop) {",
+        f"  %r = call i64 @{entry}(ptr %numbers, ptr %given, ptr %out)", "  ret i64 %r", "}",
+    ]  # fmt: skip
+    return "\n".join([llvm_functions(text, constants, places), *kernel]) + "\n"
+
+
+def llvm_functions(
+    text: tree.CText,
+    constants: Mapping[str, Any],
+    places: Mapping[str, TablePlace],
+    others: Iterable[tree.CFunction] = (),
+) -> str:
+    """The functions of a text, each with the table of numbers in front of its arguments; `others` stand elsewhere."""
     known = {name: value for name, value in {**constants, **text.constants}.items() if not isinstance(value, int)}
     lines = [
         f"@{name} = internal constant [{np.size(value)} x double] "
@@ -77,15 +94,11 @@ def llvm_text(text: tree.CText, constants: Mapping[str, Any], places: Mapping[st
         for name, value in known.items()
         if np.ndim(value)
     ]
-    kinds = {f.name: f for f in text.functions}
+    kinds = {f.name: f for f in (*others, *text.functions)}
     for function in text.functions:
         lines += _LlvmWriter(function, kinds, known, places).lines()
-    lines += ["declare double @llvm.floor.f64(double)", "declare double @llvm.copysign.f64(double, double)"]
-    lines += [
-        "define i64 @kernel(ptr %given, i64 %step, ptr %out, ptr %numbers, i64 %start, i64 %stop) {",
-        f"  %r = call i64 @{entry}(ptr %numbers, ptr %given, ptr %out)", "  ret i64 %r", "}",
-    ]  # fmt: skip
-    return "\n".join(lines) + "\n"
+    lines += [f"declare double {call}" for call in _ELSEWHERE if any(call.partition("(")[0] in line for line in lines)]
+    return "\n".join(lines)
 
 
 class _LlvmWriter:
