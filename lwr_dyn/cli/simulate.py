@@ -352,7 +352,8 @@ def _friction(plant: Arm, form: str, refit: bool) -> tuple[FrictionOption, dict[
     if not plant.has_friction:
         raise OptionError("--passive-refit", f"{plant.name} has no friction", "with an arm whose friction is known")
     nearest = passive_refit(plant.friction_models())
-    return nearest.models, {"passive_refit": [_change(plant, c) for c in nearest.changes]}
+    models = tuple(model and replace(model, load=0.0) for model in nearest.models)  # left out, as the first line says
+    return models, {"passive_refit": [_change(plant, c) for c in nearest.changes]}
 
 
 def _change(plant: Arm, c: Any) -> dict[str, Any]:

@@ -76,12 +76,8 @@ def fit_gains(
     if best.gains.moving > MOST:
         source = ", ".join(dict.fromkeys(folds.samples.sources))
         moves = f"move by {best.gains.moving:.2g} sigma after {ROUNDS} rounds with the bodies"
-        raise LogError(
-            source,
-            "gains of the torques",
-            moves,
-            "a longer motion, torques with a sensor's noise, or a smaller --gains",
-        )
+        needed = "a longer motion, torques with a sensor's noise, or a smaller --gains"
+        raise LogError(source, "gains of the torques", moves, needed)
     return best
 
 

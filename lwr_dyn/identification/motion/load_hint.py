@@ -64,7 +64,7 @@ def load_hint(folds: Folds, information: Information, said: Callable[[Folds], In
         The same of other folds, with errors for residuals that last.
     """
     columns, motors = folds.columns, folds.columns.transmission
-    coupled = motors is not None and (np.count_nonzero(motors.matrix, axis=0) > 1).any()
+    coupled = motors is not None and motors.coupled.any()
     if columns.carried is not None or coupled or not information.equations.any():
         return None
     grown = folds.with_columns(replace(columns, carried=rigid_values(columns, information.values)))

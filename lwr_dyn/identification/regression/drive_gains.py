@@ -122,7 +122,7 @@ class FreedGains:
         changes = weights[:, None, None] * moving
         of_gains = np.einsum("b,jbc->jc", moved, changes)  # (n, b): what E is for the equations of gains
         change, left = changes.sum(axis=0), changes.sum(axis=0) - across.T @ (of_gains / alone[:, None])
-        step = np.linalg.solve(precision + left, precision @ (values - given.values))
+        step = np.linalg.solve(np.eye(values.size) + freed.covariance @ left, values - given.values)
         freed = replace(freed, values=given.values + step, precision=moved_precision(freed, left))
         loaded, side = replace(given, precision=moved_precision(given, change)), side + of_gains @ given.values
         turn, rate = np.eye(values.size) + given.covariance @ change, -(across + of_gains) / alone[:, None]

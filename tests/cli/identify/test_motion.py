@@ -138,8 +138,10 @@ def test_friction_with_the_load_is_found_printed_and_said_of_the_model(lwr_dyn_c
     assert code == 0
     assert "friction that grows with the torque of bodies and rotors" in out
     assert "; friction of " in (tmp_path / "arm.toml").read_text(encoding="utf-8")
-    code, out, err = lwr_dyn_command("simulate", tmp_path / "arm.toml", "--duration", "0.1")
-    assert "left out: friction that grows with the load, " in out.partition("\n")[0] + err
+    for more in ((), ("--passive-refit",)):
+        code, out, err = lwr_dyn_command("simulate", tmp_path / "arm.toml", "--duration", "0.1", *more)
+        assert code == 0
+        assert "left out: friction that grows with the load, " in out.partition("\n")[0] + err
     found = json.loads(lwr_dyn_command(*command, "--json")[1])
     assert found["load_friction"][1] > 3.0 * found["load_friction_error"][1]
     assert [p["parameter"] for p in found["parameters"]].count("load_2") == 1

@@ -12,7 +12,7 @@ from lwr_dyn.identification.motion.load_hint import LoadHint, load_hint
 from lwr_dyn.identification.motion.motion_fit import identify_motion, said_by
 from lwr_dyn.identification.motion.motion_result import MotionRule, motion_document
 from lwr_dyn.identification.motion.validation import Folds, rms
-from lwr_dyn.identification.regression.load_friction import rigid_values
+from lwr_dyn.identification.regression.load_friction import load_indices, rigid_values
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.cover_study import case, cover_log
 from tests.identification.gain_load_study import gain_load_log
@@ -77,6 +77,17 @@ def test_simulated_logs_with_shares_ask_for_it_and_those_without_do_not(noise):
     for run in range(2):
         assert of_log("ur10", loaded("ur10", noise, run)).gain > 0.5
         assert of_log("ur10", cover_log("ur10", "natural", noise, run)[1]) is None
+
+
+def test_a_log_without_noise_asks_where_there_is_something_to_explain():
+    plain = case("ur10")[0]
+    true, samples = cover_log("ur10", "natural", "white", 0)
+    at = samples.q, samples.dq, samples.ddq
+    assert of_log("ur10", replace(samples, tau=plain.torques(*at, true))) is None
+    grows = replace(plain, carried=true[plain.table_indices])
+    share = np.zeros(grows.count)
+    share[load_indices(grows)] = 0.1
+    assert of_log("ur10", replace(samples, tau=plain.torques(*at, true) + grows.torques(*at, share))).gain > 0.5
 
 
 @pytest.mark.slow

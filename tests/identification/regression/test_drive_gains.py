@@ -109,6 +109,19 @@ def test_gains_and_loads_that_move_with_the_bodies_are_those_of_the_equations_of
     assert loaded.sigma == pytest.approx(np.sqrt(np.diag(known @ V[:b, :b] @ known.T)), rel=1e-3)
 
 
+def test_a_joint_without_equations_has_the_prior_s_gain_beside_shares_of_the_load(samples, plant):
+    used = samples.used.copy()
+    used[:, 6] = False
+    five = replace(samples, used=used)
+    given = information_of(five, with_load_friction(five, plant.columns))
+    freed = FreedGains.of(given, np.zeros(7), WIDTH, moving=loads_moved(five, given, given.values))
+    assert np.isfinite(freed.information.values).all()
+    d = freed.steps(freed.information.values)
+    assert d[6] == pytest.approx(0.0, abs=1e-9)
+    assert freed.covariance(freed.information.covariance)[6, 6] == pytest.approx(WIDTH**2)
+    assert (np.diag(freed.covariance(freed.information.covariance))[:4] < 0.3 * WIDTH**2).all()
+
+
 def test_gains_alone_meet_the_truth_and_leave_the_common_factor_to_the_prior(samples, plant, gains):
     information = information_of(samples, plant.columns)
     normal, base = information.normal, information.base

@@ -11,7 +11,7 @@ from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.load_friction import load_indices, with_load_friction, with_moving_loads
 from lwr_dyn.identification.regression.stribeck import stribeck_search
 from lwr_dyn.identification.regression.torque_columns import JointColumns, TorqueColumns
-from lwr_dyn.model.friction import Direction, JointFriction
+from lwr_dyn.model.friction import Direction, JointFriction, friction_torque
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.load_friction_study import load_plant, load_samples, misses
 
@@ -116,9 +116,15 @@ def test_the_share_stands_between_levels_and_stribeck_drops(form):
     at = joint.names.index("load")
     assert values[at] == 0.0
     values[at] = 0.07
-    assert joint.friction_of(values) == replace(model, load=0.07)
-    wanted = model.torque(dq) + 0.07 * np.abs(load) * np.sign(dq)
+    grows = replace(model, load=0.07)
+    assert joint.friction_of(values) == grows
+    assert joint.values_of(grows, 0.0) == values.tolist()
+    wanted = friction_torque((grows,), dq[:, None], load[:, None])[:, 0]
+    assert wanted == pytest.approx(model.torque(dq) + 0.07 * np.abs(load) * np.sign(dq), abs=1e-12)
     assert joint(dq, np.zeros(41), load) @ values == pytest.approx(wanted, abs=1e-12)
+    for noisy, written in ((-0.01, 0.0), (1.2, 0.99)):
+        values[at] = noisy
+        assert joint.friction_of(values).load == written
 
 
 def test_stribeck_speeds_are_found_beside_it(plant, samples):
