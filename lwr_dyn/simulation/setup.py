@@ -159,7 +159,7 @@ OPTIONS = (
 """Fields of a `Loop` that stand under "options" in the record of a run."""
 
 
-_KEPT, _LONGEST = 16, 50_000
+_KEPT, LONGEST = 16, 50_000
 """Motions that are kept, and samples of the longest: 150 MB at most."""
 
 _motions: dict[tuple[Any, int, float], Motion] = {}
@@ -180,7 +180,7 @@ def known_motion(reference: Reference, t: Array) -> Motion:
     if known is not None:
         return known
     motion = reference.sample(t)
-    if len(t) <= _LONGEST and _is_fixed(reference):
+    if len(t) <= LONGEST and _is_fixed(reference):
         for old in list(_motions)[: 1 + len(_motions) - _KEPT]:
             _motions.pop(old, None)
         _motions[key] = motion

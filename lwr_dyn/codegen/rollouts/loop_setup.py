@@ -30,7 +30,7 @@ from lwr_dyn.model.run import Motion, Reference, reference_argument
 from lwr_dyn.model.spatial import steiner
 from lwr_dyn.simulation.arm_friction import SMOOTH_SPEED
 from lwr_dyn.simulation.plant import Encoder
-from lwr_dyn.simulation.setup import Loop, prepare
+from lwr_dyn.simulation.setup import LONGEST, Loop, prepare
 
 ABOVE_ZERO = (
     "Kp", "Kd", "Ki", "tracking_time", "law_effort", "omega_n", "rho", "layer", "law_friction_width",
@@ -234,16 +234,22 @@ _KEPT = 16
 """Tables that are kept."""
 
 
-@lru_cache(maxsize=_KEPT)
 def joint_rows(motion: Motion) -> Array:
     """Rows of a kernel's table, (samples, 3 n), read-only: q, dq, ddq."""
-    return read_only(np.hstack([motion.q, motion.dq, motion.ddq]))
+    return (_kept_rows if motion.t.size <= LONGEST else _rows_of)(motion, None)
 
 
-@lru_cache(maxsize=_KEPT)
 def reference_rows(motion: Motion, chain: Chain) -> Array:
     """The same with the place of the tip, (samples, 3 n + 3)."""
-    return read_only(np.hstack([motion.q, motion.dq, motion.ddq, flange_pose(chain, motion.q)[:, :3, 3]]))
+    return (_kept_rows if motion.t.size <= LONGEST else _rows_of)(motion, chain)
+
+
+def _rows_of(motion: Motion, chain: Chain | None) -> Array:
+    tip = [] if chain is None else [flange_pose(chain, motion.q)[:, :3, 3]]
+    return read_only(np.hstack([motion.q, motion.dq, motion.ddq, *tip]))
+
+
+_kept_rows = lru_cache(maxsize=_KEPT)(_rows_of)
 
 
 FRICTIONS = ("none", "smooth")
