@@ -113,7 +113,6 @@ def test_a_loop_that_would_chatter_is_sampled_faster():
     assert runs["physical", "computed"].worst_mrad < 2 * runs["physical", "physical"].worst_mrad
 
 
-@pytest.mark.slow
 def test_a_simulation_that_fails_is_reported(arms):
     arm = arms["true"]
     narrow = replace(arm, limits=(replace(arm.limits[0], lower=1.0, upper=2.0), *arm.limits[1:]))

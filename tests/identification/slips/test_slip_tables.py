@@ -94,7 +94,6 @@ def test_an_arm_without_masses_has_no_card(information, lwr):
     assert table_card(information, bare) == ()
 
 
-@pytest.mark.slow
 def test_the_command_writes_it(lwr, tmp_path, lwr_dyn_command):
     columns, rng = TorqueColumns(lwr.chain, "directions"), np.random.default_rng(3)
     plant = Plant(columns, columns.own(lwr))
