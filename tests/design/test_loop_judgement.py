@@ -150,7 +150,6 @@ def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
     assert ") deg" in rows["pd-gravity"]
 
 
-@pytest.mark.slow
 def test_gains_as_json_with_rate_and_delay(lwr_dyn_command):
     record = json.loads(lwr_dyn_command("gains", *AUTHORS, "--rate", "500", "--delay", "1", "--json")[1])["sampled"]
     assert list(record) == ["pd-gravity", "pid", "inverse-dynamics"]

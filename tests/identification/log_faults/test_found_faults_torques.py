@@ -72,7 +72,7 @@ DEAD = {
 
 
 @pytest.mark.parametrize("options", [("motion", "--as-logged"), ("table",), ("payload",)])
-@pytest.mark.parametrize("case", ["one", *(pytest.param(x, marks=pytest.mark.slow) for x in list(DEAD)[:-1])])
+@pytest.mark.parametrize("case", DEAD)
 def test_torques_that_never_change_are_refused_in_one_line(case, options, log, tmp_path, lwr_dyn_command):
     change, text = DEAD[case]
     path = with_torques(log, tmp_path / "dead.csv", change)

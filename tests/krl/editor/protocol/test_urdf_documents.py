@@ -69,7 +69,6 @@ def test_a_xacro_is_judged_where_its_macros_stand_and_runs_no_code(client, tmp_p
     assert client.diagnostics(part)[1] == []
 
 
-@pytest.mark.slow
 def test_a_file_that_cannot_be_read_says_so(client, tmp_path):
     path = tmp_path / "gone.xacro"
     client.open(path, "<robot/>", "xml")
