@@ -56,7 +56,6 @@ def test_a_smooth_curve_passes_the_waypoints_at_speed(file):
     assert leg.duration == reference.duration
 
 
-@pytest.mark.slow
 def test_a_start_adds_a_leg_to_the_first_waypoint(file):
     arm, path = lwr_dyn.load("lwr4plus"), file("x,y,z\n-0.45,0.05,0.4\n-0.4,-0.05,0.45\n")
     reference = lwr_dyn.reference("waypoints", arm, waypoints=path, start=START)

@@ -26,7 +26,6 @@ def codes(found):
     return [x["code"] for x in found if x["severity"] < 3]
 
 
-@pytest.mark.slow
 def test_a_urdf_is_judged_as_it_is_written_and_its_fix_ends_the_finding(client, tmp_path):
     path = tmp_path / "a.urdf"
     client.open(path, URDF, "xml")
