@@ -86,7 +86,8 @@ def interrupted(monkeypatch):
     return at
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 2])
 def test_ctrl_c_leaves_the_best_motion_so_far_whole(count, interrupted, lwr_dyn_command, tmp_path):
     begun, file = interrupted(count), tmp_path / "e.csv"
     code, out, err = lwr_dyn_command("excite", "lwr4plus", *QUICK[2:], "--starts", "9", "--out", str(file))
