@@ -57,8 +57,6 @@ def of_object(value, depth):
         names = [f.name for f in fields(value)]
     elif isinstance(value, click.Option | click.Argument):
         names = [name for name in OPTION if hasattr(value, name)]
-    elif isinstance(value, click.Command):
-        names = ["name", "params"]
     else:
         return getattr(value, "__qualname__", named) if callable(value) else named
     return f"{named}({', '.join(f'{name}={text(getattr(value, name, None), depth + 1)}' for name in names)})"
@@ -105,7 +103,7 @@ def values(path):
                 out |= of_class(x)
             elif inspect.isfunction(x):
                 out |= {f"{name}({k})": y for k, y in defaults(x).items()}
-            elif name.isupper() or isinstance(x, click.Command):
+            elif name.isupper():
                 out[name] = x
     shown = {name: written(x) for name, x in out.items()}
     return "; ".join(f"{name} {x}" for name, x in shown.items() if re.search(r"\d|True|False|~", x))
