@@ -25,12 +25,12 @@ ROOT = Path(__file__).resolve().parents[2]
 RECORD = Path(__file__).with_name("values.toml")
 SHORT = 60
 """Characters of a value that is written as it is."""
-OPTION = ("opts", "secondary_opts", "default", "required", "nargs", "multiple", "is_flag", "hidden", "help", "type")
+OPTION = ("opts", "secondary_opts", "required", "nargs", "multiple", "hidden", "help", "type")
 NUMBERS = (bool, int, float, complex)
 
 
 def text(value, depth=0):
-    """Of a value: the same on any machine and with any version of what is installed."""
+    """Of a value: the same on any machine."""
     if isinstance(value, Enum):
         return f"{type(value).__name__}.{value.name}"
     if isinstance(value, np.ndarray | np.generic):
@@ -56,7 +56,8 @@ def of_object(value, depth):
     if is_dataclass(value) and not isinstance(value, type) and depth < 6:
         names = [f.name for f in fields(value)]
     elif isinstance(value, click.Option | click.Argument):
-        names = [name for name in OPTION if hasattr(value, name)]
+        default = value.default if isinstance(value.default, (*NUMBERS, str, tuple)) else None  # click has its own none
+        return f"{named}({text([default, *(getattr(value, name, None) for name in OPTION)], depth + 1)})"
     else:
         return getattr(value, "__qualname__", named) if callable(value) else named
     return f"{named}({', '.join(f'{name}={text(getattr(value, name, None), depth + 1)}' for name in names)})"
