@@ -1,8 +1,9 @@
 """What commands print stays, word for word: digests of their text and record, with their numbers rounded.
 
-The pages of the docs show much of it; they are slow. Here the cheap commands run, so that a changed line, row, unit or
-order is seen at once: where it is meant, `python -m tests.cli.test_printed` writes the digests again, after a look at
-what the command prints now.
+Here the cheap commands run, so that a changed line, row, unit or order is seen at once; the pages of the docs, which
+show more, are slow. Where a change is meant, `python -m tests.cli.test_printed` writes the digests again, after a look
+at what the command prints now. Numbers that another processor rounds otherwise are left to other tests: the digests
+are the same with OPENBLAS_CORETYPE=Nehalem and NPY_DISABLE_CPU_FEATURES="AVX512F AVX512CD AVX512_SKX AVX2 FMA3".
 """
 
 import hashlib
@@ -41,24 +42,23 @@ SCENES = {
     "poses": (
         "fk lwr4 --q-deg 0,90,90,-90,0,90,0 --point 0,0.05,0.1", "fk kr30ha --axes-deg A2=-90,A3=90 --json",
         "ik lwr4plus --xyz -0.05,-0.45,0.55 --rpy-deg -90,0,0", "ik lwr4plus --xyz 0,0,2",
-        "ik kr30ha --xyz-mm 91,-1139,1392 --abc-deg 0,0,0 --json",
+        "ik kr30ha --xyz-mm 91,-1139,1392 --abc-deg 0,0,0",
     ),
     "loops": (
         f"margins lwr4plus --reading physical --q-deg {BENT} --controller pid --limit 1.7",
         f"margins lwr4plus --reading physical --q-deg {BENT} --elastic 1e4 --encoders link --limit 1.7 --json",
-        "margins lwr4plus --poses 20 --json", "gains kr30ha", "gains lwr4plus --reading physical",
+        "margins lwr4plus --poses 20", "gains kr30ha", "gains lwr4plus --reading physical",
     ),
     "runs": (
         f"{HOLD} --payload 3 --controller pid --encoder-bits 16 --mount ceiling --friction none --csv hold.csv",
-        f"{HOLD} --elastic 1e4 --controller motor-pd --json --out elastic.npz",
+        f"{HOLD} --elastic 1e4 --controller motor-pd --out elastic.npz",
         f"{HOLD} --controller inverse-dynamics --friction none --out hold.npz",
         "simulate kr30ha --task point-to-point --from-deg 0,-90,90,0,0,0 --to-deg 9,-80,90,0,0,0 --json",
-        f"compare lwr4plus --task hold --from-deg {BENT} --duration 0.05 --plants nominal,payload=3 --out runs",
-        "compare hold.npz runs/run_1.npz --json",
+        "compare hold.npz elastic.npz --json",
     ),
     "programs": (
         "krl write task.toml --out TwoPoint.src", "krl check TwoPoint.src --json", "krl run TwoPoint.src",
-        "krl run TwoPoint.src --json --out TwoPoint.npz", "krl format TwoPoint.src",
+        "krl run TwoPoint.src --out TwoPoint.npz", "krl format TwoPoint.src",
         "krl diff TwoPoint.src TwoPoint.src", "krl write TwoPoint.npz --tolerance-mm 0.5 --out again.src",
         "krl diff TwoPoint.src again.src --json",
     ),

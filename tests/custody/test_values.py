@@ -34,7 +34,7 @@ def text(value, depth=0):
     if isinstance(value, Enum):
         return f"{type(value).__name__}.{value.name}"
     if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
+        value = (np.round(value, 12) + 0 if np.issubdtype(value.dtype, np.floating) else value).tolist()
     if isinstance(value, float):
         return f"{value:.12g}" if value != int(value if abs(value) < 1e9 else 0.5) else f"{value:.1f}"
     if value is None or isinstance(value, str | bytes | bool | int):
