@@ -3,7 +3,7 @@
 Here the cheap commands run, so that a changed line, row, unit or order is seen at once; the pages of the docs, which
 show more, are slow. Where a change is meant, `python -m tests.cli.test_printed` writes the digests again, after a look
 at what the command prints now. Numbers that another processor rounds otherwise are left to other tests: the digests
-are the same with OPENBLAS_CORETYPE=Nehalem and NPY_DISABLE_CPU_FEATURES="AVX512F AVX512CD AVX512_SKX AVX2 FMA3".
+are the same with OPENBLAS_CORETYPE=Nehalem and NPY_DISABLE_CPU_FEATURES="X86_V3 X86_V4 AVX512_ICL AVX512_SPR".
 """
 
 import hashlib
