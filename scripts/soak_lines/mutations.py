@@ -125,7 +125,7 @@ def _other_values(value: object) -> tuple[object, ...]:
 
 def _of_call(node: ast.Call) -> Iterator[Change]:
     word = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-    ordered = word not in EITHER_WAY or node.keywords
+    ordered = (word not in EITHER_WAY or node.keywords) and word != "cast"  # which names a type, as annotations do
     if ordered and len(node.args) >= 2 and not any(isinstance(x, ast.Starred) for x in node.args[:2]):
         first, second = node.args[:2]
         yield node, "arguments", first, second, f"{ast.unparse(second)}, {ast.unparse(first)}"

@@ -19,8 +19,17 @@ def printed(lwr_dyn_command):
 
 @pytest.fixture
 def recorded(printed):
-    """The same with `--json`: what it prints comes out as it is read."""
-    return lambda *arguments: json.loads(printed(*arguments, "--json"))
+    """The same with `--json`: what it prints agrees with its schema and comes out as it is read."""
+    from lwr_dyn.cli.help_text import schema_file
+    from tests.json_schemas import faults
+
+    def run(*arguments):
+        record = json.loads(printed(*arguments, "--json"))
+        path = next(x for x in (" ".join(map(str, arguments[:2])), arguments[0]) if schema_file(x).is_file())
+        assert faults(path, record) == []
+        return record
+
+    return run
 
 
 @pytest.fixture

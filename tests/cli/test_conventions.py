@@ -85,7 +85,6 @@ def test_bad_evidence_is_one_line(refused, evidence, text, says):
     assert says in refused("conventions", "lwr4plus", "--evidence", evidence(text))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

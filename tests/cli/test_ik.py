@@ -102,7 +102,6 @@ def test_columns_stand_below_long_joint_names(printed, tmp_path):
     assert lines[3][:end].endswith("-72.5586")
 
 
-@pytest.mark.slow
 def test_an_orientation_that_cannot_be_met_is_not_called_out_of_reach(lwr_dyn_command):
     locks = ("--lock", "joint_3=0", "--lock", "joint_5=0")
     code, out, err = lwr_dyn_command(*LWR, *locks, *POINT_1[:2], "--rpy", "1,0.3,0", "--json")

@@ -20,7 +20,6 @@ def test_the_command_prints_a_source_or_the_cost_of_functions(printed, recorded)
     assert "torque_regressor" in printed("kernels", "lwr4plus")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

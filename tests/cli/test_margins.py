@@ -65,7 +65,6 @@ def test_pictures_are_written_and_named(printed, folder):
     assert all((folder / name).stat().st_size > 5000 for name in written)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "fault"),
     [

@@ -36,7 +36,6 @@ def test_a_robot_a_urdf_and_a_run_become_pages(lwr_dyn_command, printed, folder,
     assert printed("show", run_file).startswith("wrote lwr_dyn_pages/lwr4plus_pd-gravity_")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -68,7 +68,6 @@ def test_over_the_box_the_worst_pose_that_a_search_finds_counts():
     assert drawn.poses > 20
 
 
-@pytest.mark.slow
 def test_where_none_keeps_it_there_is_none():
     found = largest_omega_n(arm("computed"), "pd-gravity", [LoopCase(delay=1)], poses=50)
     assert found.omega_n is None

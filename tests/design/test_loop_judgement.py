@@ -8,7 +8,7 @@ import pytest
 
 import lwr_dyn
 from lwr_dyn.control.gains import second_order_gains
-from lwr_dyn.design.loop_judgement import sampled_loops, sampling_text, stability_lines
+from lwr_dyn.design.loop_judgement import LoopCase, sampled_loops, sampling_text, stability_lines
 from lwr_dyn.design.sampled_loop import Sampling
 from lwr_dyn.model.arm import JointGains
 from tests.simulation.sample_runs import lwr, one_joint
@@ -150,7 +150,6 @@ def test_gains_tell_the_unstable_share_of_each_controller(lwr_dyn_command):
     assert ") deg" in rows["pd-gravity"]
 
 
-@pytest.mark.slow
 def test_gains_as_json_with_rate_and_delay(lwr_dyn_command):
     record = json.loads(lwr_dyn_command("gains", *AUTHORS, "--rate", "500", "--delay", "1", "--json")[1])["sampled"]
     assert list(record) == ["pd-gravity", "pid", "inverse-dynamics"]
@@ -183,3 +182,16 @@ def test_a_slider_of_unknown_limits_is_judged_within_a_metre():
     judged = sampled_loops(arm, second_order_gains([2.0], 50.0, 1.0), Sampling(40.0))
     assert {found.unknown_limits for found in judged.values()} == {("joint_1",)}
     assert {found.share for found in judged.values()} == {1.0}  # T 2 xi omega_n = 2.5
+
+
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        (LoopCase(), "rigid, 1000 Hz"),
+        (LoopCase(500.0, 1, 30.0), "rigid, 500 Hz, delay of 1 sample, speeds filtered at 30 Hz"),
+        (LoopCase(delay=2, elasticity=1e4), "elastic (10000 N m/rad, motor encoders), 1000 Hz, delay of 2 samples"),
+        (LoopCase(elasticity="file", encoders="link"), "elastic (link encoders), 1000 Hz"),
+    ],
+)
+def test_a_case_in_words(case, words):
+    assert case.words == words

@@ -63,7 +63,6 @@ def test_the_torques_are_those_of_any_value_in_its_place():
     assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(ours).max()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

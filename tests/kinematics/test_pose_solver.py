@@ -99,7 +99,7 @@ def test_sliding_joints_and_any_number_of_them(joints, search):
     assert_reached(arm, solve(T), T)
 
 
-@pytest.mark.parametrize("search", SEARCHES)
+@pytest.mark.parametrize("search", [pytest.param(x, marks=[pytest.mark.slow] * (x == "kernel")) for x in SEARCHES])
 def test_arguments_that_are_none_are_refused(search):
     solve = solver_of("kr30ha", search)
     q = np.zeros(6)

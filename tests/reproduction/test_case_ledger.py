@@ -23,15 +23,11 @@ from lwr_dyn.reproduction.wam7 import formulas as wam7_formulas
 ALL = [(paper, erratum) for paper in studies() for erratum in paper_study(paper).data.errata]
 PROVEN = [(paper, erratum) for paper, erratum in ALL if erratum.status == "proven"]
 PROMISED = 25
-LONG = {"table1-swapped-yz", "table2-c5z", "table2-rows", "com-from", "table4-configurations", "planar-model"}
-"""Errata whose proofs search for maxima or derive equations."""
 
 
 def each(chosen):
-    """Parameters: paper and erratum, those with long proofs slow."""
-    return [
-        pytest.param(paper, e, id=f"{paper}-{e.id}", marks=[pytest.mark.slow] * (e.id in LONG)) for paper, e in chosen
-    ]
+    """Parameters: paper and erratum."""
+    return [pytest.param(paper, e, id=f"{paper}-{e.id}") for paper, e in chosen]
 
 
 @pytest.mark.parametrize(("paper", "erratum"), each(PROVEN))
@@ -93,7 +89,7 @@ def test_the_residual_of_the_coriolis_vector_is_that_of_its_two_ways():
 
 
 def test_what_two_statements_that_exclude_each_other_leave_open_is_said():
-    found = {e.id: paper_study(p).proofs[e.id](paper_study(p).data).kind for p, e in PROVEN if e.id not in LONG}
+    found = {e.id: paper_study(p).proofs[e.id](paper_study(p).data).kind for p, e in PROVEN}
     assert set(found.values()) <= set(KINDS)
     assert sorted(name for name, kind in found.items() if kind == CONTRADICTION) == [
         "conclusion-errors", "home-outside", "largest-error-side", "link-two-820", "loop-in-text", "pid-is-pd",
@@ -222,10 +218,7 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize(
-    ("paper", "name"),
-    [pytest.param(*key, id="-".join(key), marks=[pytest.mark.slow] * (key[1] in LONG)) for key in BROKEN],
-)
+@pytest.mark.parametrize(("paper", "name"), [pytest.param(*key, id="-".join(key)) for key in BROKEN])
 def test_a_broken_proof_does_not_hold(paper, name, monkeypatch):
     here = paper_study(paper)
     assert here.proofs[name](here.data).holds

@@ -40,7 +40,10 @@ def lwr4plus(two_runs):
     return Pictures(shown=shown, figures={file: [figure] for file, figure in _figures(shown).items()})
 
 
-@pytest.fixture(scope="module", params=[lwr4plus, wam7, kr30ha], ids=lambda make: make.__name__)
+STUDIES = [pytest.param(lwr4plus, marks=pytest.mark.slow), wam7, kr30ha]
+
+
+@pytest.fixture(scope="module", params=STUDIES, ids=lambda make: make.__name__)
 def written(request, tmp_path_factory, two_runs):
     """The pictures of a study, as described and as read back, and their folder."""
     folder = tmp_path_factory.mktemp("pictures") / "out"
@@ -55,7 +58,6 @@ def curves_of(pictures, on_page=False):
                 yield from ((figure, p, c, curve) for c, curve in enumerate(panel.curves))
 
 
-@pytest.mark.slow
 def test_what_is_read_back_is_what_was_described(written):
     described, read, folder = written
     for (*before, a), (*after, b) in zip(curves_of(described), curves_of(read), strict=True):

@@ -72,7 +72,6 @@ def test_all_papers_in_a_folder_each_and_one_table(tmp_path, monkeypatch):
     assert list(json.loads((tmp_path / "results.json").read_text())["papers"]) == list(studies())
 
 
-@pytest.mark.slow
 def test_a_number_that_differs_is_listed_and_fails_the_paper(tmp_path, monkeypatch):
     study = paper_study("lwr4")
     raw = copy.deepcopy(dict(study.data.results.raw))

@@ -90,7 +90,6 @@ def test_the_same_solver_without_a_fault_is_clean():
     assert audit(sound(engine=Faulty(solve())), lwr_dynamics("newton-euler")).is_closed()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", PLANT_FAULTS)
 def test_a_fault_in_the_plant(fault):
     run = sound(engine=Faulty(PLANT_FAULTS[fault]))
@@ -157,7 +156,6 @@ def test_the_eventful_run_is_clean():
     assert set(result.channels) == {"actuator", "friction", "stop"}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", RECORD_FAULTS)
 def test_a_fault_in_the_record(fault):
     assert audit(RECORD_FAULTS[fault](eventful())).residual > 10 * GAP

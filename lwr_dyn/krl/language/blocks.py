@@ -22,7 +22,7 @@ LOOPS = frozenset({"WHILE", "FOR", "LOOP", "REPEAT"})
 PARTS = {"ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
 NESTED = 200
 """Most blocks inside one another; those inside are not paired."""
-_OPENERS_OF = {ender: tuple(o for o, other in OPENERS.items() if other == ender) for ender in CLOSERS}
+_OPENERS_OF = {ender: tuple(o for o, other in OPENERS.items() if other == ender) for ender in sorted(CLOSERS)}
 Way = Literal["order", "indentation", "strict"]
 """An end belongs to the block opened last; to that of its own indentation; and no block is inside one as far in."""
 BLOCK_WORDS = frozenset({*OPENERS, *CLOSERS, *PARTS, "EXIT"})

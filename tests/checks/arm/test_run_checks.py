@@ -55,7 +55,6 @@ def mutated(module: types.ModuleType, old: str, new: str) -> types.ModuleType:
     return twin
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", RECURSION_FAULTS)
 def test_a_fault_in_the_recursion_is_caught(monkeypatch, name):
     twin = mutated(recursion, *RECURSION_FAULTS[name])
@@ -100,7 +99,6 @@ URDF_FAULTS = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", URDF_FAULTS)
 def test_a_fault_in_the_urdf_is_caught(monkeypatch, name):
     arm = lwr_dyn.load("lwr4plus", "physical")

@@ -42,7 +42,6 @@ def assert_bodies(found, reading, atol=1e-15):
         np.testing.assert_allclose(ours.inertia_com, link.body.inertia_com, atol=atol)
 
 
-@pytest.mark.slow
 def test_lwr_table_2_is_one_row_too_high(lwr):
     assert [(f.convention.value, f.shift) for f in lwr.frames if not f.missed] == [("standard", 1)]
     np.testing.assert_array_equal(lwr.table.com[6], [0, 0, -0.01476472])
@@ -177,7 +176,6 @@ def test_largest_inertias_between_quarter_turns_are_named(lwr):
     assert missed["b22"] > 0.001
 
 
-@pytest.mark.slow
 def test_the_text_names_what_is_undecided(lwr, wam):
     text = "\n".join(ranking_text(lwr))
     assert "the sign of c5z is undecided" in text

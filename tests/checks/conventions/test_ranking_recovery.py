@@ -34,7 +34,6 @@ def test_a_blank_com_that_no_row_fills_is_an_error():
         rank_readings(dataclasses.replace(one.table, com=com), one.evidence)
 
 
-@pytest.mark.slow
 def test_the_truth_is_missed_when_its_evidence_is_another_arms():
     one = next(t for k in range(50) if (t := numbered_table(k, SEED)).kind == "both")
     numbers = tuple(

@@ -65,7 +65,6 @@ def test_a_file_that_hangs_ends_the_engine(two, faulty):
     assert second == third == "no answer within 5 s"
 
 
-@pytest.mark.slow
 def test_a_refusal_is_one_line_with_the_parser_s_own_words(two, tmp_path):
     bad = tmp_path / "bad.urdf"
     bad.write_text(TWO.replace('link="upper"', 'link="uper"', 1), encoding="utf-8")

@@ -31,7 +31,6 @@ def result(arms):
     return sensitivity(arms, "joint-move", rate=RATE, poses=50)
 
 
-@pytest.mark.slow
 def test_gravity_and_inertia_scale_with_the_masses(result):
     true, heavy = result.statics["true"], result.statics["heavy"]
     assert heavy.gravity == pytest.approx(1.1 * true.gravity, rel=1e-9, abs=1e-12)
@@ -39,7 +38,6 @@ def test_gravity_and_inertia_scale_with_the_masses(result):
     assert heavy.gains.Kp == pytest.approx(2500.0 * heavy.b)
 
 
-@pytest.mark.slow
 def test_a_controller_that_knows_its_plant_does_best(result):
     tips = result.tip_rms_mm(INVERSE)
     assert np.argmin(tips, axis=0).tolist() == [0, 1]
@@ -47,7 +45,6 @@ def test_a_controller_that_knows_its_plant_does_best(result):
     assert np.isfinite(result.tip_rms_mm(PD)).all()
 
 
-@pytest.mark.slow
 def test_rows_are_models_and_columns_plants(arms, result):
     """The arm droops under inverse dynamics where the model is lighter than the plant."""
     runs = {(o.model, o.plant): o for o in result.runs if o.controller == INVERSE}
@@ -57,7 +54,6 @@ def test_rows_are_models_and_columns_plants(arms, result):
     assert result.worst_mrad(INVERSE)[0, 1] == runs["true", "heavy"].worst_mrad
 
 
-@pytest.mark.slow
 def test_conclusions_are_computed(result):
     by_text = {c.text: c for c in result.conclusions}
     better = by_text[f"{INVERSE} tracks better than {PD} (RMS of the tip)"]
@@ -69,7 +65,6 @@ def test_conclusions_are_computed(result):
     assert list(gains.values()) == [{("heavy",): False}, {("heavy",): False}]
 
 
-@pytest.mark.slow
 def test_largest_joints_are_a_proposition(result):
     claims = (
         PublishedClaim("as published", "", "PD", _two_largest(result), "max"),
@@ -113,7 +108,6 @@ def test_a_loop_that_would_chatter_is_sampled_faster():
     assert runs["physical", "computed"].worst_mrad < 2 * runs["physical", "physical"].worst_mrad
 
 
-@pytest.mark.slow
 def test_a_simulation_that_fails_is_reported(arms):
     arm = arms["true"]
     narrow = replace(arm, limits=(replace(arm.limits[0], lower=1.0, upper=2.0), *arm.limits[1:]))

@@ -30,7 +30,6 @@ def test_correct_tables_raise_no_alarm():
     assert false_alarms(TRIALS, seed=3) == ()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_found(fault):
     assert detection(fault, TRIALS if fault in RATES else FEWER, seed=4) >= RATES.get(fault, 0.9)

@@ -215,7 +215,6 @@ def test_a_value_that_is_not_finite_is_named(function, value):
             getattr(ENGINE, function)(*arguments)
 
 
-@pytest.mark.slow
 def test_large_angles_and_a_single_state_for_all():
     q = X[0].copy()
     q[3, 2] += 2e6 * np.pi

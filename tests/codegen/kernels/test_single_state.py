@@ -195,12 +195,11 @@ def closed_on(monkeypatch, **changes):
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
-        pytest.param(
-            {"machine": (platform, lambda: "aarch64")}, "not tried on linux on aarch64", marks=pytest.mark.slow
-        ),
+        ({"machine": (platform, lambda: "aarch64")}, "not tried on linux on aarch64"),
         ({"_layout_holds": (single_state, lambda x: False)}, "in another way"),
     ],
 )
+@pytest.mark.slow
 def test_where_the_road_is_closed_the_function_behind_serves(monkeypatch, changes, why):
     monkeypatch.setattr(sys, "platform", "linux")
     open_engine = lwr_dyn.dynamics_of(TWO, "kernels")

@@ -32,6 +32,8 @@ def made(module=adaptive, **options):
 def check_law(module):
     """dV/dt = -k s^T B s - s^T F_v s exactly, with friction F_c tanh(dq_ref / width) + F_v dq in the true arm."""
     law = made(module, adapt_friction=True)
+    shown = {name: x.shape for name, x in law.signals.items() if name != f"adapted_{law.adapted.name}"}
+    assert shown == {"adapted_coulomb": (7,), "adapted_viscous": (7,)}
     truth = np.concatenate([learning.THETA, learning.COULOMB, VISCOUS])
     gains = np.concatenate([scaled_gains(GAIN), *law.friction_gains])
     assert (law.friction_gains > 0.0).all()

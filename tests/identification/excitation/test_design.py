@@ -87,7 +87,6 @@ def test_torques_bind_where_motors_are_weak(lwr):
     assert found.torque_use[1] <= 0.8
 
 
-@pytest.mark.slow
 def test_a_motion_that_is_not_clear_is_refused_with_the_pair_and_kept_in_the_error(lwr, monkeypatch):
     short = motion_design.Resolution(8, 8, 4, 1e-3, np.inf, np.inf)  # searches where nothing is feasible are slow
     monkeypatch.setattr(motion_design, "COARSE", short)

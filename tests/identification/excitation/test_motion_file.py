@@ -45,7 +45,6 @@ def test_as_a_run_it_has_the_torques_of_the_table(designed, lwr, tmp_path):
     assert run.t.size == run_of_excitation(designed, 50.0).t.size == 501
 
 
-@pytest.mark.slow
 def test_a_motion_that_may_not_be_run_says_so_in_its_file(designed, lwr, tmp_path):
     bad = dataclasses.replace(designed, faults=("the flange and the floor are 0.1 m too near at 2.00 s",))
     table, run, parquet = tmp_path / "e.csv", tmp_path / "e.npz", tmp_path / "e.parquet"

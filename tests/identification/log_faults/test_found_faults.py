@@ -109,7 +109,6 @@ def stopped(rng, limit=1.0):
     return JointLog("stop", (1, 2), t, np.column_stack([q, np.sin(t)]), np.column_stack([tau, np.cos(t)]))
 
 
-@pytest.mark.slow
 def test_a_joint_that_runs_into_its_stop_is_cut_out_there():
     rng = np.random.default_rng(0)
     for _ in range(6):

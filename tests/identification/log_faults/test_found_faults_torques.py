@@ -71,7 +71,6 @@ DEAD = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("options", [("motion", "--as-logged"), ("table",), ("payload",)])
 @pytest.mark.parametrize("case", DEAD)
 def test_torques_that_never_change_are_refused_in_one_line(case, options, log, tmp_path, lwr_dyn_command):

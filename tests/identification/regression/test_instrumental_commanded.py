@@ -50,7 +50,6 @@ def files(tmp_path, log, command):
     return str(tmp_path / "log.csv"), str(tmp_path / "e.csv")
 
 
-@pytest.mark.slow
 def test_the_truth_is_within_its_errors(plant, log, command):
     """Recovery: the command at 100 Hz is enough; bodies near the table come out of it too."""
     result = identify_motion([log], ARM, instruments=[command])
@@ -95,7 +94,6 @@ def test_on_the_command_line(files, lwr_dyn_command):
     assert (code, heads.count("instrumental variables on unfiltered rows")) == (0, 1)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "message"),
     [

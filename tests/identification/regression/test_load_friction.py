@@ -70,7 +70,7 @@ def _plain(plant):
     return ~np.isin(np.arange(plant.columns.count), load_indices(plant.columns))
 
 
-@pytest.mark.parametrize("arm", ["panda", "ur10"])
+@pytest.mark.parametrize("arm", [pytest.param("panda", marks=pytest.mark.slow), "ur10"])
 def test_parameters_lie_within_three_sigma(arm):
     z = misses(arm, range(2), 8.0)
     assert np.mean(np.abs(z) < 3.0) > 0.97

@@ -15,8 +15,6 @@ from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.model.transmission import Transmission
 from tests.identification.plants import perturbed_plant, random_motion, simulated_log, simulated_samples
 
-pytestmark = pytest.mark.slow
-
 TRUE = np.array([0.05, 0.05, np.nan, 0.08, 0.1, np.nan, 0.05])
 THERE = ~np.isnan(TRUE)
 DRAWS = 6
@@ -28,6 +26,7 @@ def lwr():
     return lwr_dyn.load("lwr4plus")
 
 
+@pytest.mark.slow
 def test_speeds_and_parameters_are_within_their_errors(lwr):
     of_speeds, of_values = [], []
     for seed in range(DRAWS):
@@ -45,6 +44,7 @@ def test_speeds_and_parameters_are_within_their_errors(lwr):
     assert np.mean(np.abs(of_values) < 3.0) > 0.99
 
 
+@pytest.mark.slow
 def test_they_are_the_curvature_of_chi2(lwr):
     """Second difference of the least chi^2 over v_s of one joint, at motors too."""
     rng = np.random.default_rng(2)
@@ -89,7 +89,7 @@ def _by_differences(samples, found):
 def test_the_text_has_them(lwr):
     rng = np.random.default_rng(3)
     plant = perturbed_plant(TorqueColumns(lwr.chain, "directions", TRUE), lwr, rng)
-    log = simulated_log(plant, random_motion(lwr, 20.0, rng, 1000.0), 0.1, rng, 1e-5)
+    log = simulated_log(plant, random_motion(lwr, 20.0, rng, 400.0), 0.1, rng, 1e-5)
     result = identify_motion([log], lwr, MotionRule(SampleRule(slowest=0.01), stribeck=True))
     table = motion_document(result).text().split("Stribeck speeds\n")[1].split("\n\n")[0]
     assert table.count("+-") == 5

@@ -160,7 +160,6 @@ def test_friction_behind_a_coupling_is_that_of_the_motors():
     assert "<h3>motor 7 <small>" in page_html(shown)
 
 
-@pytest.mark.slow
 def test_the_command_writes_it(logs, tmp_path, lwr_dyn_command):
     for log in logs:
         write_log(tmp_path / log.source, log)

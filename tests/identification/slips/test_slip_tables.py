@@ -13,7 +13,17 @@ from lwr_dyn.identification.regression.information import information_of
 from lwr_dyn.identification.regression.torque_columns import TorqueColumns
 from lwr_dyn.identification.slips.hypotheses import as_printed, log_evidence
 from lwr_dyn.identification.slips.printed_cells import QUANTITIES, Cell
-from lwr_dyn.identification.slips.slip_tables import HIDDEN, OFF, slips_card, table_against_log, table_card
+from lwr_dyn.identification.slips.repairs import of_cells
+from lwr_dyn.identification.slips.slip_tables import (
+    HIDDEN,
+    OFF,
+    OTHERS,
+    best_table,
+    slip_document,
+    slips_card,
+    table_against_log,
+    table_card,
+)
 from lwr_dyn.identification.slips.trace import trace_slips
 from lwr_dyn.model.chain import Body, with_bodies
 from lwr_dyn.pages.document import table_html
@@ -89,12 +99,41 @@ def test_repairs_are_listed_and_the_cells_after_them_agree(information, slipped)
     assert max(shade for row in printed.shades for shade in row if shade is not None) > 0.0
 
 
+def said(report, information, arm):
+    """The lines of the document above its table."""
+    cells = table_against_log(information, arm, deviation=report.deviation, at=best_table(report))
+    return slip_document(report, cells, open_paper("lwr4plus", "physical")).text().split("\n\n")[0].splitlines()
+
+
+def test_the_document_begins_with_the_verdict_the_repairs_and_what_may_stand_in_their_place(information, slipped):
+    slips = trace_slips(information, slipped)
+    best, table = slips.explanations[0], slips.explanations[0].table
+    verdict, repair, last = said(slips, information, slipped)
+    assert verdict.startswith("the table does not meet the log (chi^2 ")
+    assert verdict.endswith("with the arm itself 0.05 off a right table); it does with 1 repair:")
+    assert f"furthest cell {slips.pull.sigmas:.3g} sigma (m4), at most {slips.pull.limit:.2g}" in verdict
+    assert (repair, last) == (f"- {best.repairs[0].text}", f"chi^2 with them: {best.chi2:.4g}")
+    changes = [x for x in of_cells(table) if x.kind == "sign"][: OTHERS + 2]
+    instead = tuple(replace(best, repairs=(x,)) for x in changes)
+    two = replace(best, repairs=tuple(changes[:2]))
+    open_question = replace(slips, explanations=(best, *instead, two), deviation=0.0)
+    lines = said(open_question, information, slipped)
+    assert "with the arm exactly as a right table" in lines[0]
+    assert lines[2:-1] == [*(f"  or {x.text}" for x in changes[:OTHERS]), "  or one of 2 more"]
+    unexplained = said(replace(slips, explanations=()), information, slipped)
+    assert unexplained[0].endswith("and no repairs were found with which it does")
+    assert unexplained[1:] == [f"nearest: {x.text}" for x in slips.nearest.repairs]
+    fitting = replace(slips, printed=best, pull=slips.pull._replace(sigmas=0.5, cell=None), explanations=())
+    line, *_ = said(fitting, information, slipped)
+    assert line.startswith(f"the table meets the log: chi^2 {best.chi2:.4g}, at most ")
+    assert f"furthest cell 0.5 sigma, at most {slips.pull.limit:.2g}" in line
+
+
 def test_an_arm_without_masses_has_no_card(information, lwr):
     bare = replace(lwr, chain=with_bodies(lwr.chain, [None] * 7))
     assert table_card(information, bare) == ()
 
 
-@pytest.mark.slow
 def test_the_command_writes_it(lwr, tmp_path, lwr_dyn_command):
     columns, rng = TorqueColumns(lwr.chain, "directions"), np.random.default_rng(3)
     plant = Plant(columns, columns.own(lwr))

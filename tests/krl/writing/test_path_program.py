@@ -227,3 +227,23 @@ def test_a_wrong_table_is_one_line(arm, tmp_path, text, message):
 )
 def test_a_wrong_option_is_one_line(square, folder, refused, options, message):
     assert message in refused("krl", "write", "square.csv", *options)
+
+
+ONE_WAY = {
+    ("SPL",): ({"SPL": 9}, 0.8658434, 0.5113038),
+    ("SPTP",): ({"SPTP": 8}, 0.4412708, 0.2922157),
+    ("LIN", "CIRC", "PTP", "SPL"): ({"CIRC": 1, "SPL": 6}, 1.1624771, 0.4084674),
+    ("LIN", "CIRC", "PTP"): ({"CIRC": 4, "LIN": 1}, 1.1646909, 0.4053187),
+}
+"""What a way of 0.2 s takes, by the statements allowed: motions, the program's time [s], how far off it is [mm]."""
+
+
+@pytest.mark.parametrize("kinds", ONE_WAY, ids="-".join)
+def test_a_short_way_takes_few_points(arm, kinds):
+    motion = fourier(arm, 1, 1.0)
+    short = Motion(*(x[:300:3] for x in (motion.t, motion.q, motion.dq, motion.ddq)))
+    written = write_path(path_of_motion(short, arm), WritingOptions(tolerance=Tolerance(1e-3, 1e-2), kinds=kinds))
+    counts, seconds, millimetres = ONE_WAY[kinds]
+    assert written.holds
+    assert written.written.counts() == counts
+    assert (written.run.cycle_time, 1e3 * written.deviation.position) == pytest.approx((seconds, millimetres), rel=1e-5)

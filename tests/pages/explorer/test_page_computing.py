@@ -151,7 +151,6 @@ def test_without_webgl_the_page_says_so_and_computes(browser, page):
         assert "Error creating WebGL context" in said  # three.js says so itself, nothing else is said
 
 
-@pytest.mark.slow
 def test_what_cannot_be_computed_is_said(monkeypatch):
     arm = lwr_dyn.load("lwr4plus")
     monkeypatch.setattr(computing, "MOST_JOINTS", 6)

@@ -58,7 +58,6 @@ def test_a_run_shows_its_replay(two_runs, tmp_path):
     assert "lwrReplay" in page.path.read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
 def test_a_notebook_gets_an_iframe_on_the_file_a_picture_and_words(small, two_runs, notebook, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # the picture needs none
     page = lwr_dyn.show(small)
@@ -97,7 +96,6 @@ def test_a_browser_opens_on_a_terminal_with_a_display_only(small, monkeypatch):
     assert len(asked) == 1
 
 
-@pytest.mark.slow
 def test_bad_input_is_one_clear_line_and_leaves_no_file(small, two_runs, folder, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda address: False)
     unknown = replace(two_runs[0], meta={**two_runs[0].meta, "robot": "lwr4pluss"}, setup=None)

@@ -47,7 +47,6 @@ def test_the_map_holds_all_other_joints_and_shows_where_it_is(report):
     assert "other joints as at the worst pose" in note
 
 
-@pytest.mark.slow
 def test_the_joints_that_change_nothing_are_not_those_of_the_map(report):
     across, up = pose_map(report)[0]
     assert "joint_1" not in across[0] + up[0]  # the inertias do not change with it
@@ -115,7 +114,6 @@ def test_every_figure_can_be_drawn(kind):
     assert drawing.axes[0].get_xscale() == ("linear" if kind == "nyquist" else "log")
 
 
-@pytest.mark.slow
 def test_a_map_paints_what_is_unstable_as_an_alarm(tmp_path):
     peaks = np.ones((4, 5))
     peaks[2], peaks[3] = np.inf, 100.0

@@ -34,7 +34,6 @@ def test_a_step_is_drawn_as_a_share_of_it(step):
     assert float(panel.curves[0].y[-1]) == pytest.approx(1.0, abs=0.02)
 
 
-@pytest.mark.slow
 def test_a_chirp_is_drawn_as_magnitude_and_phase(chirp):
     picture = lwr_dyn.plot([chirp, chirp], "response", labels=["a", "b"])
     magnitude, phase = picture.figures[0].panels

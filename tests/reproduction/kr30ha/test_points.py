@@ -59,7 +59,6 @@ def test_the_papers_angles_miss(points):
     assert (home.wrist_miss_mm, home.flange_miss_mm) == pytest.approx((0.0, 170.0), abs=1e-9)
 
 
-@pytest.mark.slow
 def test_symbolic_matrices(matrices):
     rows = {v.name: (v.is_row, v.erratum, len(v.differing)) for v in matrices.symbolic}
     assert rows == {

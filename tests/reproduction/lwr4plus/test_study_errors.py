@@ -51,6 +51,26 @@ def test_verdicts_are_computed():
     assert ErrorCell(0, "average", "9.6", 20.0, 10.5).verdict == "not near, by +10"
 
 
+def test_the_conditions_tried_for_a_table_and_the_nearest_cell_by_cell(arm):
+    vii, viii = (error_table(arm, name, "smooth") for name in ("table_vii", "table_viii"))
+    assert (vii.distance, viii.distance) == pytest.approx((0.2669, 0.5909), abs=0.001)
+    assert (vii.counts(), viii.counts()) == (
+        {"reproduced": 1, "near": 8, "not near": 12}, {"reproduced": 1, "near": 6, "not near": 14},
+    )  # fmt: skip
+    conditions, cells = formulas.condition_tables([viii, vii])
+    assert conditions.title == "Table VII, PD with gravity compensation: position errors, printed in mm, read as mrad"
+    assert [row[0] for row in conditions.rows] == ["smooth", "smooth"]
+    assert [row[2:] for row in conditions.rows] == [(t.distance, *t.counts().values()) for t in (vii, viii)]
+    assert conditions.rows[1][1] == "; ".join(filter(None, ("largest joint-limit margin", viii.stops)))
+    first = vii.cells[0]
+    assert first.verdict == "not near, by -3.8"
+    assert cells.rows[0] == ("J1 average", first.printed, first.value, first.miss, first.verdict)
+    record = vii.record()
+    assert (record["timing"], record["distance"], record["stops"]) == ("smooth", vii.distance, vii.stops)
+    assert record["cells"][0]["miss_of_row_range"] == first.miss
+    assert (record["cells"][0]["joint"], len(record["cells"])) == (1, 21)
+
+
 def test_plants_match_their_names(arm):
     found = plants(arm)
     mass = {name: sum(b.mass for b in plant.chain.bodies) for name, plant in found.items()}

@@ -11,7 +11,6 @@ from lwr_dyn.reproduction.lwr4plus.worst_cases import arms, at_printed
 from lwr_dyn.reproduction.papers import printed_tables
 
 
-@pytest.mark.slow
 def test_computed_gives_all_seven_values_printed_two_and_physical_is_another_arm():
     rows = worst_cases.inertia_rows()
     found = {reading: sum(r.reproduced(reading) for r in rows) for reading in arms()}

@@ -8,6 +8,8 @@ import pytest
 import lwr_dyn
 from lwr_dyn.foundation.errors import PaperError
 from lwr_dyn.foundation.fields import Fields
+from lwr_dyn.model.chain import JointKind
+from lwr_dyn.studies.sweep.read_parameters import has_same_frames
 from lwr_dyn.studies.sweep.read_study import missing_option, read_task, study_of_text
 from lwr_dyn.studies.sweep.sweep_study import arm_of_study, controller_of_study, references_of_study, task_choices
 from tests.studies.sweep.texts import HEAD, PAYLOAD
@@ -171,3 +173,12 @@ def test_switches_files_and_what_is_missing(arm, tmp_path):
 def test_other_values_are_refused(change, words, arm, tmp_path):
     with pytest.raises(PaperError, match=words):
         read_task(Fields(LINE | change, "s.toml", "task"), tmp_path, arm)
+
+
+def test_arms_with_the_same_frames():
+    arm, wam = lwr_dyn.load("lwr4plus"), lwr_dyn.load("wam7")
+    links = [replace(link, kind=JointKind.PRISMATIC) if i == 2 else link for i, link in enumerate(arm.chain.links)]
+    sliding = replace(arm, chain=replace(arm.chain, links=tuple(links)))
+    hung = replace(arm, chain=replace(arm.chain, gravity=-arm.chain.gravity))
+    assert has_same_frames(arm, lwr_dyn.load("lwr4plus", "physical"))
+    assert not any(has_same_frames(arm, other) for other in (wam, sliding, hung, lwr_dyn.load("kr30ha")))

@@ -148,7 +148,6 @@ FAULTS = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("text", "words"), FAULTS, ids=[words for _, words in FAULTS])
 def test_a_fault_is_one_line_with_the_file_and_the_field(text, words, read):
     with pytest.raises(LwrDynError) as caught:

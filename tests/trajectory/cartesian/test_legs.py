@@ -61,7 +61,6 @@ def test_the_tip_keeps_its_speed_and_the_joints_their_limits(moved):
     assert not motion.dq[[0, -1]].any()
 
 
-@pytest.mark.slow
 def test_a_duration_that_a_joint_cannot_keep_is_refused_with_the_least_one():
     arm = lwr_dyn.load("kr30ha")
     end = lwr_dyn.forward_kinematics(arm, KR30_START)[:3, 3] + [0.0, 0.5, 0.0]

@@ -56,7 +56,6 @@ def test_a_smooth_curve_passes_the_waypoints_at_speed(file):
     assert leg.duration == reference.duration
 
 
-@pytest.mark.slow
 def test_a_start_adds_a_leg_to_the_first_waypoint(file):
     arm, path = lwr_dyn.load("lwr4plus"), file("x,y,z\n-0.45,0.05,0.4\n-0.4,-0.05,0.45\n")
     reference = lwr_dyn.reference("waypoints", arm, waypoints=path, start=START)
@@ -73,6 +72,7 @@ def test_joint_waypoints_keep_the_speed_limits(file):
     path = file(f"{head}\n0,-90,1.5,0,0.5,0\n30,-80,1.5,0,0.5,0\n30,-80,1.2,0,0.9,1\n")
     for smooth in (False, True):
         reference = lwr_dyn.reference("waypoints", arm, waypoints=path, through=smooth)
+        assert reference.about == {"task": "waypoints", "file": str(path), "stops": not smooth}
         motion = reference.sample(np.linspace(0.0, reference.duration, 3001))
         assert (np.abs(motion.dq) / arm.velocity).max() == pytest.approx(SPEED_SHARE, abs=1e-3)
         np.testing.assert_allclose(motion.q[-1], [np.pi / 6, -4 * np.pi / 9, 1.2, 0, 0.9, 1], atol=1e-12)

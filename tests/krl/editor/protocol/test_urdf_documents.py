@@ -26,7 +26,6 @@ def codes(found):
     return [x["code"] for x in found if x["severity"] < 3]
 
 
-@pytest.mark.slow
 def test_a_urdf_is_judged_as_it_is_written_and_its_fix_ends_the_finding(client, tmp_path):
     path = tmp_path / "a.urdf"
     client.open(path, URDF, "xml")
@@ -69,7 +68,6 @@ def test_a_xacro_is_judged_where_its_macros_stand_and_runs_no_code(client, tmp_p
     assert client.diagnostics(part)[1] == []
 
 
-@pytest.mark.slow
 def test_a_file_that_cannot_be_read_says_so(client, tmp_path):
     path = tmp_path / "gone.xacro"
     client.open(path, "<robot/>", "xml")

@@ -152,7 +152,6 @@ class Endless:
         self.client.released += 1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("status", "words"), [("connecting", "the scheduler is lost"), ("running", "no worker for 0.1")]
 )
