@@ -1,6 +1,6 @@
 """Which test files belong to a module."""
 
-from tests.own_tests import TESTS, own_tests
+from tests.own_tests import TESTS, covered, own_tests
 
 
 def test_a_file_belongs_to_the_module_with_the_longest_name_and_a_row_adds_others(tmp_path):
@@ -19,9 +19,11 @@ def test_a_file_belongs_to_the_module_with_the_longest_name_and_a_row_adds_other
 
 
 def test_the_table_is_read():
-    rows = ("laws/test_dynamics_laws.py", "agreement/test_engines_agree.py", "agreement/test_conventions.py")
     assert own_tests("cli/identify/group") == [
         *(TESTS / "cli/identify" / name for name in ("test_friction.py", "test_table.py")),
         *(TESTS / name for name in ("cli/test_options.py", "cli/test_main_commands.py", "custody/test_help_text.py")),
+        TESTS / "custody/test_values.py",
     ]
-    assert own_tests("dynamics/newton_euler") == [TESTS / row for row in rows]
+    of_the_recursion = covered()["dynamics/newton_euler"]
+    assert "laws/test_dynamics_laws.py" in of_the_recursion
+    assert own_tests("dynamics/newton_euler") == [TESTS / row for row in (*of_the_recursion, "custody/test_values.py")]

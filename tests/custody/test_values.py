@@ -94,6 +94,12 @@ def names_of(node):
     return [x.id for x in flat if isinstance(x, ast.Name)] + [getattr(node, "name", "")]
 
 
+def is_filled_later(node):
+    """Whether a statement binds an empty list or table, as of what a process keeps."""
+    value = getattr(node, "value", None)
+    return isinstance(value, ast.Dict | ast.List) and not (getattr(value, "keys", None) or getattr(value, "elts", None))
+
+
 def values(path):
     """Of a module: name and value, what has neither number nor yes or no left out."""
     module, out = import_module(".".join(path.relative_to(ROOT).with_suffix("").parts)), {}
@@ -104,7 +110,7 @@ def values(path):
                 out |= of_class(x)
             elif inspect.isfunction(x):
                 out |= {f"{name}({k})": y for k, y in defaults(x).items()}
-            elif name.isupper():
+            elif name.isupper() and not is_filled_later(node):
                 out[name] = x
     shown = {name: written(x) for name, x in out.items()}
     return "; ".join(f"{name} {x}" for name, x in shown.items() if re.search(r"\d|True|False|~", x))
