@@ -23,6 +23,8 @@ SAME_SPEED = 0.02
 """Share by which two speeds must differ to count as two."""
 STRIBECK_CANDIDATES = 60
 """Stribeck velocities tried, evenly in their logarithm, before the best is refined."""
+SCALES = 4
+"""Rounds of a robust refinement, each with the noise that the one before leaves."""
 WITHIN = 3.0
 """A Stribeck velocity must lie between the slowest speed over this and the fastest times this."""
 
@@ -142,7 +144,8 @@ def _fitted(v: Array, y: Array, weights: Array, model: Model, robust: bool) -> E
         if not has_full_rank(X):
             continue
         estimate = solve(X, y, weights)
-        loss = float(weights @ estimate.residuals**2)
+        misses = np.abs(np.sqrt(weights) * estimate.residuals)
+        loss = float(misses.sum() if robust else misses @ misses)  # squares would follow a wild cruise
         if loss < best:
             coulomb, viscous, extra = estimate.values
             best, start = loss, np.array([coulomb, viscous, coulomb + extra, vs])
@@ -152,10 +155,7 @@ def _fitted(v: Array, y: Array, weights: Array, model: Model, robust: bool) -> E
 def _refined(
     start: Array, v: Array, y: Array, weights: Array, robust: bool, between: tuple[float, float]
 ) -> Estimate | None:
-    root, scale = np.sqrt(weights), 1.0
-    if robust:
-        first = np.abs(root * (y - _magnitude(start, v)))
-        scale = HUBER * max(1.4826 * float(np.median(first)), 1e-12 * float(np.abs(root * y).max()))
+    root = np.sqrt(weights)
 
     def misses(b: Array) -> Array:
         return np.asarray(root * (_magnitude(b, v) - y))
@@ -163,10 +163,13 @@ def _refined(
     def derivatives(b: Array) -> Array:
         return np.asarray(root[:, None] * _jacobian(b, v))
 
-    done = least_squares(
-        misses, start, jac=derivatives,
-        x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15, loss="huber" if robust else "linear", f_scale=scale,
-    )  # fmt: skip
+    for _ in range(SCALES if robust else 1):  # what is left of a start between two candidates is no noise
+        scale = HUBER * max(1.4826 * float(np.median(np.abs(misses(start)))), 1e-12 * float(np.abs(root * y).max()))
+        done = least_squares(
+            misses, start, jac=derivatives,
+            x_scale="jac", xtol=1e-15, ftol=1e-15, gtol=1e-15, loss="huber" if robust else "linear", f_scale=scale,
+        )  # fmt: skip
+        start = done.x
     if not between[0] < done.x[3] < between[1]:
         return None
     J = _jacobian(done.x, v)

@@ -33,3 +33,18 @@ def test_wild_cruises_pull_squares_but_not_the_robust_fit():
     )
     assert abs(squares - [4.0, 1.0]).max() > 1.0
     assert abs(robust - [4.0, 1.0]).max() < 0.05
+
+
+def test_a_wild_cruise_does_not_pull_a_robust_stribeck_fit():
+    truth, speeds = JointFriction(Direction(4.0, 1.2, 6.0, 0.05), Direction(3.0, 2.0)), np.geomspace(0.01, 0.4, 14)
+    logs = [ideal_cruise([truth], [v]) for v in speeds]
+    wild = ideal_cruise([JointFriction(Direction(9.0, 1.2), Direction(3.0, 2.0))], [0.38])
+    noisy = [LogSensors(0.002).through(log, i) for i, log in enumerate([*logs, wild])]
+    squares, robust = (
+        identify_friction(noisy, options=FitOptions(model="stribeck", robust=r)).fit(1, 1).estimate
+        for r in (False, True)
+    )
+    wanted = [4.0, 1.2, 6.0, 0.05]
+    assert abs(squares.values - wanted).max() > 0.5
+    assert (abs(robust.values - wanted) < 3.0 * robust.standard_errors).all()
+    assert (robust.standard_errors < [0.1, 0.2, 0.2, 0.01]).all()

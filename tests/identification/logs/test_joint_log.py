@@ -116,6 +116,16 @@ def test_limits_of_a_robot_reveal_degrees_and_millinewtons(wam, tmp_path):
         read_log(path, arm=wam)
 
 
+def test_a_slide_may_be_long_where_no_robot_says_its_limits(tmp_path):
+    path = tmp_path / "log.csv"
+    long = rows(lambda x: {"q1": x["q1"] + 40.0})
+    path.write_text(long.replace("q1", "q1 [m]", 1).replace("tau1", "tau1 [N]", 1))
+    assert read_log(path).q[:, 0].min() > 39.0
+    path.write_text(long)
+    with pytest.raises(LogError, match="within 3 turns"):
+        read_log(path)
+
+
 def test_sliding_units_do_not_fit_a_turning_joint(wam, tmp_path):
     path = tmp_path / "log.csv"
     write_log(path, ideal_cruise(wam.friction, np.full(7, 0.1), wam))
