@@ -255,6 +255,16 @@ def test_a_given_curve_out_of_reach_or_through_a_singularity_is_refused_with_its
 
 
 @pytest.mark.parametrize("arm_angle", [None, 0.0])
+def test_the_time_is_that_of_the_farthest_place_inside_the_path(arm_angle):
+    """There and back: the turning point, half a metre along, at half the time."""
+    near, far = (0.3, 0.6, 0.5), (0.3, 1.1, 0.5)
+    path = path_of([line(near, far), line(far, near)])
+    poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
+    with pytest.raises(PathLimitError, match=r"at t = 1 s, point \(0\.3, 1\.1, 0\.5\) m: the wrist is"):
+        pose_path_reference(ARM, poses, arm_angle)
+
+
+@pytest.mark.parametrize("arm_angle", [None, 0.0])
 def test_a_path_out_of_reach_is_refused_with_its_place(arm_angle):
     path = path_of([line((0.3, 0.3, 0.5), (0.3, 2.3, 0.5))])
     poses = timed_pose_path(path, constant_orientation(np.eye(3)), quintic(path.length, 2.0))
